@@ -1,0 +1,1 @@
+"""allanite: noise models of inertial sensors."""

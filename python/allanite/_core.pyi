@@ -1,0 +1,4 @@
+"""The compiled core. Never imported by users: `_kernels.py` is the one door."""
+
+# -- doorway
+def version() -> str: ...

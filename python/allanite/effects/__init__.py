@@ -1,0 +1,1 @@
+"""The catalogue: one physical effect a file."""

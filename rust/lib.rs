@@ -1,0 +1,34 @@
+//! The numerical core of allanite.
+//!
+//! | module | what it computes | source |
+//! |---|---|---|
+//! | [`averaging`] | averaging factors m of a τ grid | NIST SP 1065 §5 |
+//! | [`phase`] | samples → phase θ, offset removed exactly | IEEE 952 annex C |
+//! | [`deviation`] | Allan variance and its relatives | NIST SP 1065 §5.2 |
+//! | [`accumulator`] | the same of a stream, in constant memory | |
+//! | [`covariance`] | covariance of the estimates across τ | Greenhall & Riley 2003 |
+//! | [`spectrum`] | cosine-transform ordinates, log-spaced bins | |
+//! | [`lstsq`] | generalised and non-negative least squares | Lawson & Hanson ch. 23 |
+//! | [`noise`] | samples of coloured noise | Kasdin 1995 |
+//! | [`text`] | numeric columns of a text log | |
+//!
+//! Only `python` may name an interpreter; everything else builds and is tested without one.
+
+pub mod accumulator;
+pub mod averaging;
+pub mod covariance;
+pub mod deviation;
+pub mod error;
+pub mod lstsq;
+pub mod noise;
+pub mod phase;
+#[cfg(feature = "python")]
+mod python;
+pub mod rng;
+pub mod spectrum;
+pub mod text;
+
+pub use error::Error;
+
+/// What the core returns.
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,22 @@
+//! The doors into the core: one thin file a part. Nothing is computed here.
+//!
+//! Each part has a `functions` submodule list; a new function is written in its part's file and
+//! exported here by name.
+
+mod arrays;
+mod covariance;
+mod deviation;
+mod doorway;
+mod errors;
+mod lstsq;
+mod noise;
+mod spectrum;
+mod text;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::doorway::version;
+}
