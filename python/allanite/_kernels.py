@@ -4,6 +4,16 @@ from __future__ import annotations
 
 from allanite import _core
 
-__all__ = ["version"]
+__all__ = [
+    "cosine_transform",
+    "inverse_cosine_transform",
+    "padded_periodogram",
+    "version",
+]
 
 version = _core.version
+
+# -- spectrum
+cosine_transform = _core.cosine_transform
+inverse_cosine_transform = _core.inverse_cosine_transform
+padded_periodogram = _core.padded_periodogram

@@ -1,7 +1,6 @@
 //! The doors into the core: one thin file a part. Nothing is computed here.
 //!
-//! Each part has a `functions` submodule list; a new function is written in its part's file and
-//! exported here by name.
+//! A new function is written in its part's file and exported here by name.
 
 mod arrays;
 mod covariance;
@@ -19,4 +18,8 @@ use pyo3::prelude::*;
 mod _core {
     #[pymodule_export]
     use super::doorway::version;
+
+    // spectrum
+    #[pymodule_export]
+    use super::spectrum::{cosine_transform, inverse_cosine_transform, padded_periodogram};
 }
