@@ -1,0 +1,40 @@
+"""Angle random walk N: white rate noise (IEEE 952-1997 C.1.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from allanite.effects._base import Parameter, Stochastic
+from allanite.effects.terms import Term
+
+
+@dataclass(frozen=True)
+class AngleRandomWalk(Stochastic):
+    """S(f) = N² (two-sided); σ²(τ) = N²/τ. Slope −½. A data sheet's one-sided density is √2·N."""
+
+    N: float | None = None
+    hold: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "angle_random_walk"
+    short: ClassVar[str] = "N"
+    title: ClassVar[str] = "angle random walk"
+    titles: ClassVar[dict[str, str]] = {
+        "acceleration": "velocity random walk",
+        "frequency": "white FM",
+    }
+    coefficient: ClassVar[str] = "N"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("N", 0.5, "angle random walk coefficient: root of the two-sided white density"),
+    )
+    physics: ClassVar[str] = (
+        "white rate noise: thermo-mechanical motion, shot noise of the light, amplifier noise"
+    )
+    looks_like: ClassVar[str] = "a slope of −½; a flat density"
+    check_by: ClassVar[str] = (
+        "compare with the data sheet's noise density (one-sided: √2·N); it should not depend on the sampling rate"
+    )
+
+    def unit_terms(self, rate: float) -> tuple[Term, ...]:
+        """Independent samples of variance 1/τ0."""
+        return (("white", (rate,)),)

@@ -1,0 +1,37 @@
+"""Bias instability B: flicker (1/f) noise (IEEE 952-1997 C.1.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from allanite.effects._base import Parameter, Stochastic
+from allanite.effects.terms import Term
+
+
+@dataclass(frozen=True)
+class BiasInstability(Stochastic):
+    """S(f) = B²τ0/(2 sin(πfτ0)) → B²/(2πf); plateau σ = √(2 ln2/π) B = 0.6643 B, 20 % above it at m = 1."""
+
+    B: float | None = None
+    hold: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "bias_instability"
+    short: ClassVar[str] = "B"
+    title: ClassVar[str] = "bias instability"
+    titles: ClassVar[dict[str, str]] = {"frequency": "flicker FM"}
+    coefficient: ClassVar[str] = "B"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("B", 0.0, "bias instability coefficient: Allan plateau over 0.6643"),
+    )
+    physics: ClassVar[str] = "1/f noise of the electronics and of the sensing material"
+    looks_like: ClassVar[str] = "a flat floor of the Allan deviation; a density that falls as 1/f"
+    check_by: ClassVar[str] = (
+        "record for longer: a true flicker floor stays flat over decades, a sum of lags does not; "
+        "repeat at another supply current or modulation frequency"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("gauss_markov", "power_law", "rate_random_walk")
+
+    def unit_terms(self, rate: float) -> tuple[Term, ...]:  # noqa: ARG002 - the same at any rate
+        """The half-order fractional difference of white noise (Kasdin 1995)."""
+        return (("flicker", (1.0,)),)

@@ -1,0 +1,83 @@
+"""Model files: plain JSON with a schema number."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from allanite import _kernels
+from allanite.effects.model import Model
+from allanite.effects.registry import find
+from allanite.effects.strings import parse_string
+from allanite.errors import InputError
+
+__all__ = ["model_from_dict", "model_to_dict", "parse_model", "save_model"]
+
+SCHEMAS = ("allanite/model/1", "allanite/fit/1", "allanite/check/1")
+
+
+def model_to_dict(model: Model) -> dict[str, Any]:
+    """``allanite/model/1``: kinds, values (null where to be fitted), held names."""
+    return {
+        "schema": SCHEMAS[0],
+        "version": _kernels.version(),
+        "model": model.name,
+        "effects": [
+            {
+                "kind": effect.kind,
+                "parameters": {k: {"value": v} for k, v in effect.values.items()},
+                "held": sorted(effect.held),
+            }
+            for effect in model
+        ],
+    }
+
+
+def model_from_dict(document: dict[str, Any], source: str) -> Model:
+    """The model of a model, fit or check document."""
+    if document.get("schema") not in SCHEMAS:
+        raise InputError(
+            f"{source}: schema {document.get('schema')!r} is not a model (expected one of {', '.join(SCHEMAS)})"
+        )
+    effects = []
+    for entry in document.get("effects", []):
+        cls = find(str(entry.get("kind")))
+        if cls is None:
+            raise InputError(f"{source}: unknown effect {entry.get('kind')!r}")
+        known = {p.name for p in cls.parameters if p.role != "derived"}
+        values = {k: v.get("value") for k, v in entry.get("parameters", {}).items() if k in known}
+        values = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
+        effects.append(cls(**values, hold=tuple(entry.get("held", ()))))
+    if not effects:
+        raise InputError(f"{source}: the document holds no effects")
+    return Model(tuple(effects))
+
+
+def parse_model(text: str | Model) -> Model:
+    """A model from a model string or from a JSON file.
+
+    Raises
+    ------
+    InputError
+        Bad string (points at the character), missing or foreign file.
+    """
+    if isinstance(text, Model):
+        return text
+    path = Path(text)
+    if text.endswith(".json") or (len(text) < 4096 and path.is_file()):
+        try:
+            document = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise InputError(f"{text}: no such model file") from None
+        except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+            raise InputError(f"{text}: not a model file: {error}") from None
+        if not isinstance(document, dict):
+            raise InputError(f"{text}: not a model file: expected a JSON object")
+        return model_from_dict(document, text)
+    return parse_string(text)
+
+
+def save_model(model: Model, path: str | Path) -> None:
+    """Write ``allanite/model/1``."""
+    Path(path).write_text(json.dumps(model_to_dict(model), indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,56 @@
+"""First-order Gauss-Markov process: correlated noise with one time constant (IEEE 952-1997 C.1.6)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from allanite.effects._base import Parameter, Stochastic
+from allanite.effects.terms import Term
+
+
+@dataclass(frozen=True)
+class GaussMarkov(Stochastic):
+    """r(h) = σ² φ^h, φ = e^{−τ0/T}, σ² = q_c² T/2. Allan peak 0.4365 q_c √T at τ = 1.8926 T."""
+
+    q_c: float | None = None
+    correlation_time: float | None = None
+    hold: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "gauss_markov"
+    short: ClassVar[str] = "GM"
+    title: ClassVar[str] = "Gauss-Markov process"
+    coefficient: ClassVar[str] = "q_c"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("correlation_time", "s", "time constant of the lag", "shape", low=1e-12, aliases=("T",)),
+        Parameter("q_c", -0.5, "root of the driving white density"),
+        Parameter("sigma", 0.0, "standard deviation of the process", "derived"),
+    )
+    physics: ClassVar[str] = (
+        "a lag with one time constant driven by white noise: a thermal mass, a bias filter, the bandwidth of a loop"
+    )
+    looks_like: ClassVar[str] = (
+        "a hump of the Allan deviation at 1.89 T, 0.437 q_c √T high; a density that is flat below 1/(2πT) and falls "
+        "as 1/f² above"
+    )
+    check_by: ClassVar[str] = (
+        "look for a part whose time constant is T (heater, fan, filter of the electronics); change it and repeat; "
+        "log its temperature as a covariate"
+    )
+    rivals: ClassVar[tuple[str, ...]] = (
+        "bias_instability", "rate_random_walk", "power_law", "burst_noise",
+    )
+
+    @property
+    def sigma(self) -> float | None:
+        """Standard deviation q_c √(T/2) of the process, U."""
+        if self.q_c is None or self.correlation_time is None:
+            return None
+        return self.q_c * float(np.sqrt(self.correlation_time / 2.0))
+
+    def unit_terms(self, rate: float) -> tuple[Term, ...]:
+        """One exponential of variance T/2."""
+        time = self.correlation_time or 1.0
+        return (("exponential", (time / 2.0, 0.0, float(np.exp(-1.0 / (rate * time))), 0.0)),)

@@ -1,0 +1,199 @@
+"""A sum of effects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.effects import terms as _terms
+from allanite.effects._base import Deterministic, Effect, Modifier, Stochastic
+from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
+    from allanite.recording import Recording
+
+__all__ = ["Model"]
+
+# Effects of which a second one would be the same as a larger first one.
+ONCE = {
+    "quantization", "angle_random_walk", "bias_instability", "rate_random_walk", "rate_ramp",
+    "bandwidth", "outliers",
+}
+
+
+@dataclass(frozen=True)
+class Model:
+    """A flat sum of effects, immutable; ``+`` adds.
+
+    Attributes
+    ----------
+    effects : tuple of Effect
+        In the order given.
+    """
+
+    effects: tuple[Effect, ...]
+
+    def __post_init__(self) -> None:
+        seen: set[str] = set()
+        for effect in self.effects:
+            if effect.kind in ONCE and effect.kind in seen:
+                raise InputError(f"the model has {effect.kind} twice: one of them says it all")
+            seen.add(effect.kind)
+
+    def __add__(self, other: Effect | Model) -> Model:
+        more = other.effects if isinstance(other, Model) else (other,)
+        return Model(self.effects + more)
+
+    def __iter__(self) -> Iterator[Effect]:
+        return iter(self.effects)
+
+    def __len__(self) -> int:
+        return len(self.effects)
+
+    def __str__(self) -> str:
+        return "+".join(str(effect) for effect in self.effects)
+
+    @property
+    def name(self) -> str:
+        """The sum of short names, such as ``N+B+K``."""
+        return "+".join(effect.short for effect in self.effects)
+
+    @property
+    def stochastic(self) -> tuple[Stochastic, ...]:
+        """The random processes of the sum."""
+        return tuple(e for e in self.effects if isinstance(e, Stochastic))
+
+    @property
+    def deterministic(self) -> tuple[Deterministic, ...]:
+        """The known functions of the sum."""
+        return tuple(e for e in self.effects if isinstance(e, Deterministic))
+
+    @property
+    def modifiers(self) -> tuple[Modifier, ...]:
+        """What acts on the white part."""
+        return tuple(e for e in self.effects if isinstance(e, Modifier))
+
+    def unit_terms(self, effect: Stochastic, rate: float) -> tuple[Term, ...]:
+        """Terms of one effect at coefficient 1, its white part passed through the model's modifiers."""
+        out = effect.unit_terms(rate)
+        if effect.kind == "angle_random_walk":
+            for modifier in self.modifiers:
+                out = tuple(
+                    changed
+                    for name, values in out
+                    for changed in (
+                        modifier.modify(values[0], rate) if name == "white" else ((name, values),)
+                    )
+                )
+        return out
+
+    def terms(self, rate: float) -> tuple[Term, ...]:
+        """All primitive terms at the values held now, per sample at `rate`."""
+        out: list[Term] = []
+        for effect in self.stochastic:
+            value = getattr(effect, effect.coefficient)
+            if value is None:
+                raise InputError(
+                    f"{effect.kind}: {effect.coefficient} has no value yet: give one, or fit it"
+                )
+            out += [_terms.scaled(t, value**2) for t in self.unit_terms(effect, rate)]
+        return tuple(out)
+
+    def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
+        """Two-sided power spectral density of the stochastic effects.
+
+        Parameters
+        ----------
+        f : array_like
+            Frequencies in Hz, within (0, rate/2].
+        rate : float, optional
+            Sampling rate in Hz of the discrete process; without it, so high a rate that the density is
+            that of the continuous process (quantization and white bandwidths need one).
+
+        Returns
+        -------
+        ndarray
+            U²/Hz, shape of `f` (METHODS: white level N²).
+        """
+        frequency = np.atleast_1d(np.asarray(f, dtype=float))
+        fs = self._rate(rate, 1.0 / (2e3 * frequency.max(initial=1e-30)))
+        w = 2.0 * np.pi * frequency / fs
+        total = np.zeros_like(w)
+        for term in self.terms(fs):
+            total += _terms.spectrum(term, w)
+        return (total / fs).reshape(np.shape(f))
+
+    def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
+        """Expected overlapping Allan variance of the stochastic effects, exact at every m.
+
+        Parameters
+        ----------
+        tau : array_like
+            Averaging times in s, rounded to multiples of 1/rate.
+        rate : float, optional
+            Sampling rate in Hz; without it 1000 samples per smallest τ (the continuous limit).
+
+        Returns
+        -------
+        ndarray
+            U², shape of `tau`. Deterministic effects add their exact asymptotic variance.
+        """
+        times = np.atleast_1d(np.asarray(tau, dtype=float))
+        fs = self._rate(rate, times.min(initial=np.inf) / 1e3)
+        m = np.maximum(np.round(times * fs), 1.0)
+        total = np.zeros_like(m)
+        for term in self.terms(fs):
+            total += _terms.allan_variance(term, m)
+        for effect in self.deterministic:
+            total += deterministic_allan_variance(effect, m, fs)
+        return total.reshape(np.shape(tau))
+
+    @staticmethod
+    def _rate(rate: float | None, smallest: float) -> float:
+        if rate is None:
+            return 1.0 / smallest if np.isfinite(smallest) and smallest > 0 else 1.0
+        if not rate > 0:
+            raise InputError(f"rate = {rate} Hz: a sampling rate is positive")
+        return float(rate)
+
+    def fit(self, recording: Recording, **options: Any) -> Any:
+        """Fit the model to a recording: `allanite.fit.fit_model`."""
+        from allanite.fit import fit_model
+
+        return fit_model(recording, self, **options)
+
+    def simulate(self, **options: Any) -> Recording:
+        """Samples of the model: `allanite.simulate.simulate`."""
+        from allanite.simulate import simulate
+
+        return simulate(self, **options)
+
+    def save(self, path: str) -> None:
+        """Write the model as JSON (schema ``allanite/model/1``)."""
+        from allanite.effects.files import save_model
+
+        save_model(self, path)
+
+
+def deterministic_allan_variance(
+    effect: Deterministic, m: NDArray[np.float64], rate: float
+) -> NDArray[np.float64]:
+    """Allan variance of a ramp, R²τ²/2, or a sampled line, A² sin⁴(πfτ)/(m sin(πfτ0))²; others 0.
+
+    Transients and covariates have no Allan variance of their own: it depends on the record (and is taken from it
+    in comparisons).
+    """
+    values = effect.values
+    tau = m / rate
+    if effect.kind == "rate_ramp":
+        return np.asarray((values["R"] or 0.0) ** 2 * tau**2 / 2.0)
+    if effect.kind == "sinusoid" and values["frequency"]:
+        f = values["frequency"]
+        gain = np.sin(np.pi * f * tau) ** 4 / (m * np.sin(np.pi * f / rate)) ** 2
+        return np.asarray((values["amplitude"] or 0.0) ** 2 * gain)
+    return np.zeros_like(tau)

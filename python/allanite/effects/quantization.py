@@ -1,0 +1,40 @@
+"""Quantization noise Q: the angle is counted in steps (IEEE 952-1997 C.1.2; 647-2006)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from allanite.effects._base import Parameter, Stochastic
+from allanite.effects.terms import Term
+
+
+@dataclass(frozen=True)
+class Quantization(Stochastic):
+    """S(f) = (4Q²/τ0) sin²(πfτ0); σ²(τ) = 3Q²/τ², exact at every m. Slope −1."""
+
+    Q: float | None = None
+    hold: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "quantization"
+    short: ClassVar[str] = "Q"
+    title: ClassVar[str] = "quantization noise"
+    titles: ClassVar[dict[str, str]] = {"frequency": "white PM"}
+    coefficient: ClassVar[str] = "Q"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("Q", 1.0, "quantization coefficient: step of the counted angle over √12"),
+    )
+    physics: ClassVar[str] = (
+        "the sensor counts angle (velocity, phase) in steps S and hands out differences; "
+        "the rounding error, Q = S/√12, is bounded and so vanishes with longer averaging"
+    )
+    looks_like: ClassVar[str] = "a slope of −1 at the shortest τ; a density that rises as f²"
+    check_by: ClassVar[str] = (
+        "compare √12·Q with the sensor's pulse weight; look whether increments are whole multiples of a step; "
+        "dither the input and repeat"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("power_law",)
+
+    def unit_terms(self, rate: float) -> tuple[Term, ...]:
+        """Rate samples are differences of a white angle error of variance 1, over τ0."""
+        return (("blue", (rate**2,)),)

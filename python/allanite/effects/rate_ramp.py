@@ -1,0 +1,51 @@
+"""Rate ramp R: a constant drift of the rate (IEEE 952-1997 C.1.5)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Deterministic, Parameter
+
+
+@dataclass(frozen=True)
+class RateRamp(Deterministic):
+    """x(t) = R t; σ²(τ) = R²τ²/2. Slope +1."""
+
+    R: float | None = None
+    hold: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "rate_ramp"
+    short: ClassVar[str] = "R"
+    title: ClassVar[str] = "rate ramp"
+    titles: ClassVar[dict[str, str]] = {
+        "acceleration": "acceleration ramp",
+        "frequency": "linear frequency drift",
+    }
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("R", -1.0, "drift of the rate per second", low=-np.inf),
+    )
+    physics: ClassVar[str] = "a monotonic change of the bias: warming up, ageing of a light source, outgassing"
+    looks_like: ClassVar[str] = "a slope of +1 at the longest τ; the samples drift in one direction"
+    check_by: ClassVar[str] = "repeat after the sensor has settled; plot the bias against its temperature"
+    rivals: ClassVar[tuple[str, ...]] = ("rate_random_walk", "warm_up", "covariate", "gauss_markov")
+
+    def regressors(
+        self,
+        time: NDArray[np.float64],
+        covariates: Mapping[str, NDArray[np.float64]],  # noqa: ARG002
+    ) -> NDArray[np.float64]:
+        """One column: t − mean(t), s (the offset belongs to the bias, which no model keeps)."""
+        return (time - time.mean())[:, None]
+
+    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+        """R is the one amplitude."""
+        return self.with_values(R=float(amplitudes[0]))
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """(R,)."""
+        return np.array([self.R or 0.0])

@@ -1,0 +1,30 @@
+"""The catalogue: a new effect is one file and one line here."""
+
+from __future__ import annotations
+
+from allanite.effects._base import Effect
+from allanite.effects.angle_random_walk import AngleRandomWalk
+from allanite.effects.bias_instability import BiasInstability
+from allanite.effects.gauss_markov import GaussMarkov
+from allanite.effects.quantization import Quantization
+from allanite.effects.rate_ramp import RateRamp
+from allanite.effects.rate_random_walk import RateRandomWalk
+from allanite.effects.sinusoid import Sinusoid
+
+__all__ = ["CATALOGUE", "find"]
+
+#: Every effect, in the order in which models are written.
+CATALOGUE: tuple[type[Effect], ...] = (
+    Quantization,
+    AngleRandomWalk,
+    BiasInstability,
+    RateRandomWalk,
+    RateRamp,
+    GaussMarkov,
+    Sinusoid,
+)
+
+
+def find(name: str) -> type[Effect] | None:
+    """The effect of a short or long name, or None."""
+    return next((e for e in CATALOGUE if name in (e.short, e.kind)), None)

@@ -1,0 +1,106 @@
+"""Model strings: ``N+B+K``, ``Q+GM(T=30)+SIN(f=7.3!)``."""
+
+from __future__ import annotations
+
+import re
+
+from allanite.effects._base import Effect
+from allanite.effects.model import Model
+from allanite.effects.registry import CATALOGUE, find
+from allanite.errors import InputError
+
+__all__ = ["parse_string"]
+
+_TOKEN = re.compile(r"\s*(?:(?P<name>[^\W\d]\w*)|(?P<sign>[+(),=!]))")
+_NUMBER = re.compile(r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
+_WORD = re.compile(r"\s*(?P<word>[\w.\-/°]+)")
+
+
+class _Reader:
+    def __init__(self, text: str) -> None:
+        self.text, self.at = text, 0
+
+    def fail(self, what: str, at: int | None = None) -> InputError:
+        place = self.at if at is None else at
+        return InputError(
+            f"model {self.text!r}: {what} at character {place + 1} "
+            f"(…{self.text[max(0, place - 8) : place]}»{self.text[place : place + 8]})"
+        )
+
+    def skip(self) -> None:
+        while self.at < len(self.text) and self.text[self.at].isspace():
+            self.at += 1
+
+    def sign(self, signs: str) -> str | None:
+        self.skip()
+        if self.at < len(self.text) and self.text[self.at] in signs:
+            self.at += 1
+            return self.text[self.at - 1]
+        return None
+
+    def name(self, what: str) -> tuple[str, int]:
+        self.skip()
+        match = _TOKEN.match(self.text, self.at)
+        if match is None or match["name"] is None:
+            raise self.fail(f"expected {what}")
+        start = self.at
+        self.at = match.end()
+        return match["name"], start
+
+    def value(self, *, text: bool) -> float | str:
+        match = (_WORD if text else _NUMBER).match(self.text, self.at)
+        if match is None:
+            raise self.fail("expected a value" if text else "expected a number")
+        self.at = match.end()
+        return match[1] if text else float(match[1])
+
+
+def parse_string(text: str) -> Model:
+    """The model of a string.
+
+    Raises
+    ------
+    InputError
+        Unknown effect or parameter, or bad syntax; the message points at the character.
+    """
+    reader = _Reader(text)
+    effects: list[Effect] = []
+    while True:
+        effects.append(_effect(reader))
+        reader.skip()
+        if reader.at == len(text):
+            return Model(tuple(effects))
+        if reader.sign("+") is None:
+            raise reader.fail("expected + or the end")
+
+
+def _effect(reader: _Reader) -> Effect:
+    name, start = reader.name("the name of an effect")
+    cls = find(name)
+    if cls is None:
+        known = " ".join(e.short for e in CATALOGUE)
+        raise reader.fail(f"unknown effect {name!r} (known: {known})", start)
+    values: dict[str, float | str] = {}
+    held: list[str] = []
+    if reader.sign("("):
+        while True:
+            key, place = reader.name("a parameter")
+            parameter = next(
+                (p for p in cls.parameters if key in (p.name, *p.aliases) and p.role != "derived"), None
+            )
+            if parameter is None:
+                known = " ".join(p.name for p in cls.parameters if p.role != "derived")
+                raise reader.fail(f"{cls.kind} has no parameter {key!r} (it has: {known})", place)
+            if reader.sign("=") is None:
+                raise reader.fail("expected =")
+            values[parameter.name] = reader.value(text=parameter.unit == "text")
+            if reader.sign("!"):
+                held.append(parameter.name)
+            sign = reader.sign(",)")
+            if sign is None:
+                raise reader.fail("expected , or )")
+            if sign == ")":
+                break
+    if held:
+        return cls(**values, hold=tuple(held))
+    return cls(**values)
