@@ -1,0 +1,135 @@
+"""A record made ready for fitting: ordinates, bins, covariates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.effects import terms as _terms
+from allanite.errors import InputError, TooShortError
+from allanite.spectrum import Bins, bins_of, fill_gaps
+
+if TYPE_CHECKING:
+    from allanite.effects import Model, Stochastic
+    from allanite.effects.terms import Term
+
+__all__ = ["Data", "columns", "density", "prepare"]
+
+#: Fewest samples on which a model can be fitted.
+SHORTEST = 32
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Data:
+    """Samples (gaps bridged), their cosine ordinates in U² per sample, bins and covariates.
+
+    Attributes
+    ----------
+    samples : ndarray, shape (n,)
+    ordinates : ndarray, shape (n,)
+        Orthonormal cosine transform; ordinate j has variance S(f_j)/τ0.
+    rate : float
+        Hz.
+    covariates : mapping of str to ndarray, shape (n,)
+    start : float
+        Time of the first sample within its recording, s.
+    """
+
+    samples: NDArray[np.float64]
+    ordinates: NDArray[np.float64]
+    rate: float
+    bins: Bins
+    covariates: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    start: float = 0.0
+
+    @property
+    def n(self) -> int:
+        """Number of samples."""
+        return int(self.samples.size)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Seconds since the first sample of the recording."""
+        return self.start + np.arange(self.n) / self.rate
+
+    @property
+    def duration(self) -> float:
+        """Seconds."""
+        return self.n / self.rate
+
+    def half(self, which: int) -> Data:
+        """The first (0) or second (1) half, as a record of its own."""
+        middle = self.n // 2
+        part = slice(0, middle) if which == 0 else slice(middle, None)
+        samples = np.ascontiguousarray(self.samples[part])
+        return Data(
+            samples,
+            _kernels.cosine_transform(samples),
+            self.rate,
+            bins_of(samples.size),
+            {name: values[part] for name, values in self.covariates.items()},
+            self.start + (part.start or 0) / self.rate,
+        )
+
+    def without(self, signal: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Ordinates of the record with a deterministic signal taken out."""
+        return _kernels.cosine_transform(np.ascontiguousarray(self.samples - signal))
+
+
+def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
+    """Data of a one-column recording.
+
+    Raises
+    ------
+    InputError
+        Infinities, several columns, or samples without any variation.
+    TooShortError
+        Fewer than 32 samples, or all of them missing.
+    """
+    samples = np.asarray(recording.rate_samples())
+    label = f"column {recording.columns[0]!r}" if getattr(recording, "columns", None) else "the record"
+    if samples.ndim != 1:
+        raise InputError(f"a fit needs one column, found an array of shape {samples.shape}")
+    if samples.size < SHORTEST:
+        raise TooShortError(
+            f"{label} has {samples.size} samples: a fit needs at least {SHORTEST}, and hours for slow effects"
+        )
+    values = samples.astype(np.float64, copy=False)
+    if np.isinf(values).any():
+        raise InputError(f"{label} has {int(np.isinf(values).sum())} infinite samples: remove or mark them as NaN")
+    filled = fill_gaps(values, missing)
+    if float(np.ptp(filled)) == 0.0:
+        raise TooShortError(f"{label} is constant ({filled[0]:g}): there is no noise to fit")
+    covariates = {
+        name: fill_gaps(np.asarray(values)) for name, values in dict(recording.covariates).items()
+    }
+    ordinates = _kernels.cosine_transform(filled)
+    return Data(filled, ordinates, float(recording.rate), bins_of(filled.size), covariates)
+
+
+def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArray[np.float64]:
+    """Expected bin power of each effect at coefficient 1, shape (bins, effects)."""
+    return np.column_stack([column(model.unit_terms(e, data.rate), data) for e in effects])
+
+
+def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
+    """Expected bin power of a sum of terms, shape (bins,)."""
+    total = np.zeros(data.bins.nodes.size)
+    for term in terms:
+        total += _terms.cosine_variance(term, data.bins.nodes, data.n)
+    return data.bins.mean(total)
+
+
+def density(
+    terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int
+) -> NDArray[np.float64]:
+    """Expected squared ordinates at single j."""
+    total = np.zeros(ordinates.size)
+    for term in terms:
+        total += _terms.cosine_variance(term, ordinates, n)
+    return np.maximum(total, 1e-300)

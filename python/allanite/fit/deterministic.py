@@ -1,0 +1,124 @@
+"""Known functions of time: generalised least squares on the cosine ordinates.
+
+In the ordinates the noise is uncorrelated with variance S_j, so GLS is a weighted regression. Slow functions are seen
+in the lowest ordinates and lines in a window about their frequency; nothing else is looked at.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+
+if TYPE_CHECKING:
+    from allanite.effects import Deterministic
+    from allanite.fit.data import Data
+
+__all__ = ["Design", "Regression", "design_of", "line_ordinates", "regress", "window"]
+
+#: Ordinates in which slow functions are regressed, and half the window about a line.
+LOW, WINDOW = 32768, 512
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Design:
+    """Regressors of all deterministic effects on the ordinates that matter.
+
+    Attributes
+    ----------
+    ordinates : ndarray of int64, shape (k,)
+        The ordinates j looked at.
+    matrix : ndarray, shape (k, p)
+    owner : tuple of int
+        Which effect each of the p columns belongs to.
+    """
+
+    ordinates: NDArray[np.int64]
+    matrix: NDArray[np.float64]
+    owner: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Regression:
+    """Amplitudes (p,), their covariance (p, p), leverage of each ordinate (k,), and gain in logL."""
+
+    amplitudes: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    leverage: NDArray[np.float64]
+    gain: float
+
+
+def window(frequency: float, data: Data, half: int = WINDOW) -> NDArray[np.int64]:
+    """Ordinates about a frequency in Hz."""
+    centre = round(2.0 * data.n * frequency / data.rate)
+    return np.arange(max(1, centre - half), min(data.n, centre + half + 1), dtype=np.int64)
+
+
+def line_ordinates(frequency: float, j: NDArray[np.int64], data: Data) -> NDArray[np.float64]:
+    """Cosine transform of sin and cos of 2πft at ordinates j, shape (k, 2); closed form.
+
+    Σ_k cos(θ(k+½)+ψ) = cos(nθ/2+ψ) sin(nθ/2)/sin(θ/2), with θ = ω ± πj/n.
+    """
+    n = data.n
+    w = 2.0 * np.pi * frequency / data.rate
+    a = np.pi * j / n
+    first = 2.0 * np.pi * frequency * data.start - w / 2.0  # phase at k = −½
+
+    def total(theta: NDArray[np.float64], psi: float) -> NDArray[np.float64]:
+        half = theta / 2.0
+        small = np.abs(np.sin(half)) < 1e-12
+        ratio = np.where(small, n, np.sin(n * half) / np.where(small, 1.0, np.sin(half)))
+        return np.asarray(np.cos(n * half + psi) * ratio)
+
+    scale = np.sqrt(0.5 / n)
+    cos = scale * (total(w + a, first) + total(w - a, first))
+    sin = scale * (total(w + a, first - np.pi / 2) + total(w - a, first - np.pi / 2))
+    return np.column_stack([sin, cos])
+
+
+def design_of(effects: tuple[Deterministic, ...], data: Data) -> Design:
+    """Regressors of the effects at their present shapes."""
+    lines = {i: e for i, e in enumerate(effects) if e.kind == "sinusoid"}
+    slow = [i for i in range(len(effects)) if i not in lines]
+    parts = [window(e.values["frequency"], data) for e in lines.values()]
+    if slow:
+        parts.append(np.arange(1, min(data.n, LOW), dtype=np.int64))
+    ordinates = np.unique(np.concatenate(parts))
+    matrix, owner = [], []
+    for i, effect in enumerate(effects):
+        if i in lines:
+            block = line_ordinates(effect.values["frequency"], ordinates, data)
+        else:
+            series = effect.regressors(data.time, data.covariates)
+            block = np.column_stack(
+                [_kernels.cosine_transform(np.ascontiguousarray(s))[ordinates] for s in series.T]
+            )
+        matrix.append(block)
+        owner += [i] * block.shape[1]
+    return Design(ordinates, np.column_stack(matrix), tuple(owner))
+
+
+def regress(
+    matrix: NDArray[np.float64], values: NDArray[np.float64], variance: NDArray[np.float64]
+) -> Regression:
+    """Weighted regression of ordinates on regressors.
+
+    The gain is ½ bᵀA⁻¹b, the rise of logL at this spectrum.
+    """
+    root = 1.0 / np.sqrt(variance)
+    white = matrix * root[:, None]
+    norm = np.sqrt((white**2).sum(axis=0))
+    norm[norm == 0.0] = 1.0
+    unit = white / norm
+    normal = unit.T @ unit
+    inverse = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
+    score = unit.T @ (values * root)
+    solution = inverse @ score
+    leverage = np.einsum("ki,ij,kj->k", unit, inverse, unit)
+    return Regression(
+        solution / norm, inverse / np.outer(norm, norm), leverage, 0.5 * float(score @ solution)
+    )

@@ -1,0 +1,212 @@
+"""Shape parameters (time constants, frequencies): a scan where there is no value, then a bounded polish."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects import Deterministic, Effect, Model
+from allanite.fit.data import density
+from allanite.fit.deterministic import design_of, line_ordinates, regress, window
+
+if TYPE_CHECKING:
+    from allanite.fit.data import Data
+    from allanite.fit.whittle import Maximum
+
+__all__ = ["fit_deterministic_shapes", "fit_shapes", "polish_line", "shape_grid"]
+
+#: Ordinates about a line within which its frequency is polished.
+ZOOM = 48
+
+
+def shape_grid(effect: Effect, name: str, data: Data) -> NDArray[np.float64]:
+    """Values of a shape parameter worth trying on this record.
+
+    Times run from two samples to half the record (a longer lag is a random walk), 8 a decade; frequencies from 4/T to
+    Nyquist; an effect may say otherwise with a `grid` method.
+    """
+    own = getattr(effect, "grid", None)
+    if own is not None:
+        return np.asarray(own(name, data.n, data.rate), dtype=float)
+    unit = effect.parameter(name).unit
+    if unit == "s":
+        low, high = 2.0 / data.rate, data.duration / 2.0
+    else:
+        low, high = 4.0 / data.duration, 0.5 * data.rate
+    return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
+
+
+def _replace(model: Model, place: int, **values: float) -> Model:
+    effects = list(model.effects)
+    effects[place] = effects[place].with_values(**values)
+    return Model(tuple(effects))
+
+
+def fit_shapes(
+    model: Model, maximise: Callable[[Model], Maximum], data: Data, *, polish: bool
+) -> Model:
+    """Shapes of stochastic effects and modifiers that maximise logL."""
+    free: list[tuple[int, str]] = []
+    for place, effect in enumerate(model.effects):
+        if isinstance(effect, Deterministic):
+            continue
+        names = [n for n in effect.free_shapes if not isinstance(effect.values[n], str)]
+        missing = [n for n in names if effect.values[n] is None]
+        if missing:
+            model = _scan(model, place, missing, maximise, data)
+        free += [(place, n) for n in names if getattr(effect, "discrete", None) != n]
+    if not free or not polish:
+        return model
+    return _polish(model, free, maximise, data)
+
+
+def _scan(
+    model: Model, place: int, names: list[str], maximise: Callable[[Model], Maximum], data: Data
+) -> Model:
+    grids = [shape_grid(model.effects[place], n, data) for n in names]
+    best, value = model, -np.inf
+    for point in np.stack(np.meshgrid(*grids, indexing="ij"), -1).reshape(-1, len(names)):
+        tried = _replace(model, place, **dict(zip(names, map(float, point), strict=True)))
+        found = maximise(tried).log_likelihood
+        if found > value:
+            best, value = tried, found
+    return best
+
+
+def _polish(
+    model: Model, free: list[tuple[int, str]], maximise: Callable[[Model], Maximum], data: Data
+) -> Model:
+    """Nelder-Mead in the logarithms; a handful of shapes at most, each evaluation under a millisecond."""
+    from scipy.optimize import minimize
+
+    def bounds(place: int, name: str) -> tuple[float, float]:
+        effect = model.effects[place]
+        declared = effect.parameter(name)
+        grid = shape_grid(effect, name, data)
+        low, high = max(declared.low, grid.min() / 4.0), min(declared.high, grid.max() * 4.0)
+        return float(np.log(max(low, 1e-300))), float(np.log(high))
+
+    limits = [bounds(*f) for f in free]
+    start = np.array([np.log(model.effects[p].values[n]) for p, n in free])
+    start = np.clip(start, [lo for lo, _ in limits], [hi for _, hi in limits])
+
+    def at(point: NDArray[np.float64]) -> Model:
+        out = model
+        for (place, name), u in zip(free, point, strict=True):
+            out = _replace(out, place, **{name: float(np.exp(u))})
+        return out
+
+    simplex = np.vstack([start, start + 0.15 * np.eye(start.size)])
+    found = minimize(
+        lambda u: -maximise(at(u)).log_likelihood,
+        start,
+        method="Nelder-Mead",
+        bounds=limits,
+        options={"initial_simplex": np.clip(simplex, *np.array(limits).T), "xatol": 1e-3, "fatol": 1e-4,
+                 "maxfev": 120 * start.size},
+    )
+    return at(found.x)
+
+
+def fit_deterministic_shapes(
+    model: Model, residual: NDArray[np.float64], data: Data, *, scan: bool
+) -> Model:
+    """Shapes of deterministic effects: frequencies of lines, time constants, lags, given the spectrum."""
+    terms = model.terms(data.rate)
+    for place, effect in enumerate(model.effects):
+        if not isinstance(effect, Deterministic) or not effect.free_shapes:
+            continue
+        others = tuple(e for i, e in enumerate(model.effects) if i != place and isinstance(e, Deterministic))
+        if effect.kind == "sinusoid":
+            taken = _others_signal(others, data)
+            ordinates = data.ordinates if taken is None else data.without(taken)
+            start = effect.values["frequency"]
+            if start is None:
+                start = strongest_line(ordinates, terms, data)
+            found = polish_line(start, ordinates, terms, data)
+            model = _replace(model, place, frequency=found)
+        else:
+            model = _polish_slow(model, place, others, terms, data, scan=scan)
+    return model
+
+
+def _others_signal(others: tuple[Deterministic, ...], data: Data) -> NDArray[np.float64] | None:
+    known = [e for e in others if any(v is not None and v != 0.0 for v in e.amplitudes())]
+    known = [e for e in known if all(e.values[n] is not None for n in e.free_shapes)]
+    if not known:
+        return None
+    return np.asarray(sum(e.signal(data.time, data.covariates) for e in known))
+
+
+def strongest_line(
+    ordinates: NDArray[np.float64], terms: tuple[tuple[str, tuple[float, ...]], ...], data: Data
+) -> float:
+    """Frequency of the largest whitened ordinate pair, Hz."""
+    j = np.arange(8, data.n)
+    ratio = ordinates[8:] ** 2 / density(terms, j, data.n)
+    return float(j[int(np.argmax(ratio))] * data.rate / (2.0 * data.n))
+
+
+def polish_line(
+    start: float,
+    ordinates: NDArray[np.float64],
+    terms: tuple[tuple[str, tuple[float, ...]], ...],
+    data: Data,
+) -> float:
+    """Frequency near `start` (within 1/T) at which a line explains most, Hz."""
+    from scipy.optimize import minimize_scalar
+
+    j = window(start, data, ZOOM)
+    variance = density(terms, j, data.n)
+    values = ordinates[j]
+    step = data.rate / (2.0 * data.n)
+
+    def loss(f: float) -> float:
+        return -regress(line_ordinates(f, j, data), values, variance).gain
+
+    grid = start + step * np.linspace(-2.0, 2.0, 33)
+    grid = grid[(grid > step) & (grid < data.rate / 2.0 - step)]
+    centre = grid[int(np.argmin([loss(f) for f in grid]))]
+    found = minimize_scalar(loss, bounds=(centre - step / 8, centre + step / 8), method="bounded",
+                            options={"xatol": 1e-4 * step})
+    return float(found.x)
+
+
+def _polish_slow(
+    model: Model,
+    place: int,
+    others: tuple[Deterministic, ...],
+    terms: tuple[tuple[str, tuple[float, ...]], ...],
+    data: Data,
+    *,
+    scan: bool,
+) -> Model:
+    """Profile gain of one shape of a slow effect (lag, time constant, time), others refitted with it."""
+    from scipy.optimize import minimize_scalar
+
+    effect = model.effects[place]
+    for name in effect.free_shapes:
+        def loss(value: float, name: str = name) -> float:
+            tried = effect.with_values(**{name: value})  # noqa: B023
+            assert isinstance(tried, Deterministic)
+            design = design_of((tried, *others), data)
+            variance = density(terms, design.ordinates, data.n)
+            return -regress(design.matrix, data.ordinates[design.ordinates], variance).gain
+
+        grid = np.unique(shape_grid(effect, name, data))
+        known = effect.values[name]
+        if known is None or scan:
+            if known is not None:
+                grid = np.unique(np.append(grid, known))
+            known = float(grid[int(np.argmin([loss(v) for v in grid]))])
+        at = int(np.searchsorted(grid, known))
+        low, high = float(grid[max(0, at - 1)]), float(grid[min(grid.size - 1, at + 1)])
+        if high > low:
+            found = minimize_scalar(loss, bounds=(low, high), method="bounded", options={"maxiter": 20})
+            if found.fun < loss(known):
+                known = float(found.x)
+        effect = effect.with_values(**{name: known})
+    return _replace(model, place, **{n: effect.values[n] for n in effect.free_shapes})
