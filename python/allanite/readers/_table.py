@@ -1,0 +1,108 @@
+"""What every reader returns: columns of numbers with what the file says about them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+
+from allanite.errors import InputError
+from allanite.timebase import TIME_UNITS
+from allanite.units import ACCELERATION, ANGULAR_RATE, parse_unit
+
+__all__ = ["Role", "Table", "role_of", "sensor_kind", "split_unit"]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Columns of a log.
+
+    Attributes
+    ----------
+    names : tuple of str
+        One a column, without units.
+    data : ndarray of shape (n, columns)
+        The numbers.
+    units : tuple of (str or None)
+        Unit of each column as the file says it, if it does.
+    rate : float or None
+        Sampling rate that the file states, Hz.
+    time : ndarray of shape (n,) or None
+        Time stamps kept apart from the columns.
+    named : bool
+        Whether the names come from the file (else they are made up: x0, x1, …).
+    """
+
+    names: tuple[str, ...]
+    data: NDArray[Any]
+    units: tuple[str | None, ...]
+    rate: float | None = None
+    time: NDArray[Any] | None = None
+    named: bool = True
+
+
+Role = str  # "sensor", "time", "temperature", "other"
+
+_WITH_UNIT = re.compile(r"^\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$")
+_TIME = re.compile(
+    r"^(t|time|times|timestamp|time_?stamp|stamp|sec|secs|seconds|epoch|date_?time|"
+    r"(sample|unix|utc|system|sensor)_?time(stamp)?(_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))?|"
+    r"(t|time|timestamp|stamp)_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))$"
+)
+_TEMPERATURE = re.compile(r"(^|[^a-z])temp(erature)?s?([^a-z]|$)|^(imu|gyro|acc|die|board)?temp(erature)?\d*$")
+_OTHER = re.compile(
+    r"(^|[^a-z])(mag|magn|magnet\w*|baro\w*|press\w*|humid\w*|volt\w*|vbat|batt\w*|alt\w*|lat|lon\w*|"
+    r"seq|sequence|index|idx|counter|count|sample|samples|no|number|status|flags?|roll|pitch|yaw|"
+    r"quat\w*|q[0-3wxyz]|heading|id)([^a-z]|$)|^(mag|m|b)[xyz]$|^unnamed: \d+$"
+)
+_GYRO = re.compile(r"gyr|ang.*(vel|rate)|omega|^[gw]_?[xyz]$|^rate_?[xyz]?$|(^|[^a-z])gyr")
+_ACCEL = re.compile(r"acc|^a_?[xyz]$|^f_?[xyz]$|spec\w*_?force")
+
+
+def split_unit(cell: str) -> tuple[str, str | None]:
+    """``"gyro x [deg/s]"`` → name and unit; a bracket without a unit stays part of the name."""
+    match = _WITH_UNIT.match(cell)
+    if match is None or not match["name"]:
+        return cell.strip(), None
+    return match["name"], match["unit"].strip() or None
+
+
+def role_of(name: str, unit: str | None) -> Role:
+    """What a column is, from its unit where it has one, else from its name."""
+    key = name.strip().lower().replace(" ", "_").replace("-", "_")
+    if _TIME.match(key):
+        return "time"
+    if _TEMPERATURE.search(key) or (unit or "").replace("°", "deg") in ("degC", "degF", "C", "K"):
+        return "temperature"
+    if unit is not None:
+        # A phase in s, or an angle, is a sensor's too.
+        if unit.strip() in ("s", "deg", "°", "rad", "m/s"):
+            return "sensor"
+        try:
+            parse_unit(unit)
+        except InputError:
+            return "other"
+        return "sensor"
+    return "other" if _OTHER.search(key) else "sensor"
+
+
+def time_unit_of(name: str, unit: str | None) -> str | None:
+    """Unit of a time column, if its header says it: ``time [ms]``, ``timestamp_us``."""
+    if unit in TIME_UNITS:
+        return unit
+    match = re.search(r"_?(ns|nsec|nanos?|us|usec|micros?|ms|msec|millis?|_s|_sec)$", name.strip().lower())
+    if match is None:
+        return "us" if unit == "µs" else None
+    return {"n": "ns", "u": "us", "mic": "us", "ms": "ms", "mil": "ms", "_": "s"}[
+        next(k for k in ("n", "u", "mic", "ms", "mil", "_") if match.group(1).startswith(k))
+    ]
+
+
+def sensor_kind(name: str) -> str | None:
+    """Kind of sensor that a name speaks of, if it does."""
+    key = name.strip().lower().replace(" ", "_")
+    if _ACCEL.search(key):
+        return ACCELERATION
+    return ANGULAR_RATE if _GYRO.search(key) else None

@@ -1,0 +1,34 @@
+"""NPY: one array, no names, no units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from allanite.errors import InputError
+from allanite.readers._table import Table
+
+__all__ = ["read"]
+
+
+def read(path: Path) -> Table:
+    """Read an array of shape (n,) or (n, columns); pickled objects are never loaded."""
+    try:
+        data = np.load(path, allow_pickle=False)
+    except (ValueError, EOFError) as error:
+        if "pickle" in str(error).lower() or "object" in str(error).lower():
+            raise InputError(
+                f"{path}: not an NPY file of numbers (pickled objects are never loaded); save a plain array"
+            ) from None
+        raise InputError(f"{path}: damaged or truncated NPY file ({error})") from None
+    if data.ndim == 1:
+        data = data[:, np.newaxis]
+    if data.ndim != 2 or data.dtype.kind not in "iufb":
+        raise InputError(
+            f"{path}: samples must be numbers of shape (n,) or (n, columns), found {data.dtype} of"
+            f" shape {data.shape}"
+        )
+    k = data.shape[1]
+    names = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
+    return Table(names, data, (None,) * k, named=False)

@@ -1,0 +1,90 @@
+"""NPZ with the keys data, rate_hz, channels, unit and optionally t; what `simulate` writes too."""
+
+from __future__ import annotations
+
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import InputError
+from allanite.readers._table import Table
+
+__all__ = ["read"]
+
+
+def read(path: Path) -> Table:
+    """Read the array ``data`` (n,) or (n, channels) with what stands beside it.
+
+    Raises
+    ------
+    InputError
+        A truncated or damaged file, pickled objects (never loaded), no key ``data``, lengths that
+        differ.
+    """
+    found = _load(path)
+    if "data" not in found:
+        raise InputError(f"{path}: no key 'data' among {', '.join(found) or 'no keys at all'}")
+    data = found["data"]
+    if data.ndim == 1:
+        data = data[:, np.newaxis]
+    if data.ndim != 2 or data.dtype.kind not in "iufb":
+        raise InputError(
+            f"{path}: 'data' must be numbers of shape (n,) or (n, channels), found {data.dtype} of shape"
+            f" {data.shape}"
+        )
+    n, k = data.shape
+    names = _texts(found, "channels", k, path)
+    units = _texts(found, "unit", k, path)
+    time = found.get("t")
+    if time is not None and time.shape != (n,):
+        raise InputError(f"{path}: 't' has shape {time.shape}, 'data' has {n} rows")
+    rate = found.get("rate_hz")
+    if rate is not None and (rate.size != 1 or rate.dtype.kind not in "iuf"):
+        raise InputError(f"{path}: 'rate_hz' must be one number, found shape {rate.shape}")
+    return Table(
+        names=names or (("x",) if k == 1 else tuple(f"x{i}" for i in range(k))),
+        data=data,
+        units=units or (None,) * k,
+        rate=None if rate is None else float(rate.reshape(())),
+        time=time,
+        named=names is not None,
+    )
+
+
+def _load(path: Path) -> dict[str, NDArray[Any]]:
+    key = ""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            found = {}
+            for key in archive.files:
+                # Only what is read here is loaded: a foreign key cannot do harm or cost memory.
+                if key in ("data", "rate_hz", "channels", "unit", "t"):
+                    found[key] = archive[key]
+                else:
+                    found.setdefault(key, np.empty(0))
+            return found
+    except (zipfile.BadZipFile, zlib.error, EOFError) as error:
+        raise InputError(f"{path}: damaged or truncated NPZ file ({error})") from None
+    except ValueError as error:
+        if "pickle" in str(error).lower() or "object" in str(error).lower():
+            what = f"key {key!r} holds pickled objects" if key else "not an NPZ file"
+            raise InputError(f"{path}: {what}; they are never loaded: save plain arrays") from None
+        raise InputError(f"{path}: damaged or truncated NPZ file ({error})") from None
+
+
+def _texts(
+    found: dict[str, NDArray[Any]], key: str, k: int, path: Path
+) -> tuple[str, ...] | None:
+    """Texts of a key, one a channel; a single one serves every channel."""
+    if key not in found:
+        return None
+    texts = tuple(str(text) for text in np.atleast_1d(found[key]).ravel())
+    if len(texts) == 1:
+        texts *= k
+    if len(texts) != k:
+        raise InputError(f"{path}: {len(texts)} entries in {key!r} for {k} channels")
+    return texts
