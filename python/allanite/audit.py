@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.units import coefficient_unit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
+
+    from numpy.typing import NDArray
 
     from allanite.recording import Recording
     from allanite.timebase import Stamps
@@ -171,7 +172,9 @@ class _Column:
 def _is_single(x: NDArray[Any]) -> bool:
     """Whether doubles were printed or stored as single precision on their way."""
     some = x[: 1 << 12]
-    return bool(x.dtype == np.float64 and np.array_equal(some.astype(np.float32), some, equal_nan=True))
+    return bool(
+        x.dtype == np.float64 and np.array_equal(some.astype(np.float32), some, equal_nan=True)
+    )
 
 
 def _blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> NDArray[np.float64]:
@@ -284,7 +287,10 @@ def _check_clipping(c: _Column) -> Iterator[Finding]:
         if inner.size == 0:
             continue
         after = inner.max() if edge == c.high else inner.min()
-        if at_edge > 3 * int(np.count_nonzero(inner == after)) and np.unique(inner[:10_000]).size > 3:
+        if (
+            at_edge > 3 * int(np.count_nonzero(inner == after))
+            and np.unique(inner[:10_000]).size > 3
+        ):
             yield c.finding(
                 "clipping",
                 "warning",
@@ -363,7 +369,11 @@ def _check_static(c: _Column) -> Iterator[Finding]:
         "warning",
         f"not at rest: activity {activity[first : last + 1].max() / usual:.3g} times the usual around"
         f" {first * span:.4g}–{(last + 1) * span:.4g} s"
-        + (f" and in {loud.size - (last - first + 1)} other stretches" if loud.size > last - first + 1 else "")
+        + (
+            f" and in {loud.size - (last - first + 1)} other stretches"
+            if loud.size > last - first + 1
+            else ""
+        )
         + "; --trim leaves it out",
         start_s=float(first * span),
         end_s=float((last + 1) * span),

@@ -50,7 +50,9 @@ class Estimate(float):
         self = super().__new__(cls, value)
         fix = object.__setattr__
         fix(self, "std_error", None if std_error is None else float(std_error))
-        fix(self, "interval", None if interval is None else (float(interval[0]), float(interval[1])))
+        fix(
+            self, "interval", None if interval is None else (float(interval[0]), float(interval[1]))
+        )
         fix(self, "unit", unit)
         fix(self, "detected", bool(detected))
         fix(self, "name", name)
@@ -89,7 +91,9 @@ class Estimate(float):
         return Estimate(
             self.value * factor,
             None if self.std_error is None else self.std_error * factor,
-            None if self.interval is None else (self.interval[0] * factor, self.interval[1] * factor),
+            None
+            if self.interval is None
+            else (self.interval[0] * factor, self.interval[1] * factor),
             unit,
             self.detected,
             self.name,
@@ -107,7 +111,9 @@ class Estimate(float):
 
     def __repr__(self) -> str:
         if not self.detected and self.interval is not None and math.isfinite(self.interval[1]):
-            return f"< {self.interval[1]:.2g} {self.unit} (not detected, 95 % limit)".replace("  ", " ")
+            return f"< {self.interval[1]:.2g} {self.unit} (not detected, 95 % limit)".replace(
+                "  ", " "
+            )
         return f"{_with_error(self.value, self.std_error)} {self.unit}".rstrip()
 
     __str__ = __repr__

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from allanite.errors import InputError, TooShortError
+from allanite.errors import InputError
+from allanite.samples import column_names, covariate, locked, own
 from allanite.timebase import Stamps, fill_gaps, read_stamps
 from allanite.units import conversion, parse_unit, rate_unit
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from numpy.typing import ArrayLike, NDArray
+
     from allanite.audit import Finding
 
 __all__ = ["QUANTITIES", "Recording"]
@@ -94,12 +97,14 @@ class Recording:
             samples = samples.magnitude if unit == "1" else samples.to(_pint(unit)).magnitude  # type: ignore[union-attr]
         if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
             columns = [str(name) for name in samples.columns]
-        array = _own(samples, where)
+        array = own(samples, where)
         if array.ndim == 2 and array.shape[1] == 1:
             array = array[:, 0]
         n = array.shape[0]
-        names = _names(columns, array)
-        extra = {name: _covariate(name, values, n, where) for name, values in (covariates or {}).items()}
+        names = column_names(columns, array)
+        extra = {
+            name: covariate(name, values, n, where) for name, values in (covariates or {}).items()
+        }
         stamps = None
         if time is not None:
             stamps = read_stamps(time, time_unit)
@@ -109,7 +114,9 @@ class Recording:
             extra = {name: fill_gaps(values, stamps) for name, values in extra.items()}
         if rate is None:
             if stamps is None:
-                raise InputError(f"{where}no sampling rate: give rate= (--rate HZ) or a time column")
+                raise InputError(
+                    f"{where}no sampling rate: give rate= (--rate HZ) or a time column"
+                )
             rate = stamps.rate
         if not (np.isfinite(rate) and rate > 0):
             raise InputError(f"{where}the rate must be a positive number of Hz, found {rate:g}")
@@ -117,12 +124,12 @@ class Recording:
         if len(units) != len(names):
             raise InputError(f"{where}{len(units)} units for {len(names)} columns")
         self._fix(
-            samples=_locked(array),
+            samples=locked(array),
             rate=float(rate),
             units=tuple(rate_unit(text, quantity).name for text in units),
             quantity=quantity,
             columns=names,
-            covariates=MappingProxyType({name: _locked(v) for name, v in extra.items()}),
+            covariates=MappingProxyType({name: locked(v) for name, v in extra.items()}),
             covariate_units=MappingProxyType(dict(covariate_units or {})),
             path=None if path is None else str(path),
             stamps=stamps,
@@ -206,7 +213,7 @@ class Recording:
         """
         at = find_column(name, self.columns, self.path)
         return self._with(
-            samples=_locked(np.ascontiguousarray(self.samples[:, at]))
+            samples=locked(np.ascontiguousarray(self.samples[:, at]))
             if self.samples.ndim == 2
             else self.samples,
             columns=(self.columns[at],),
@@ -243,7 +250,9 @@ class Recording:
         Averaging keeps the white level N; skipping samples would alias it up by √k.
         """
         if k < 1 or k > self.n:
-            raise InputError(f"decimation by {k}: must be from 1 to the number of samples, {self.n}")
+            raise InputError(
+                f"decimation by {k}: must be from 1 to the number of samples, {self.n}"
+            )
         if k == 1:
             return self
         m = self.n // k
@@ -257,9 +266,9 @@ class Recording:
             samples = self.samples[: m * k].reshape(m, k, *self.samples.shape[1:]).sum(axis=1)
         else:
             samples = mean(self.samples)
-        extra = {name: _locked(mean(values)) for name, values in self.covariates.items()}
+        extra = {name: locked(mean(values)) for name, values in self.covariates.items()}
         return self._with(
-            samples=_locked(samples), rate=self.rate / k, covariates=MappingProxyType(extra)
+            samples=locked(samples), rate=self.rate / k, covariates=MappingProxyType(extra)
         )
 
     def to(self, unit: str) -> Recording:
@@ -273,7 +282,9 @@ class Recording:
         target = parse_unit(unit)
         kinds = [parse_unit(u).kind for u in self.units]
         if target.kind not in kinds:
-            raise InputError(f"cannot express {self.unit} ({kinds[0]}) in {target.name} ({target.kind})")
+            raise InputError(
+                f"cannot express {self.unit} ({kinds[0]}) in {target.name} ({target.kind})"
+            )
         factors = np.array(
             [
                 conversion(own, target.name) if kind == target.kind else 1.0
@@ -287,7 +298,7 @@ class Recording:
         if units == self.units:
             return self
         samples = self.samples * (factors if self.samples.ndim == 2 else factors[0])
-        return self._with(samples=_locked(samples), units=units)
+        return self._with(samples=locked(samples), units=units)
 
     def rate_samples(self) -> NDArray[Any]:
         """Rate samples of a one-column recording, in `unit`.
@@ -362,51 +373,3 @@ def _restore(state: dict[str, Any]) -> Recording:
 
 def _pint(unit: str | Sequence[str]) -> str:
     return str(unit).replace("^", "**").replace("°", "deg")
-
-
-def _own(samples: Any, where: str) -> NDArray[Any]:
-    """Array of one or two dimensions that nobody else can write to."""
-    array = np.asarray(samples)
-    if array.dtype.kind == "b":
-        array = array.astype(np.int64)
-    if array.dtype.kind not in "iuf":
-        raise InputError(f"{where}samples must be real numbers, found {array.dtype}")
-    if array.ndim not in (1, 2):
-        raise InputError(f"{where}samples must have shape (n,) or (n, columns), found {array.shape}")
-    if array.size == 0:
-        raise TooShortError(f"{where}no samples")
-    if array.dtype.kind == "f":
-        bad = np.isinf(array)
-        if bad.any():
-            row = int(np.argwhere(bad)[0][0])
-            raise InputError(
-                f"{where}{np.count_nonzero(bad)} infinite samples, the first in row {row}:"
-                " mark missing samples with NaN"
-            )
-        if np.isnan(array).all():
-            raise TooShortError(f"{where}every sample is NaN")
-    if array.flags.writeable:
-        # A view, or an array someone else holds, could change under a running computation.
-        array = array.copy()
-    return array
-
-
-def _names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[str, ...]:
-    k = 1 if array.ndim == 1 else array.shape[1]
-    if columns is None:
-        return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
-    if len(columns) != k:
-        raise InputError(f"{len(columns)} column names for {k} columns")
-    return tuple(columns)
-
-
-def _covariate(name: str, values: ArrayLike, n: int, where: str) -> NDArray[np.float64]:
-    array = np.array(values, dtype=np.float64)
-    if array.shape != (n,):
-        raise InputError(f"{where}covariate {name!r} has shape {array.shape}, the samples have {n} rows")
-    return array
-
-
-def _locked(array: NDArray[Any]) -> NDArray[Any]:
-    array.flags.writeable = False
-    return array

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["Stamps", "read_stamps"]
 
@@ -84,13 +87,17 @@ def read_stamps(time: ArrayLike, unit: str | None = None) -> Stamps:
     """
     t = np.asarray(time)
     if t.ndim != 1 or t.size < 2:
-        raise InputError(f"the time column needs at least two stamps in one column, found shape {t.shape}")
+        raise InputError(
+            f"the time column needs at least two stamps in one column, found shape {t.shape}"
+        )
     if t.dtype.kind == "M":
         t = t.astype("datetime64[ns]").astype(np.int64)
         unit = "ns"
     if t.dtype.kind == "f" and not np.isfinite(t).all():
         row = int(np.flatnonzero(~np.isfinite(t))[0])
-        raise InputError(f"the time column holds {t[row]} at row {row}; give rate= and leave the column out")
+        raise InputError(
+            f"the time column holds {t[row]} at row {row}; give rate= and leave the column out"
+        )
     # Differences before the conversion to float keep nanoseconds since 1970 exact.
     steps = np.diff(t.astype(np.int64) if t.dtype.kind in "iu" else t).astype(np.float64)
     advancing = steps[steps > 0]
@@ -101,7 +108,9 @@ def read_stamps(time: ArrayLike, unit: str | None = None) -> Stamps:
     mean = span / steps.size
     guessed = unit is None
     if unit is None:
-        unit = _guess(float(t[0]), min(median, mean) if advancing.size < 0.7 * steps.size else median)
+        unit = _guess(
+            float(t[0]), min(median, mean) if advancing.size < 0.7 * steps.size else median
+        )
     second = TIME_UNITS[unit]
 
     late = np.flatnonzero(steps > 1.5 * median)

@@ -273,7 +273,9 @@ def parse_unit(text: str) -> Unit:
         )
     for name in _CANONICAL:
         known = _quantity(name)
-        if known.powers == quantity.powers and math.isclose(known.scale, quantity.scale, rel_tol=1e-12):
+        if known.powers == quantity.powers and math.isclose(
+            known.scale, quantity.scale, rel_tol=1e-12
+        ):
             return Unit(name, kind, known.scale)
     return Unit(_normalise(text), kind, quantity.scale)
 
@@ -303,7 +305,13 @@ def coefficient_unit(unit: str, power_of_second: float) -> str:
     power_of_second : float
         1 for Q, ½ for N, 0 for B, −½ for K, −1 for R.
     """
-    spelled = {1.0: f"{unit}·s", 0.5: f"{unit}·s^½", 0.0: unit, -0.5: f"{unit}/s^½", -1.0: f"{unit}/s"}
+    spelled = {
+        1.0: f"{unit}·s",
+        0.5: f"{unit}·s^½",
+        0.0: unit,
+        -0.5: f"{unit}/s^½",
+        -1.0: f"{unit}/s",
+    }
     return spelled[float(power_of_second)]
 
 

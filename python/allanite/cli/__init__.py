@@ -1,1 +1,106 @@
-"""(to come)"""
+"""The command line: `main` turns every error into one line and an exit code.
+
+Exit codes: 0 done · 1 ``check --strict`` found the model inadequate · 2 input or options wrong ·
+3 input usable but too short or too broken · 130 interrupted. Each command is one file of this package,
+imported when it is asked for.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+import click
+
+from allanite.errors import AllaniteError, TooShortError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["main"]
+
+# Command → what `--help` says of it, kept here so that help imports no command.
+COMMANDS = {
+    "adev": "Allan deviation of a log: tau, deviation, interval.",
+    "fit": "Coefficients of a noise model, with intervals.",
+    "check": "Where a model fails to describe a log, and which effects are missing.",
+    "improve": "Add the missing effects one by one until nothing helps; prints the ladder.",
+    "simulate": "Samples of a model, seeded, of any length.",
+}
+
+
+class _Commands(click.Group):
+    """A group that imports a command's module when the command runs."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = import_module(f"allanite.cli.{cmd_name}").command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+def _version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    if value:
+        from allanite._kernels import version
+
+        click.echo(f"allanite {version()}")
+        ctx.exit()
+
+
+@click.group(
+    cls=_Commands,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="A model is a sum such as N+B+K or N+GM(T=30), or a file written by fit --save.",
+)
+@click.option("--version", is_flag=True, expose_value=False, is_eager=True, callback=_version)
+def cli() -> None:
+    """Noise models of inertial sensors: measure, fit, criticise, improve."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit with its code; never shows a traceback for a user's mistake."""
+    sys.exit(_run(arguments))
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    try:
+        code = cli.main(args=arguments, prog_name="allanite", standalone_mode=False)
+        sys.stdout.flush()
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.ctx.get_help() if error.ctx else str(error))
+        return 0
+    except click.ClickException as error:
+        return _fail(error.format_message(), 2)
+    except TooShortError as error:
+        return _fail(str(error), 3)
+    except AllaniteError as error:
+        return _fail(str(error), 2)
+    except (KeyboardInterrupt, click.Abort):
+        return _fail("interrupted", 130)
+    except BrokenPipeError:
+        # The reader of a pipe has seen enough; nothing more can be flushed at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except MemoryError:
+        return _fail("not enough memory for this log: --decimate averages it down", 3)
+    except OSError as error:
+        return _fail(f"{error.filename or 'file'}: {error.strerror or error}", 2)
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.startswith("allanite"):
+            raise
+        return _fail(f"{error.name} is not installed: pip install 'allanite[all]'", 2)
+    return code if isinstance(code, int) else 0
+
+
+def _fail(message: str, code: int) -> int:
+    click.echo(f"allanite: {' '.join(message.split())}", err=True)
+    return code

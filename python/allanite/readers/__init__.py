@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from allanite.errors import InputError
 from allanite.readers._table import Table, role_of, sensor_kind, time_unit_of
 from allanite.recording import Recording, find_column
 from allanite.units import parse_unit, rate_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 __all__ = ["FORMATS", "read", "read_table"]
 
@@ -121,11 +124,11 @@ def read_table(path: Path) -> Table:
     return table
 
 
-def _reader(name: str):  # type: ignore[no-untyped-def]  # noqa: ANN202
+def _reader(name: str):  # type: ignore[no-untyped-def]
     return importlib.import_module(f"allanite.readers.{name}")
 
 
-def _time(table: Table, roles: list[str], time_column: str | int | None, where: str):  # type: ignore[no-untyped-def]  # noqa: ANN202
+def _time(table: Table, roles: list[str], time_column: str | int | None, where: str):  # type: ignore[no-untyped-def]
     """Time stamps, their column's index (or None) and their unit if the header says it."""
     if time_column is not None:
         if table.time is not None and time_column in ("t", "time"):
@@ -209,7 +212,7 @@ def _same_length(table: Table, columns: list[int], where: str) -> None:
         )
 
 
-def _take(table: Table, columns: list[int]):  # type: ignore[no-untyped-def]  # noqa: ANN202
+def _take(table: Table, columns: list[int]):  # type: ignore[no-untyped-def]
     if len(columns) == 1:
         return table.data[:, columns[0]].copy()
     whole = columns == list(range(table.data.shape[1]))

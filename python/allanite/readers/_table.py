@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Any
-
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from allanite.errors import InputError
 from allanite.timebase import TIME_UNITS
 from allanite.units import ACCELERATION, ANGULAR_RATE, parse_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 __all__ = ["Role", "Table", "role_of", "sensor_kind", "split_unit"]
 
@@ -45,13 +46,17 @@ class Table:
 
 Role = str  # "sensor", "time", "temperature", "other"
 
-_WITH_UNIT = re.compile(r"^\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$")
+_WITH_UNIT = re.compile(
+    r"^\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$"
+)
 _TIME = re.compile(
     r"^(t|time|times|timestamp|time_?stamp|stamp|sec|secs|seconds|epoch|date_?time|"
     r"(sample|unix|utc|system|sensor)_?time(stamp)?(_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))?|"
     r"(t|time|timestamp|stamp)_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))$"
 )
-_TEMPERATURE = re.compile(r"(^|[^a-z])temp(erature)?s?([^a-z]|$)|^(imu|gyro|acc|die|board)?temp(erature)?\d*$")
+_TEMPERATURE = re.compile(
+    r"(^|[^a-z])temp(erature)?s?([^a-z]|$)|^(imu|gyro|acc|die|board)?temp(erature)?\d*$"
+)
 _OTHER = re.compile(
     r"(^|[^a-z])(mag|magn|magnet\w*|baro\w*|press\w*|humid\w*|volt\w*|vbat|batt\w*|alt\w*|lat|lon\w*|"
     r"seq|sequence|index|idx|counter|count|sample|samples|no|number|status|flags?|roll|pitch|yaw|"
@@ -92,7 +97,9 @@ def time_unit_of(name: str, unit: str | None) -> str | None:
     """Unit of a time column, if its header says it: ``time [ms]``, ``timestamp_us``."""
     if unit in TIME_UNITS:
         return unit
-    match = re.search(r"_?(ns|nsec|nanos?|us|usec|micros?|ms|msec|millis?|_s|_sec)$", name.strip().lower())
+    match = re.search(
+        r"_?(ns|nsec|nanos?|us|usec|micros?|ms|msec|millis?|_s|_sec)$", name.strip().lower()
+    )
     if match is None:
         return "us" if unit == "µs" else None
     return {"n": "ns", "u": "us", "mic": "us", "ms": "ms", "mil": "ms", "_": "s"}[

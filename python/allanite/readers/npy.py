@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite.errors import InputError
 from allanite.readers._table import Table
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 __all__ = ["read"]
 

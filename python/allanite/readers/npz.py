@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.readers._table import Table
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
 
 __all__ = ["read"]
 
@@ -76,9 +79,7 @@ def _load(path: Path) -> dict[str, NDArray[Any]]:
         raise InputError(f"{path}: damaged or truncated NPZ file ({error})") from None
 
 
-def _texts(
-    found: dict[str, NDArray[Any]], key: str, k: int, path: Path
-) -> tuple[str, ...] | None:
+def _texts(found: dict[str, NDArray[Any]], key: str, k: int, path: Path) -> tuple[str, ...] | None:
     """Texts of a key, one a channel; a single one serves every channel."""
     if key not in found:
         return None

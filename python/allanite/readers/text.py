@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite.errors import InputError
 from allanite.readers._table import Table, split_unit
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 __all__ = ["read"]
 
@@ -24,9 +27,15 @@ def read(path: Path) -> Table:
     """
     raw = path.read_bytes()
     if b"\0" in raw[:4096]:
-        raise InputError(f"{path}: not a text log (binary data); known formats are text, NPY, NPZ, MAT, bag, ULog")
+        raise InputError(
+            f"{path}: not a text log (binary data); known formats are text, NPY, NPZ, MAT, bag, ULog"
+        )
     lines = raw.decode("utf-8-sig", errors="replace").splitlines()
-    rows = [(i, s) for i, line in enumerate(lines, 1) if (s := line.strip()) and not s.startswith(COMMENTS)]
+    rows = [
+        (i, s)
+        for i, line in enumerate(lines, 1)
+        if (s := line.strip()) and not s.startswith(COMMENTS)
+    ]
     if not rows:
         raise InputError(f"{path}: no rows of numbers in it")
     sample = rows[len(rows) // 2][1]
@@ -50,7 +59,9 @@ def read(path: Path) -> Table:
             value = _number(cell, comma)
             if value is None:
                 name = header[j] if header else str(j)
-                raise InputError(f"{path}: row {rows[at][0]}, column {name}: {cell!r} is not a number")
+                raise InputError(
+                    f"{path}: row {rows[at][0]}, column {name}: {cell!r} is not a number"
+                )
             data[at, j] = value
     named = header is not None
     cells = header or [f"x{i}" for i in range(k)]

@@ -1,0 +1,35 @@
+"""allanite check: the criticism of a model."""
+
+from __future__ import annotations
+
+import click
+
+from allanite.cli.options import LogOptions, log_options, model_option, plot_option
+
+
+@click.command("check")
+@click.argument("log")
+@model_option
+@click.option("--strict", is_flag=True, help="Exit with 1 if the model is inadequate.")
+@plot_option
+@log_options
+@click.pass_context
+def command(
+    ctx: click.Context, log: str, model: str, strict: bool, plot: str | None, options: LogOptions
+) -> None:
+    """Compare MODEL with LOG: where it fails, and which effects are missing."""
+    from allanite.cli import output
+    from allanite.cli.options import columns_of
+    from allanite.effects.files import parse_model
+
+    parsed = parse_model(model)
+    columns = columns_of(log, options)
+    checks = []
+    for column in columns:
+        with output.progress(column.columns[0], options) as on_progress:
+            checks.append(parsed.fit(column).check(on_progress=on_progress))
+    output.plot(checks, [c.columns[0] for c in columns], plot)
+    output.notes(columns, options)
+    output.show(checks, options)
+    if strict and not all(check.adequate for check in checks):
+        ctx.exit(1)

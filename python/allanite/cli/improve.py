@@ -1,0 +1,39 @@
+"""allanite improve: the ladder."""
+
+from __future__ import annotations
+
+import click
+
+from allanite.cli.options import LogOptions, log_options, model_option, plot_option
+
+
+@click.command("improve")
+@click.argument("log")
+@model_option
+@click.option("--save", metavar="FILE", help="Write the last rung's model as JSON.")
+@plot_option
+@log_options
+def command(log: str, model: str, save: str | None, plot: str | None, options: LogOptions) -> None:
+    """Check, add the best effect, refit LOG, until nothing helps; print the ladder."""
+    from allanite.cli import output
+    from allanite.cli.options import columns_of
+    from allanite.effects.files import parse_model
+    from allanite.errors import InputError
+    from allanite.study import improve
+
+    parsed = parse_model(model)
+    columns = columns_of(log, options)
+    if save is not None and len(columns) > 1:
+        raise InputError(
+            f"--save writes one model: choose one of {len(columns)} columns with --column"
+        )
+    studies = []
+    for column in columns:
+        with output.progress(column.columns[0], options) as on_progress:
+            studies.append(improve(column, parsed, on_progress=on_progress))
+    if save is not None:
+        with output.whole_file(save) as draft:
+            studies[0].fit.save(draft)
+    output.plot(studies, [c.columns[0] for c in columns], plot)
+    output.notes(columns, options)
+    output.show(studies, options)

@@ -1,0 +1,158 @@
+"""Options shared by the commands that read a log, and the recording they lead to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import wraps
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from allanite.errors import InputError, TooShortError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from allanite.recording import Recording
+
+__all__ = [
+    "DEFAULT_MODEL",
+    "LogOptions",
+    "columns_of",
+    "json_option",
+    "log_options",
+    "model_option",
+]
+
+DEFAULT_MODEL = "N+B+K"
+SHORTEST = 16  # samples below which no command has anything to say
+
+model_option = click.option(
+    "--model",
+    default=DEFAULT_MODEL,
+    show_default=True,
+    metavar="MODEL",
+    help="Sum of effects, e.g. N+B+K or N+GM(T=30), or a model file.",
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="JSON on stdout, nothing else.")
+plot_option = click.option("--plot", metavar="FILE", help="Figure: SVG, PNG or PDF.")
+
+_LOG_OPTIONS = (
+    click.option("--rate", type=float, metavar="HZ", help="Sampling rate."),
+    click.option(
+        "--unit", metavar="UNIT", help="Unit of the samples: rad/s deg/s deg/h m/s^2 g mg ug 1."
+    ),
+    click.option(
+        "--quantity",
+        type=click.Choice(["rate", "increment", "angle"]),
+        help="What the samples are (default rate).",
+    ),
+    click.option("--column", multiple=True, metavar="NAME", help="Column to use; repeatable."),
+    click.option(
+        "--covariate",
+        multiple=True,
+        metavar="NAME",
+        help="Column offered as an explanation; repeatable.",
+    ),
+    click.option("--time-column", metavar="NAME", help="Column of time stamps."),
+    click.option("--output-unit", metavar="UNIT", help="Unit of the results."),
+    click.option("--trim", metavar="START:END", help="Use only these seconds of the log."),
+    click.option("--decimate", type=int, metavar="K", help="Average K samples into one."),
+    click.option("--seed", type=int, metavar="N", help="Seed of everything random."),
+    json_option,
+    click.option("--quiet", is_flag=True, help="No notes, no progress."),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class LogOptions:
+    """The shared options as given."""
+
+    rate: float | None
+    unit: str | None
+    quantity: str | None
+    column: tuple[str, ...]
+    covariate: tuple[str, ...]
+    time_column: str | None
+    output_unit: str | None
+    trim: str | None
+    decimate: int | None
+    seed: int | None
+    as_json: bool
+    quiet: bool
+
+
+def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the shared options; the command gets them as one `LogOptions` called ``options``."""
+
+    @wraps(command)
+    def wrapped(**arguments: Any) -> Any:
+        shared = {field.name: arguments.pop(field.name) for field in fields(LogOptions)}
+        return command(options=LogOptions(**shared), **arguments)
+
+    for option in reversed(_LOG_OPTIONS):
+        wrapped = option(wrapped)
+    return wrapped
+
+
+def columns_of(path: str, options: LogOptions) -> list[Recording]:
+    """Read a log and return one recording a column, as the options ask.
+
+    Raises
+    ------
+    InputError
+        A column whose samples never change.
+    TooShortError
+        Fewer samples than any command can use.
+    """
+    from allanite.readers import read
+
+    recording = read(
+        path,
+        rate=options.rate,
+        unit=options.unit,
+        quantity=options.quantity,
+        column=options.column or None,
+        covariate=options.covariate or None,
+        time_column=options.time_column,
+    )
+    if options.trim is not None:
+        recording = recording.trim(*_span(options.trim))
+    if options.decimate is not None:
+        recording = recording.decimate(options.decimate)
+    if options.output_unit is not None:
+        recording = recording.to(options.output_unit)
+    if recording.n < SHORTEST:
+        raise TooShortError(
+            f"{path}: {recording.n} samples are too few: at least {SHORTEST} are needed, and some"
+            " thousands for a fit"
+        )
+    columns = list(recording)
+    for column in columns:
+        if not _varies(column):
+            raise InputError(
+                f"{path}: column {column.columns[0]} is constant or all NaN: a stuck sensor, or the wrong"
+                " column (--column)"
+            )
+    return columns
+
+
+def _varies(column: Recording) -> bool:
+    """Whether the rate changes at all; a phase with a constant slope does not."""
+    import numpy as np
+
+    x = column.rate_samples()
+    x = x[~np.isnan(x)] if x.dtype.kind == "f" else x
+    return x.size > 1 and bool(np.ptp(x) > 0)
+
+
+def _span(text: str) -> tuple[float | None, float | None]:
+    start, colon, end = text.partition(":")
+    try:
+        if not colon:
+            raise ValueError
+        return (float(start) if start else None), (float(end) if end else None)
+    except ValueError:
+        raise InputError(
+            f"--trim {text!r}: give START:END in seconds, e.g. 600: or 60:3600"
+        ) from None

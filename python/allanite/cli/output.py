@@ -1,0 +1,123 @@
+"""What leaves a command: JSON without NaN, tables, notes, figures, and files that are whole or absent."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from allanite.cli.options import LogOptions
+    from allanite.recording import Recording
+
+__all__ = ["dumps", "notes", "plot", "progress", "show", "whole_file"]
+
+
+def dumps(document: Any) -> str:
+    """JSON text; NaN and infinities become null, NumPy numbers plain ones."""
+    return json.dumps(_plain(document), indent=1, ensure_ascii=False, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    return value
+
+
+def show(results: Sequence[Any], options: LogOptions) -> None:
+    """Print results, one a column: JSON documents or tables under headings."""
+    if options.as_json:
+        documents = [result.to_dict() for result in results]
+        one = len(documents) == 1
+        click.echo(
+            dumps(documents[0] if one else {"schema": documents[0]["schema"], "columns": documents})
+        )
+        return
+    for i, result in enumerate(results):
+        if len(results) > 1 and i:
+            click.echo()
+        click.echo(str(result))
+
+
+def notes(columns: Sequence[Recording], options: LogOptions) -> None:
+    """Print what the audit found, each remark once; JSON carries it in the document instead."""
+    if options.as_json or options.quiet:
+        return
+    said: set[str] = set()
+    for column in columns:
+        for finding in column.audit:
+            if finding.message not in said:
+                said.add(finding.message)
+                click.echo(f"{'!' if finding.severity == 'warning' else '·'} {finding.message}")
+    if said:
+        click.echo()
+
+
+@contextmanager
+def whole_file(path: str | Path) -> Iterator[Path]:
+    """A temporary path beside `path` that takes its place when the block ends well, else disappears."""
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise InputError(f"{target}: the directory {target.parent} does not exist")
+    if target.is_dir():
+        raise InputError(f"{target} is a directory: give the name of a file")
+    descriptor, name = tempfile.mkstemp(
+        suffix=target.suffix, prefix=f".{target.stem}-", dir=target.parent
+    )
+    os.close(descriptor)
+    draft = Path(name)
+    try:
+        yield draft
+        # mkstemp makes the file private; a result is as readable as any other new file.
+        mask = os.umask(0)
+        os.umask(mask)
+        draft.chmod(0o666 & ~mask)
+        draft.replace(target)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None:
+    """Write the figure of each result; several columns get their name into the file's."""
+    if path is None:
+        return
+    if Path(path).suffix.lower() not in (".svg", ".png", ".pdf"):
+        raise InputError(f"--plot {path}: the name must end in .svg, .png or .pdf")
+    for result, name in zip(results, names, strict=True):
+        target = Path(path)
+        if len(results) > 1:
+            safe = "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
+            target = target.with_name(f"{target.stem}-{safe}{target.suffix}")
+        with whole_file(target) as draft:
+            result.plot(draft)
+
+
+@contextmanager
+def progress(label: str, options: LogOptions) -> Iterator[Callable[..., None] | None]:
+    """A callback (fraction done, what is done now) that draws on stderr, only on a terminal."""
+    if options.quiet or not sys.stderr.isatty():
+        yield None
+        return
+    with click.progressbar(length=1000, label=label, file=sys.stderr, item_show_func=str) as bar:
+
+        def report(fraction: float, text: str = "") -> None:
+            bar.update(max(round(1000 * fraction) - bar.pos, 0), text)
+
+        yield report

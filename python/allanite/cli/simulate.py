@@ -1,0 +1,120 @@
+"""allanite simulate: samples of a model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from allanite.cli.options import json_option
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.recording import Recording
+
+
+@click.command("simulate")
+@click.argument("model")
+@click.option("--rate", type=float, required=True, metavar="HZ", help="Sampling rate.")
+@click.option("--duration", type=float, metavar="S", help="Length in seconds.")
+@click.option(
+    "-n", "--samples", type=int, metavar="N", help="Length in samples, instead of --duration."
+)
+@click.option("--unit", default="1", show_default=True, metavar="UNIT", help="Unit of the samples.")
+@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Seed.")
+@click.option("-o", "--output", metavar="FILE", help=".npz, .npy or .csv; default CSV on stdout.")
+@json_option
+def command(
+    model: str,
+    rate: float,
+    duration: float | None,
+    samples: int | None,
+    unit: str,
+    seed: int,
+    output: str | None,
+    as_json: bool,
+) -> None:
+    """Simulate MODEL (a sum with values, e.g. "N(N=0.01)+K(K=1e-4)", or a model file)."""
+    from allanite.cli.output import dumps, whole_file
+    from allanite.effects.files import parse_model
+    from allanite.errors import InputError
+
+    if (duration is None) == (samples is None):
+        raise InputError("give the length: either --duration S or --samples N")
+    if as_json and output is None:
+        raise InputError("--json describes the file that is written: name it with --output")
+    if not rate > 0:
+        raise InputError(f"--rate {rate:g}: the rate must be a positive number of Hz")
+    if (duration or samples or 0) <= 0:
+        raise InputError("the length must be positive")
+    length = {"duration": duration} if samples is None else {"n": samples}
+    recording = parse_model(model).simulate(**length, rate=rate, seed=seed, unit=unit)
+    if output is None:
+        _csv(recording, None)
+        return
+    with whole_file(output) as draft:
+        _write(recording, draft)
+    if as_json:
+        description = {**recording.describe(), "path": output}
+        click.echo(
+            dumps(
+                {
+                    "schema": "allanite/simulate/1",
+                    "model": model,
+                    "seed": seed,
+                    "recording": description,
+                }
+            )
+        )
+    else:
+        click.echo(f"{output}: {recording.n} samples at {recording.rate:g} Hz in {recording.unit}")
+
+
+def _write(recording: Recording, path: Path) -> None:
+    """Write a recording in the format of the file's suffix, readable by `allanite.read`."""
+    import numpy as np
+
+    from allanite.errors import InputError
+
+    suffix = path.suffix.lower()
+    if suffix == ".npy":
+        np.save(path, recording.samples)
+    elif suffix == ".npz":
+        np.savez_compressed(
+            path,
+            data=recording.samples,
+            rate_hz=recording.rate,
+            channels=np.array(recording.columns),
+            unit=np.array(recording.units),
+        )
+    elif suffix in (".csv", ".txt"):
+        _csv(recording, path)
+    else:
+        raise InputError(
+            f"--output: unknown format {suffix or 'without suffix'!r}: .npz, .npy or .csv"
+        )
+
+
+def _csv(recording: Recording, path: Path | None) -> None:
+    """Time stamps and samples with a header, to the last digit."""
+    import numpy as np
+
+    stream = click.get_text_stream("stdout") if path is None else path.open("w", encoding="ascii")
+    try:
+        header = [
+            f"{name} [{unit}]"
+            for name, unit in zip(recording.columns, recording.units, strict=True)
+        ]
+        stream.write(",".join(["time [s]", *header]) + "\n")
+        samples = recording.samples.reshape(recording.n, -1)
+        for start in range(0, recording.n, 65536):
+            rows = samples[start : start + 65536]
+            stamps = np.arange(start, start + len(rows)) / recording.rate
+            stream.writelines(
+                f"{stamp:.9g}," + ",".join(map(repr, row)) + "\n"
+                for stamp, row in zip(stamps.tolist(), rows.tolist(), strict=True)
+            )
+    finally:
+        if path is not None:
+            stream.close()
