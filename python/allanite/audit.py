@@ -1,6 +1,6 @@
 """What is wrong with the data, before any model: reported with numbers, never repaired.
 
-Each check is one small function of a column; all of them together cost a few passes over the samples.
+Each check is one small function of a column; together they cost a few passes over the samples.
 Checks that need a distribution look at blocks spread over the record instead of all of it.
 """
 
@@ -66,7 +66,7 @@ class Finding:
 
 
 def audit(recording: Recording) -> list[Finding]:
-    """Findings about the time stamps and about every column of a recording."""
+    """Return the findings about the time stamps and about every column of a recording."""
     findings = list(_stamps(recording.stamps, recording.rate)) if recording.stamps else []
     units = recording.units
     for i, name in enumerate(recording.columns):
@@ -89,7 +89,8 @@ def _stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
         yield Finding(
             "rate",
             "warning",
-            f"the time column says {stamps.rate:.4g} Hz, not {rate:g} Hz: give the right one with --rate",
+            f"the time column says {stamps.rate:.4g} Hz, not {rate:g} Hz: give the right one"
+            " with --rate",
             values={"stated_hz": rate, "measured_hz": stamps.rate},
         )
     if stamps.guessed and stamps.unit != "s":
@@ -119,8 +120,8 @@ def _stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
         yield Finding(
             "out_of_order",
             "warning",
-            f"{stamps.backwards} time stamps run backwards, the first in row {stamps.first_backwards};"
-            " samples are used in the order of the file",
+            f"{stamps.backwards} time stamps run backwards, the first in row"
+            f" {stamps.first_backwards}; samples are used in the order of the file",
             values={"count": stamps.backwards, "row": stamps.first_backwards},
         )
     if not stamps.coarse and stamps.jitter * stamps.rate > 0.05:
@@ -136,8 +137,8 @@ def _stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
         yield Finding(
             "gaps",
             "warning",
-            f"{len(stamps.gaps)} gaps in the time column, {stamps.missing} samples missing, the longest"
-            f" {longest / stamps.rate:.3g} s; kept as NaN",
+            f"{len(stamps.gaps)} gaps in the time column, {stamps.missing} samples missing, the"
+            f" longest {longest / stamps.rate:.3g} s; kept as NaN",
             values={"count": len(stamps.gaps), "missing": stamps.missing, "longest": longest},
         )
 
@@ -232,7 +233,7 @@ def _check_constant(c: _Column) -> Iterator[Finding]:
 
 
 def _check_repeats(c: _Column) -> Iterator[Finding]:
-    """Values that are held: a register read faster than it is refreshed, or a sensor that stopped."""
+    """Report values that are held: a register read too fast, or a sensor that stopped."""
     if c.low == c.high:
         return
     longest, start, run_start, equal = 1, 0, 0, 0
@@ -262,8 +263,8 @@ def _check_repeats(c: _Column) -> Iterator[Finding]:
                 times=held,
             )
             return
-    # Longest run to expect of independent samples that repeat with this probability; tripled, because
-    # slow noise under a coarse step repeats in clusters.
+    # Longest run to expect of independent samples that repeat with this probability; tripled,
+    # because slow noise under a coarse step repeats in clusters.
     expected = math.log(c.n) / -math.log(min(max(share, 1.0 / c.n), 0.999))
     if longest > 3 * expected + 20:
         yield c.finding(
@@ -277,7 +278,7 @@ def _check_repeats(c: _Column) -> Iterator[Finding]:
 
 
 def _check_clipping(c: _Column) -> Iterator[Finding]:
-    """More samples at an extreme value than at the next one: the range was too small."""
+    """Report more samples at an extreme value than at the next one: the range was too small."""
     for edge, name in ((c.low, "lowest"), (c.high, "highest")):
         at_edge = int(np.count_nonzero(c.x == edge))
         if at_edge < 10 or at_edge > 0.5 * c.n:
@@ -294,7 +295,8 @@ def _check_clipping(c: _Column) -> Iterator[Finding]:
             yield c.finding(
                 "clipping",
                 "warning",
-                f"{at_edge} samples sit at the {name} value {edge:.6g} {c.unit}: the range was exceeded",
+                f"{at_edge} samples sit at the {name} value {edge:.6g} {c.unit}: the range was"
+                " exceeded",
                 value=edge,
                 count=at_edge,
             )
@@ -309,15 +311,15 @@ def _check_step(c: _Column) -> Iterator[Finding]:
     yield c.finding(
         "quantisation",
         "warning" if share > 0.5 else "info",
-        f"samples are multiples of {c.step:.4g} {c.unit}; rounding to it is {share:.1%} of the white"
-        " noise (variance step²/12 on the samples, slope −½ like N, not the slope −1 of Q)",
+        f"samples are multiples of {c.step:.4g} {c.unit}; rounding to it is {share:.1%} of the"
+        " white noise (variance step²/12 on the samples, slope −½ like N, not the slope −1 of Q)",
         step=c.step,
         share=share,
     )
 
 
 def _check_outliers(c: _Column) -> Iterator[Finding]:
-    """Samples whose second difference no noise of this level reaches in a record of this length."""
+    """Report samples whose second difference no noise of this level would reach."""
     level = max(c.white, 0.4 * c.step) * math.sqrt(6)
     if level == 0.0 or c.n < 100:
         return
@@ -337,8 +339,8 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
     yield c.finding(
         "outliers",
         "warning" if events > 1e-4 * c.n else "info",
-        f"{events} outlier{'s' * (events > 1)} ({events / c.n:.2g} of the samples): jumps beyond {limit:.3g} {c.unit}, the largest at"
-        f" {worst / c.rate:.6g} s ({c.x[worst]:.4g} {c.unit})",
+        f"{events} outlier{'s' * (events > 1)} ({events / c.n:.2g} of the samples): jumps beyond"
+        f" {limit:.3g} {c.unit}, the largest at {worst / c.rate:.6g} s ({c.x[worst]:.4g} {c.unit})",
         count=events,
         share=events / c.n,
         time_s=worst / c.rate,
@@ -346,7 +348,7 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
 
 
 def _check_static(c: _Column) -> Iterator[Finding]:
-    """Stretches where the sample-to-sample activity is several times the usual: handling, traffic."""
+    """Report stretches of several times the usual activity: handling, traffic."""
     if c.n < 4096:
         return
     blocks = _blocks(c.x, length=256, most=1024)
@@ -367,8 +369,8 @@ def _check_static(c: _Column) -> Iterator[Finding]:
     yield c.finding(
         "not_static",
         "warning",
-        f"not at rest: activity {activity[first : last + 1].max() / usual:.3g} times the usual around"
-        f" {first * span:.4g}–{(last + 1) * span:.4g} s"
+        f"not at rest: activity {activity[first : last + 1].max() / usual:.3g} times the usual"
+        f" around {first * span:.4g}–{(last + 1) * span:.4g} s"
         + (
             f" and in {loud.size - (last - first + 1)} other stretches"
             if loud.size > last - first + 1

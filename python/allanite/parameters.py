@@ -1,4 +1,4 @@
-"""A fitted number: its value with standard error, interval, unit and whether it was detected at all."""
+"""A fitted number: value, standard error, interval, unit, and whether it was detected at all."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Estimate(float):
     std_error : float, optional
         Standard error, in `unit`.
     interval : tuple of float, optional
-        95 % interval (low, high), in `unit`; where `detected` is false, high is the 95 % upper limit.
+        95 % interval (low, high), in `unit`; where `detected` is false, high is the upper limit.
     unit : str
         Unit, e.g. ``"deg/s·s^½"``.
     detected : bool
@@ -128,7 +128,7 @@ def _finite(value: float | None) -> float | None:
 
 
 def _with_error(value: float, error: float | None) -> str:
-    """``0.01263 ± 0.00012``: two figures of the error (one if the second is 0), the value to its last."""
+    """``0.01263 ± 0.00012``: two figures of the error, or one if the second is 0."""
     if error is None or not math.isfinite(error) or error <= 0 or not math.isfinite(value):
         return f"{value:.6g}"
     exponent = math.floor(math.log10(error))

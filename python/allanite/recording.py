@@ -42,8 +42,8 @@ class Recording:
     unit : str or sequence of str
         Unit of the rate (or of each column's): ``deg/s``, ``m/s^2``, ``1``, …
     quantity : {"rate", "increment", "angle"}
-        What the samples are: the rate itself, its integral over one sample, or its integral from the
-        start (the phase of a clock).
+        What the samples are: the rate itself, its integral over one sample, or its integral from
+        the start (the phase of a clock).
     columns : sequence of str, optional
         Names of the columns.
     covariates : mapping of str to array_like of shape (n,), optional
@@ -58,8 +58,8 @@ class Recording:
     Raises
     ------
     InputError
-        A rate that is missing or not positive, an unknown unit or quantity, infinite samples, lengths
-        that differ.
+        A rate that is missing or not positive, an unknown unit or quantity, infinite samples,
+        lengths that differ.
     TooShortError
         No sample at all, or nothing but NaN.
     """
@@ -111,7 +111,7 @@ class Recording:
             if stamps.n != n:
                 raise InputError(f"{where}{stamps.n} time stamps for {n} samples")
             array = fill_gaps(array, stamps)
-            extra = {name: fill_gaps(values, stamps) for name, values in extra.items()}
+            extra = {k: np.asarray(fill_gaps(v, stamps), float) for k, v in extra.items()}
         if rate is None:
             if stamps is None:
                 raise InputError(
@@ -204,7 +204,7 @@ class Recording:
     # -- parts of it -----------------------------------------------------------------------------
 
     def column(self, name: str | int) -> Recording:
-        """Recording of one column, by name or index.
+        """Return the recording of one column, by name or index.
 
         Raises
         ------
@@ -225,13 +225,13 @@ class Recording:
         return (self.column(i) for i in range(len(self.columns)))
 
     def trim(self, start_s: float | None = None, end_s: float | None = None) -> Recording:
-        """Samples from `start_s` to `end_s`, in seconds from the first sample."""
+        """Return the samples from `start_s` to `end_s`, in seconds from the first sample."""
         first = 0 if start_s is None else max(round(start_s * self.rate), 0)
         last = self.n if end_s is None else min(round(end_s * self.rate), self.n)
         if last <= first:
             raise InputError(
-                f"trim from {start_s or 0:g} s to {self.duration if end_s is None else end_s:g} s leaves"
-                f" nothing of {self.duration:g} s"
+                f"trim from {start_s or 0:g} s to {self.duration if end_s is None else end_s:g} s "
+                f" leaves nothing of {self.duration:g} s"
             )
         return self._rows(slice(first, last))
 
@@ -272,7 +272,7 @@ class Recording:
         )
 
     def to(self, unit: str) -> Recording:
-        """The recording with its samples in another unit of the same kind.
+        """Return the recording with its samples in another unit of the same kind.
 
         Raises
         ------
@@ -335,7 +335,7 @@ class Recording:
         return psd(self, **options)
 
     def describe(self) -> dict[str, Any]:
-        """JSON form without the samples: path, column, n, rate_hz, duration_s, unit, gaps, audit."""
+        """JSON form: path, column, n, rate_hz, duration_s, unit, gaps, audit."""
         return {
             "path": self.path,
             "column": ", ".join(self.columns),

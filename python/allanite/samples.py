@@ -46,6 +46,7 @@ def own(samples: object, where: str) -> NDArray[Any]:
 
 
 def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[str, ...]:
+    """Check the names given, or make them up: x, or x0 and so on."""
     k = 1 if array.ndim == 1 else array.shape[1]
     if columns is None:
         return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
@@ -55,6 +56,7 @@ def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[st
 
 
 def covariate(name: str, values: ArrayLike, n: int, where: str) -> NDArray[np.float64]:
+    """Take over a covariate of n rows."""
     array = np.array(values, dtype=np.float64)
     if array.shape != (n,):
         raise InputError(
@@ -64,5 +66,6 @@ def covariate(name: str, values: ArrayLike, n: int, where: str) -> NDArray[np.fl
 
 
 def locked(array: NDArray[Any]) -> NDArray[Any]:
+    """Make an array read-only and return it."""
     array.flags.writeable = False
     return array

@@ -17,10 +17,10 @@ __all__ = ["Stamps", "read_stamps"]
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
-# Spacing in the column's own numbers above which the next smaller unit is the likelier one: below 2 it
-# is seconds (faster than 0.5 Hz), 2…500 milliseconds (2…500 Hz), 500…2e5 microseconds, above nanoseconds.
+# Spacing in the column's own numbers above which the next smaller unit is the likelier one: below
+# 2 it is seconds (faster than 0.5 Hz), 2…500 milliseconds (2…500 Hz), 500…2e5 microseconds.
 _SPACING_LIMITS = ((2.0, "s"), (500.0, "ms"), (2e5, "us"), (math.inf, "ns"))
-# Stamps of the present epoch give their unit away: 1.7e9 s, 1.7e12 ms, 1.7e15 µs, 1.7e18 ns since 1970.
+# Stamps of the present epoch give their unit away: 1.7e9 s, 1.7e12 ms, 1.7e15 µs since 1970.
 _EPOCH_LIMITS = ((1e11, "s"), (1e14, "ms"), (1e17, "us"), (math.inf, "ns"))
 
 
@@ -49,7 +49,7 @@ class Stamps:
     gaps : tuple of (int, int)
         (row after which samples are missing, number missing).
     coarse : bool
-        The stamps resolve no single sample (e.g. whole seconds of a 5 Hz log), so gaps cannot be found.
+        The stamps resolve no single sample (whole seconds of a 5 Hz log): gaps cannot be found.
     """
 
     rate: float
@@ -114,12 +114,12 @@ def read_stamps(time: ArrayLike, unit: str | None = None) -> Stamps:
     second = TIME_UNITS[unit]
 
     late = np.flatnonzero(steps > 1.5 * median)
-    # Stamps shared by several samples, or bursts delivered together, say nothing about single samples.
+    # Stamps shared by several samples, or bursts, say nothing about single samples.
     coarse = bool(advancing.size < 0.7 * steps.size or late.size > 0.05 * steps.size)
     gaps: list[tuple[int, int]] = []
     if not coarse:
         for i in late.tolist():
-            # A late stamp followed by an early one is jitter; a gap is time that does not come back.
+            # A late stamp followed by an early one is jitter; in a gap, time does not come back.
             around = steps[max(i - 1, 0) : i + 3]
             missing = round(float(around.sum()) / median) - around.size
             alone = round(float(steps[i]) / median) - 1

@@ -2,8 +2,8 @@
 
 A unit expression is a product of symbols with powers (``deg/s``, ``µg/√Hz``, ``deg/h^1.5``,
 ``m/s/sqrt(h)``). It is reduced to a scale and to the powers of angle, length and time, so that a
-coefficient can only be read in a unit of its own dimension: the mistake of reading a noise density in
-deg/s/√Hz as an angle random walk in deg/√h (a factor of 60) cannot happen silently.
+coefficient can only be read in a unit of its own dimension: the mistake of reading a noise density
+in deg/s/√Hz as an angle random walk in deg/√h (a factor of 60) cannot happen silently.
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ _SYMBOLS: dict[str, tuple[float, int, int, int]] = {
 }
 _ALIASES = {
     "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad", "sec": "s", "second": "s",
-    "seconds": "s", "hr": "h", "hour": "h", "hours": "h", "hz": "Hz", "asec": "arcsec", "mGal": "mgal",
-    "gn": "g", "g0": "g", "g_0": "g", "turn": "rev", "day": "d", "minute": "min", "as": "arcsec",
-    "metre": "m", "meter": "m",
+    "seconds": "s", "hr": "h", "hour": "h", "hours": "h", "hz": "Hz", "asec": "arcsec",
+    "mGal": "mgal", "gn": "g", "g0": "g", "g_0": "g", "turn": "rev", "day": "d", "minute": "min",
+    "as": "arcsec", "metre": "m", "meter": "m",
 }  # fmt: skip
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⋅", "0123456789-·")
 _KINDS = {(1, 0, -1): ANGULAR_RATE, (0, 1, -2): ACCELERATION, (0, 0, 0): FREQUENCY}
@@ -160,6 +160,10 @@ class _Parser:
         self.at += 1
         return token
 
+    def end(self) -> None:
+        if self.at < len(self.tokens):
+            raise ValueError(self.tokens[self.at][1])
+
     def expression(self) -> _Quantity:
         result = self.factor()
         while True:
@@ -227,21 +231,17 @@ def _symbol(name: str) -> _Quantity:
 
 @lru_cache(maxsize=512)
 def _quantity(text: str) -> _Quantity:
-    """The scale and dimension of a unit expression; `InputError` names the part not understood."""
-    parser_error = ""
+    """Reduce a unit expression; `InputError` names the part not understood."""
     try:
         parser = _Parser(_normalise(text))
-        if not parser.tokens:
-            raise ValueError("nothing")
         result = parser.expression()
-        if parser.peek()[0] != "end":
-            raise ValueError(parser.peek()[1])
+        parser.end()
     except (ValueError, ZeroDivisionError, OverflowError) as error:
-        parser_error = str(error) or "its end"
+        problem = str(error) or "its end"
     else:
         return result
     raise InputError(
-        f"unknown unit {text!r}: {parser_error!r} is not understood; samples may be in one of"
+        f"unknown unit {text!r}: {problem!r} is not understood; samples may be in one of"
         f" {SAMPLE_UNITS}"
     )
 
@@ -281,7 +281,7 @@ def parse_unit(text: str) -> Unit:
 
 
 def rate_unit(text: str, quantity: str) -> Unit:
-    """Unit of the rate behind samples of a quantity: increments or angles in ``deg`` are of ``deg/s``.
+    """Return the unit of the rate behind samples of a quantity: ``deg`` of an angle is ``deg/s``.
 
     The unit of the rate itself is accepted as well, as on the command line
     (``--quantity angle --unit 1`` for a clock's phase in seconds).
@@ -289,8 +289,7 @@ def rate_unit(text: str, quantity: str) -> Unit:
     if quantity == "rate":
         return parse_unit(text)
     powers = _quantity(text).powers
-    per_second = {(1, 0, 0), (0, 1, -1), (0, 0, 1)}
-    if tuple(powers) in per_second:
+    if tuple(map(float, powers)) in {(1, 0, 0), (0, 1, -1), (0, 0, 1)}:
         return parse_unit("1" if _normalise(text) == "s" else f"({text})/s")
     return parse_unit(text)
 
@@ -344,7 +343,7 @@ def conversion(from_unit: str, to_unit: str) -> float:
 
 
 def _side(text: str) -> tuple[str, float]:
-    """The unit without its "one-sided" remark, and what the remark multiplies a two-sided density by."""
+    """Split off a "one-sided" remark: the bare unit, and the factor on a two-sided density."""
     match = _SIDES.search(text)
     if match is None:
         return text, 1.0
@@ -356,7 +355,7 @@ def _dimension(quantity: _Quantity) -> str:
     """Words for a dimension: the kind of sensor and the power of seconds."""
     angle, length, time = quantity.powers
     for (a, l, t), kind in _KINDS.items():
-        if (angle, length) == (a, l):
+        if angle == a and length == l:
             power = time - t
             return kind if power == 0 else f"{kind} × s^{power}"
     return f"angle^{angle} length^{length} time^{time}"

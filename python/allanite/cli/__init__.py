@@ -1,8 +1,8 @@
 """The command line: `main` turns every error into one line and an exit code.
 
 Exit codes: 0 done · 1 ``check --strict`` found the model inadequate · 2 input or options wrong ·
-3 input usable but too short or too broken · 130 interrupted. Each command is one file of this package,
-imported when it is asked for.
+3 input usable but too short or too broken · 130 interrupted. Each command is one file of this
+package, imported when it is asked for.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ COMMANDS = {
 class _Commands(click.Group):
     """A group that imports a command's module when the command runs."""
 
-    def list_commands(self, ctx: click.Context) -> list[str]:
+    def list_commands(self, _ctx: click.Context) -> list[str]:
         return list(COMMANDS)
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+    def get_command(self, _ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
         command: click.Command = import_module(f"allanite.cli.{cmd_name}").command
         return command
 
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+    def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 

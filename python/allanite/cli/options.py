@@ -131,8 +131,8 @@ def columns_of(path: str, options: LogOptions) -> list[Recording]:
     for column in columns:
         if not _varies(column):
             raise InputError(
-                f"{path}: column {column.columns[0]} is constant or all NaN: a stuck sensor, or the wrong"
-                " column (--column)"
+                f"{path}: column {column.columns[0]} is constant or all NaN: a stuck sensor, or"
+                " the wrong column (--column)"
             )
     return columns
 
@@ -149,10 +149,9 @@ def _varies(column: Recording) -> bool:
 def _span(text: str) -> tuple[float | None, float | None]:
     start, colon, end = text.partition(":")
     try:
-        if not colon:
-            raise ValueError
-        return (float(start) if start else None), (float(end) if end else None)
+        bounds = (float(start) if start else None), (float(end) if end else None)
     except ValueError:
-        raise InputError(
-            f"--trim {text!r}: give START:END in seconds, e.g. 600: or 60:3600"
-        ) from None
+        colon = ""
+    if not colon:
+        raise InputError(f"--trim {text!r}: give START:END in seconds, e.g. 600: or 60:3600")
+    return bounds

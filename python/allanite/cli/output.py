@@ -1,4 +1,4 @@
-"""What leaves a command: JSON without NaN, tables, notes, figures, and files that are whole or absent."""
+"""What leaves a command: JSON without NaN, tables, notes, figures, files whole or absent."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def notes(columns: Sequence[Recording], options: LogOptions) -> None:
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
-    """A temporary path beside `path` that takes its place when the block ends well, else disappears."""
+    """Give a temporary path that takes the place of `path` when the block ends well."""
     target = Path(path)
     if not target.parent.is_dir():
         raise InputError(f"{target}: the directory {target.parent} does not exist")
@@ -111,7 +111,7 @@ def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None
 
 @contextmanager
 def progress(label: str, options: LogOptions) -> Iterator[Callable[..., None] | None]:
-    """A callback (fraction done, what is done now) that draws on stderr, only on a terminal."""
+    """Give a callback (fraction done, what is done now) drawing on stderr, if a terminal."""
     if options.quiet or not sys.stderr.isatty():
         yield None
         return

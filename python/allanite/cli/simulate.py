@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 import click
 
@@ -100,7 +100,8 @@ def _csv(recording: Recording, path: Path | None) -> None:
     """Time stamps and samples with a header, to the last digit."""
     import numpy as np
 
-    stream = click.get_text_stream("stdout") if path is None else path.open("w", encoding="ascii")
+    stream: IO[str]
+    stream = click.get_text_stream("stdout") if path is None else path.open("w", encoding="utf-8")
     try:
         header = [
             f"{name} [{unit}]"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,11 +14,13 @@ from allanite.recording import Recording, find_column
 from allanite.units import parse_unit, rate_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
 
 __all__ = ["FORMATS", "read", "read_table"]
 
-# Suffix → module of this package; its `read(path, columns)` returns a Table. Anything else is read as text.
+# Suffix → module of this package whose `read(path)` returns a Table. Anything else is read as text.
 FORMATS = {
     ".npy": "npy",
     ".npz": "npz",
@@ -107,7 +109,7 @@ def read_table(path: Path) -> Table:
     """All columns of a log, by the reader of its format."""
     if path.is_dir():
         if (path / "metadata.yaml").exists():
-            return _reader("rosbag").read(path)  # type: ignore[no-any-return]
+            return _reader("rosbag")(path)
         raise InputError(f"{path} is a directory: name the log file in it")
     try:
         size = path.stat().st_size
@@ -118,18 +120,20 @@ def read_table(path: Path) -> Table:
     if size == 0 and path.is_file():
         raise InputError(f"{path}: the file is empty")
     try:
-        table: Table = _reader(FORMATS.get(path.suffix.lower(), "text")).read(path)
+        return _reader(FORMATS.get(path.suffix.lower(), "text"))(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    return table
 
 
-def _reader(name: str):  # type: ignore[no-untyped-def]
-    return importlib.import_module(f"allanite.readers.{name}")
+def _reader(name: str) -> Callable[[Path], Table]:
+    reader: Callable[[Path], Table] = importlib.import_module(f"allanite.readers.{name}").read
+    return reader
 
 
-def _time(table: Table, roles: list[str], time_column: str | int | None, where: str):  # type: ignore[no-untyped-def]
-    """Time stamps, their column's index (or None) and their unit if the header says it."""
+def _time(
+    table: Table, roles: list[str], time_column: str | int | None, where: str
+) -> tuple[NDArray[Any] | None, int | None, str | None]:
+    """Find the time stamps, their column's index (or None) and their unit if the header says it."""
     if time_column is not None:
         if table.time is not None and time_column in ("t", "time"):
             return table.time, None, None
@@ -191,14 +195,14 @@ def _unit(name: str, own: str | None, given: str | None, quantity: str, where: s
         return given
     if said.name != rate_unit(given, quantity).name:
         raise InputError(
-            f"{where}: column {name} is in {own} by the file, {given} by --unit: leave --unit out, or"
-            " convert with --output-unit"
+            f"{where}: column {name} is in {own} by the file, {given} by --unit: leave --unit"
+            " out, or convert with --output-unit"
         )
     return given
 
 
 def _same_length(table: Table, columns: list[int], where: str) -> None:
-    """A column that ends before the others is two recordings in one file."""
+    """Refuse a column that ends before the others: two recordings in one file."""
     if table.data.dtype.kind != "f" or len(columns) < 2 or not table.data.size:
         return
     last = np.isnan(table.data[-1, columns])
@@ -212,7 +216,7 @@ def _same_length(table: Table, columns: list[int], where: str) -> None:
         )
 
 
-def _take(table: Table, columns: list[int]):  # type: ignore[no-untyped-def]
+def _take(table: Table, columns: list[int]) -> NDArray[Any]:
     if len(columns) == 1:
         return table.data[:, columns[0]].copy()
     whole = columns == list(range(table.data.shape[1]))

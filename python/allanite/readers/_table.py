@@ -75,7 +75,7 @@ def split_unit(cell: str) -> tuple[str, str | None]:
 
 
 def role_of(name: str, unit: str | None) -> Role:
-    """What a column is, from its unit where it has one, else from its name."""
+    """Tell what a column is, from its unit where it has one, else from its name."""
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     if _TIME.match(key):
         return "time"
@@ -94,7 +94,7 @@ def role_of(name: str, unit: str | None) -> Role:
 
 
 def time_unit_of(name: str, unit: str | None) -> str | None:
-    """Unit of a time column, if its header says it: ``time [ms]``, ``timestamp_us``."""
+    """Return the unit of a time column, if its header says it: ``time [ms]``, ``timestamp_us``."""
     if unit in TIME_UNITS:
         return unit
     match = re.search(

@@ -22,7 +22,8 @@ def read(path: Path) -> Table:
     except (ValueError, EOFError) as error:
         if "pickle" in str(error).lower() or "object" in str(error).lower():
             raise InputError(
-                f"{path}: not an NPY file of numbers (pickled objects are never loaded); save a plain array"
+                f"{path}: not an NPY file of numbers (pickled objects are never loaded); save a"
+                " plain array"
             ) from None
         raise InputError(f"{path}: damaged or truncated NPY file ({error})") from None
     if data.ndim == 1:

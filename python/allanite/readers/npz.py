@@ -36,8 +36,8 @@ def read(path: Path) -> Table:
         data = data[:, np.newaxis]
     if data.ndim != 2 or data.dtype.kind not in "iufb":
         raise InputError(
-            f"{path}: 'data' must be numbers of shape (n,) or (n, channels), found {data.dtype} of shape"
-            f" {data.shape}"
+            f"{path}: 'data' must be numbers of shape (n,) or (n, channels), found {data.dtype} of"
+            f" shape {data.shape}"
         )
     n, k = data.shape
     names = _texts(found, "channels", k, path)

@@ -23,12 +23,12 @@ def read(path: Path) -> Table:
     Raises
     ------
     InputError
-        A cell that is no number, or a row with another number of cells; names file, row, column, text.
+        A cell that is no number, a row of another length; names file, row, column and text.
     """
     raw = path.read_bytes()
     if b"\0" in raw[:4096]:
         raise InputError(
-            f"{path}: not a text log (binary data); known formats are text, NPY, NPZ, MAT, bag, ULog"
+            f"{path}: not a text log but binary data; known are text, NPY, NPZ, MAT, bag, ULog"
         )
     lines = raw.decode("utf-8-sig", errors="replace").splitlines()
     rows = [
