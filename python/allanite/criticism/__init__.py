@@ -1,1 +1,5 @@
-"""(to come)"""
+"""Where does the model fail?"""
+
+from allanite.criticism.verdict import Where, criticise
+
+__all__ = ["Where", "criticise"]

@@ -1,1 +1,57 @@
-"""(to come)"""
+"""From a recording and a model to a fit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from allanite.errors import InputError
+from allanite.fit.data import prepare
+from allanite.fit.engine import solve
+from allanite.fit.result import Error, Fit, Misfit
+
+if TYPE_CHECKING:
+    from allanite.effects import Effect, Model
+    from allanite.recording import Recording
+
+__all__ = ["Error", "Fit", "Misfit", "fit_model"]
+
+
+def fit_model(recording: Recording, model: Model | Effect | str, method: str = "whittle") -> Fit:
+    """Fit a model to a recording of one column.
+
+    Parameters
+    ----------
+    recording : Recording
+        One column; see `Recording.column`.
+    model : Model, Effect or str
+        Values are starting values, held ones stay, None is found.
+    method : {"whittle"}
+        Whittle likelihood of the cosine ordinates (METHODS §3).
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    InputError
+        Several columns, infinities, an unknown method.
+    TooShortError
+        Fewer than 32 samples, or constant ones.
+    """
+    from allanite.effects import Model as _Model
+    from allanite.effects import parse_model
+
+    if isinstance(model, str):
+        model = parse_model(model)
+    if not isinstance(model, _Model):
+        model = _Model((model,))
+    if method != "whittle":
+        raise InputError(f"method {method!r} is unknown (known: whittle)")
+    if len(recording.columns) != 1:
+        raise InputError(
+            f"a fit needs one column, the recording has {', '.join(recording.columns)}: choose with .column(name)"
+        )
+    data = prepare(recording)
+    solution = solve(data, model)
+    return Fit(recording, solution.model, method, data, solution)

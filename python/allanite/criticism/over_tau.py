@@ -1,0 +1,44 @@
+"""Where the Allan curve leaves the model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from allanite.fit.curve import Curve
+
+__all__ = ["rows", "worst"]
+
+#: Neighbouring τ share most of their samples: 3.5 is about 1 % for the largest of a whole curve.
+THRESHOLD = 3.5
+
+
+def rows(curve: Curve) -> list[dict[str, Any]]:
+    """One record a τ: measured, model, ratio of deviations, standard normal score."""
+    return [
+        {
+            "tau_s": float(t),
+            "measured": float(a),
+            "model": float(b),
+            "ratio": float(a / b),
+            "z": float(z),
+        }
+        for t, a, b, z in zip(curve.tau, curve.measured, curve.model, curve.z, strict=True)
+    ]
+
+
+def worst(curve: Curve) -> tuple[float, float] | None:
+    """The range of τ about the largest |z| in which |z| stays above 2 on the same side, if the largest exceeds 3.5."""
+    z = np.where(np.isfinite(curve.z), curve.z, 0.0)
+    top = int(np.argmax(np.abs(z)))
+    if abs(z[top]) < THRESHOLD:
+        return None
+    same = z * np.sign(z[top]) > 2.0
+    low = high = top
+    while low > 0 and same[low - 1]:
+        low -= 1
+    while high < z.size - 1 and same[high + 1]:
+        high += 1
+    return float(curve.tau[low]), float(curve.tau[high])

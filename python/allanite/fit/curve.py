@@ -1,0 +1,147 @@
+"""The Allan curve of a record beside that of a fitted model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.deviation import oadev
+from allanite.effects import terms as _terms
+from allanite.fit.whittle import normal_scores
+
+if TYPE_CHECKING:
+    from allanite.effects import Model
+    from allanite.effects.terms import Term
+    from allanite.fit.data import Data
+
+__all__ = ["Curve", "compare_curves", "expected_variance"]
+
+PER_DECADE = 8
+#: Below this the deviation itself is uncertain by 22 %; its error says nothing of the model.
+FEWEST_EDF = 10.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """Measured and modelled overlapping Allan deviation on one grid.
+
+    Attributes
+    ----------
+    tau, factors : ndarray, shape (k,)
+        Averaging time in s and in samples.
+    measured, model : ndarray, shape (k,)
+        Deviations, U.
+    low, high : ndarray, shape (k,)
+        95 % band of the measured deviation if the model is true, U.
+    edf : ndarray, shape (k,)
+        Equivalent degrees of freedom under the model.
+    z : ndarray, shape (k,)
+        Standard normal score of measured against model.
+    components : mapping of str to ndarray, shape (k,)
+        Deviation of each effect alone, U.
+    """
+
+    tau: NDArray[np.float64]
+    factors: NDArray[np.int64]
+    measured: NDArray[np.float64]
+    model: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    edf: NDArray[np.float64]
+    z: NDArray[np.float64]
+    components: dict[str, NDArray[np.float64]]
+
+    @property
+    def ratio(self) -> NDArray[np.float64]:
+        """Measured over model."""
+        return self.measured / self.model
+
+    @property
+    def judged(self) -> NDArray[np.bool_]:
+        """Where there are enough degrees of freedom to speak of an error in per cent."""
+        return np.asarray(self.edf >= FEWEST_EDF)
+
+    def errors(self) -> tuple[float | None, float | None, float | None]:
+        """Root mean square and largest error of the deviation in per cent, and the rms that chance alone gives."""
+        keep = self.judged
+        if not keep.any():
+            return None, None, None
+        error = 100.0 * np.abs(self.ratio[keep] - 1.0)
+        chance = 100.0 * np.sqrt(np.mean(0.5 / self.edf[keep]))
+        return float(np.sqrt(np.mean(error**2))), float(error.max()), float(chance)
+
+
+def expected_variance(terms: tuple[Term, ...], factors: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Allan variance of a sum of terms at integer factors."""
+    m = factors.astype(float)
+    return np.asarray(sum((_terms.allan_variance(t, m) for t in terms), np.zeros(m.size)))
+
+
+def grid(n: int) -> NDArray[np.int64]:
+    """Eight averaging factors a decade, to a third of the record."""
+    top = max(1, n // 3)
+    return np.unique(np.round(10 ** np.arange(0.0, np.log10(top) + 1e-9, 1 / PER_DECADE)).astype(np.int64))
+
+
+def compare_curves(recording: Any, data: Data, model: Model) -> Curve:
+    """Curve of a recording against a model with values; deterministic effects add the curve of their own signal."""
+    from scipy.special import chdtri
+
+    factors = grid(data.n)
+    rate = data.rate
+    samples = recording.rate_samples()
+    measured = oadev(samples, rate=rate, factors=factors)
+    terms = model.terms(rate)
+    noise = expected_variance(terms, factors)
+    components = {
+        e.kind if e.kind not in seen else f"{e.kind} {i}": np.sqrt(
+            expected_variance(
+                tuple(
+                    _terms.scaled(t, (getattr(e, e.coefficient) or 0.0) ** 2)
+                    for t in model.unit_terms(e, rate)
+                ),
+                factors,
+            )
+        )
+        for i, e in enumerate(model.stochastic)
+        for seen in [[o.kind for o in model.stochastic[:i]]]
+    }
+    total, residual = noise, measured.deviation**2
+    if model.deterministic:
+        signals = [e.signal(data.time, data.covariates) for e in model.deterministic]
+        for i, (effect, signal) in enumerate(zip(model.deterministic, signals, strict=True)):
+            name = effect.kind if effect.kind not in components else f"{effect.kind} {i}"
+            components[name] = oadev(signal, rate=rate, factors=factors).deviation
+        whole = np.asarray(sum(signals))
+        total = noise + oadev(whole, rate=rate, factors=factors).deviation ** 2
+        residual = oadev(samples - whole, rate=rate, factors=factors).deviation ** 2
+    edf = degrees_of_freedom(terms, data.n, factors)
+    z = normal_scores(residual, edf, noise)
+    spread_low = np.sqrt(chdtri(edf, 0.975) / edf)
+    spread_high = np.sqrt(chdtri(edf, 0.025) / edf)
+    deviation = np.sqrt(total)
+    return Curve(
+        factors / rate,
+        factors,
+        measured.deviation,
+        deviation,
+        deviation * spread_low,
+        deviation * spread_high,
+        edf,
+        z,
+        components,
+    )
+
+
+def degrees_of_freedom(
+    terms: tuple[Term, ...], n: int, factors: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """2σ⁴/var of each estimate under the model's own mixture."""
+    expected, covariance = _kernels.allan_covariance(
+        [(name, list(values)) for name, values in terms], n, factors, "oadev"
+    )
+    return np.maximum(2.0 * expected**2 / np.diag(covariance), 1.0)

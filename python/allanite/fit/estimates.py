@@ -1,0 +1,276 @@
+"""Standard errors, 95 % intervals and limits of fitted values."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects import Deterministic, Effect, Model, Stochastic
+from allanite.fit.data import column, density
+from allanite.fit.whittle import Maximum, information, profile_interval
+from allanite.parameters import Estimate
+from allanite.units import coefficient_unit
+
+if TYPE_CHECKING:
+    from allanite.fit.data import Data
+    from allanite.fit.engine import Solution
+
+__all__ = ["estimates", "free_parameters"]
+
+NORMAL = 1.959964
+#: A coefficient is detected where leaving it out costs this much logL: 1 % of ½χ²₁.
+DETECTED = 2.706
+#: The same for an effect that brings a shape or a phase of its own: 1 % of χ²₂.
+DETECTED_SHAPED = 4.605
+
+
+def free_parameters(solution: Solution) -> int:
+    """Fitted numbers that shape the expected bin power: active coefficients and their shapes."""
+    count = 0
+    for effect, theta in zip(solution.model.stochastic, solution.theta, strict=True):
+        if theta > 0.0:
+            count += (effect.coefficient not in effect.held) + len(effect.free_shapes)
+    for effect in solution.model.modifiers:
+        count += len([n for n in effect.free_shapes if not isinstance(effect.values[n], str)])
+    return count
+
+
+def _unit(effect: Effect, name: str, sample_unit: str) -> str:
+    declared = effect.parameter(name).unit
+    return declared if isinstance(declared, str) else coefficient_unit(sample_unit, declared)
+
+
+def estimates(solution: Solution, data: Data, unit: str) -> tuple[dict[str, Any], ...]:
+    """For each effect of the model its values by JSON name, as `Estimate` where they are numbers."""
+    shaped = _shape_errors(solution, data)
+    out: list[dict[str, Any]] = []
+    place = column_place = 0
+    for position, effect in enumerate(solution.model.effects):
+        if isinstance(effect, Stochastic):
+            out.append(_stochastic(solution, effect, place, position, shaped, unit))
+            place += 1
+        elif isinstance(effect, Deterministic):
+            out.append(_deterministic(solution, effect, column_place, data, unit))
+            column_place += 1
+        else:
+            out.append(_plain(effect, {n: s for (p, n), s in shaped.items() if p == position}, unit))
+    return tuple(out)
+
+
+def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float]:
+    """Standard errors of ln(shape) and, under the name of the coefficient, of ln(coefficient).
+
+    From the Fisher information of all active numbers together; slopes of lnS by central differences.
+    """
+    model, spectrum = solution.model, solution.spectrum
+    names: list[tuple[int, str]] = []
+    slopes: list[NDArray[np.float64]] = []
+    place = 0
+    for position, effect in enumerate(model.effects):
+        active = not isinstance(effect, Deterministic)
+        if isinstance(effect, Stochastic):
+            theta = solution.theta[place]
+            active = theta > 0.0
+            if active and effect.coefficient not in effect.held:
+                names.append((position, effect.coefficient))
+                slopes.append(2.0 * theta * solution.columns[:, place] / spectrum)
+            place += 1
+        if not active:
+            continue
+        for name in effect.free_shapes:
+            value = effect.values[name]
+            if isinstance(value, str) or value is None or getattr(effect, "discrete", None) == name:
+                continue
+            step = 1e-3
+            up, down = (_total(model, position, name, value * np.exp(s), data) for s in (step, -step))
+            names.append((position, name))
+            slopes.append((up - down) / (2.0 * step) / spectrum)
+    if not names:
+        return {}
+    fisher = information(solution.count, np.column_stack(slopes))
+    scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
+    inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
+    errors = np.sqrt(np.maximum(np.diag(inverse), 0.0)) / scale
+    return dict(zip(names, map(float, errors), strict=True))
+
+
+def _total(model: Model, position: int, name: str, value: float, data: Data) -> NDArray[np.float64]:
+    effects = list(model.effects)
+    effects[position] = effects[position].with_values(**{name: value})
+    return column(Model(tuple(effects)).terms(data.rate), data)
+
+
+def _stochastic(
+    solution: Solution,
+    effect: Stochastic,
+    place: int,
+    position: int,
+    shaped: dict[tuple[int, str], float],
+    unit: str,
+) -> dict[str, Any]:
+    theta = float(solution.theta[place])
+    name = effect.coefficient
+    value = float(np.sqrt(theta))
+    own_unit = _unit(effect, name, unit)
+    out: dict[str, Any] = {}
+    if name in effect.held:
+        out[name] = Estimate(value, None, None, own_unit, True, name)
+        low = high = value
+        detected = True
+    else:
+        best = Maximum(solution.theta, solution.spectrum, _value(solution))
+        low, high, drop = profile_interval(
+            solution.power, solution.count, solution.columns, best, place
+        )
+        low, high = float(np.sqrt(low)), float(np.sqrt(high))
+        detected = drop > (DETECTED_SHAPED if effect.free_shapes else DETECTED)
+        relative = shaped.get((position, name))
+        error = None if relative is None else value * relative
+        if detected and relative is not None:
+            low, high = _widened(solution, place, value, low, high, relative)
+        if not detected:
+            low = 0.0
+        out[name] = Estimate(value, error, (low, high), own_unit, detected, name)
+    for shape in effect.free_shapes:
+        out[shape] = _shape(effect, shape, shaped.get((position, shape)), detected, unit)
+    for parameter in effect.parameters:
+        if parameter.name in out:
+            continue
+        number = effect.values[parameter.name]
+        if number is None or isinstance(number, str):
+            out[parameter.name] = number
+            continue
+        interval = None
+        if parameter.role == "derived" and value > 0.0 and name not in effect.held:
+            interval = (number * low / value, number * high / value)
+        out[parameter.name] = Estimate(
+            float(number), None, interval, _unit(effect, parameter.name, unit), detected, parameter.name
+        )
+    return {p.name: out[p.name] for p in effect.parameters}
+
+
+def _value(solution: Solution) -> float:
+    from allanite.fit.whittle import log_likelihood
+
+    return log_likelihood(solution.power, solution.count, solution.spectrum)
+
+
+def _widened(
+    solution: Solution, place: int, value: float, low: float, high: float, relative: float
+) -> tuple[float, float]:
+    """The profile at fixed shapes, widened by what not knowing the shapes adds to the standard error."""
+    active = solution.theta > 0.0
+    slopes = 2.0 * solution.theta[active] * solution.columns[:, active] / solution.spectrum[:, None]
+    fisher = information(solution.count, slopes)
+    index = int(active[:place].sum())
+    fixed = float(np.sqrt(np.linalg.pinv(fisher, hermitian=True)[index, index]))
+    factor = max(1.0, relative / fixed) if fixed > 0 else 1.0
+    if low <= 0.0:
+        return 0.0, value * (high / value) ** factor
+    return value * (low / value) ** factor, value * (high / value) ** factor
+
+
+def _shape(
+    effect: Effect, name: str, relative: float | None, detected: bool, unit: str  # noqa: FBT001
+) -> Any:
+    value = effect.values[name]
+    if value is None or isinstance(value, str):
+        return value
+    own_unit = _unit(effect, name, unit)
+    if relative is None:
+        return Estimate(float(value), None, None, own_unit, detected, name)
+    spread = float(np.exp(min(NORMAL * relative, 50.0)))
+    return Estimate(
+        float(value), float(value * relative), (value / spread, value * spread), own_unit, detected, name
+    )
+
+
+def _plain(effect: Effect, shaped: dict[str, float], unit: str) -> dict[str, Any]:
+    return {
+        p.name: _shape(effect, p.name, shaped.get(p.name), True, unit)
+        if not isinstance(effect.values[p.name], tuple)
+        else effect.values[p.name]
+        for p in effect.parameters
+    }
+
+
+def _deterministic(
+    solution: Solution, effect: Deterministic, place: int, data: Data, unit: str
+) -> dict[str, Any]:
+    design, regression = solution.design, solution.regression
+    assert design is not None and regression is not None
+    mine = np.flatnonzero(np.array(design.owner) == place)
+    amplitudes = regression.amplitudes[mine]
+    covariance = regression.covariance[np.ix_(mine, mine)]
+    drop = 0.5 * float(amplitudes @ np.linalg.pinv(covariance, hermitian=True) @ amplitudes)
+    detected = drop > (DETECTED_SHAPED if mine.size > 1 or effect.free_shapes else 3.317)
+    out: dict[str, Any] = {}
+    for parameter in effect.parameters:
+        value = effect.values[parameter.name]
+        own_unit = _unit(effect, parameter.name, unit)
+        if value is None or isinstance(value, (str, tuple)):
+            out[parameter.name] = value
+            continue
+        if parameter.name in effect.held:
+            out[parameter.name] = Estimate(float(value), None, None, own_unit, True, parameter.name)
+            continue
+        if parameter.role == "shape":
+            error = _deterministic_shape_error(effect, parameter.name, solution, data)
+        else:
+            error = _amplitude_error(effect, parameter.name, amplitudes, covariance)
+        interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)
+        if interval is not None and parameter.low == 0.0:
+            interval = (max(0.0, interval[0]), interval[1])
+        out[parameter.name] = Estimate(float(value), error, interval, own_unit, detected, parameter.name)
+    return out
+
+
+def _amplitude_error(
+    effect: Deterministic, name: str, amplitudes: NDArray[np.float64], covariance: NDArray[np.float64]
+) -> float | None:
+    """Delta method through the effect's own map from amplitudes to values."""
+    slope = np.zeros(amplitudes.size)
+    for i in range(amplitudes.size):
+        step = 1e-4 * max(float(np.sqrt(covariance[i, i])), abs(float(amplitudes[i])) * 1e-6, 1e-300)
+        move = np.zeros(amplitudes.size)
+        move[i] = step
+        up = effect.with_amplitudes(amplitudes + move).values[name]
+        down = effect.with_amplitudes(amplitudes - move).values[name]
+        if up is None or down is None or isinstance(up, str):
+            return None
+        difference = up - down
+        if effect.parameter(name).unit == "rad":
+            difference = (difference + np.pi) % (2 * np.pi) - np.pi
+        slope[i] = difference / (2 * step)
+    return float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
+
+
+def _deterministic_shape_error(
+    effect: Deterministic, name: str, solution: Solution, data: Data
+) -> float | None:
+    """From the information of the shape with the amplitudes: d signal/d shape, GLS-projected on the regressors."""
+    from allanite.fit.deterministic import design_of
+
+    value = effect.values[name]
+    step = 1e-4 / data.duration if name == "frequency" else 1e-3 * abs(value)
+    if step == 0.0:
+        return None
+    try:
+        moved = [effect.with_values(**{name: value + s}) for s in (step, -step)]
+    except ValueError:
+        return None
+    here = design_of((effect,), data)
+    ordinates = here.ordinates
+    b = effect.amplitudes()
+    designs = [design_of((m,), data) for m in moved]
+    if any(d.ordinates.size != ordinates.size or (d.ordinates != ordinates).any() for d in designs):
+        return None
+    slope = (designs[0].matrix - designs[1].matrix) @ b / (2.0 * step)
+    root = 1.0 / np.sqrt(density(solution.model.terms(data.rate), ordinates, data.n))
+    white, target = here.matrix * root[:, None], slope * root
+    coefficients, *_ = np.linalg.lstsq(white, target, rcond=None)
+    rest = target - white @ coefficients
+    size = float(rest @ rest)
+    return 1.0 / np.sqrt(size) if size > 0.0 else None

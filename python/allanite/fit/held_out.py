@@ -1,0 +1,75 @@
+"""Score on the second half of a record of a model fitted to its first half."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects import Model
+from allanite.fit.data import column, density
+from allanite.fit.deterministic import line_ordinates, regress, window
+from allanite.fit.engine import solve
+from allanite.fit.shape import ZOOM
+
+if TYPE_CHECKING:
+    from allanite.effects import Effect
+    from allanite.fit.data import Data
+
+__all__ = ["held_out"]
+
+
+def held_out(data: Data, model: Model) -> float | None:
+    """Mean negative log-likelihood per bin of the second half above the saturated model.
+
+    Coefficients come from the first half; shapes start from the values given. Slow deterministic effects are
+    extrapolated. A line is scored by its power (its phase is not extrapolated: the frequency is not known that well):
+    the logarithm of the Rice against the Rayleigh likelihood of its ordinates. Effects that happen once (steps, bursts)
+    say nothing about another time and are taken out of both halves.
+
+    Returns None where a half would be too short to fit.
+    """
+    if data.n < 128:
+        return None
+    once = [e for e in model.deterministic if getattr(e, "happens_once", False)]
+    if once:
+        signal = sum((e.signal(data.time, data.covariates) for e in once), np.zeros(data.n))
+        data = replace(data, samples=np.ascontiguousarray(data.samples - signal))
+        model = Model(tuple(e for e in model.effects if e not in once))
+    first, second = data.half(0), data.half(1)
+    fitted = solve(first, model, polish=data.n < 200_000, rounds=3).model
+    bins = second.bins
+    raw = bins.power(second.ordinates)
+    slow = [e for e in fitted.deterministic if e.kind != "sinusoid"]
+    power = raw
+    if slow:
+        signal = sum((e.signal(second.time, second.covariates) for e in slow), np.zeros(second.n))
+        power = bins.power(second.without(signal))
+    terms = fitted.terms(second.rate)
+    spectrum = np.maximum(column(terms, second), 1e-300)
+    loss = float(0.5 * (bins.count @ (np.log(spectrum / raw) + power / spectrum - 1.0)))
+    for effect in fitted.deterministic:
+        if effect.kind == "sinusoid":
+            loss -= _line_gain(effect, terms, second)
+    return loss / bins.count.size
+
+
+def _line_gain(effect: Effect, terms: tuple[tuple[str, tuple[float, ...]], ...], data: Data) -> float:
+    """ln p(ordinates | line of this power, any phase) − ln p(ordinates | no line)."""
+    frequency, amplitude = effect.values["frequency"], effect.values["amplitude"] or 0.0
+    j = window(frequency, data, ZOOM)
+    variance = density(terms, j, data.n)
+    matrix = line_ordinates(frequency, j, data)
+    seen = regress(matrix, data.ordinates[j], variance).gain
+    expected = 0.5 * amplitude**2 * float(np.mean([(m**2 / variance).sum() for m in matrix.T]))
+    return -expected + _log_bessel(2.0 * np.sqrt(expected * seen))
+
+
+def _log_bessel(x: float) -> float:
+    """ln I0(x), for any x."""
+    from scipy.special import i0e
+
+    value: NDArray[np.float64] = np.log(i0e(x))
+    return float(value) + x

@@ -1,0 +1,242 @@
+"""What a fit is: the model with values, how well they are known, and how well it agrees."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.errors import InputError
+from allanite.fit import curve as _curve
+from allanite.fit.data import Data
+from allanite.fit.engine import Solution
+from allanite.fit.estimates import estimates, free_parameters
+from allanite.fit.held_out import held_out
+from allanite.fit.whittle import normal_scores
+from allanite.parameters import Estimate
+
+if TYPE_CHECKING:
+    from allanite.effects import Effect, Model
+    from allanite.recording import Recording
+
+__all__ = ["Error", "Fit", "Misfit"]
+
+#: A model is called inadequate where its whole curve is this improbable.
+ADEQUATE = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Misfit:
+    """χ² of the binned spectrum against the model, and the probability of a larger one under it."""
+
+    chi2: float
+    dof: int
+    p_value: float
+
+    @property
+    def reduced(self) -> float:
+        """χ² per degree of freedom."""
+        return self.chi2 / self.dof
+
+
+@dataclass(frozen=True, slots=True)
+class Error:
+    """Error of the Allan deviation in per cent (τ with edf ≥ 10), what chance alone gives, and the held-out score."""
+
+    adev_rms_percent: float | None
+    adev_max_percent: float | None
+    chance_rms_percent: float | None
+    held_out: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A model fitted to a recording.
+
+    Attributes
+    ----------
+    recording : Recording
+        One column.
+    model : Model
+        With fitted values.
+    method : str
+        ``whittle``, ``gls`` or ``lines``.
+    """
+
+    recording: Recording
+    model: Model
+    method: str
+    data: Data
+    solution: Solution
+
+    @cached_property
+    def estimates(self) -> tuple[dict[str, Any], ...]:
+        """Values of each effect, with standard errors and intervals, in the order of the model."""
+        return estimates(self.solution, self.data, self.recording.unit)
+
+    @cached_property
+    def z(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Standard normal score of each spectral bin, shape (bins,)."""
+        s = self.solution
+        return normal_scores(s.power, s.count, s.spectrum)
+
+    @cached_property
+    def misfit(self) -> Misfit:
+        """Whole-curve goodness of fit."""
+        from scipy.special import chdtrc
+
+        chi2 = float(self.z @ self.z)
+        dof = max(1, self.z.size - free_parameters(self.solution))
+        return Misfit(chi2, dof, float(chdtrc(dof, chi2)))
+
+    @cached_property
+    def curve(self) -> _curve.Curve:
+        """Measured and modelled Allan deviation."""
+        return _curve.compare_curves(self.recording, self.data, self.model)
+
+    @cached_property
+    def error(self) -> Error:
+        """Errors by which rungs of a ladder are compared."""
+        return Error(*self.curve.errors(), held_out(self.data, self.model))
+
+    @property
+    def adequate(self) -> bool:
+        """Whether the whole curve is compatible with the model at 1 %."""
+        return self.misfit.p_value >= ADEQUATE
+
+    def __getitem__(self, name: str) -> Any:
+        """An estimate by parameter name (``N``), or by effect and parameter (``GM.q_c``, ``SIN2.frequency``)."""
+        key, _, parameter = name.partition(".")
+        seen: dict[str, int] = {}
+        found = []
+        for effect, values in zip(self.model.effects, self.estimates, strict=True):
+            seen[effect.short] = seen.get(effect.short, 0) + 1
+            number = seen[effect.short]
+            labels = {f"{effect.short}{number}", f"{effect.kind}{number}"}
+            if number == 1:
+                labels |= {effect.short, effect.kind}
+            if parameter and key in labels and parameter in values:
+                return values[parameter]
+            if not parameter and key in values:
+                found.append(values[key])
+            elif not parameter and key in labels:
+                found.append(values)
+        if not found:
+            known = " ".join(f"{e.short}.{p}" for e, v in zip(self.model, self.estimates, strict=True) for p in v)
+            raise KeyError(f"{name!r} is not in the fit (it has: {known})")
+        return found[0]
+
+    def display_name(self, effect: Effect) -> str:
+        """Name of an effect for this kind of sensor."""
+        from allanite.units import parse_unit
+
+        return effect.name_for(parse_unit(self.recording.unit).kind)
+
+    def check(self, **options: Any) -> Any:
+        """Where the model fails and what is missing: `allanite.criticism.check_fit`."""
+        from allanite.suggestion import check_fit
+
+        return check_fit(self, **options)
+
+    def add(self, addition: Any) -> Fit:
+        """Refit with an effect (or a suggestion's effect) added.
+
+        Values of the effect are starting values; coefficients are fitted anew with the rest.
+        """
+        from allanite.fit import fit_model
+
+        effect = getattr(addition, "effect", addition)
+        return fit_model(self.recording, self.model + effect, method=self.method)
+
+    def remove(self, place: int) -> Fit:
+        """Refit without the effect at `place` of the model."""
+        from allanite.effects import Model
+        from allanite.fit import fit_model
+
+        effects = self.model.effects
+        return fit_model(self.recording, Model(effects[:place] + effects[place + 1 :]), method=self.method)
+
+    def simulate(self, **options: Any) -> Recording:
+        """Samples of the fitted model at the recording's rate and unit (`duration=` s, `seed=`)."""
+        options.setdefault("rate", self.recording.rate)
+        options.setdefault("unit", self.recording.unit)
+        return self.model.simulate(**options)
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """Allan curve and spectrum with the model; written to `path` (SVG, PNG, PDF) if given."""
+        from allanite.plots import plot_fit
+
+        return plot_fit(self, path)
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/fit/1`` of the contract."""
+        return {
+            "schema": "allanite/fit/1",
+            "version": _kernels.version(),
+            "recording": self.recording.describe(),
+            "method": self.method,
+            **self.body(),
+        }
+
+    def body(self) -> dict[str, Any]:
+        """Model, effects, misfit, error and adequacy: what fit, check and a rung have in common."""
+        from allanite.units import parse_unit
+
+        kind = parse_unit(self.recording.unit).kind
+        misfit = self.misfit
+        return {
+            "model": self.model.name,
+            "effects": [
+                {
+                    "kind": effect.kind,
+                    "name": effect.name_for(kind),
+                    "parameters": {n: plain(v) for n, v in values.items()},
+                    **({"held": sorted(effect.held)} if effect.held else {}),
+                }
+                for effect, values in zip(self.model.effects, self.estimates, strict=True)
+            ],
+            "misfit": {
+                "chi2": misfit.chi2,
+                "dof": misfit.dof,
+                "reduced": misfit.reduced,
+                "p_value": misfit.p_value,
+            },
+            "error": {
+                "adev_rms_percent": self.error.adev_rms_percent,
+                "adev_max_percent": self.error.adev_max_percent,
+                "chance_rms_percent": self.error.chance_rms_percent,
+                "held_out": self.error.held_out,
+            },
+            "adequate": self.adequate,
+        }
+
+    def save(self, path: str | Path) -> None:
+        """Write the fit as JSON, which `allanite simulate`, `compare` and ``--model`` read back."""
+        target = Path(path)
+        if not target.parent.is_dir():
+            raise InputError(f"{target}: the folder {target.parent} does not exist")
+        target.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
+
+    def summary(self) -> str:
+        """The table that ``print(fit)`` shows."""
+        return str(self)
+
+    def __str__(self) -> str:
+        from allanite.fit.table import fit_table
+
+        return fit_table(self)
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{self}</pre>"
+
+
+def plain(value: Any) -> dict[str, Any]:
+    """JSON form of a parameter."""
+    if isinstance(value, Estimate):
+        return value.to_dict()
+    return {"value": list(value) if isinstance(value, tuple) else value}

@@ -1,0 +1,61 @@
+"""A fit as a table for people."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from allanite.parameters import Estimate
+
+if TYPE_CHECKING:
+    from allanite.fit.result import Fit
+
+__all__ = ["fit_table", "misfit_line", "parameter_rows"]
+
+
+def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
+    """(effect, parameter, value, 95 % interval) of every fitted number."""
+    rows = []
+    for effect, values in zip(fit.model.effects, fit.estimates, strict=True):
+        title = fit.display_name(effect)
+        for name, value in values.items():
+            rows.append((title, name, *_cells(value)))
+            title = ""
+    return rows
+
+
+def _cells(value: Any) -> tuple[str, str]:
+    if not isinstance(value, Estimate):
+        return (f"{len(value)} times" if isinstance(value, tuple) else str(value)), ""
+    if not value.detected and value.interval is not None:
+        return "not detected", f"< {value.interval[1]:.3g} {value.unit}"
+    text = f"{float(value):.5g} {value.unit}"
+    if value.interval is None:
+        return text, "held" if value.std_error is None else ""
+    return text, f"{value.interval[0]:.4g} … {value.interval[1]:.4g}"
+
+
+def misfit_line(fit: Fit) -> str:
+    """One sentence on the agreement."""
+    m, e = fit.misfit, fit.error
+    words = "adequate" if fit.adequate else "not adequate"
+    line = f"χ²/dof = {m.reduced:.2f} ({m.chi2:.0f}/{m.dof}), p = {m.p_value:.2g}: {words}"
+    if e.adev_rms_percent is not None:
+        line += (
+            f"; Allan deviation off by {e.adev_rms_percent:.2g} % rms, {e.adev_max_percent:.2g} % at most"
+            f" (chance alone: {e.chance_rms_percent:.2g} %)"
+        )
+    return line
+
+
+def fit_table(fit: Fit) -> str:
+    """Recording, coefficients with intervals, agreement."""
+    r = fit.recording
+    lines = [
+        f"{r.path or 'recording'} · {r.columns[0]} · {r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s), {r.unit}",
+        f"model {fit.model.name} ({fit.method})",
+        "",
+    ]
+    rows = parameter_rows(fit)
+    widths = [max(len(row[i]) for row in rows) for i in range(4)]
+    lines += ["  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return "\n".join([*lines, "", misfit_line(fit)])

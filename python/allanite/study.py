@@ -1,0 +1,166 @@
+"""The ladder: check, add the best effect, refit, until nothing helps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite import _kernels
+from allanite.fit import fit_model
+from allanite.suggestion import Check, check_fit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from allanite.effects import Effect, Model
+    from allanite.fit.result import Fit
+    from allanite.recording import Recording
+
+__all__ = ["Rung", "Study", "improve"]
+
+#: No sensor record supports more additions than this.
+LIMIT = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Rung:
+    """One step of the ladder: the fit, and what was added (None on the first) or removed."""
+
+    fit: Fit
+    added: Effect | None = None
+    removed: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The contract's record of a rung."""
+        return {
+            "added": None if self.added is None else self.added.kind,
+            "removed": list(self.removed),
+            **self.fit.body(),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A ladder of ever better models of one recording.
+
+    Attributes
+    ----------
+    ladder : tuple of Rung
+    check : Check
+        Of the last rung: what is left unexplained.
+    stopped_because : str
+        ``adequate``, ``nothing helps`` or ``limit``.
+    """
+
+    recording: Recording
+    ladder: tuple[Rung, ...]
+    check: Check
+    stopped_because: str
+
+    @property
+    def fit(self) -> Fit:
+        """The last fit."""
+        return self.ladder[-1].fit
+
+    @property
+    def adequate(self) -> bool:
+        """Whether the last model leaves nothing unexplained."""
+        return self.check.adequate
+
+    @property
+    def unexplained(self) -> dict[str, Any]:
+        """Worst intervals that remain, as in the contract."""
+        return self.check.where.worst()
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/improve/1`` of the contract."""
+        return {
+            "schema": "allanite/improve/1",
+            "version": _kernels.version(),
+            "recording": self.recording.describe(),
+            "ladder": [rung.to_dict() for rung in self.ladder],
+            "adequate": self.adequate,
+            "stopped_because": self.stopped_because,
+            "unexplained": self.unexplained,
+        }
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """The ladder as falling error; written to `path` if given."""
+        from allanite.plots import plot_study
+
+        return plot_study(self, path)
+
+    def __str__(self) -> str:
+        lines = [
+            f"{'':>2}  {'added':22} {'χ²/dof':>8} {'p':>9} {'ADEV rms %':>11} {'max %':>7} {'held out':>9}  model"
+        ]
+        for i, rung in enumerate(self.ladder):
+            m, e = rung.fit.misfit, rung.fit.error
+            added = "(start)" if rung.added is None else "+ " + rung.fit.display_name(rung.added)
+            lines.append(
+                f"{i:>2}  {added:22} {m.reduced:8.2f} {m.p_value:9.2g} {_number(e.adev_rms_percent):>11} "
+                f"{_number(e.adev_max_percent):>7} {_number(e.held_out):>9}  {rung.fit.model.name}"
+            )
+        lines.append(f"stopped: {self.stopped_because}")
+        left = self.check.where.sentences()
+        if not self.adequate:
+            lines += ["left unexplained:", *(f"  {s}" for s in left)] if left else []
+        return "\n".join([*lines, "", str(self.fit)])
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{self}</pre>"
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else f"{value:.4g}"
+
+
+def improve(
+    recording: Recording,
+    model: Model | Effect | str = "N+B+K",
+    on_progress: Callable[[int, int], None] | None = None,
+    limit: int = LIMIT,
+) -> Study:
+    """Add the best missing effect until nothing significant is left.
+
+    Parameters
+    ----------
+    recording : Recording
+        One column.
+    model : Model, Effect or str
+        Where to start.
+    on_progress : callable, optional
+        Called with (rungs done, most rungs).
+    limit : int
+        Most additions.
+
+    Returns
+    -------
+    Study
+    """
+    fit = fit_model(recording, model)
+    ladder = [Rung(fit)]
+    while True:
+        check = check_fit(fit)
+        if on_progress is not None:
+            on_progress(len(ladder), limit + 1)
+        if check.adequate:
+            return Study(recording, tuple(ladder), check, "adequate")
+        better = _next(fit, check)
+        if better is None:
+            return Study(recording, tuple(ladder), check, "nothing helps")
+        if len(ladder) > limit:
+            return Study(recording, tuple(ladder), check, "limit")
+        ladder.append(better)
+        fit = better.fit
+
+
+def _next(fit: Fit, check: Check) -> Rung | None:
+    """The best significant suggestion whose addition lowers the held-out score."""
+    for suggestion in check.significant:
+        added = fit.add(suggestion)
+        before, after = fit.error.held_out, added.error.held_out
+        if before is None or after is None or after < before:
+            return Rung(added, suggestion.effect)
+    return None

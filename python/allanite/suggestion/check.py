@@ -1,0 +1,100 @@
+"""A fit criticised: where it fails and what is missing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.criticism import Where, criticise
+from allanite.suggestion.suggest import Suggestion, suggest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from allanite.fit.result import Fit
+
+__all__ = ["Check", "check_fit"]
+
+
+@dataclass(frozen=True, eq=False)
+class Check:
+    """The comparison of a fitted model with its recording.
+
+    Attributes
+    ----------
+    fit : Fit
+    where : Where
+        Residuals over τ, frequency and time.
+    suggestions : tuple of Suggestion
+        Best first.
+    """
+
+    fit: Fit
+    where: Where
+    suggestions: tuple[Suggestion, ...]
+
+    @property
+    def significant(self) -> tuple[Suggestion, ...]:
+        """Suggestions that chance does not explain."""
+        return tuple(s for s in self.suggestions if s.significant)
+
+    @property
+    def adequate(self) -> bool:
+        """Neither the whole curve nor any single effect speaks against the model at 1 %."""
+        return self.fit.adequate and not self.significant
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/check/1`` of the contract."""
+        return {
+            **self.fit.to_dict(),
+            "schema": "allanite/check/1",
+            "adequate": self.adequate,
+            "where": self.where.to_dict(),
+            "suggestions": [s.to_dict() for s in self.suggestions],
+        }
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """As `Fit.plot`, with the failing ranges shaded."""
+        from allanite.plots import plot_check
+
+        return plot_check(self, path)
+
+    def __str__(self) -> str:
+        lines = [str(self.fit), ""]
+        sentences = self.where.sentences()
+        lines += ["where it fails:"] if sentences else ["it fails nowhere beyond chance"]
+        lines += [f"  {s}" for s in sentences]
+        lines.append("")
+        shown = [s for s in self.suggestions if s.significant] or list(self.suggestions[:2])
+        if not any(s.significant for s in shown):
+            lines.append("nothing in the catalogue is significantly missing")
+        else:
+            lines.append("what is missing:")
+        for i, s in enumerate(shown, 1):
+            mark = "" if s.significant else " (not significant)"
+            lines.append(
+                f"  {i}. {s.explanation}{mark}"
+            )
+            lines.append(
+                f"     ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {_p(s)} after {s.trials:.2g} trials, "
+                f"removes {s.removes_percent:.0f} % of the misfit"
+            )
+            if s.rivals:
+                lines.append(f"     cannot be told on this record from: {', '.join(s.rivals)}")
+            lines.append(f"     confirm: {s.check_by}")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{self}</pre>"
+
+
+def _p(suggestion: Suggestion) -> str:
+    if suggestion.log10_p < -99:
+        return f"1e{suggestion.log10_p:.0f}"
+    return f"{suggestion.p_value:.1g}"
+
+
+def check_fit(fit: Fit, on_progress: Callable[[int, int], None] | None = None) -> Check:
+    """Compare a fitted model with its recording on every view and rank what might be missing."""
+    return Check(fit, criticise(fit), suggest(fit, on_progress))

@@ -1,0 +1,190 @@
+"""Which physical effect is missing?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.effects import Effect
+from allanite.fit.engine import Solution
+from allanite.fit.result import Fit, plain
+from allanite.fit.whittle import normal_scores
+from allanite.suggestion.drifts import screen_drifts
+from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
+from allanite.suggestion.lines import screen_lines
+from allanite.suggestion.spectral import Candidate, screen_spectral
+from allanite.suggestion.words import explain
+
+__all__ = ["Suggestion", "suggest"]
+
+#: A candidate this close to another in BIC cannot be told from it on this record.
+RIVAL = 6.0
+
+if TYPE_CHECKING:
+    Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Suggestion:
+    """One effect that might be missing.
+
+    Attributes
+    ----------
+    effect : Effect
+        With the values found when it is added.
+    estimates : dict
+        The same with standard errors and intervals.
+    significant : bool
+        Whether its chance, corrected for everything tried, is below 1 %.
+    delta_log_likelihood : float
+        Rise of logL when it is added.
+    delta_bic : float
+        Fall of the Bayesian information criterion, 2ΔlogL − Σ ln n: positive speaks for the effect.
+    log10_p : float
+        log10 of the corrected p-value (which may underflow).
+    trials : float
+        By how much the p-value of a single test was multiplied.
+    removes_percent : float
+        Share of the misfit that it removes.
+    explanation, check_by : str
+        Physics with the numbers found; how to confirm or refute it in the laboratory.
+    rivals : tuple of str
+        Kinds that explain this record as well (within 6 of its ΔBIC).
+    """
+
+    effect: Effect
+    estimates: dict[str, Any]
+    significant: bool
+    delta_log_likelihood: float
+    delta_bic: float
+    log10_p: float
+    trials: float
+    removes_percent: float
+    explanation: str
+    check_by: str
+    rivals: tuple[str, ...]
+    solution: Solution
+
+    @property
+    def kind(self) -> str:
+        """Kind of the effect."""
+        return self.effect.kind
+
+    @property
+    def p_value(self) -> float:
+        """Corrected p-value, at least 1e-300."""
+        return float(10.0 ** max(self.log10_p, -300.0))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The contract's record of a suggestion."""
+        parameters = {}
+        for name, value in self.estimates.items():
+            parameters[name] = plain(value)
+        return {
+            "kind": self.kind,
+            "parameters": parameters,
+            "significant": self.significant,
+            "evidence": {
+                "delta_log_likelihood": self.delta_log_likelihood,
+                "delta_bic": self.delta_bic,
+                "p_value": self.p_value,
+                "log10_p_value": self.log10_p,
+                "trials": self.trials,
+            },
+            "removes_percent": self.removes_percent,
+            "explanation": self.explanation,
+            "check_by": self.check_by,
+            "rivals": list(self.rivals),
+        }
+
+
+def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, ...]:
+    """All candidates that explain anything, best first."""
+    steps = [0]
+
+    def progress() -> None:
+        steps[0] += 1
+        if on_progress is not None:
+            on_progress(steps[0], 4)
+
+    base, data = fit.solution, fit.data
+    spectral = screen_spectral(base, data)
+    progress()
+    lines = screen_lines(base, data)
+    progress()
+    drifts = screen_drifts(base, data)
+    progress()
+    families = {
+        "spectral": Family("spectral", spectral.arcs),
+        "line": Family("line", width=line_trials(data.n)),
+        "drift": Family("drift", drifts.arcs, sides=2),
+    }
+    candidates = (*spectral.candidates, *lines, *drifts.candidates)
+    ranked = sorted(
+        (_suggestion(fit, c, families) for c in candidates), key=lambda s: s.delta_bic, reverse=True
+    )
+    progress()
+    return _with_rivals(ranked)
+
+
+def _suggestion(fit: Fit, candidate: Candidate, families: dict[str, Family]) -> Suggestion:
+    from scipy.special import log_ndtr
+
+    solution = candidate.solution
+    assert solution is not None
+    x = candidate.gain
+    log_p = min(0.0, log_chance(families[candidate.family], x) + np.log(len(families)))
+    single = -x if candidate.family == "line" else float(log_ndtr(-np.sqrt(2.0 * x)))
+    family = families[candidate.family]
+    penalty = candidate.parameters * np.log(fit.data.bins.count.size)
+    if family.width > 0.0:
+        penalty += 2.0 * np.log(family.width) - np.log(fit.data.bins.count.size)
+    found = Fit(fit.recording, solution.model, fit.method, fit.data, solution)
+    effect = solution.model.effects[-1]
+    return Suggestion(
+        effect,
+        found.estimates[-1],
+        log_p < np.log(FALSE_ALARM),
+        x,
+        2.0 * x - penalty,
+        log_p / np.log(10.0),
+        float(np.exp(min(log_p - single, 700.0))),
+        _removed(fit, solution, candidate),
+        explain(effect, found, fit),
+        effect.check_by,
+        (),
+        solution,
+    )
+
+
+def _removed(fit: Fit, solution: Solution, candidate: Candidate) -> float:
+    """Per cent of the χ² beyond its expectation; a line counts with what it adds outside the bins."""
+    z = normal_scores(solution.power, solution.count, solution.spectrum)
+    fallen = fit.misfit.chi2 - float(z @ z)
+    excess = fit.misfit.chi2 - fit.misfit.dof
+    if candidate.family == "line":
+        fallen += 2.0 * candidate.gain
+        excess += 2.0 * candidate.gain
+    if excess <= 0.0:
+        return 0.0
+    return float(np.clip(100.0 * fallen / excess, 0.0, 100.0))
+
+
+def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
+    out = []
+    for one in ranked:
+        rivals = tuple(
+            dict.fromkeys(
+                other.kind
+                for other in ranked
+                if other is not one
+                and other.kind != one.kind
+                and abs(other.delta_bic - one.delta_bic) < RIVAL
+                and (other.kind in one.effect.rivals or one.kind in other.effect.rivals)
+            )
+        )
+        out.append(replace(one, rivals=rivals))
+    return tuple(out)
