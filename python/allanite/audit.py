@@ -101,7 +101,8 @@ def _stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
             " --rate overrides",
             values={"measured_hz": stamps.rate},
         )
-    if stamps.coarse:
+    shared = stamps.coarse and stamps.duplicates > 0.2 * stamps.n
+    if shared:
         yield Finding(
             "coarse_time",
             "info",
@@ -124,12 +125,13 @@ def _stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
             f" {stamps.first_backwards}; samples are used in the order of the file",
             values={"count": stamps.backwards, "row": stamps.first_backwards},
         )
-    if not stamps.coarse and stamps.jitter * stamps.rate > 0.05:
+    if not shared and stamps.jitter * stamps.rate > 0.05:
         yield Finding(
             "jitter",
             "warning" if stamps.jitter * stamps.rate > 0.3 else "info",
             f"spacing of the time stamps varies by {stamps.jitter * 1e3:.3g} ms rms"
-            f" ({stamps.jitter * stamps.rate:.0%} of the interval); samples are taken as regular",
+            f" ({stamps.jitter * stamps.rate:.0%} of the interval); samples are taken as regular"
+            + (", and gaps cannot be found" if stamps.coarse else ""),
             values={"rms_s": stamps.jitter},
         )
     if stamps.gaps:

@@ -365,8 +365,9 @@ def find_column(name: str | int, columns: Sequence[str], path: str | None = None
 
 def _restore(state: dict[str, Any]) -> Recording:
     recording = object.__new__(Recording)
-    for name in ("covariates", "covariate_units"):
-        state[name] = MappingProxyType(state[name])
+    locked(state["samples"])
+    state["covariates"] = MappingProxyType({k: locked(v) for k, v in state["covariates"].items()})
+    state["covariate_units"] = MappingProxyType(state["covariate_units"])
     recording._fix(**state, _audit=None)
     return recording
 

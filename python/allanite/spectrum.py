@@ -90,7 +90,9 @@ def bins_of(n: int) -> Bins:
     return Bins(n, *arrays)
 
 
-def fill_gaps(samples: NDArray[Any], missing: NDArray[np.bool_] | None = None) -> NDArray[np.float64]:
+def fill_gaps(
+    samples: NDArray[Any], missing: NDArray[np.bool_] | None = None
+) -> NDArray[np.float64]:
     """Samples with NaN (and `missing`) replaced so that the spectrum stays what it was.
 
     Each run is bridged by a straight line between the means of up to 8 samples at its sides, plus white noise of the
@@ -150,7 +152,9 @@ class Spectrum:
     unit: str = "1"
 
     def __str__(self) -> str:
-        lines = [f"{'f (Hz)':>12} {'density two-sided':>18} {'95 % low':>12} {'high':>12} {'count':>8}"]
+        lines = [
+            f"{'f (Hz)':>12} {'density two-sided':>18} {'95 % low':>12} {'high':>12} {'count':>8}"
+        ]
         lines += [
             f"{f:12.5g} {d:18.5g} {lo:12.5g} {hi:12.5g} {int(c):8d}"
             for f, d, lo, hi, c in zip(
@@ -166,7 +170,9 @@ class Spectrum:
             "sided": "two-sided",
             "points": [
                 {"frequency_hz": float(f), "density": float(d), "low": float(lo), "high": float(hi)}
-                for f, d, lo, hi in zip(self.frequency, self.density, self.low, self.high, strict=True)
+                for f, d, lo, hi in zip(
+                    self.frequency, self.density, self.low, self.high, strict=True
+                )
             ],
         }
 

@@ -146,7 +146,7 @@ def read_stamps(time: ArrayLike, unit: str | None = None) -> Stamps:
 def _guess(start: float, spacing: float) -> str:
     if abs(start) > 1e8:
         return next(unit for limit, unit in _EPOCH_LIMITS if abs(start) < limit)
-    return next(unit for limit, unit in _SPACING_LIMITS if spacing < limit)
+    return next(unit for limit, unit in _SPACING_LIMITS if spacing <= limit)
 
 
 def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import IO, TYPE_CHECKING
+import sys
+from contextlib import nullcontext
+from typing import TYPE_CHECKING
 
 import click
 
@@ -100,9 +102,7 @@ def _csv(recording: Recording, path: Path | None) -> None:
     """Time stamps and samples with a header, to the last digit."""
     import numpy as np
 
-    stream: IO[str]
-    stream = click.get_text_stream("stdout") if path is None else path.open("w", encoding="utf-8")
-    try:
+    with nullcontext(sys.stdout) if path is None else path.open("w", encoding="utf-8") as stream:
         header = [
             f"{name} [{unit}]"
             for name, unit in zip(recording.columns, recording.units, strict=True)
@@ -116,6 +116,3 @@ def _csv(recording: Recording, path: Path | None) -> None:
                 f"{stamp:.9g}," + ",".join(map(repr, row)) + "\n"
                 for stamp, row in zip(stamps.tolist(), rows.tolist(), strict=True)
             )
-    finally:
-        if path is not None:
-            stream.close()

@@ -1,0 +1,21 @@
+"""Fixtures for every test: the real recordings, where they are at hand."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="session")
+def data():
+    """Path of a real recording by name; the test is skipped where the folder is absent."""
+    folder = Path(os.environ.get("ALLANITE_DATA", ROOT.parent / "shared" / "data"))
+
+    def find(name):
+        if not (folder / name).exists():
+            pytest.skip(f"no real recording {name}: set ALLANITE_DATA to their folder")
+        return folder / name
+
+    return find

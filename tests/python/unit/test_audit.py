@@ -1,0 +1,154 @@
+"""The audit finds what was put in, and nothing in clean noise; on real logs it says what is visible."""
+
+import numpy as np
+import pytest
+from allanite.readers import read
+from allanite.recording import Recording
+
+
+def kinds(recording):
+    return [finding.kind for finding in recording.audit]
+
+
+def the(recording, kind):
+    (finding,) = [f for f in recording.audit if f.kind == kind]
+    return finding
+
+
+def noise(n=20_000, seed=0):
+    return np.random.default_rng(seed).standard_normal(n)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_clean_noise_has_no_findings(seed):
+    rng = np.random.default_rng(seed)
+    x = rng.standard_normal(50_000) + 0.05 * np.cumsum(rng.standard_normal(50_000))
+    assert kinds(Recording(x, 100)) == []
+    assert kinds(Recording(x.astype(np.float32), 100)) == []
+    assert kinds(Recording(np.cumsum(x), 100, quantity="angle")) == []
+
+
+def test_rate_against_the_time_column():
+    t = np.round(np.arange(5000) / 9.862, 2)
+    finding = the(Recording(noise(5000), 10, time=t), "rate")
+    assert finding.severity == "warning"
+    assert finding.message.startswith("the time column says 9.862 Hz, not 10 Hz")
+    assert finding.values["measured_hz"] == pytest.approx(9.862, rel=1e-5)
+    assert kinds(Recording(noise(5000), time=t)) == []
+
+
+def test_stamps_out_of_order_duplicated_and_jittering():
+    t = np.arange(5000) / 100
+    t[[10, 11]] = t[[11, 10]]
+    t[100] = t[99]
+    r = Recording(noise(5000), 100, time=t)
+    assert "row 11" in the(r, "out_of_order").message
+    assert the(r, "duplicate_stamps").values["count"] == 1
+    t = (np.arange(5000) + np.random.default_rng(2).uniform(-0.4, 0.4, 5000)) / 100
+    assert the(Recording(noise(5000), time=t), "jitter").values["rms_s"] == pytest.approx(3.27e-3, rel=0.05)
+
+
+def test_coarse_stamps_and_guessed_units():
+    r = Recording(noise(5000), 5, time=np.floor(np.arange(5000) / 5))
+    assert "1 s" in the(r, "coarse_time").message
+    assert r.gaps == 0
+    r = Recording(noise(5000), time=np.arange(5000) * 10)
+    assert "ms" in the(r, "time_unit").message
+
+
+def test_gaps():
+    keep = np.ones(5000, dtype=bool)
+    keep[200:260] = False
+    t = np.arange(5000)[keep] / 100
+    r = Recording(noise(5000)[keep], time=t)
+    assert the(r, "gaps").values == {"count": 1, "missing": 60, "longest": 60}
+    assert the(r, "missing").values["count"] == 60
+
+
+@pytest.mark.parametrize("step", [0.05, 0.00333, 1.0])
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+@pytest.mark.parametrize("offset", [0.0, -1.0156])
+def test_the_step_of_the_samples(step, kind, offset):
+    x = (np.round(noise() * 3) * step + offset).astype(kind)
+    assert the(Recording(x, 100), "quantisation").values["step"] == pytest.approx(step, rel=1e-4)
+
+
+def test_integers_and_coarse_rounding():
+    r = Recording(np.round(noise() * 0.5).astype(np.int32) * 7, 100)
+    finding = the(r, "quantisation")
+    assert finding.values["step"] == 7
+    # Rounding contributes 1/12 of a step²; the samples have 1/4 + 1/12.
+    assert finding.values["share"] == pytest.approx(0.25, abs=0.03)
+
+
+def test_clipping():
+    finding = the(Recording(np.minimum(noise(), 1.5), 100), "clipping")
+    assert finding.values["value"] == 1.5
+    assert kinds(Recording(np.clip(np.round(noise() * 20), -40, 1000), 100)).count("clipping") == 1
+
+
+def test_held_and_stuck():
+    finding = the(Recording(np.repeat(noise(5000), 4), 400), "held")
+    assert finding.values["times"] == 4
+    assert "100 Hz" in finding.message
+    x = noise()
+    x[5000:5100] = x[5000]
+    finding = the(Recording(x, 100), "stuck")
+    assert (finding.values["start_s"], finding.values["count"]) == (50.0, 100)
+    assert kinds(Recording(np.ones(1000), 100)) == ["constant"]
+
+
+def test_outliers():
+    x = noise()
+    x[[77, 5000]] += [30, -25]
+    finding = the(Recording(x, 100), "outliers")
+    assert finding.values["count"] == 2
+    assert finding.values["time_s"] == 0.77
+    assert "2 outliers" in finding.message
+
+
+def test_a_stretch_that_is_not_static():
+    x = noise(100_000)
+    x[30_000:33_000] *= 10
+    finding = the(Recording(x, 100), "not_static")
+    assert finding.values["start_s"] == pytest.approx(300, abs=5)
+    assert finding.values["end_s"] == pytest.approx(330, abs=5)
+
+
+def test_it_is_found_once():
+    r = Recording(np.minimum(noise(), 1.5), 100)
+    assert r.audit[0] is r.audit[0]
+
+
+def test_findings_are_json():
+    d = the(Recording(np.minimum(noise(), 1.5), 100, columns=["wx"]), "clipping").to_dict()
+    assert d["kind"] == "clipping"
+    assert d["column"] == "wx"
+    assert d["value"] == 1.5
+
+
+# -- real recordings -----------------------------------------------------------------------------
+
+
+@pytest.mark.data
+def test_real_time_column_of_a_10_hz_log(data):
+    assert "9.862 Hz, not 10" in the(read(data("hfi_10hz.npz")), "rate").message
+
+
+@pytest.mark.data
+def test_real_print_step_of_a_phone(data):
+    steps = [f for f in read(data("phone_gyro_b.npz")).audit if f.kind == "quantisation"]
+    assert [f.values["step"] for f in steps] == pytest.approx([0.001] * 3, rel=1e-4)
+
+
+@pytest.mark.data
+def test_real_steps_of_an_adis16405(data):
+    steps = [f for f in read(data("adis16405_imu1.npz")).audit if f.kind == "quantisation"]
+    assert [f.values["step"] for f in steps] == pytest.approx([0.05] * 3 + [0.00333] * 3, rel=1e-3)
+
+
+@pytest.mark.data
+def test_real_outliers_of_an_mtig(data):
+    finding = the(read(data("mtig_gyrox_contaminated.npz")), "outliers")
+    assert finding.severity == "warning"
+    assert finding.values["count"] > 100

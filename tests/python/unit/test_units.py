@@ -1,0 +1,134 @@
+"""The table of units against pint, the slips it must make impossible, and its errors."""
+
+import math
+
+import pint
+import pytest
+from allanite.errors import InputError
+from allanite.units import coefficient_unit, conversion, parse_unit, rate_unit
+from hypothesis import given
+from hypothesis import strategies as st
+
+REGISTRY = pint.UnitRegistry()
+# pint knows g as gram and has no milli-g: the accelerations are spelled out for it.
+PINT_SPELLING = {
+    "g": "standard_gravity",
+    "mg": "1e-3*standard_gravity",
+    "ug": "1e-6*standard_gravity",
+    "deg/h": "deg/hour",
+    "1": "dimensionless",
+}
+
+
+@pytest.mark.parametrize(
+    "unit",
+    ["rad/s", "mrad/s", "deg/s", "deg/h", "deg/min", "arcsec/s", "rpm", "m/s^2", "g", "mg", "ug", "1", "ppm"],
+)
+def test_scale_agrees_with_pint(unit):
+    expected = REGISTRY(PINT_SPELLING.get(unit, unit))
+    si = {"angular rate": "rad/s", "acceleration": "m/s^2", "fractional frequency": "dimensionless"}
+    parsed = parse_unit(unit)
+    value = REGISTRY.Quantity(1.0, "dimensionless") * expected
+    assert parsed.scale == pytest.approx(value.to(si[parsed.kind]).magnitude, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("ours_from", "ours_to", "pint_from", "pint_to"),
+    [
+        ("deg/s·s^½", "deg/sqrt(h)", "deg/s*s^0.5", "deg/hour^0.5"),
+        ("rad/s·s^½", "deg/h/sqrt(Hz)", "rad/s*s^0.5", "deg/hour/hertz^0.5"),
+        ("m/s^2·s^½", "µg/√Hz", "m/s^2*s^0.5", "1e-6*standard_gravity/hertz^0.5"),
+        ("g·s^½", "m/s/sqrt(h)", "standard_gravity*s^0.5", "m/s/hour^0.5"),
+        ("deg/s/s^½", "deg/h^1.5", "deg/s/s^0.5", "deg/hour^1.5"),
+        ("deg/s/s^½", "deg/h/sqrt(h)", "deg/s/s^0.5", "deg/hour^1.5"),
+        ("deg/s/s", "deg/h^2", "deg/s^2", "deg/hour^2"),
+        ("mg/s", "m/s^3", "1e-3*standard_gravity/s", "m/s^3"),
+        ("deg/s·s", "arcsec", "deg", "arcsec"),
+        ("rad/s·s", "deg", "rad", "deg"),
+        ("g·s", "m/s", "standard_gravity*s", "m/s"),
+    ],
+)
+def test_conversion_agrees_with_pint(ours_from, ours_to, pint_from, pint_to):
+    a, b = (1.0 * REGISTRY(text) for text in (pint_from, pint_to))
+    assert conversion(ours_from, ours_to) == pytest.approx((a / b).to("dimensionless").magnitude, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("°/s", "deg/s"), ("º/s", "deg/s"), ("dps", "deg/s"), ("deg/sec", "deg/s"), ("Deg/s", "deg/s"),
+        ("deg·s⁻¹", "deg/s"), ("deg s^-1", "deg/s"), ("°/h", "deg/h"), ("deg/hr", "deg/h"),
+        ("mdps", "mdeg/s"), ("m/s²", "m/s^2"), ("m/s**2", "m/s^2"), ("m s^-2", "m/s^2"), ("µg", "ug"),
+        ("μg", "ug"), ("radians/second", "rad/s"), (" rad / s ", "rad/s"), ("1", "1"),
+    ],
+)  # fmt: skip
+def test_spellings(text, name):
+    assert parse_unit(text).name == name
+
+
+def test_the_figures_every_datasheet_mixes_up():
+    # A density of 1 deg/h/√Hz is 1/60 deg/√h; 0.03 deg/s/√Hz is 1.8 deg/√h, not 0.03.
+    assert conversion("deg/sqrt(h)", "deg/h/√Hz") == pytest.approx(60)
+    assert 0.03 * conversion("deg/s/√Hz", "deg/√h") == pytest.approx(1.8)
+    assert 0.03 * conversion("deg/s/√Hz one-sided", "deg/√h") == pytest.approx(1.8 / math.sqrt(2))
+    assert conversion("deg/s·s^½", "deg/s/sqrt(Hz) one-sided") == pytest.approx(math.sqrt(2))
+    assert conversion("deg/s·s^½", "deg/s/sqrt(Hz) (single-sided)") == pytest.approx(math.sqrt(2))
+    assert conversion("deg/s·s^½", "deg/s/sqrt(Hz) two-sided") == pytest.approx(1)
+
+
+@pytest.mark.parametrize("unit", ["rad/s", "deg/h", "m/s^2", "ug", "1"])
+@pytest.mark.parametrize("power", [1, 0.5, 0, -0.5, -1])
+def test_canonical_coefficient_units_are_understood(unit, power):
+    spelled = coefficient_unit(unit, power)
+    assert conversion(spelled, spelled) == 1.0
+    seconds = {1: "·s", 0.5: "·s^½", 0: "", -0.5: "/s^½", -1: "/s"}[power]
+    assert spelled == unit + seconds
+
+
+@pytest.mark.parametrize(
+    ("source", "target"),
+    [
+        ("m/s^2·s^½", "deg/sqrt(h)"),
+        ("m/s^2", "deg/s"),
+        ("deg/s·s^½", "deg/h"),
+        ("deg/s·s^½", "deg"),
+        ("deg/s", "1"),
+    ],
+)
+def test_mixing_is_refused_and_both_are_named(source, target):
+    with pytest.raises(InputError, match="different quantities") as caught:
+        conversion(source, target)
+    assert source in str(caught.value)
+    assert target in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["furlong", "", "deg", "deg/", "Mg", "deg/s)", "(deg/s", "s", "K", "m/s", "1/0"])
+def test_what_is_no_unit_of_samples(text):
+    with pytest.raises(InputError, match="unit"):
+        parse_unit(text)
+
+
+def test_one_sided_is_for_densities():
+    with pytest.raises(InputError, match="density"):
+        conversion("deg/s", "deg/h one-sided")
+
+
+def test_increments_and_angles_name_the_unit_of_their_rate():
+    assert rate_unit("deg", "increment").name == "deg/s"
+    assert rate_unit("rad", "angle").name == "rad/s"
+    assert rate_unit("m/s", "increment").name == "m/s^2"
+    assert rate_unit("s", "angle").name == "1"
+    assert rate_unit("1", "angle").name == "1"
+
+
+UNITS = st.sampled_from(["rad", "mrad", "deg", "arcsec", "m", "g", "mg", "ug", "s", "ms", "h", "Hz"])
+TERMS = st.lists(st.tuples(UNITS, st.sampled_from([-2, -1.5, -1, -0.5, 0.5, 1, 2])), min_size=1, max_size=4)
+
+
+@given(TERMS, st.sampled_from(["·", "*", " "]))
+def test_conversions_are_reciprocal_and_spelling_does_not_matter(terms, times):
+    first = times.join(f"{u}^({p})" for u, p in terms)
+    other = "·".join(f"{u}^{p}" for u, p in reversed(terms))
+    assert conversion(first, other) == pytest.approx(1.0, rel=1e-12)
+    thousand = other.replace("rad", "mrad").replace("mmrad", "mrad")
+    assert conversion(first, thousand) * conversion(thousand, first) == pytest.approx(1.0, rel=1e-12)
