@@ -1,0 +1,43 @@
+"""allanite export: parameters for a filter or simulator."""
+
+from __future__ import annotations
+
+import click
+
+FORMATS = ("json", "kalibr", "matlab", "ros", "vins", "gtsam")
+
+
+@click.command("export")
+@click.argument("models", nargs=-1, required=True, metavar="MODEL...")
+@click.option(
+    "--format", "target", type=click.Choice(FORMATS), default="json", show_default=True, help="Target."
+)
+@click.option("--unit", metavar="UNIT", help="Unit of the samples, for a model without a recording.")
+@click.option("--rate", type=float, metavar="HZ", help="Sampling rate, where the target needs one.")
+@click.option("-o", "--output", metavar="FILE", help="File to write; default stdout.")
+def command(
+    models: tuple[str, ...], target: str, unit: str | None, rate: float | None, output: str | None
+) -> None:
+    """Write the coefficients of MODELs (files of fit --save, or sums with values) for another program.
+
+    Several models are several axes: three of a gyroscope, three of an accelerometer.
+    """
+    from pathlib import Path
+
+    from allanite.cli.output import whole_file
+    from allanite.effects.files import model_to_dict, parse_model
+    from allanite.export import export
+    from allanite.export._axis import axes_of, documents_of
+
+    axes = []
+    for model in models:
+        is_file = model.endswith(".json") or Path(model).is_file()
+        documents = documents_of(model) if is_file else [model_to_dict(parse_model(model))]
+        axes += axes_of(documents, unit, model)
+    text = export(axes, target, rate)
+    if output is None:
+        click.echo(text, nl=False)
+        return
+    with whole_file(output) as draft:
+        draft.write_text(text, encoding="utf-8")
+    click.echo(f"{output}: {target} parameters of {', '.join(axis.name for axis in axes)}")
