@@ -131,8 +131,8 @@ class DataSheet:
             said = _slip("N", ratio, 0.02)
             if said:
                 remarks.append(
-                    f"the sheet contradicts itself: {first.value:g} {first.unit} is not {other.value:g}"
-                    f" {other.unit} (ratio {ratio:.3g}): {said}"
+                    f"the sheet contradicts itself: {first.value:g} {first.unit} is not"
+                    f" {other.value:g} {other.unit} (ratio {ratio:.3g}): {said}"
                 )
         return remarks
 
@@ -198,7 +198,7 @@ class Comparison:
 
 
 def _in_its_unit(row: Row) -> float:
-    """The measured value as the sheet would print it."""
+    """Return the measured value as the sheet would print it."""
     return row.measured.value * row.figure.value / row.sheet if row.sheet else math.nan
 
 
@@ -252,7 +252,7 @@ def _figure(name: str, given: object, path: Path) -> Figure:
     except (TypeError, ValueError):
         raise InputError(f"{path}: {name} = {given!r}: give a number and a unit") from None
     if not unit:
-        raise InputError(f"{path}: {name} = {given!r} has no unit: write e.g. \"{number:g} deg/h\"")
+        raise InputError(f'{path}: {name} = {given!r} has no unit: write e.g. "{number:g} deg/h"')
     if not (math.isfinite(number) and number > 0):
         raise InputError(f"{path}: {name} = {number:g}: a figure must be positive")
     unit = str(unit).strip()
@@ -262,8 +262,8 @@ def _figure(name: str, given: object, path: Path) -> Figure:
     return Figure(key, number, unit)
 
 
-def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:  # noqa: ANN401 - any fit
-    """Compare a fit with a sheet: ratio of each figure with its interval, and the suspicious ones named.
+def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
+    """Compare a fit with a sheet: the ratio of each figure, and the suspicious ones named.
 
     Parameters
     ----------
@@ -309,7 +309,7 @@ def _remark(figure: Figure, ratio: Estimate) -> str:
 
 
 def _slip(coefficient: str, ratio: float, tolerance: float) -> str:
-    """The mistake that explains a ratio within a relative tolerance, or nothing if 1 does."""
+    """Name the mistake that explains a ratio, if one does and chance does not."""
     if ratio <= 0 or abs(math.log(ratio)) <= tolerance:
         return ""
     slips = (*SLIPS_OF_N, *SLIPS_OF_ALL) if coefficient == "N" else SLIPS_OF_ALL

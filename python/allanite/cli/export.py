@@ -10,15 +10,22 @@ FORMATS = ("json", "kalibr", "matlab", "ros", "vins", "gtsam")
 @click.command("export")
 @click.argument("models", nargs=-1, required=True, metavar="MODEL...")
 @click.option(
-    "--format", "target", type=click.Choice(FORMATS), default="json", show_default=True, help="Target."
+    "--format",
+    "target",
+    type=click.Choice(FORMATS),
+    default="json",
+    show_default=True,
+    help="Target.",
 )
-@click.option("--unit", metavar="UNIT", help="Unit of the samples, for a model without a recording.")
+@click.option(
+    "--unit", metavar="UNIT", help="Unit of the samples, for a model without a recording."
+)
 @click.option("--rate", type=float, metavar="HZ", help="Sampling rate, where the target needs one.")
 @click.option("-o", "--output", metavar="FILE", help="File to write; default stdout.")
 def command(
     models: tuple[str, ...], target: str, unit: str | None, rate: float | None, output: str | None
 ) -> None:
-    """Write the coefficients of MODELs (files of fit --save, or sums with values) for another program.
+    """Write the coefficients of MODELs (saved fits, or sums with values) for another program.
 
     Several models are several axes: three of a gyroscope, three of an accelerometer.
     """

@@ -110,14 +110,15 @@ def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None
 
 
 @contextmanager
-def progress(label: str, options: LogOptions) -> Iterator[Callable[..., None] | None]:
-    """Give a callback (fraction done, what is done now) drawing on stderr, if a terminal."""
+def progress(label: str, options: LogOptions) -> Iterator[Callable[[int, int], None] | None]:
+    """Give a callback (steps done, steps in all) drawing on stderr, if a terminal."""
     if options.quiet or not sys.stderr.isatty():
         yield None
         return
-    with click.progressbar(length=1000, label=label, file=sys.stderr, item_show_func=str) as bar:
+    with click.progressbar(length=1, label=label, file=sys.stderr) as bar:
 
-        def report(fraction: float, text: str = "") -> None:
-            bar.update(max(round(1000 * fraction) - bar.pos, 0), text)
+        def report(done: int, total: int) -> None:
+            bar.length = total
+            bar.update(done - bar.pos)
 
         yield report

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from allanite.errors import InputError
 from allanite.parameters import Estimate
 from allanite.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
 
 __all__ = ["Axis", "axes_of", "documents_of", "header", "needed", "rate_of", "split", "worst"]
 
@@ -107,7 +109,9 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
     if not effects:
         raise InputError(f"{source}: the document holds no effects")
     if own is None:
-        raise InputError(f"{source}: the model has no unit: say with --unit what its samples are in")
+        raise InputError(
+            f"{source}: the model has no unit: say with --unit what its samples are in"
+        )
     parsed = parse_unit(own)
     target = SI[parsed.kind]
     coefficients = {}
@@ -148,7 +152,7 @@ def _interval(bounds: list[float | None] | None) -> tuple[float, float] | None:
 
 
 def needed(axis: Axis, name: str, target: str) -> tuple[float, str]:
-    """Value of a coefficient and a remark; an undetected one is its upper limit, an absent one an error.
+    """Return a coefficient and a remark: undetected its upper limit, absent an error.
 
     A random walk is never made up from a bias instability: they are different processes.
     """
@@ -156,12 +160,14 @@ def needed(axis: Axis, name: str, target: str) -> tuple[float, str]:
     if estimate is None:
         kind = COEFFICIENTS[name][0]
         raise InputError(
-            f"{target} needs {name} ({kind}) and the model of {axis.name} has none: fit one with {name}"
-            " (a bias instability is not a random walk)"
+            f"{target} needs {name} ({kind}) and the model of {axis.name} has none: fit one"
+            f" with {name} (a bias instability is not a random walk)"
         )
     if not estimate.detected:
         if estimate.interval is None:
-            raise InputError(f"{axis.name}: {name} was not detected and has no upper limit to export")
+            raise InputError(
+                f"{axis.name}: {name} was not detected and has no upper limit to export"
+            )
         return estimate.interval[1], "not detected: this is the 95 % upper limit"
     return estimate.value, ""
 
@@ -182,8 +188,10 @@ def header(axes: Iterable[Axis], comment: str, holds: str) -> str:
     `holds` names the coefficients that the target has room for.
     """
     lines = [
-        "Written by allanite. Densities are two-sided: white noise has S(f) = N^2,"
-        " sigma^2(tau) = N^2/tau."
+        (
+            "Written by allanite. Densities are two-sided: white noise has S(f) = N^2,"
+            " sigma^2(tau) = N^2/tau."
+        )
     ]
     for axis in axes:
         origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
@@ -199,7 +207,9 @@ def split(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
     axes = list(axes)
     for axis in axes:
         if axis.kind not in (ANGULAR_RATE, ACCELERATION):
-            raise InputError(f"{axis.name} is a {axis.kind}: this format holds gyroscopes and accelerometers")
+            raise InputError(
+                f"{axis.name} is a {axis.kind}: this format holds gyroscopes and accelerometers"
+            )
     return (
         [axis for axis in axes if axis.kind == ANGULAR_RATE],
         [axis for axis in axes if axis.kind == ACCELERATION],
@@ -207,11 +217,11 @@ def split(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
 
 
 def rate_of(axes: Iterable[Axis], rate: float | None, target: str) -> float:
-    """Sampling rate for a target whose numbers hold for one rate."""
+    """Return the sampling rate for a target whose numbers hold for one rate."""
     rates = {axis.rate for axis in axes if axis.rate is not None} if rate is None else {rate}
     if len(rates) != 1:
         found = ", ".join(f"{r:g}" for r in sorted(rates)) or "none"
-        raise InputError(f"{target} holds for one sampling rate, found {found}: give it with --rate")
+        raise InputError(
+            f"{target} holds for one sampling rate, found {found}: give it with --rate"
+        )
     return float(rates.pop())
-
-

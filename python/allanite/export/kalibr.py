@@ -15,7 +15,7 @@ __all__ = ["render"]
 
 
 def render(axes: Sequence[Axis], rate: float | None) -> str:
-    """Noise density is N and random walk is K, both as Kalibr's wiki "IMU Noise Model" defines them.
+    """Noise density is N and random walk is K, both as Kalibr's wiki "IMU Noise Model" says.
 
     There, sigma of a sample is N/sqrt(dt) and of a bias step K·sqrt(dt).
     """

@@ -13,6 +13,11 @@ if TYPE_CHECKING:
 
 __all__ = ["render"]
 
+NOTE = (
+    "% NoiseDensity is double-sided, and said to be; where NoiseType does not exist, the\n"
+    "% density is taken as single-sided: multiply it by sqrt(2) there.\n"
+)
+
 
 def render(axes: Sequence[Axis], rate: float | None) -> str:
     """N as NoiseDensity (declared double-sided), B as BiasInstability, K as RandomWalk, in SI.
@@ -21,12 +26,15 @@ def render(axes: Sequence[Axis], rate: float | None) -> str:
     """
     lines = [
         header(axes, "%", "NBK"),
-        "% NoiseDensity is double-sided, and said to be; where NoiseType does not exist, the density is\n"
-        "% taken as single-sided: multiply it by sqrt(2) there.\n",
+        NOTE,
         f"imu = imuSensor('accel-gyro', 'SampleRate', {rate_of(axes, rate, 'matlab'):g});\n",
     ]
     for own, member, maker, unit in zip(
-        split(axes), ("Gyroscope", "Accelerometer"), ("gyroparams", "accelparams"), ("rad/s", "m/s^2"), strict=True
+        split(axes),
+        ("Gyroscope", "Accelerometer"),
+        ("gyroparams", "accelparams"),
+        ("rad/s", "m/s^2"),
+        strict=True,
     ):
         if not own:
             continue
@@ -41,7 +49,11 @@ def render(axes: Sequence[Axis], rate: float | None) -> str:
             found = [needed(axis, name, "matlab") for axis in own]
             remark = next((f"; {r}" for _, r in found if r), "")
             three = len(found) == 3
-            values = "[" + " ".join(f"{v:.6e}" for v, _ in found) + "]" if three else f"{max(found)[0]:.6e}"
+            values = (
+                "[" + " ".join(f"{v:.6e}" for v, _ in found) + "]"
+                if three
+                else f"{max(found)[0]:.6e}"
+            )
             lines.append(f"% {member} {key} in {suffix}{remark}\n")
             arguments.append(f"'{key}', {values}")
         lines.append(f"imu.{member} = {maker}( ...\n    " + ", ...\n    ".join(arguments) + ");\n")

@@ -22,7 +22,7 @@ def render(axes: Sequence[Axis], rate: float | None) -> str:
     fs = rate_of(axes, rate, "ros")
     lines = [
         header(axes, "#", "N"),
-        f"# Variances of one sample at {fs:g} Hz: N^2 x rate. Slow noise (B, K) has no place in them.\n",
+        f"# Variances of one sample at {fs:g} Hz: N^2 x rate, without slow noise.\n",
     ]
     for key, own, unit in zip(
         ("angular_velocity_covariance", "linear_acceleration_covariance"),

@@ -18,13 +18,13 @@ __all__ = ["render"]
 def render(axes: Sequence[Axis], rate: float | None) -> str:
     """N·√rate and K·√rate.
 
-    The estimator multiplies both by dt each step (integration_base.h: V·noise·Vᵀ with entries ∝ dt), so
-    n is the standard deviation of a sample, and a bias step w·dt = K·√dt gives w = K/√dt.
+    The estimator multiplies both by dt each step (integration_base.h: V·noise·Vᵀ, V ∝ dt), so n is
+    the standard deviation of a sample, and a bias step w·dt = K·√dt gives w = K/√dt.
     """
     fs = rate_of(axes, rate, "vins")
     lines = [
         header(axes, "#", "NK"),
-        f"# Per sample at {fs:g} Hz: n = N*sqrt(rate), w = K*sqrt(rate); other rates need other numbers.\n",
+        f"# Per sample at {fs:g} Hz: n = N*sqrt(rate), w = K*sqrt(rate).\n",
     ]
     gyro, accel = split(axes)
     for own, key, name, unit in (
