@@ -18,40 +18,53 @@ if TYPE_CHECKING:
 
 @click.command("simulate")
 @click.argument("model")
-@click.option("--rate", type=float, required=True, metavar="HZ", help="Sampling rate.")
+@click.option("--rate", type=float, metavar="HZ", help="Sampling rate; default the model file's.")
 @click.option("--duration", type=float, metavar="S", help="Length in seconds.")
 @click.option(
     "-n", "--samples", type=int, metavar="N", help="Length in samples, instead of --duration."
 )
-@click.option("--unit", default="1", show_default=True, metavar="UNIT", help="Unit of the samples.")
+@click.option(
+    "--unit", metavar="UNIT", help="Unit of the samples; default the model file's, else 1."
+)
 @click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Seed.")
 @click.option("-o", "--output", metavar="FILE", help=".npz, .npy or .csv; default CSV on stdout.")
 @json_option
 def command(
     model: str,
-    rate: float,
+    rate: float | None,
     duration: float | None,
     samples: int | None,
-    unit: str,
+    unit: str | None,
     seed: int,
     output: str | None,
     as_json: bool,
 ) -> None:
     """Simulate MODEL (a sum with values, e.g. "N(N=0.01)+K(K=1e-4)", or a model file)."""
+    from allanite.cli.models import models_of
     from allanite.cli.output import dumps, whole_file
-    from allanite.effects.files import parse_model
     from allanite.errors import InputError
 
     if (duration is None) == (samples is None):
         raise InputError("give the length: either --duration S or --samples N")
     if as_json and output is None:
         raise InputError("--json describes the file that is written: name it with --output")
-    if not rate > 0:
-        raise InputError(f"--rate {rate:g}: the rate must be a positive number of Hz")
     if (duration or samples or 0) <= 0:
         raise InputError("the length must be positive")
+    if output is not None:
+        _known_format(output)
+    models = models_of(model)
+    if len(models) > 1:
+        raise InputError(f"{model} holds the models of {len(models)} columns: save one at a time")
+    rate = models[0].rate if rate is None else rate
+    if rate is None:
+        raise InputError("no sampling rate: give --rate HZ")
+    if not rate > 0:
+        raise InputError(f"--rate {rate:g}: the rate must be a positive number of Hz")
     length = {"duration": duration} if samples is None else {"n": samples}
-    recording = parse_model(model).simulate(**length, rate=rate, seed=seed, unit=unit)
+    own = models[0].unit or unit or "1"
+    recording = models[0].model.simulate(**length, rate=rate, seed=seed, unit=own)
+    if unit is not None:
+        recording = recording.to(unit)
     if output is None:
         _csv(recording, None)
         return
@@ -73,11 +86,20 @@ def command(
         click.echo(f"{output}: {recording.n} samples at {recording.rate:g} Hz in {recording.unit}")
 
 
+def _known_format(path: str) -> None:
+    from pathlib import Path
+
+    from allanite.errors import InputError
+
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".npy", ".npz", ".csv", ".txt"):
+        found = suffix or "a name without suffix"
+        raise InputError(f"--output {path}: unknown format {found}: use .npz, .npy or .csv")
+
+
 def _write(recording: Recording, path: Path) -> None:
     """Write a recording in the format of the file's suffix, readable by `allanite.read`."""
     import numpy as np
-
-    from allanite.errors import InputError
 
     suffix = path.suffix.lower()
     if suffix == ".npy":
@@ -90,12 +112,8 @@ def _write(recording: Recording, path: Path) -> None:
             channels=np.array(recording.columns),
             unit=np.array(recording.units),
         )
-    elif suffix in (".csv", ".txt"):
-        _csv(recording, path)
     else:
-        raise InputError(
-            f"--output: unknown format {suffix or 'without suffix'!r}: .npz, .npy or .csv"
-        )
+        _csv(recording, path)
 
 
 def _csv(recording: Recording, path: Path | None) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.errors import InputError
+from allanite.errors import AllaniteError, InputError
 from allanite.readers._table import Table, role_of, sensor_kind, time_unit_of
 from allanite.recording import Recording, find_column
 from allanite.units import parse_unit, rate_unit
@@ -71,6 +71,23 @@ def read(
     """
     path = Path(path)
     table = read_table(path)
+    try:
+        return _recording(table, path, rate, unit, quantity, column, covariate, time_column)
+    except AllaniteError as error:
+        text = str(error)
+        raise type(error)(text if str(path) in text else f"{path}: {text}") from None
+
+
+def _recording(
+    table: Table,
+    path: Path,
+    rate: float | None,
+    unit: str | None,
+    quantity: str | None,
+    column: str | int | Sequence[str | int] | None,
+    covariate: str | Sequence[str] | None,
+    time_column: str | int | None,
+) -> Recording:
     where = str(path)
     roles = [role_of(name, u) for name, u in zip(table.names, table.units, strict=True)]
     time, time_at, time_unit = _time(table, roles, time_column, where)
@@ -87,22 +104,18 @@ def read(
         _unit(table.names[i], u, unit, quantity, where) for i, u in zip(chosen, own, strict=True)
     ]
     _same_length(table, [*chosen, *offered], where)
-    try:
-        return Recording(
-            _take(table, chosen),
-            rate if rate is not None else table.rate,
-            time=time,
-            unit=units,
-            quantity=quantity,
-            columns=[table.names[i] for i in chosen],
-            covariates={table.names[i]: table.data[:, i] for i in offered},
-            path=path,
-            covariate_units={table.names[i]: table.units[i] or "1" for i in offered},
-            time_unit=time_unit,
-        )
-    except InputError as error:
-        text = str(error)
-        raise type(error)(text if where in text else f"{where}: {text}") from None
+    return Recording(
+        _take(table, chosen),
+        rate if rate is not None else table.rate,
+        time=time,
+        unit=units,
+        quantity=quantity,
+        columns=[table.names[i] for i in chosen],
+        covariates={table.names[i]: table.data[:, i] for i in offered},
+        path=path,
+        covariate_units={table.names[i]: table.units[i] or "1" for i in offered},
+        time_unit=time_unit,
+    )
 
 
 def read_table(path: Path) -> Table:

@@ -18,7 +18,8 @@ __all__ = ["read"]
 def read(path: Path) -> Table:
     """Read an array of shape (n,) or (n, columns); pickled objects are never loaded."""
     try:
-        data = np.load(path, allow_pickle=False)
+        with path.open("rb") as stream:
+            data = np.load(stream, allow_pickle=False)
     except (ValueError, EOFError) as error:
         if "pickle" in str(error).lower() or "object" in str(error).lower():
             raise InputError(

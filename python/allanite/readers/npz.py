@@ -61,7 +61,8 @@ def read(path: Path) -> Table:
 def _load(path: Path) -> dict[str, NDArray[Any]]:
     key = ""
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        # Opened here, because numpy leaves a damaged file open.
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             found = {}
             for key in archive.files:
                 # Only what is read here is loaded: a foreign key cannot do harm or cost memory.

@@ -10,7 +10,8 @@ from allanite.errors import InputError
 from allanite.readers._table import Table, split_unit
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    import re
+from pathlib import Path
 
 __all__ = ["read"]
 
@@ -40,14 +41,20 @@ def read(path: Path) -> Table:
         raise InputError(f"{path}: no rows of numbers in it")
     sample = rows[len(rows) // 2][1]
     delimiter = next((d for d in ("\t", ";", "|") if d in sample), None)
-    if delimiter is None:
+    tokens = sample.split()
+    spaced = len(tokens) > 1 and all(token.count(",") <= 1 and token[-1] != "," for token in tokens)
+    if delimiter is None and not spaced:
         delimiter = "," if "," in sample else None
     comma = delimiter != "," and "," in sample
     split = [[cell.strip().strip('"') for cell in s.split(delimiter)] for _, s in rows]
     header = None
     if any(_number(cell, comma) is None for cell in split[0]):
         header = split.pop(0)
-        rows.pop(0)
+        line = rows.pop(0)[1]
+        if delimiter is None and split and len(header) != len(split[0]):
+            # A unit in brackets, or a single name, may itself hold a blank.
+            header = re.findall(r"\S+(?:\s+[\[(][^\])]*[\])])?", line)
+            header = [line] if len(split[0]) == 1 else header
     if not split:
         raise InputError(f"{path}: no rows of numbers in it")
     k = len(split[0]) if header is None else len(header)

@@ -45,7 +45,9 @@ def test_stamps_out_of_order_duplicated_and_jittering():
     assert "row 11" in the(r, "out_of_order").message
     assert the(r, "duplicate_stamps").values["count"] == 1
     t = (np.arange(5000) + np.random.default_rng(2).uniform(-0.4, 0.4, 5000)) / 100
-    assert the(Recording(noise(5000), time=t), "jitter").values["rms_s"] == pytest.approx(3.27e-3, rel=0.05)
+    assert the(Recording(noise(5000), time=t), "jitter").values["rms_s"] == pytest.approx(
+        3.27e-3, rel=0.05
+    )
 
 
 def test_coarse_stamps_and_guessed_units():

@@ -38,7 +38,11 @@ def fit(n, error=0.005):
     return FakeFit(
         estimates={
             "N": Estimate(
-                value, value * error, (value * (1 - 2 * error), value * (1 + 2 * error)), "deg/s·s^½", name="N"
+                value,
+                value * error,
+                (value * (1 - 2 * error), value * (1 + 2 * error)),
+                "deg/s·s^½",
+                name="N",
             )
         }
     )
@@ -51,11 +55,17 @@ def only(comparison):
 
 def test_a_density_is_one_sided_unless_it_says_otherwise(tmp_path):
     # 0.03 deg/s/√Hz is 1.8 deg/√h two-sided, 1.27 one-sided (REFERENCE 5.6).
-    row = only(compare_datasheet(fit(1.2728), sheet(tmp_path, '[figures]\nnoise_density = "0.03 deg/s/√Hz"')))
+    row = only(
+        compare_datasheet(
+            fit(1.2728), sheet(tmp_path, '[figures]\nnoise_density = "0.03 deg/s/√Hz"')
+        )
+    )
     assert row.ratio == pytest.approx(1, rel=1e-4)
     assert row.remark == ""
     row = only(
-        compare_datasheet(fit(1.8), sheet(tmp_path, '[figures]\nnoise_density = "0.03 deg/s/√Hz two-sided"'))
+        compare_datasheet(
+            fit(1.8), sheet(tmp_path, '[figures]\nnoise_density = "0.03 deg/s/√Hz two-sided"')
+        )
     )
     assert row.ratio == pytest.approx(1, rel=1e-4)
 
@@ -63,10 +73,18 @@ def test_a_density_is_one_sided_unless_it_says_otherwise(tmp_path):
 @pytest.mark.parametrize(
     ("measured", "figure", "words"),
     [
-        (1.8, 'angle_random_walk = "0.03 deg/√h"', "density in deg/s/√Hz was read as a random walk"),
+        (
+            1.8,
+            'angle_random_walk = "0.03 deg/√h"',
+            "density in deg/s/√Hz was read as a random walk",
+        ),
         (1.2728, 'angle_random_walk = "0.03 deg/√h"', "one-sided density in deg/s/√Hz was read"),
         (1.8, 'noise_density = "0.03 deg/s/√Hz"', "two-sided density was read as one-sided"),
-        (1.2728, 'noise_density = "0.03 deg/s/√Hz two-sided"', "one-sided density was read as two-sided"),
+        (
+            1.2728,
+            'noise_density = "0.03 deg/s/√Hz two-sided"',
+            "one-sided density was read as two-sided",
+        ),
         (0.03, 'noise_density = "0.03 deg/s/√Hz two-sided"', "60 times smaller"),
         (math.pi / 180, 'angle_random_walk = "1 deg/√h"', "degrees were taken for radians"),
     ],

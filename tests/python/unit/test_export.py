@@ -24,7 +24,9 @@ def fit_document(column, unit, rate=200.0, **coefficients):
     return {
         "schema": "allanite/fit/1",
         "recording": {"column": column, "unit": unit, "rate_hz": rate, "path": "log.csv"},
-        "effects": [{"kind": kinds[n], "parameters": {n: e.to_dict()}} for n, e in coefficients.items()],
+        "effects": [
+            {"kind": kinds[n], "parameters": {n: e.to_dict()}} for n, e in coefficients.items()
+        ],
     }
 
 
@@ -111,7 +113,9 @@ def test_three_axes_and_two_sensors():
     assert value(text, "accelerometer_noise_density") == pytest.approx(6e-3 * 9.80665, rel=1e-6)
     assert "largest of 3 axes, gyro_y" in text
     assert "gyr_n" in export(found, "vins")
-    assert len(re.search(r"'NoiseDensity', \[(.*?)\]", export(found, "matlab")).group(1).split()) == 3
+    assert (
+        len(re.search(r"'NoiseDensity', \[(.*?)\]", export(found, "matlab")).group(1).split()) == 3
+    )
 
 
 def test_errors():
@@ -134,7 +138,9 @@ def test_documents_of_files(tmp_path):
     assert len(documents_of(path)) == 2
     rungs = [{"effects": []}, {"effects": document["effects"]}]
     path.write_text(
-        json.dumps({"schema": "allanite/improve/1", "recording": document["recording"], "ladder": rungs})
+        json.dumps(
+            {"schema": "allanite/improve/1", "recording": document["recording"], "ladder": rungs}
+        )
     )
     assert axes_of(documents_of(path))[0].coefficients["N"] == pytest.approx(RAD)
     for text in ("[1]", '{"schema": "other"}', "{"):

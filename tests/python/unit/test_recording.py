@@ -15,7 +15,12 @@ from hypothesis import strategies as st
 def make(n=1000, **options):
     x = np.random.default_rng(1).standard_normal((n, 2))
     return Recording(
-        x, 100, unit=("deg/s", "g"), columns=("gyro", "acc"), covariates={"temp": np.arange(n)}, **options
+        x,
+        100,
+        unit=("deg/s", "g"),
+        columns=("gyro", "acc"),
+        covariates={"temp": np.arange(n)},
+        **options,
     )
 
 

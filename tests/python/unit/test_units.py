@@ -22,7 +22,21 @@ PINT_SPELLING = {
 
 @pytest.mark.parametrize(
     "unit",
-    ["rad/s", "mrad/s", "deg/s", "deg/h", "deg/min", "arcsec/s", "rpm", "m/s^2", "g", "mg", "ug", "1", "ppm"],
+    [
+        "rad/s",
+        "mrad/s",
+        "deg/s",
+        "deg/h",
+        "deg/min",
+        "arcsec/s",
+        "rpm",
+        "m/s^2",
+        "g",
+        "mg",
+        "ug",
+        "1",
+        "ppm",
+    ],
 )
 def test_scale_agrees_with_pint(unit):
     expected = REGISTRY(PINT_SPELLING.get(unit, unit))
@@ -50,7 +64,9 @@ def test_scale_agrees_with_pint(unit):
 )
 def test_conversion_agrees_with_pint(ours_from, ours_to, pint_from, pint_to):
     a, b = (1.0 * REGISTRY(text) for text in (pint_from, pint_to))
-    assert conversion(ours_from, ours_to) == pytest.approx((a / b).to("dimensionless").magnitude, rel=1e-12)
+    assert conversion(ours_from, ours_to) == pytest.approx(
+        (a / b).to("dimensionless").magnitude, rel=1e-12
+    )
 
 
 @pytest.mark.parametrize(
@@ -102,7 +118,9 @@ def test_mixing_is_refused_and_both_are_named(source, target):
     assert target in str(caught.value)
 
 
-@pytest.mark.parametrize("text", ["furlong", "", "deg", "deg/", "Mg", "deg/s)", "(deg/s", "s", "K", "m/s", "1/0"])
+@pytest.mark.parametrize(
+    "text", ["furlong", "", "deg", "deg/", "Mg", "deg/s)", "(deg/s", "s", "K", "m/s", "1/0"]
+)
 def test_what_is_no_unit_of_samples(text):
     with pytest.raises(InputError, match="unit"):
         parse_unit(text)
@@ -121,8 +139,12 @@ def test_increments_and_angles_name_the_unit_of_their_rate():
     assert rate_unit("1", "angle").name == "1"
 
 
-UNITS = st.sampled_from(["rad", "mrad", "deg", "arcsec", "m", "g", "mg", "ug", "s", "ms", "h", "Hz"])
-TERMS = st.lists(st.tuples(UNITS, st.sampled_from([-2, -1.5, -1, -0.5, 0.5, 1, 2])), min_size=1, max_size=4)
+UNITS = st.sampled_from(
+    ["rad", "mrad", "deg", "arcsec", "m", "g", "mg", "ug", "s", "ms", "h", "Hz"]
+)
+TERMS = st.lists(
+    st.tuples(UNITS, st.sampled_from([-2, -1.5, -1, -0.5, 0.5, 1, 2])), min_size=1, max_size=4
+)
 
 
 @given(TERMS, st.sampled_from(["·", "*", " "]))
@@ -131,4 +153,6 @@ def test_conversions_are_reciprocal_and_spelling_does_not_matter(terms, times):
     other = "·".join(f"{u}^{p}" for u, p in reversed(terms))
     assert conversion(first, other) == pytest.approx(1.0, rel=1e-12)
     thousand = other.replace("rad", "mrad").replace("mmrad", "mrad")
-    assert conversion(first, thousand) * conversion(thousand, first) == pytest.approx(1.0, rel=1e-12)
+    assert conversion(first, thousand) * conversion(thousand, first) == pytest.approx(
+        1.0, rel=1e-12
+    )

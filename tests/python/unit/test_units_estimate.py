@@ -67,7 +67,10 @@ def test_json_has_no_nan():
         (Estimate(9.0679e-5, 2.3e-6, unit="rad/s/s^½"), "(9.07 ± 0.23)e-05 rad/s/s^½"),
         (Estimate(1234.5, 12, unit="s"), "1234 ± 12 s"),
         (Estimate(3.0, None, unit="s"), "3 s"),
-        (Estimate(0.0, 1.0, (0.0, 0.31), "deg/s", False), "< 0.31 deg/s (not detected, 95 % limit)"),
+        (
+            Estimate(0.0, 1.0, (0.0, 0.31), "deg/s", False),
+            "< 0.31 deg/s (not detected, 95 % limit)",
+        ),
     ],
 )
 def test_text(estimate, text):

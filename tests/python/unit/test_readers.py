@@ -1,0 +1,281 @@
+"""Logs in every dialect: what is found by itself, and what is refused by name."""
+
+import numpy as np
+import pytest
+from allanite.errors import AllaniteError, InputError, TooShortError
+from allanite.readers import read
+from allanite.readers._table import role_of, sensor_kind, split_unit
+
+
+def write(tmp_path, text, name="log.csv", encoding="utf-8"):
+    path = tmp_path / name
+    path.write_bytes(text.encode(encoding) if isinstance(text, str) else text)
+    return path
+
+
+ROWS = [(0.00, 1.5, -2.25), (0.01, 1.0, 3.5), (0.02, -4e-3, 0.0)]
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", " ", "   ", ", ", "|"])
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+@pytest.mark.parametrize("bom", ["", "\ufeff"])
+@pytest.mark.parametrize("comment", ["", "# made by hand\n", "% one\n% two\n"])
+def test_dialects(tmp_path, delimiter, newline, bom, comment):
+    lines = [delimiter.join(["time", "gyro_x", "gyro_y"])]
+    lines += [delimiter.join(map(repr, row)) for row in ROWS]
+    text = bom + comment.replace("\n", newline) + newline.join(lines) + newline
+    r = read(write(tmp_path, text), unit="deg/s")
+    assert r.columns == ("gyro_x", "gyro_y")
+    assert r.rate == pytest.approx(100)
+    assert r.unit == "deg/s"
+    np.testing.assert_allclose(r.samples, np.array(ROWS)[:, 1:])
+
+
+@pytest.mark.parametrize("delimiter", [";", "\t", " "])
+def test_decimal_comma(tmp_path, delimiter):
+    lines = [delimiter.join(repr(v).replace(".", ",") for v in row) for row in ROWS]
+    r = read(write(tmp_path, "\n".join(["t;x;y".replace(";", delimiter), *lines])))
+    np.testing.assert_allclose(r.samples, np.array(ROWS)[:, 1:])
+
+
+def test_no_header(tmp_path):
+    r = read(write(tmp_path, "1.5\n2.5\n3.5\n"), rate=10)
+    assert r.columns == ("x",)
+    np.testing.assert_array_equal(r.samples, [1.5, 2.5, 3.5])
+    text = "\n".join(f"{k / 50},{np.sin(k)},{np.cos(k)}" for k in range(200))
+    r = read(write(tmp_path, text))
+    assert (r.columns, r.rate) == (("x1", "x2"), pytest.approx(50))
+
+
+def test_units_in_the_header(tmp_path):
+    text = "Time [ms],Gyro X (deg/s),Acc X [m/s²],Temp (°C)\n" + "".join(
+        f"{10 * k},{k % 7},{k % 5},{20 + k}\n" for k in range(50)
+    )
+    r = read(write(tmp_path, text))
+    assert r.columns == ("Gyro X", "Acc X")
+    assert r.units == ("deg/s", "m/s^2")
+    assert r.rate == pytest.approx(100)
+    assert list(r.covariates) == ["Temp"]
+    assert r.column("Acc X").unit == "m/s^2"
+
+
+def test_empty_cells_and_nan_are_gaps(tmp_path):
+    r = read(write(tmp_path, "x,y\n1,2\n,3\nnan,4\n5,6\n"), rate=1)
+    assert np.isnan(r.samples[1:3, 0]).all()
+    assert r.gaps == 1
+
+
+def test_columns_by_name_and_index(tmp_path):
+    path = write(
+        tmp_path, "time,wx,wy,temp,mag_x\n" + "".join(f"{k},{k},2,3,4\n" for k in range(9))
+    )
+    assert read(path).columns == ("wx", "wy")
+    assert read(path, column="wy").columns == ("wy",)
+    assert read(path, column=["2", "1"]).columns == ("wy", "wx")
+    assert read(path, column="mag_x", unit="1").columns == ("mag_x",)
+    r = read(path, covariate=["mag_x", "wy"], column="wx")
+    assert list(r.covariates) == ["temp", "mag_x", "wy"]
+    assert read(path, rate=7, time_column="time").rate == 7
+
+
+def test_a_unit_of_one_kind_chooses_its_sensors(tmp_path):
+    path = write(tmp_path, "gx,gy,ax,ay\n" + "1,2,3,4\n5,6,7,8\n" * 5)
+    assert read(path, rate=1, unit="deg/s").columns == ("gx", "gy")
+    assert read(path, rate=1, unit="mg").columns == ("ax", "ay")
+    assert read(path, rate=1).columns == ("gx", "gy", "ax", "ay")
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "role"),
+    [
+        ("t", None, "time"), ("Time", "s", "time"), ("timestamp_us", None, "time"), ("time_ms", None, "time"),
+        ("Unix Time", None, "time"), ("temp", None, "temperature"), ("imu_temperature", None, "temperature"),
+        ("T1", "degC", "temperature"), ("attempt", None, "sensor"), ("gyro_x", None, "sensor"),
+        ("x0", None, "sensor"), ("wx", None, "sensor"), ("rate", None, "sensor"), ("mag_x", None, "other"),
+        ("pressure", None, "other"), ("seq", None, "other"), ("b", "uT", "other"), ("phase", "s", "sensor"),
+        ("angle", "deg", "sensor"), ("p", "hPa", "other"), ("f", "mg", "sensor"), ("index", None, "other"),
+    ],
+)  # fmt: skip
+def test_roles(name, unit, role):
+    assert role_of(name, unit) == role
+
+
+def test_names():
+    assert split_unit("gyro x [deg/s]") == ("gyro x", "deg/s")
+    assert split_unit("a(1)") == ("a", "1")
+    assert split_unit("plain") == ("plain", None)
+    assert sensor_kind("Gyr_X") == "angular rate"
+    assert sensor_kind("acc_z") == "acceleration"
+    assert sensor_kind("x0") is None
+
+
+# -- NPY, NPZ ------------------------------------------------------------------------------------
+
+
+def npz(tmp_path, **keys):
+    path = tmp_path / "log.npz"
+    np.savez(path, **keys)
+    return path
+
+
+def test_npz(tmp_path):
+    rng = np.random.default_rng(0)
+    data = rng.standard_normal((100, 3)).astype(np.float32)
+    path = npz(
+        tmp_path,
+        data=data,
+        rate_hz=50.0,
+        channels=["g", "a", "temperature"],
+        unit=["deg/s", "g", "degC"],
+    )
+    r = read(path)
+    assert (r.columns, r.units, r.rate) == (("g", "a"), ("deg/s", "g"), 50.0)
+    np.testing.assert_array_equal(r.samples, data[:, :2])
+    assert r.samples.dtype == np.float32
+    assert r.covariate_units["temperature"] == "degC"
+    assert read(path, output := None, "deg/s", column="g").unit == "deg/s"
+    assert output is None
+
+
+def test_npz_with_time_keeps_the_stated_rate_and_reports(tmp_path):
+    t = np.arange(500) / 9.862
+    r = read(npz(tmp_path, data=np.random.default_rng(0).standard_normal(500), rate_hz=10.0, t=t))
+    assert r.rate == 10
+    assert "9.862" in r.audit[0].message
+
+
+def test_a_phase_in_seconds_is_an_angle(tmp_path):
+    path = npz(tmp_path, data=np.arange(50.0), rate_hz=1.0, channels=["phase"], unit=["s"])
+    r = read(path)
+    assert (r.quantity, r.unit) == ("angle", "1")
+    assert read(path, unit="1", quantity="angle").unit == "1"
+    with pytest.raises(InputError, match="--quantity angle"):
+        read(path, quantity="rate")
+
+
+def test_npy(tmp_path):
+    path = tmp_path / "x.npy"
+    np.save(path, np.arange(10, dtype=np.int16))
+    r = read(path, rate=5, unit="deg/s")
+    assert (r.n, r.columns, r.samples.dtype) == (10, ("x",), np.int16)
+    np.save(path, np.zeros((4, 2)))
+    assert read(path, rate=5).columns == ("x0", "x1")
+
+
+class Evil:
+    def __reduce__(self):
+        return (pytest.fail, ("a pickle was loaded",))
+
+
+def test_pickles_are_never_loaded(tmp_path):
+    evil = np.array([Evil()], dtype=object)
+    np.save(tmp_path / "x.npy", evil, allow_pickle=True)
+    with pytest.raises(InputError, match="never loaded"):
+        read(tmp_path / "x.npy", rate=1)
+    with pytest.raises(InputError, match=r"key 'data' holds pickled objects"):
+        read(npz(tmp_path, data=evil, rate_hz=1.0))
+    # A foreign key is not even looked at.
+    assert read(npz(tmp_path, data=np.arange(5.0), rate_hz=1.0, notes=evil)).n == 5
+    import pickle
+
+    with pytest.raises(InputError, match="never loaded"):
+        read(write(tmp_path, pickle.dumps([1, 2]), "p.npy"), rate=1)
+
+
+# -- refusals ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "error", "words"),
+    [
+        ("", {}, InputError, "empty"),
+        ("# only a comment\n", {}, InputError, "no rows of numbers"),
+        ("x,y\n", {}, InputError, "no rows of numbers"),
+        ("x,y\n1,2\n3,abc\n", {}, InputError, "row 3, column y: 'abc'"),
+        ("# c\n\nx,y\n1,2\n3,4\noops,6\n", {}, InputError, "row 6, column x: 'oops'"),
+        ("x,y\n1,2\n3\n", {}, InputError, "row 3"),
+        ("x,y\n1,2\n3,4,5\n", {}, InputError, "row 3"),
+        ("x,y\n1,2\n3,\n4,\n", {}, InputError, "column y ends after 1 rows, others have 3"),
+        ("x\n1\n2\n", {"rate": None}, InputError, "no sampling rate"),
+        ("x\n1\n2\n", {"rate": 0}, InputError, "positive"),
+        ("x\n1\n2\n", {"rate": -3}, InputError, "positive"),
+        ("x\n1\ninf\n", {}, InputError, "1 infinite samples, the first in row 1"),
+        ("x\nnan\nnan\n", {}, TooShortError, "every sample is NaN"),
+        ("x\n1\n2\n", {"unit": "furlong"}, InputError, "furlong"),
+        ("x\n1\n2\n", {"column": "y"}, InputError, "unknown column 'y': the columns are x"),
+        ("x\n1\n2\n", {"covariate": "temp"}, InputError, "unknown column 'temp'"),
+        ("x\n1\n2\n", {"time_column": "t"}, InputError, "unknown column 't'"),
+        ("time\n1\n2\n", {}, InputError, "no sensor column"),
+        ("x [deg/s]\n1\n2\n", {"unit": "rad/s"}, InputError, "deg/s by the file, rad/s by --unit"),
+        ("x [deg/s]\n1\n2\n", {"unit": "mg"}, InputError, "deg/s by the file, mg by --unit"),
+    ],
+)
+def test_refusals_name_the_file_and_the_thing(tmp_path, text, options, error, words):
+    path = write(tmp_path, text)
+    with pytest.raises(error, match=words) as caught:
+        read(path, **{"rate": 1, **options})
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda d: d / "absent.csv", "no such file"),
+        (lambda d: d, "is a directory"),
+        (lambda d: write(d, b"\x00\x01\x02" * 100), "binary data"),
+        (lambda d: write(d, b"PK\x03\x04 broken", "x.npz"), "damaged or truncated|never loaded"),
+        (lambda d: npz(d, samples=np.arange(3.0)), "no key 'data' among samples"),
+        (lambda d: npz(d, data=np.arange(3.0), t=np.arange(4.0)), "'t' has shape"),
+        (
+            lambda d: npz(d, data=np.zeros((3, 2)), unit=["g"] * 3),
+            "3 entries in 'unit' for 2 channels",
+        ),
+        (lambda d: npz(d, data=np.array(["a", "b"])), "must be numbers"),
+    ],
+)
+def test_files_that_are_no_logs(tmp_path, make, words):
+    with pytest.raises(AllaniteError, match=words) as caught:
+        read(make(tmp_path), rate=1)
+    assert "\n" not in str(caught.value)
+
+
+def test_truncation_anywhere(tmp_path):
+    path = npz(tmp_path, data=np.random.default_rng(0).standard_normal((300, 3)), rate_hz=1.0)
+    whole = path.read_bytes()
+    cut = tmp_path / "cut.npz"
+    for length in np.linspace(1, len(whole) - 1, 40).astype(int):
+        cut.write_bytes(whole[:length])
+        with pytest.raises(InputError, match="truncated|never loaded|no key"):
+            read(cut)
+    np.save(tmp_path / "x.npy", np.arange(100.0))
+    whole = (tmp_path / "x.npy").read_bytes()
+    cut = tmp_path / "cut.npy"
+    for length in (1, 5, 20, 100, len(whole) - 1):
+        cut.write_bytes(whole[:length])
+        with pytest.raises(InputError, match="truncated|never loaded"):
+            read(cut, rate=1)
+
+
+# -- real recordings -----------------------------------------------------------------------------
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(
+    ("name", "columns", "covariates", "units"),
+    [
+        ("adis16405_imu1", 6, [], {"deg/s", "g"}),
+        ("mtig_gyrox_contaminated", 1, [], {"rad/s"}),
+        ("hfi_10hz", 6, [], {"rad/s", "g"}),
+        ("cats_thermal_a", 6, ["temperature"], {"mrad/s", "m/s^2"}),
+        ("phone_gyro_b", 3, [], {"rad/s"}),
+        ("mpu6050_raw_7min", 6, [], {"deg/s", "g"}),
+        ("clock_cs5071a_phase", 1, [], {"1"}),
+    ],
+)
+def test_real_recordings(data, name, columns, covariates, units):
+    r = read(data(f"{name}.npz"))
+    assert len(r.columns) == columns
+    assert list(r.covariates) == covariates
+    assert set(r.units) == units
+    assert r.gaps == 0
