@@ -19,6 +19,9 @@ from allanite.errors import InputError, TooShortError
 __all__ = ["Bins", "Spectrum", "bins_of", "fill_gaps", "psd"]
 
 PER_DECADE = 24
+#: Bins are judged in wider groups: physical effects are broad on a logarithmic axis, and χ² is the more
+#: powerful the fewer numbers it sums.
+GROUPS_PER_DECADE = 10
 #: Ordinates of a bin at which a model is evaluated; its mean over a tenth of an octave needs no more.
 NODES = 8
 
@@ -37,6 +40,8 @@ class Bins:
         Ordinates of each bin.
     nodes, owner : ndarray of int64, shape (nodes,)
         Ordinates at which models are evaluated, and the bin of each.
+    groups : ndarray of int64, shape (groups,)
+        First bin of each group, ten groups a decade.
     """
 
     n: int
@@ -44,6 +49,7 @@ class Bins:
     count: NDArray[np.float64]
     nodes: NDArray[np.int64]
     owner: NDArray[np.int64]
+    groups: NDArray[np.int64]
 
     def mean(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Bin means of values given at the nodes."""
@@ -84,7 +90,17 @@ def bins_of(n: int) -> Bins:
         nodes.append(inside)
         owner.append(np.full(inside.size, b))
     limits = np.array(edges, dtype=np.int64)
-    arrays = (limits, np.diff(limits).astype(float), np.concatenate(nodes), np.concatenate(owner))
+    groups = [0]
+    for b, low in enumerate(edges[:-1]):
+        if low >= edges[groups[-1]] * 10 ** (1 / GROUPS_PER_DECADE) - 1e-9:
+            groups.append(b)
+    arrays = (
+        limits,
+        np.diff(limits).astype(float),
+        np.concatenate(nodes),
+        np.concatenate(owner),
+        np.unique(np.array(groups, dtype=np.int64)),
+    )
     for array in arrays:
         array.flags.writeable = False
     return Bins(n, *arrays)

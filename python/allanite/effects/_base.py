@@ -33,8 +33,8 @@ class Parameter:
     low, high : float
         Bounds, exclusive of nothing that has a meaning.
     role : str
-        ``coefficient`` (the model is linear in it or its square), ``shape`` (found by scan and polish) or
-        ``derived`` (reported only).
+        ``coefficient`` (the model is linear in it or its square), ``shape`` (found by scan and polish), ``choice``
+        (one of a few), ``time`` (found by the time view) or ``derived`` (reported only).
     aliases : tuple of str
         Short spellings in model strings.
     """
@@ -196,6 +196,11 @@ class Deterministic(Effect):
 class Modifier(Effect):
     """Changes the white part of the model instead of adding a process."""
 
-    def modify(self, white: float, rate: float) -> tuple[Term, ...]:
-        """Terms that stand for white noise of this variance per sample once the effect acts on it."""
+    def modify(
+        self, white: float, rate: float, span: tuple[float, float] | None = None
+    ) -> tuple[Term, ...]:
+        """Terms that stand for white noise of this variance per sample once the effect acts on it.
+
+        `span` is the first and last time of the record in s, where that matters.
+        """
         raise NotImplementedError

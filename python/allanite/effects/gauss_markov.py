@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter, Stochastic
 from allanite.effects.terms import Term
@@ -49,6 +50,11 @@ class GaussMarkov(Stochastic):
         if self.q_c is None or self.correlation_time is None:
             return None
         return self.q_c * float(np.sqrt(self.correlation_time / 2.0))
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:  # noqa: ARG002
+        """From two samples to half the record, where it becomes a random walk; 8 a decade."""
+        low, high = 2.0 / rate, 0.5 * n / rate
+        return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """One exponential of variance T/2."""

@@ -78,7 +78,9 @@ class Model:
         """What acts on the white part."""
         return tuple(e for e in self.effects if isinstance(e, Modifier))
 
-    def unit_terms(self, effect: Stochastic, rate: float) -> tuple[Term, ...]:
+    def unit_terms(
+        self, effect: Stochastic, rate: float, span: tuple[float, float] | None = None
+    ) -> tuple[Term, ...]:
         """Terms of one effect at coefficient 1, its white part passed through the model's modifiers."""
         out = effect.unit_terms(rate)
         if effect.kind == "angle_random_walk":
@@ -87,13 +89,13 @@ class Model:
                     changed
                     for name, values in out
                     for changed in (
-                        modifier.modify(values[0], rate) if name == "white" else ((name, values),)
+                        modifier.modify(values[0], rate, span) if name == "white" else ((name, values),)
                     )
                 )
         return out
 
-    def terms(self, rate: float) -> tuple[Term, ...]:
-        """All primitive terms at the values held now, per sample at `rate`."""
+    def terms(self, rate: float, span: tuple[float, float] | None = None) -> tuple[Term, ...]:
+        """All primitive terms at the values held now, per sample at `rate`, over a record of `span` (s)."""
         out: list[Term] = []
         for effect in self.stochastic:
             value = getattr(effect, effect.coefficient)
@@ -101,7 +103,7 @@ class Model:
                 raise InputError(
                     f"{effect.kind}: {effect.coefficient} has no value yet: give one, or fit it"
                 )
-            out += [_terms.scaled(t, value**2) for t in self.unit_terms(effect, rate)]
+            out += [_terms.scaled(t, value**2) for t in self.unit_terms(effect, rate, span)]
         return tuple(out)
 
     def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from allanite.effects._base import Effect
 from allanite.effects.angle_random_walk import AngleRandomWalk
+from allanite.effects.bandwidth import Bandwidth
 from allanite.effects.bias_instability import BiasInstability
+from allanite.effects.bias_step import BiasStep
+from allanite.effects.burst_noise import BurstNoise
+from allanite.effects.covariate import Covariate
 from allanite.effects.gauss_markov import GaussMarkov
+from allanite.effects.noise_level_change import NoiseLevelChange
+from allanite.effects.outliers import Outliers
+from allanite.effects.power_law import PowerLaw
 from allanite.effects.quantization import Quantization
 from allanite.effects.rate_ramp import RateRamp
 from allanite.effects.rate_random_walk import RateRandomWalk
+from allanite.effects.resonance import Resonance
 from allanite.effects.sinusoid import Sinusoid
+from allanite.effects.warm_up import WarmUp
 
 __all__ = ["CATALOGUE", "find"]
 
@@ -22,6 +31,15 @@ CATALOGUE: tuple[type[Effect], ...] = (
     RateRamp,
     GaussMarkov,
     Sinusoid,
+    Bandwidth,
+    Resonance,
+    PowerLaw,
+    Covariate,
+    BiasStep,
+    WarmUp,
+    BurstNoise,
+    NoiseLevelChange,
+    Outliers,
 )
 
 

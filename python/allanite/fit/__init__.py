@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from allanite.effects.outliers import Outliers
 from allanite.errors import InputError
 from allanite.fit.data import prepare
 from allanite.fit.engine import solve
@@ -52,6 +53,15 @@ def fit_model(recording: Recording, model: Model | Effect | str, method: str = "
         raise InputError(
             f"a fit needs one column, the recording has {', '.join(recording.columns)}: choose with .column(name)"
         )
-    data = prepare(recording)
+    if missing := [
+        f"{e.kind}.{p.name}"
+        for e in model
+        for p in e.parameters
+        if p.role == "time" and e.values[p.name] is None and p.name != "count"
+    ]:
+        raise InputError(f"{missing[0]} has no value: give one, or let check find it over time")
+    outliers = next((e for e in model if isinstance(e, Outliers)), None)
+    mask = None if outliers is None else outliers.missing(recording.n, recording.rate)
+    data = prepare(recording, mask)
     solution = solve(data, model)
     return Fit(recording, solution.model, method, data, solution)

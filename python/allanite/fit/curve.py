@@ -95,14 +95,14 @@ def compare_curves(recording: Any, data: Data, model: Model) -> Curve:
     rate = data.rate
     samples = recording.rate_samples()
     measured = oadev(samples, rate=rate, factors=factors)
-    terms = model.terms(rate)
+    terms = data.terms(model)
     noise = expected_variance(terms, factors)
     components = {
         e.kind if e.kind not in seen else f"{e.kind} {i}": np.sqrt(
             expected_variance(
                 tuple(
                     _terms.scaled(t, (getattr(e, e.coefficient) or 0.0) ** 2)
-                    for t in model.unit_terms(e, rate)
+                    for t in data.unit_terms(model, e)
                 ),
                 factors,
             )

@@ -62,6 +62,19 @@ class Data:
         """Seconds."""
         return self.n / self.rate
 
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time, s."""
+        return self.start, self.start + self.duration
+
+    def terms(self, model: Model) -> tuple[Term, ...]:
+        """Primitive terms of a model with values, for this record."""
+        return model.terms(self.rate, self.span)
+
+    def unit_terms(self, model: Model, effect: Stochastic) -> tuple[Term, ...]:
+        """Primitive terms of one effect at coefficient 1, for this record."""
+        return model.unit_terms(effect, self.rate, self.span)
+
     def half(self, which: int) -> Data:
         """The first (0) or second (1) half, as a record of its own."""
         middle = self.n // 2
@@ -114,7 +127,7 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
 
 def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArray[np.float64]:
     """Expected bin power of each effect at coefficient 1, shape (bins, effects)."""
-    return np.column_stack([column(model.unit_terms(e, data.rate), data) for e in effects])
+    return np.column_stack([column(data.unit_terms(model, e), data) for e in effects])
 
 
 def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:

@@ -116,7 +116,7 @@ def solve(data: Data, model: Model, *, polish: bool = True, rounds: int = 8) -> 
             break
         model = _shape.fit_deterministic_shapes(model, ordinates, data, scan=turn == 0)
         design = design_of(model.deterministic, data)
-        variance = density(model.terms(data.rate), design.ordinates, data.n)
+        variance = density(data.terms(model), design.ordinates, data.n)
         regression = _regress(model.deterministic, design, data, variance)
         model = _with_amplitudes(model, design, regression)
         signal = sum(
@@ -201,5 +201,5 @@ def components(solution: Solution, data: Data) -> dict[int, type_Array]:
     for place, effect in enumerate(solution.model.effects):
         if isinstance(effect, Stochastic):
             value = getattr(effect, effect.coefficient) or 0.0
-            out[place] = value**2 * column(solution.model.unit_terms(effect, data.rate), data)
+            out[place] = value**2 * column(data.unit_terms(solution.model, effect), data)
     return out

@@ -55,7 +55,8 @@ def estimates(solution: Solution, data: Data, unit: str) -> tuple[dict[str, Any]
             out.append(_deterministic(solution, effect, column_place, data, unit))
             column_place += 1
         else:
-            out.append(_plain(effect, {n: s for (p, n), s in shaped.items() if p == position}, unit))
+            mine = {n: s for (p, n), s in shaped.items() if p == position}
+            out.append(_modifier(effect, mine, data.rate, unit))
     return tuple(out)
 
 
@@ -81,7 +82,7 @@ def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float
             continue
         for name in effect.free_shapes:
             value = effect.values[name]
-            if isinstance(value, str) or value is None or getattr(effect, "discrete", None) == name:
+            if isinstance(value, str) or value is None:
                 continue
             step = 1e-3
             up, down = (_total(model, position, name, value * np.exp(s), data) for s in (step, -step))
@@ -99,7 +100,7 @@ def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float
 def _total(model: Model, position: int, name: str, value: float, data: Data) -> NDArray[np.float64]:
     effects = list(model.effects)
     effects[position] = effects[position].with_values(**{name: value})
-    return column(Model(tuple(effects)).terms(data.rate), data)
+    return column(data.terms(Model(tuple(effects))), data)
 
 
 def _stochastic(
@@ -187,13 +188,21 @@ def _shape(
     )
 
 
-def _plain(effect: Effect, shaped: dict[str, float], unit: str) -> dict[str, Any]:
-    return {
-        p.name: _shape(effect, p.name, shaped.get(p.name), True, unit)
-        if not isinstance(effect.values[p.name], tuple)
-        else effect.values[p.name]
-        for p in effect.parameters
-    }
+def _modifier(effect: Effect, shaped: dict[str, float], rate: float, unit: str) -> dict[str, Any]:
+    own = getattr(effect, "errors", None)
+    errors = own(rate) if own is not None else {}
+    out: dict[str, Any] = {}
+    for parameter in effect.parameters:
+        name, value = parameter.name, effect.values[parameter.name]
+        if isinstance(value, (tuple, str)) or value is None or name not in errors:
+            out[name] = (
+                value if isinstance(value, tuple) else _shape(effect, name, shaped.get(name), True, unit)
+            )
+            continue
+        spread = NORMAL * errors[name]
+        own_unit = _unit(effect, name, unit)
+        out[name] = Estimate(value, errors[name], (value - spread, value + spread), own_unit, True, name)
+    return out
 
 
 def _deterministic(
@@ -268,7 +277,7 @@ def _deterministic_shape_error(
     if any(d.ordinates.size != ordinates.size or (d.ordinates != ordinates).any() for d in designs):
         return None
     slope = (designs[0].matrix - designs[1].matrix) @ b / (2.0 * step)
-    root = 1.0 / np.sqrt(density(solution.model.terms(data.rate), ordinates, data.n))
+    root = 1.0 / np.sqrt(density(data.terms(solution.model), ordinates, data.n))
     white, target = here.matrix * root[:, None], slope * root
     coefficients, *_ = np.linalg.lstsq(white, target, rcond=None)
     rest = target - white @ coefficients

@@ -47,7 +47,7 @@ def held_out(data: Data, model: Model) -> float | None:
     if slow:
         signal = sum((e.signal(second.time, second.covariates) for e in slow), np.zeros(second.n))
         power = bins.power(second.without(signal))
-    terms = fitted.terms(second.rate)
+    terms = second.terms(fitted)
     spectrum = np.maximum(column(terms, second), 1e-300)
     loss = float(0.5 * (bins.count @ (np.log(spectrum / raw) + power / spectrum - 1.0)))
     for effect in fitted.deterministic:

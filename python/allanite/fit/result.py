@@ -32,7 +32,7 @@ ADEQUATE = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Misfit:
-    """χ² of the binned spectrum against the model, and the probability of a larger one under it."""
+    """χ² of the spectrum (in groups of bins, ten a decade) against the model, and the probability of a larger one under it."""
 
     chi2: float
     dof: int
@@ -90,8 +90,9 @@ class Fit:
         """Whole-curve goodness of fit."""
         from scipy.special import chdtrc
 
-        chi2 = float(self.z @ self.z)
-        dof = max(1, self.z.size - free_parameters(self.solution))
+        z = group_scores(self.solution, self.data)
+        chi2 = float(z @ z)
+        dof = max(1, z.size - free_parameters(self.solution))
         return Misfit(chi2, dof, float(chdtrc(dof, chi2)))
 
     @cached_property
@@ -233,6 +234,14 @@ class Fit:
 
     def _repr_html_(self) -> str:
         return f"<pre>{self}</pre>"
+
+
+def group_scores(solution: Solution, data: Data) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Standard normal score of each group of bins, shape (groups,)."""
+    groups, count = data.bins.groups, solution.count
+    total = np.add.reduceat(count, groups)
+    ratio = np.add.reduceat(count * solution.power / solution.spectrum, groups) / total
+    return normal_scores(ratio, total, np.ones(total.size))
 
 
 def plain(value: Any) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +39,7 @@ def shape_grid(effect: Effect, name: str, data: Data) -> NDArray[np.float64]:
     return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
 
-def _replace(model: Model, place: int, **values: float) -> Model:
+def _replace(model: Model, place: int, **values: Any) -> Model:
     effects = list(model.effects)
     effects[place] = effects[place].with_values(**values)
     return Model(tuple(effects))
@@ -49,18 +49,27 @@ def fit_shapes(
     model: Model, maximise: Callable[[Model], Maximum], data: Data, *, polish: bool
 ) -> Model:
     """Shapes of stochastic effects and modifiers that maximise logL."""
-    free: list[tuple[int, str]] = []
+    free: list[tuple[int, str]] = []  # (place in the model, shape)
     for place, effect in enumerate(model.effects):
         if isinstance(effect, Deterministic):
             continue
         names = [n for n in effect.free_shapes if not isinstance(effect.values[n], str)]
         missing = [n for n in names if effect.values[n] is None]
-        if missing:
-            model = _scan(model, place, missing, maximise, data)
-        free += [(place, n) for n in names if getattr(effect, "discrete", None) != n]
+        variants = getattr(effect, "variants", None)
+        if missing or (variants is not None and _undecided(effect)):
+            choices = [
+                _scan(_replace(model, place, **v.values), place, missing or names, maximise, data)
+                for v in (variants() if variants is not None else (effect,))
+            ]
+            model = max(choices, key=lambda m: maximise(m).log_likelihood)
+        free += [(place, n) for n in names]
     if not free or not polish:
         return model
     return _polish(model, free, maximise, data)
+
+
+def _undecided(effect: Effect) -> bool:
+    return any(p.role == "choice" and effect.values[p.name] is None for p in effect.parameters)
 
 
 def _scan(
@@ -86,7 +95,7 @@ def _polish(
         effect = model.effects[place]
         declared = effect.parameter(name)
         grid = shape_grid(effect, name, data)
-        low, high = max(declared.low, grid.min() / 4.0), min(declared.high, grid.max() * 4.0)
+        low, high = max(declared.low, grid.min() / 2.0), min(declared.high, grid.max() * 2.0)
         return float(np.log(max(low, 1e-300))), float(np.log(high))
 
     limits = [bounds(*f) for f in free]
@@ -115,7 +124,7 @@ def fit_deterministic_shapes(
     model: Model, residual: NDArray[np.float64], data: Data, *, scan: bool
 ) -> Model:
     """Shapes of deterministic effects: frequencies of lines, time constants, lags, given the spectrum."""
-    terms = model.terms(data.rate)
+    terms = data.terms(model)
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) or not effect.free_shapes:
             continue

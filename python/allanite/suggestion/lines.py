@@ -32,7 +32,7 @@ def whitened(solution: Solution, data: Data) -> NDArray[np.float64]:
     nodes = data.bins.nodes
     from allanite.fit.data import density
 
-    level = np.log(density(solution.model.terms(data.rate), nodes, data.n))
+    level = np.log(density(data.terms(solution.model), nodes, data.n))
     j = np.arange(data.n)
     root = np.exp(-0.5 * np.interp(np.log(np.maximum(j, 1)), np.log(nodes), level))
     return _kernels.inverse_cosine_transform(solution.ordinates * root)
@@ -57,7 +57,7 @@ def screen_lines(solution: Solution, data: Data) -> tuple[Candidate, ...]:
     ratio = power / level
     ratio[: 2 * FEWEST_CYCLES] = 0.0
     ratio[-2:] = 0.0
-    terms = solution.model.terms(data.rate)
+    terms = data.terms(solution.model)
     found: list[Candidate] = []
     for _ in range(MOST):
         top = int(np.argmax(ratio))

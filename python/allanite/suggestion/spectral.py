@@ -64,9 +64,9 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
     model = solution.model
     if isinstance(effect, Modifier):
         changed = Model((*model.effects, effect))
-        return column(changed.terms(data.rate), data) - solution.spectrum
+        return column(data.terms(changed), data) - solution.spectrum
     assert isinstance(effect, Stochastic)
-    return column(model.unit_terms(effect, data.rate), data)
+    return column(data.unit_terms(model, effect), data)
 
 
 def screen_spectral(solution: Solution, data: Data) -> Screen:

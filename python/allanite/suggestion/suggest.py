@@ -10,8 +10,7 @@ import numpy as np
 
 from allanite.effects import Effect
 from allanite.fit.engine import Solution
-from allanite.fit.result import Fit, plain
-from allanite.fit.whittle import normal_scores
+from allanite.fit.result import Fit, group_scores, plain
 from allanite.suggestion.drifts import screen_drifts
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
@@ -162,7 +161,7 @@ def _suggestion(fit: Fit, candidate: Candidate, families: dict[str, Family]) -> 
 
 def _removed(fit: Fit, solution: Solution, candidate: Candidate) -> float:
     """Per cent of the χ² beyond its expectation; a line counts with what it adds outside the bins."""
-    z = normal_scores(solution.power, solution.count, solution.spectrum)
+    z = group_scores(solution, fit.data)
     fallen = fit.misfit.chi2 - float(z @ z)
     excess = fit.misfit.chi2 - fit.misfit.dof
     if candidate.family == "line":

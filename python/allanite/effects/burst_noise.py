@@ -1,0 +1,41 @@
+"""Burst noise: a random telegraph signal (popcorn noise)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from allanite.effects._base import Parameter, Stochastic
+from allanite.effects.terms import Term
+
+
+@dataclass(frozen=True)
+class BurstNoise(Stochastic):
+    """Two levels ±A, mean dwell time D in each; r(t) = A² e^{−2t/D}: the spectrum of a Gauss-Markov of T = D/2."""
+
+    amplitude: float | None = None
+    dwell_time: float | None = None
+    hold: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "burst_noise"
+    short: ClassVar[str] = "RTS"
+    title: ClassVar[str] = "burst noise"
+    coefficient: ClassVar[str] = "amplitude"
+    #: Found by its two levels where a Gauss-Markov process fits the spectrum, not by the spectrum.
+    suggested: ClassVar[bool] = False
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("dwell_time", "s", "mean time in each level", "shape", low=1e-12, aliases=("D",)),
+        Parameter("amplitude", 0.0, "half the distance of the levels", aliases=("A",)),
+    )
+    physics: ClassVar[str] = "a single trapped charge or a contact switches the bias between two levels"
+    looks_like: ClassVar[str] = "as a Gauss-Markov process on every curve; two levels in the low-passed samples"
+    check_by: ClassVar[str] = (
+        "low-pass the samples and look at their histogram: two peaks; it depends steeply on temperature and supply"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("gauss_markov",)
+
+    def unit_terms(self, rate: float) -> tuple[Term, ...]:
+        """One exponential of variance 1."""
+        return (("exponential", (1.0, 0.0, float(np.exp(-2.0 / (rate * (self.dwell_time or 1.0)))), 0.0)),)

@@ -1,0 +1,87 @@
+"""Covariate: another column, through a first-order lag, explains part of the samples."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Deterministic, Parameter
+from allanite.errors import InputError
+
+
+@dataclass(frozen=True)
+class Covariate(Deterministic):
+    """x(t) = c·u(t) + d·u(t)², u the column less its mean after a lag of time constant `lag` (0: none).
+
+    d is fitted only where a value (0 to start with) is given.
+    """
+
+    column: str | None = None
+    coefficient: float | None = None
+    lag: float | None = None
+    quadratic: float | None = None
+    hold: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "covariate"
+    short: ClassVar[str] = "COV"
+    title: ClassVar[str] = "covariate"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("column", "text", "name of the column", "choice"),
+        Parameter("coefficient", "U/unit", "change of the samples per unit of the column", low=-np.inf),
+        Parameter("lag", "s", "time constant of the lag", "shape"),
+        Parameter("quadratic", "U/unit²", "quadratic coefficient", low=-np.inf),
+    )
+    physics: ClassVar[str] = (
+        "the bias follows another quantity: a temperature through the sensor's thermal mass, a supply voltage, "
+        "another axis by misalignment"
+    )
+    looks_like: ClassVar[str] = "the low-passed samples trace the column; a rise of the Allan deviation at long τ"
+    check_by: ClassVar[str] = (
+        "drive the column on purpose (a temperature ramp up and down: a lag shows as hysteresis) and regress again"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("rate_random_walk", "rate_ramp", "warm_up", "bias_instability")
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:  # noqa: ARG002
+        """No lag, and lags up to a tenth of the record."""
+        return np.concatenate([[0.0], np.geomspace(max(2.0, n / 2000.0), n / 10.0, 12)]) / rate
+
+    def regressors(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """The lagged column, and its square where a quadratic term is in the model."""
+        if self.column not in covariates:
+            known = ", ".join(covariates) or "none"
+            raise InputError(f"covariate: the recording has no column {self.column!r} offered (it has: {known})")
+        values = np.asarray(covariates[self.column], dtype=float)
+        values = values - values.mean()
+        rate = 1.0 / (time[1] - time[0])
+        if self.lag:
+            values = lagged(values, self.lag * rate)
+        if self.quadratic is None:
+            return values[:, None]
+        square = values**2
+        return np.column_stack([values, square - square.mean()])
+
+    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+        """Coefficient, and the quadratic one where it is fitted."""
+        if amplitudes.size > 1:
+            return self.with_values(coefficient=float(amplitudes[0]), quadratic=float(amplitudes[1]))
+        return self.with_values(coefficient=float(amplitudes[0]))
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """(c,) or (c, d)."""
+        first = self.coefficient or 0.0
+        return np.array([first] if self.quadratic is None else [first, self.quadratic])
+
+
+def lagged(values: NDArray[np.float64], samples: float) -> NDArray[np.float64]:
+    """First-order lag of a time constant in samples, started in equilibrium with the first value."""
+    from scipy.signal import lfilter
+
+    phi = float(np.exp(-1.0 / samples))
+    out, _ = lfilter([1.0 - phi], [1.0, -phi], values, zi=[phi * values[0]])
+    return np.asarray(out)

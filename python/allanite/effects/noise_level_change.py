@@ -1,0 +1,62 @@
+"""Noise level change: for an interval the white noise is louder or quieter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from allanite.effects._base import Modifier, Parameter
+from allanite.effects.terms import Term
+
+
+@dataclass(frozen=True)
+class NoiseLevelChange(Modifier):
+    """White noise of standard deviation `factor` times N's between `start` and `end`.
+
+    The spectrum of the whole record only sees the mean power; the times come from the time view.
+    """
+
+    start: float | None = None
+    end: float | None = None
+    factor: float | None = None
+    hold: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "noise_level_change"
+    short: ClassVar[str] = "LEVEL"
+    title: ClassVar[str] = "noise level change"
+    #: Found over time, not by the spectrum.
+    suggested: ClassVar[bool] = False
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("start", "s", "first time of the interval", "time"),
+        Parameter("end", "s", "last time of the interval", "time"),
+        Parameter("factor", "1", "standard deviation inside over outside", "time", low=1e-6),
+    )
+    physics: ClassVar[str] = (
+        "for a while something shook, switched range or disturbed the supply; or the sensor lost its damping or lock"
+    )
+    looks_like: ClassVar[str] = "nothing on the Allan curve; a louder or quieter stretch of the samples"
+    check_by: ClassVar[str] = (
+        "look at the laboratory's log for that interval; trim it and fit again: everything else should stay"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("outliers",)
+
+    def modify(self, white: float, rate: float, span: tuple[float, float] | None = None) -> tuple[Term, ...]:  # noqa: ARG002
+        """The mean power over the record (`span`: its first and last time in s)."""
+        if span is None or self.start is None or self.end is None or self.factor is None:
+            return (("white", (white,)),)
+        inside = max(0.0, min(self.end, span[1]) - max(self.start, span[0])) / (span[1] - span[0])
+        return (("white", (white * (1.0 + (self.factor**2 - 1.0) * inside),)),)
+
+    def errors(self, rate: float) -> dict[str, float]:
+        """Standard errors of the three values, for white noise.
+
+        A level from n samples is known to 1/√(2n); a boundary to the time in which the two levels differ by about
+        two units of logL.
+        """
+        ratio = (self.factor or 1.0) ** 2
+        samples = max(1.0, ((self.end or 0.0) - (self.start or 0.0)) * rate)
+        per_sample = 0.25 * (ratio - 1.0) * (1.0 - 1.0 / ratio)
+        boundary = 2.0 / max(per_sample, 1e-12) / rate
+        return {"start": boundary, "end": boundary, "factor": np.sqrt(ratio / (2.0 * samples))}

@@ -1,0 +1,54 @@
+"""Resonance: a second-order peak driven by white noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Parameter, Stochastic
+from allanite.effects.terms import Term
+
+
+@dataclass(frozen=True)
+class Resonance(Stochastic):
+    """r(t) = rms² e^{−ζω0t}(cos ω_d t + ζω0/ω_d sin ω_d t), ω_d = ω0 √(1−ζ²)."""
+
+    frequency: float | None = None
+    damping: float | None = None
+    rms: float | None = None
+    hold: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "resonance"
+    short: ClassVar[str] = "RES"
+    title: ClassVar[str] = "resonance"
+    coefficient: ClassVar[str] = "rms"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("frequency", "Hz", "natural frequency", "shape", low=1e-12, aliases=("f", "f0")),
+        Parameter("damping", "1", "damping ratio ζ", "shape", low=1e-5, high=0.95, aliases=("zeta",)),
+        Parameter("rms", 0.0, "standard deviation of the process"),
+    )
+    physics: ClassVar[str] = (
+        "a mode of the structure, mount, pendulum or proof mass, shaken by everything around it"
+    )
+    looks_like: ClassVar[str] = "a band of the spectrum of width 2ζf; damped lobes of the Allan deviation"
+    check_by: ClassVar[str] = (
+        "tap the mount and look for a ringing at f; add mass or damping: the band must move or widen"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth")
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """Frequencies every tenth from 20/T to Nyquist; dampings from a line of the bins' width to a hump."""
+        if name == "damping":
+            return np.array([0.01, 0.03, 0.1, 0.3])
+        low, high = 20.0 * rate / n, 0.48 * rate
+        return np.geomspace(low, high, max(4, int(24 * np.log10(high / low))))
+
+    def unit_terms(self, rate: float) -> tuple[Term, ...]:
+        """One complex exponential of variance 1."""
+        zeta = self.damping or 0.1
+        root = float(np.sqrt(1.0 - zeta**2))
+        phi = np.exp((-zeta + 1j * root) * 2.0 * np.pi * (self.frequency or 1.0) / rate)
+        return (("exponential", (1.0, -zeta / root, float(phi.real), float(phi.imag))),)
