@@ -1,5 +1,8 @@
 """The compiled core. Never imported by users: `_kernels.py` is the one door."""
 
+from collections.abc import Sequence
+from typing import Self, final
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,3 +13,25 @@ def version() -> str: ...
 def cosine_transform(samples: NDArray[np.float64]) -> NDArray[np.float64]: ...
 def inverse_cosine_transform(ordinates: NDArray[np.float64]) -> NDArray[np.float64]: ...
 def padded_periodogram(samples: NDArray[np.float64]) -> NDArray[np.float64]: ...
+
+# -- noise
+def simulate(
+    processes: Sequence[tuple[str, Sequence[float]]],
+    n: int,
+    seed: int,
+    replicate: int = 0,
+    axis: int = 0,
+    threads: int = 0,
+) -> NDArray[np.float64]: ...
+
+@final
+class Simulator:
+    def __new__(
+        cls,
+        processes: Sequence[tuple[str, Sequence[float]]],
+        seed: int,
+        replicate: int,
+        axis: int,
+        total: int,
+    ) -> Self: ...
+    def next(self, n: int) -> NDArray[np.float64]: ...

@@ -5,9 +5,11 @@ from __future__ import annotations
 from allanite import _core
 
 __all__ = [
+    "Simulator",
     "cosine_transform",
     "inverse_cosine_transform",
     "padded_periodogram",
+    "simulate",
     "version",
 ]
 
@@ -17,3 +19,7 @@ version = _core.version
 cosine_transform = _core.cosine_transform
 inverse_cosine_transform = _core.inverse_cosine_transform
 padded_periodogram = _core.padded_periodogram
+
+# -- noise
+Simulator = _core.Simulator
+simulate = _core.simulate

@@ -1,1 +1,83 @@
-//! (to come)
+//! Samples of coloured noise: a sum of primitive processes, made in blocks, in constant memory.
+//!
+//! | primitive | values | spectrum at w = 2πf τ0 | file |
+//! |---|---|---|---|
+//! | `white` | sd | sd² | [`simple`] |
+//! | `blue` | sd | 4 sd² sin²(w/2) | [`simple`] |
+//! | `random_walk` | step sd | sd²/(4 sin²(w/2)), first sample 0 | [`simple`] |
+//! | `flicker` | B | B²/(2 sin(w/2)) | [`power_law`] |
+//! | `power_law` | exponent a in (−3, 1], level | level² (2 sin(w/2))^a | [`power_law`] |
+//! | `gauss_markov` | σ, φ | `σ²(1−φ²)/(1−2φ cos w+φ²)` | [`section`] |
+//! | `filtered` | sd, `b0, b1, b2, a1, a2` | sd² of the section's gain | [`section`] |
+//! | `moving_average` | sd, length | sd² (sin(Lw/2)/(L sin(w/2)))² | [`boxcar`] |
+//! | `telegraph` | amplitude, p | `gauss_markov` with σ = amplitude, φ = 1−2p | [`simple`] |
+//!
+//! The normals of block b of effect k come from the stream (seed, replicate, k, axis, b); the recursive parts
+//! run over the blocks in order. Neither depends on how many samples are asked for at a time, nor on threads.
+
+pub mod bank;
+pub mod boxcar;
+mod generator;
+mod least_squares;
+pub mod power_law;
+pub mod section;
+pub mod simple;
+
+pub use bank::power_law_bank;
+pub use generator::Generator;
+
+use crate::rng::{START, Stream, StreamKey};
+use crate::{Error, Result};
+
+/// A recursion that turns independent deviates into samples of one process.
+pub trait Process: Send {
+    /// Draws the deviates of one block: standard normals unless the process needs others.
+    fn draw(&self, stream: &mut Stream, deviates: &mut [f64]) {
+        stream.normals(deviates);
+    }
+
+    /// Turns the deviates of the next samples, in place, into these samples. Their number is a multiple of 8.
+    fn run(&mut self, samples: &mut [f64]);
+}
+
+/// The process called `name`, designed for records of `n` samples, its initial state drawn from `key`.
+pub fn process(name: &str, values: &[f64], n: usize, key: StreamKey) -> Result<Box<dyn Process>> {
+    let start = &mut Stream::new(key, START);
+    if let Some(bad) = values.iter().find(|value| !value.is_finite()) {
+        return Err(Error::Input(format!("noise process {name}: value {bad} is not finite")));
+    }
+    Ok(match (name, values) {
+        ("white", &[sd]) => Box::new(simple::White::new(sd)),
+        ("blue", &[sd]) => Box::new(simple::Blue::new(sd, start)),
+        ("random_walk", &[step]) => Box::new(simple::RandomWalk::new(step)),
+        ("flicker", &[level]) => power_law::new(-1.0, level, n, start)?,
+        ("power_law", &[exponent, level]) => power_law::new(exponent, level, n, start)?,
+        ("gauss_markov", &[sigma, phi]) => Box::new(section::GaussMarkov::new(sigma, phi, start)?),
+        ("filtered", &[sd, b0, b1, b2, a1, a2]) => {
+            Box::new(section::Filtered::new(sd, [b0, b1, b2], [a1, a2], start)?)
+        }
+        ("moving_average", &[sd, length]) => Box::new(boxcar::MovingAverage::new(sd, length, start)?),
+        ("telegraph", &[amplitude, p]) => Box::new(simple::Telegraph::new(amplitude, p, start)?),
+        _ => return Err(unknown(name, values.len())),
+    })
+}
+
+fn unknown(name: &str, found: usize) -> Error {
+    const COUNTS: [(&str, usize); 9] = [
+        ("white", 1),
+        ("blue", 1),
+        ("random_walk", 1),
+        ("flicker", 1),
+        ("power_law", 2),
+        ("gauss_markov", 2),
+        ("filtered", 6),
+        ("moving_average", 2),
+        ("telegraph", 2),
+    ];
+    Error::Input(if let Some((_, count)) = COUNTS.iter().find(|(known, _)| *known == name) {
+        format!("noise process {name}: found {found} values, needs {count}")
+    } else {
+        let known: Vec<_> = COUNTS.iter().map(|(known, _)| *known).collect();
+        format!("noise process {name:?} is unknown; known are {}", known.join(", "))
+    })
+}

@@ -22,4 +22,8 @@ mod _core {
     // spectrum
     #[pymodule_export]
     use super::spectrum::{cosine_transform, inverse_cosine_transform, padded_periodogram};
+
+    // noise
+    #[pymodule_export]
+    use super::noise::{Simulator, simulate};
 }

@@ -1,1 +1,74 @@
-//! (to come)
+//! Doors of the noise generator.
+
+use std::sync::Mutex;
+
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::prelude::*;
+
+use super::doorway::run;
+use crate::noise::Generator;
+use crate::{Error, Result};
+
+type Processes = Vec<(String, Vec<f64>)>;
+
+/// An array of `n` zeros, or an error where the machine refuses instead of an abort.
+fn zeros(n: usize) -> Result<Vec<f64>> {
+    let mut samples = Vec::new();
+    samples
+        .try_reserve_exact(n)
+        .map_err(|_| Error::Input(format!("{n} samples do not fit into memory: simulate in chunks")))?;
+    samples.resize(n, 0.0);
+    Ok(samples)
+}
+
+/// Samples of a sum of processes.
+#[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
+#[pyfunction]
+#[pyo3(signature = (processes, n, seed, replicate = 0, axis = 0, threads = 0))]
+pub fn simulate(
+    py: Python<'_>,
+    processes: Processes,
+    n: usize,
+    seed: u64,
+    replicate: u64,
+    axis: u64,
+    threads: usize,
+) -> PyResult<Bound<'_, PyArray1<f64>>> {
+    let _ = threads;
+    let samples = run(py, |stop| {
+        let mut generator = Generator::new(&processes, n, seed, replicate, axis)?;
+        let mut samples = zeros(n)?;
+        generator.fill(&mut samples, stop)?;
+        Ok(samples)
+    })?;
+    Ok(samples.into_pyarray(py))
+}
+
+/// The same samples in chunks.
+#[pyclass(frozen, module = "allanite._core")]
+pub struct Simulator {
+    generator: Mutex<Generator>,
+}
+
+#[pymethods]
+impl Simulator {
+    #[new]
+    #[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
+    #[pyo3(signature = (processes, seed, replicate, axis, total))]
+    fn new(processes: Processes, seed: u64, replicate: u64, axis: u64, total: usize) -> PyResult<Self> {
+        let generator =
+            Generator::new(&processes, total, seed, replicate, axis).map_err(super::errors::to_python)?;
+        Ok(Self { generator: Mutex::new(generator) })
+    }
+
+    /// The next `n` samples.
+    fn next<'py>(&self, py: Python<'py>, n: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let samples = run(py, |stop| {
+            let mut samples = zeros(n)?;
+            let mut generator = self.generator.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            generator.fill(&mut samples, stop)?;
+            Ok(samples)
+        })?;
+        Ok(samples.into_pyarray(py))
+    }
+}

@@ -1,0 +1,103 @@
+//! White noise through one section of first or second order, started in its stationary state.
+
+use super::Process;
+use crate::rng::Stream;
+use crate::{Error, Result};
+
+/// Stationary first-order autoregression.
+pub struct GaussMarkov {
+    phi: f64,
+    drive: f64,
+    state: f64,
+}
+
+impl GaussMarkov {
+    /// Standard deviation of the samples and correlation of neighbours.
+    pub fn new(sigma: f64, phi: f64, start: &mut Stream) -> Result<Self> {
+        if phi.abs() >= 1.0 {
+            return Err(Error::Input(format!(
+                "noise process gauss_markov: phi = {phi} must lie between -1 and 1"
+            )));
+        }
+        let mut first = [0.0];
+        start.normals(&mut first);
+        Ok(Self { phi, drive: sigma * ((1.0 - phi) * (1.0 + phi)).sqrt(), state: sigma * first[0] })
+    }
+}
+
+impl Process for GaussMarkov {
+    fn run(&mut self, samples: &mut [f64]) {
+        for x in samples {
+            let here = self.state;
+            self.state = self.phi.mul_add(here, self.drive * *x);
+            *x = here;
+        }
+    }
+}
+
+/// White noise through (b0 + b1 z⁻¹ + b2 z⁻²)/(1 + a1 z⁻¹ + a2 z⁻²), transposed direct form II.
+pub struct Filtered {
+    b: [f64; 3],
+    a: [f64; 2],
+    z: [f64; 2],
+}
+
+impl Filtered {
+    /// Standard deviation of the white noise, and the coefficients.
+    pub fn new(sd: f64, b: [f64; 3], a: [f64; 2], start: &mut Stream) -> Result<Self> {
+        let [a1, a2] = a;
+        // The stability triangle (Oppenheim & Schafer §6.9).
+        if !(a2 < 1.0 && a1.abs() < 1.0 + a2) {
+            return Err(Error::Input(format!(
+                "noise process filtered: the section a1 = {a1}, a2 = {a2} is unstable; \
+                 it needs a2 < 1 and |a1| < 1 + a2"
+            )));
+        }
+        let b = b.map(|value| sd * value);
+        let [p11, p12, p22] = stationary([b[1] - a1 * b[0], b[2] - a2 * b[0]], a);
+        let mut normal = [0.0; 2];
+        start.normals(&mut normal);
+        let l11 = p11.max(0.0).sqrt();
+        let l21 = if l11 > 0.0 { p12 / l11 } else { 0.0 };
+        let l22 = (p22 - l21 * l21).max(0.0).sqrt();
+        Ok(Self { b, a, z: [l11 * normal[0], l21 * normal[0] + l22 * normal[1]] })
+    }
+}
+
+/// Covariance [p11, p12, p22] of z in z' = F z + g w, F = [[−a1, 1], [−a2, 0]]: the sum of F^k g gᵀ F^kᵀ by
+/// doubling, which stays positive however near the poles are to the unit circle.
+fn stationary(g: [f64; 2], a: [f64; 2]) -> [f64; 3] {
+    let mut f = [[-a[0], 1.0], [-a[1], 0.0]];
+    let mut p = [[g[0] * g[0], g[0] * g[1]], [g[0] * g[1], g[1] * g[1]]];
+    for _ in 0..64 {
+        let fp = product(f, p);
+        let transposed = [[f[0][0], f[1][0]], [f[0][1], f[1][1]]];
+        let more = product(fp, transposed);
+        for (row, extra) in p.iter_mut().zip(more) {
+            for (value, addend) in row.iter_mut().zip(extra) {
+                *value += addend;
+            }
+        }
+        f = product(f, f);
+    }
+    [p[0][0], p[0][1], p[1][1]]
+}
+
+fn product(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    let entry = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j];
+    [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]
+}
+
+impl Process for Filtered {
+    fn run(&mut self, samples: &mut [f64]) {
+        let ([b0, b1, b2], [a1, a2], [mut z1, mut z2]) = (self.b, self.a, self.z);
+        for x in samples {
+            let w = *x;
+            let y = b0 * w + z1;
+            z1 = b1 * w - a1 * y + z2;
+            z2 = b2 * w - a2 * y;
+            *x = y;
+        }
+        self.z = [z1, z2];
+    }
+}

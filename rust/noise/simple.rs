@@ -1,0 +1,110 @@
+//! White, differenced and summed white noise, and the random telegraph.
+
+use super::Process;
+use crate::rng::Stream;
+use crate::{Error, Result};
+
+/// Independent normals.
+pub struct White {
+    sd: f64,
+}
+
+impl White {
+    /// Standard deviation of the samples.
+    pub fn new(sd: f64) -> Self {
+        Self { sd }
+    }
+}
+
+impl Process for White {
+    fn run(&mut self, samples: &mut [f64]) {
+        for x in samples {
+            *x *= self.sd;
+        }
+    }
+}
+
+/// Difference of neighbouring independent normals: what rounding an angle does to its rate.
+pub struct Blue {
+    sd: f64,
+    last: f64,
+}
+
+impl Blue {
+    /// Standard deviation of the normals that are differenced.
+    pub fn new(sd: f64, start: &mut Stream) -> Self {
+        let mut first = [0.0];
+        start.normals(&mut first);
+        Self { sd, last: sd * first[0] }
+    }
+}
+
+impl Process for Blue {
+    fn run(&mut self, samples: &mut [f64]) {
+        for x in samples {
+            let new = self.sd * *x;
+            *x = new - self.last;
+            self.last = new;
+        }
+    }
+}
+
+/// Sum of independent normals, from zero.
+pub struct RandomWalk {
+    step: f64,
+    position: f64,
+}
+
+impl RandomWalk {
+    /// Standard deviation of a step.
+    pub fn new(step: f64) -> Self {
+        Self { step, position: 0.0 }
+    }
+}
+
+impl Process for RandomWalk {
+    fn run(&mut self, samples: &mut [f64]) {
+        for x in samples {
+            let here = self.position;
+            self.position += self.step * *x;
+            *x = here;
+        }
+    }
+}
+
+/// Two levels; each sample keeps the level of the one before with probability 1−p.
+pub struct Telegraph {
+    level: f64,
+    p: f64,
+}
+
+impl Telegraph {
+    /// Half the distance of the levels, and the probability of a switch.
+    pub fn new(amplitude: f64, p: f64, start: &mut Stream) -> Result<Self> {
+        if !(0.0..=1.0).contains(&p) {
+            return Err(Error::Input(format!(
+                "noise process telegraph: switching probability {p} is outside 0…1"
+            )));
+        }
+        let mut first = [0.0];
+        start.uniforms(&mut first);
+        Ok(Self { level: if first[0] <= 0.5 { amplitude } else { -amplitude }, p })
+    }
+}
+
+impl Process for Telegraph {
+    fn draw(&self, stream: &mut Stream, deviates: &mut [f64]) {
+        stream.uniforms(deviates);
+    }
+
+    fn run(&mut self, samples: &mut [f64]) {
+        for x in samples {
+            // Uniforms lie in (0, 1]: p = 0 never switches, p = 1 always.
+            let switch = *x <= self.p;
+            *x = self.level;
+            if switch {
+                self.level = -self.level;
+            }
+        }
+    }
+}
