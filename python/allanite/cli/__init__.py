@@ -30,6 +30,7 @@ COMMANDS = {
     "compare": "Logs, models and data sheets in one table and one figure.",
     "export": "Parameters of a model for a filter or simulator.",
     "simulate": "Samples of a model, seeded, of any length.",
+    "demo": "The whole loop on a generated recording with hidden effects.",
 }
 
 

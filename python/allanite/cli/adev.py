@@ -25,11 +25,13 @@ KINDS = ("oadev", "adev", "mdev", "hdev", "tdev", "totdev")
 @log_options
 def command(log: str, kind: str, taus: str, plot: str | None, options: LogOptions) -> None:
     """Allan deviation of LOG: tau, deviation, 95 % interval."""
-    from allanite import deviation
     from allanite.cli import output
     from allanite.cli.options import columns_of
 
     columns = columns_of(log, options)
+    output.check_targets(plot)
+    from allanite import deviation
+
     grid = int(taus) if taus.isdigit() else taus
     results = [getattr(deviation, kind)(column, taus=grid) for column in columns]
     output.plot(results, [c.columns[0] for c in columns], plot)

@@ -24,6 +24,7 @@ def command(
 
     parsed = parse_model(model)
     columns = columns_of(log, options)
+    output.check_targets(plot)
     checks = []
     for column in columns:
         with output.progress(column.columns[0], options) as on_progress:

@@ -31,6 +31,7 @@ def command(
     from allanite.cli.options import columns_of
     from allanite.comparison import compare
 
+    output.check_targets(plot)
     named: list[tuple[str, Any, str | None]] = []
     columns = []
     for item in items:

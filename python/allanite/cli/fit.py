@@ -27,14 +27,10 @@ def command(
     from allanite.cli import output
     from allanite.cli.options import columns_of
     from allanite.effects.files import parse_model
-    from allanite.errors import InputError
 
     parsed = parse_model(model)
     columns = columns_of(log, options)
-    if save is not None and len(columns) > 1:
-        raise InputError(
-            f"--save writes one model: choose one of {len(columns)} columns with --column"
-        )
+    output.check_targets(plot, save, len(columns))
     fits = [parsed.fit(column, method=method) for column in columns]
     if save is not None:
         with output.whole_file(save) as draft:

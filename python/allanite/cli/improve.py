@@ -18,15 +18,12 @@ def command(log: str, model: str, save: str | None, plot: str | None, options: L
     from allanite.cli import output
     from allanite.cli.options import columns_of
     from allanite.effects.files import parse_model
-    from allanite.errors import InputError
-    from allanite.study import improve
 
     parsed = parse_model(model)
     columns = columns_of(log, options)
-    if save is not None and len(columns) > 1:
-        raise InputError(
-            f"--save writes one model: choose one of {len(columns)} columns with --column"
-        )
+    output.check_targets(plot, save, len(columns))
+    from allanite.study import improve
+
     studies = []
     for column in columns:
         with output.progress(column.columns[0], options) as on_progress:

@@ -21,7 +21,16 @@ if TYPE_CHECKING:
     from allanite.cli.options import LogOptions
     from allanite.recording import Recording
 
-__all__ = ["dumps", "notes", "plot", "progress", "show", "whole_file"]
+__all__ = [
+    "check_target",
+    "check_targets",
+    "dumps",
+    "notes",
+    "plot",
+    "progress",
+    "show",
+    "whole_file",
+]
 
 
 def dumps(document: Any) -> str:
@@ -70,14 +79,32 @@ def notes(columns: Sequence[Recording], options: LogOptions) -> None:
         click.echo()
 
 
-@contextmanager
-def whole_file(path: str | Path) -> Iterator[Path]:
-    """Give a temporary path that takes the place of `path` when the block ends well."""
+def check_target(path: str | Path) -> None:
+    """Refuse a file that cannot be written before anything long is computed for it."""
     target = Path(path)
     if not target.parent.is_dir():
         raise InputError(f"{target}: the directory {target.parent} does not exist")
     if target.is_dir():
         raise InputError(f"{target} is a directory: give the name of a file")
+
+
+def check_targets(plot: str | None = None, save: str | None = None, columns: int = 1) -> None:
+    """Refuse --plot and --save targets early; one saved model is of one column."""
+    if plot is not None:
+        if Path(plot).suffix.lower() not in (".svg", ".png", ".pdf"):
+            raise InputError(f"--plot {plot}: the name must end in .svg, .png or .pdf")
+        check_target(plot)
+    if save is not None:
+        if columns > 1:
+            raise InputError(f"--save writes one model: choose one of {columns} columns (--column)")
+        check_target(save)
+
+
+@contextmanager
+def whole_file(path: str | Path) -> Iterator[Path]:
+    """Give a temporary path that takes the place of `path` when the block ends well."""
+    target = Path(path)
+    check_target(target)
     descriptor, name = tempfile.mkstemp(
         suffix=target.suffix, prefix=f".{target.stem}-", dir=target.parent
     )
@@ -98,8 +125,6 @@ def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None
     """Write the figure of each result; several columns get their name into the file's."""
     if path is None:
         return
-    if Path(path).suffix.lower() not in (".svg", ".png", ".pdf"):
-        raise InputError(f"--plot {path}: the name must end in .svg, .png or .pdf")
     for result, name in zip(results, names, strict=True):
         target = Path(path)
         if len(results) > 1:

@@ -41,7 +41,7 @@ def command(
 ) -> None:
     """Simulate MODEL (a sum with values, e.g. "N(N=0.01)+K(K=1e-4)", or a model file)."""
     from allanite.cli.models import models_of
-    from allanite.cli.output import dumps, whole_file
+    from allanite.cli.output import check_target, dumps, whole_file
     from allanite.errors import InputError
 
     if (duration is None) == (samples is None):
@@ -52,6 +52,7 @@ def command(
         raise InputError("the length must be positive")
     if output is not None:
         _known_format(output)
+        check_target(output)
     models = models_of(model)
     if len(models) > 1:
         raise InputError(f"{model} holds the models of {len(models)} columns: save one at a time")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,8 +11,7 @@ from allanite.errors import InputError
 from allanite.readers._table import Table, split_unit
 
 if TYPE_CHECKING:
-    import re
-from pathlib import Path
+    from pathlib import Path
 
 __all__ = ["read"]
 

@@ -1,7 +1,8 @@
-"""The audit finds what was put in, and nothing in clean noise; on real logs it says what is visible."""
+"""The audit finds what was put in, nothing in clean noise, and on real logs what is visible."""
 
 import numpy as np
 import pytest
+
 from allanite.readers import read
 from allanite.recording import Recording
 

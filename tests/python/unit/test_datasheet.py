@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace
 
 import pytest
+
 from allanite.datasheet import compare_datasheet, read_datasheet
 from allanite.errors import InputError
 from allanite.parameters import Estimate

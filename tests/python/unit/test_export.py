@@ -5,6 +5,7 @@ import math
 import re
 
 import pytest
+
 from allanite.effects.files import model_to_dict, parse_model
 from allanite.errors import InputError
 from allanite.export import TARGETS, export
@@ -81,7 +82,7 @@ def test_json_holds_everything():
 
 @pytest.mark.parametrize("target", ["kalibr", "vins", "gtsam"])
 def test_no_random_walk_is_made_up_from_a_bias_instability(target):
-    with pytest.raises(InputError, match="needs K.*not a random walk"):
+    with pytest.raises(InputError, match=r"needs K.*not a random walk"):
         export(axes("N(N=0.01)+B(B=1e-3)"), target, rate=100)
 
 

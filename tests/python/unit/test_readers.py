@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from allanite.errors import AllaniteError, InputError, TooShortError
 from allanite.readers import read
 from allanite.readers._table import role_of, sensor_kind, split_unit
@@ -88,14 +89,30 @@ def test_a_unit_of_one_kind_chooses_its_sensors(tmp_path):
 @pytest.mark.parametrize(
     ("name", "unit", "role"),
     [
-        ("t", None, "time"), ("Time", "s", "time"), ("timestamp_us", None, "time"), ("time_ms", None, "time"),
-        ("Unix Time", None, "time"), ("temp", None, "temperature"), ("imu_temperature", None, "temperature"),
-        ("T1", "degC", "temperature"), ("attempt", None, "sensor"), ("gyro_x", None, "sensor"),
-        ("x0", None, "sensor"), ("wx", None, "sensor"), ("rate", None, "sensor"), ("mag_x", None, "other"),
-        ("pressure", None, "other"), ("seq", None, "other"), ("b", "uT", "other"), ("phase", "s", "sensor"),
-        ("angle", "deg", "sensor"), ("p", "hPa", "other"), ("f", "mg", "sensor"), ("index", None, "other"),
+        ("t", None, "time"),
+        ("Time", "s", "time"),
+        ("timestamp_us", None, "time"),
+        ("time_ms", None, "time"),
+        ("Unix Time", None, "time"),
+        ("temp", None, "temperature"),
+        ("imu_temperature", None, "temperature"),
+        ("T1", "degC", "temperature"),
+        ("attempt", None, "sensor"),
+        ("gyro_x", None, "sensor"),
+        ("x0", None, "sensor"),
+        ("wx", None, "sensor"),
+        ("rate", None, "sensor"),
+        ("mag_x", None, "other"),
+        ("pressure", None, "other"),
+        ("seq", None, "other"),
+        ("b", "uT", "other"),
+        ("phase", "s", "sensor"),
+        ("angle", "deg", "sensor"),
+        ("p", "hPa", "other"),
+        ("f", "mg", "sensor"),
+        ("index", None, "other"),
     ],
-)  # fmt: skip
+)
 def test_roles(name, unit, role):
     assert role_of(name, unit) == role
 
@@ -246,14 +263,14 @@ def test_truncation_anywhere(tmp_path):
     cut = tmp_path / "cut.npz"
     for length in np.linspace(1, len(whole) - 1, 40).astype(int):
         cut.write_bytes(whole[:length])
-        with pytest.raises(InputError, match="truncated|never loaded|no key"):
+        with pytest.raises(InputError, match=r"truncated|never loaded|no key"):
             read(cut)
     np.save(tmp_path / "x.npy", np.arange(100.0))
     whole = (tmp_path / "x.npy").read_bytes()
     cut = tmp_path / "cut.npy"
     for length in (1, 5, 20, 100, len(whole) - 1):
         cut.write_bytes(whole[:length])
-        with pytest.raises(InputError, match="truncated|never loaded"):
+        with pytest.raises(InputError, match=r"truncated|never loaded"):
             read(cut, rate=1)
 
 

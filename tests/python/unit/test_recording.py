@@ -6,10 +6,11 @@ import numpy as np
 import pandas as pd
 import pint
 import pytest
-from allanite.errors import AllaniteError, InputError, TooShortError
-from allanite.recording import Recording
 from hypothesis import given
 from hypothesis import strategies as st
+
+from allanite.errors import AllaniteError, InputError, TooShortError
+from allanite.recording import Recording
 
 
 def make(n=1000, **options):
@@ -217,8 +218,8 @@ def test_decimation_averages():
 
 
 def test_decimation_keeps_the_white_level():
-    # Skipping samples would double N for a factor of 4; averaging keeps it. σ² τ of 1e5 averaged samples
-    # has a relative standard deviation √(2/1e5) = 0.45 %; five of those.
+    # Skipping samples would double N for a factor of 4; averaging keeps it. σ² τ of 1e5 averaged
+    # samples has a relative standard deviation √(2/1e5) = 0.45 %; five of those.
     x = np.random.default_rng(3).standard_normal(400_000)
     r = Recording(x, 400).decimate(4)
     assert np.var(r.samples) / r.rate == pytest.approx(1 / 400, rel=0.023)

@@ -4,10 +4,11 @@ import math
 
 import pint
 import pytest
-from allanite.errors import InputError
-from allanite.units import coefficient_unit, conversion, parse_unit, rate_unit
 from hypothesis import given
 from hypothesis import strategies as st
+
+from allanite.errors import InputError
+from allanite.units import coefficient_unit, conversion, parse_unit, rate_unit
 
 REGISTRY = pint.UnitRegistry()
 # pint knows g as gram and has no milli-g: the accelerations are spelled out for it.
@@ -72,9 +73,11 @@ def test_conversion_agrees_with_pint(ours_from, ours_to, pint_from, pint_to):
 @pytest.mark.parametrize(
     ("text", "name"),
     [
-        ("°/s", "deg/s"), ("º/s", "deg/s"), ("dps", "deg/s"), ("deg/sec", "deg/s"), ("Deg/s", "deg/s"),
+        ("°/s", "deg/s"), ("º/s", "deg/s"), ("dps", "deg/s"), ("deg/sec", "deg/s"),
+        ("Deg/s", "deg/s"),
         ("deg·s⁻¹", "deg/s"), ("deg s^-1", "deg/s"), ("°/h", "deg/h"), ("deg/hr", "deg/h"),
-        ("mdps", "mdeg/s"), ("m/s²", "m/s^2"), ("m/s**2", "m/s^2"), ("m s^-2", "m/s^2"), ("µg", "ug"),
+        ("mdps", "mdeg/s"), ("m/s²", "m/s^2"), ("m/s**2", "m/s^2"), ("m s^-2", "m/s^2"),
+        ("µg", "ug"),
         ("μg", "ug"), ("radians/second", "rad/s"), (" rad / s ", "rad/s"), ("1", "1"),
     ],
 )  # fmt: skip

@@ -7,6 +7,7 @@ import pickle
 
 import numpy as np
 import pytest
+
 from allanite.errors import InputError
 from allanite.parameters import Estimate
 
@@ -54,7 +55,8 @@ def test_other_units_scale_everything():
 def test_json_has_no_nan():
     d = Estimate(math.nan, math.nan, (0.0, math.inf), "rad/s").to_dict()
     assert json.loads(json.dumps(d, allow_nan=False)) == {
-        "value": None, "std_error": None, "interval": [0.0, None], "unit": "rad/s", "detected": True,
+        "value": None, "std_error": None, "interval": [0.0, None], "unit": "rad/s",
+        "detected": True,
     }  # fmt: skip
     assert set(make().to_dict()) == {"value", "std_error", "interval", "unit", "detected"}
 

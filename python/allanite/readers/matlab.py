@@ -1,0 +1,140 @@
+"""MATLAB files: version 5 by scipy, version 7.3 (HDF5) by h5py."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.errors import InputError
+from allanite.readers._table import Table, role_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+__all__ = ["read"]
+
+RATES = (
+    "fs",
+    "rate",
+    "rate_hz",
+    "sample_rate",
+    "samplerate",
+    "sampling_rate",
+    "f_s",
+    "sampling_frequency",
+)
+
+
+def read(path: Path) -> Table:
+    """Read the numeric arrays of the longest common length, each a column or several.
+
+    Structures are walked into; a scalar called Fs, rate, … is the sampling rate. An array of three
+    columns called omega gives omega_x, omega_y and omega_z.
+
+    Raises
+    ------
+    InputError
+        A damaged file, or no numeric array in it.
+    """
+    arrays = dict(_v73(path) if _is_hdf5(path) else _v5(path))
+    rate = next(
+        (
+            float(a.reshape(()))
+            for name, a in arrays.items()
+            if a.size == 1 and name.split(".")[-1].lower() in RATES
+        ),
+        None,
+    )
+    columns = {name: _tall(a) for name, a in arrays.items() if a.size > 1 and a.ndim <= 2}
+    if not columns:
+        raise InputError(f"{path}: no numeric array among {', '.join(arrays) or 'no variables'}")
+    n = max(len(a) for a in columns.values())
+    names: list[str] = []
+    parts: list[NDArray[Any]] = []
+    for name, a in columns.items():
+        if len(a) != n:
+            continue
+        short = name.split(".")[-1] if _unique(name, columns) else name
+        k = a.shape[1]
+        suffixes = (
+            [""] if k == 1 else [f"_{c}" for c in "xyz"] if k == 3 else [f"_{i}" for i in range(k)]
+        )
+        names += [short + suffix for suffix in suffixes]
+        parts.append(a)
+    time = next((i for i, name in enumerate(names) if role_of(name, None) == "time"), None)
+    data = np.concatenate(parts, axis=1)
+    if time is None:
+        return Table(tuple(names), data, (None,) * len(names), rate=rate)
+    keep = [i for i in range(len(names)) if i != time]
+    # Time stamps are kept apart, because as integers of nanoseconds they do not fit a double.
+    stamps = np.concatenate([p.astype(object) for p in parts], axis=1)[:, time]
+    return Table(
+        tuple(names[i] for i in keep),
+        data[:, keep],
+        (None,) * len(keep),
+        rate=rate,
+        time=np.array(stamps.tolist()),
+    )
+
+
+def _unique(name: str, columns: Mapping[str, Any]) -> bool:
+    last = name.split(".")[-1]
+    return sum(other.split(".")[-1] == last for other in columns) == 1
+
+
+def _tall(array: NDArray[Any]) -> NDArray[Any]:
+    """Turn row vectors and (3, n) arrays, so that samples run down the rows."""
+    a = array.reshape(-1, 1) if array.ndim < 2 else array
+    return a.T if a.shape[0] < a.shape[1] else a
+
+
+def _is_hdf5(path: Path) -> bool:
+    """HDF5's signature, at the start or behind MATLAB's 512-byte header."""
+    with path.open("rb") as stream:
+        head = stream.read(520)
+    return head.startswith(b"\x89HDF") or head[512:516] == b"\x89HDF"
+
+
+def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
+    from scipy.io import loadmat
+
+    try:
+        content = loadmat(str(path), struct_as_record=False, squeeze_me=True)
+    except Exception as error:  # scipy raises whatever the bytes lead it to
+        raise InputError(f"{path}: damaged or not a MATLAB file ({error})") from None
+    for name, value in content.items():
+        if not name.startswith("__"):
+            yield from _walk(name, value)
+
+
+def _walk(name: str, value: object) -> Iterator[tuple[str, NDArray[Any]]]:
+    fields = getattr(value, "_fieldnames", None)
+    if fields is not None:
+        for field in fields:
+            yield from _walk(f"{name}.{field}", getattr(value, field))
+        return
+    array = np.asarray(value)
+    if array.dtype.kind in "iufb":
+        yield name, array
+
+
+def _v73(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
+    import h5py
+
+    found: list[tuple[str, NDArray[Any]]] = []
+
+    def visit(name: str, item: object) -> None:
+        if isinstance(item, h5py.Dataset) and item.dtype.kind in "iufb" and "#refs#" not in name:
+            # HDF5 stores MATLAB's columns as rows.
+            found.append((name.replace("/", "."), np.squeeze(item[()]).T))
+
+    try:
+        with h5py.File(path, "r") as file:
+            file.visititems(visit)
+    except OSError as error:
+        raise InputError(f"{path}: damaged MATLAB 7.3 file ({error})") from None
+    yield from found
