@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from allanite.criticism import over_frequency, over_tau
+from allanite.criticism.over_time import time_map
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
@@ -80,11 +81,12 @@ class Where:
 
 def criticise(fit: Fit) -> Where:
     """All views of one fit."""
+    times = time_map(fit.solution, fit.data)
     return Where(
         over_tau.rows(fit.curve),
         over_frequency.rows(fit),
-        [],
+        times.rows(),
         over_tau.worst(fit.curve),
         over_frequency.worst(fit),
-        None,
+        times.worst(),
     )

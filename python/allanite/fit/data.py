@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from allanite.effects import Model, Stochastic
     from allanite.effects.terms import Term
 
-__all__ = ["Data", "columns", "density", "prepare"]
+__all__ = ["Data", "columns", "density", "prepare", "without_samples"]
 
 #: Fewest samples on which a model can be fitted.
 SHORTEST = 32
@@ -123,6 +123,12 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
     }
     ordinates = _kernels.cosine_transform(filled)
     return Data(filled, ordinates, float(recording.rate), bins_of(filled.size), covariates)
+
+
+def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
+    """The same record with more samples missing."""
+    filled = fill_gaps(data.samples, missing)
+    return replace(data, samples=filled, ordinates=_kernels.cosine_transform(filled))
 
 
 def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArray[np.float64]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.effects.sinusoid import Sinusoid
+from allanite.fit.data import density
 from allanite.fit.deterministic import line_ordinates, regress, window
 from allanite.fit.engine import Solution, solve
 from allanite.fit.shape import ZOOM, polish_line
@@ -17,7 +18,7 @@ from allanite.suggestion.spectral import Candidate
 if TYPE_CHECKING:
     from allanite.fit.data import Data
 
-__all__ = ["screen_lines", "whitened"]
+__all__ = ["screen_lines"]
 
 #: Below this many cycles in the record a line is a drift.
 FEWEST_CYCLES = 4
@@ -25,17 +26,6 @@ FEWEST_CYCLES = 4
 MOST = 2
 #: A peak lower than this is not worth a refit: a search of a hundred samples reaches it.
 LEAST = 6.0
-
-
-def whitened(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Samples of the residual divided, ordinate by ordinate, by the model's density: white of variance 1."""
-    nodes = data.bins.nodes
-    from allanite.fit.data import density
-
-    level = np.log(density(data.terms(solution.model), nodes, data.n))
-    j = np.arange(data.n)
-    root = np.exp(-0.5 * np.interp(np.log(np.maximum(j, 1)), np.log(nodes), level))
-    return _kernels.inverse_cosine_transform(solution.ordinates * root)
 
 
 def _local_level(power: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -50,9 +40,11 @@ def _local_level(power: NDArray[np.float64]) -> NDArray[np.float64]:
     return level
 
 
-def screen_lines(solution: Solution, data: Data) -> tuple[Candidate, ...]:
-    """The strongest lines of the residual, refitted."""
-    power = _kernels.padded_periodogram(whitened(solution, data))
+def screen_lines(
+    solution: Solution, data: Data, whitened: NDArray[np.float64]
+) -> tuple[Candidate, ...]:
+    """The strongest lines of the residual (`whitened`, in time), refitted."""
+    power = _kernels.padded_periodogram(whitened)
     level = _local_level(power)
     ratio = power / level
     ratio[: 2 * FEWEST_CYCLES] = 0.0
@@ -69,8 +61,6 @@ def screen_lines(solution: Solution, data: Data) -> tuple[Candidate, ...]:
         effect = Sinusoid(frequency=frequency)
         refitted = solve(data, solution.model + effect, polish=False, rounds=3)
         j = window(frequency, data, ZOOM)
-        from allanite.fit.data import density
-
         local = regress(
             line_ordinates(frequency, j, data), solution.ordinates[j], density(terms, j, data.n)
         ).gain / level[top]

@@ -38,6 +38,10 @@ class Candidate:
     solution: Solution | None = None
     #: Numbers it adds to the model, for BIC.
     parameters: int = 1
+    #: ln of the chance of such a gain, where the family has its own law.
+    log_chance: float | None = None
+    #: The record it was refitted to, where samples were taken out.
+    data: Data | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

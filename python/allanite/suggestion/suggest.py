@@ -8,19 +8,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite import _kernels
+from allanite.criticism.over_time import whitened_ordinates
 from allanite.effects import Effect
 from allanite.fit.engine import Solution
 from allanite.fit.result import Fit, group_scores, plain
-from allanite.suggestion.drifts import screen_drifts
+from allanite.suggestion.drifts import screen_covariates, screen_drifts, screen_steps
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.spectral import Candidate, screen_spectral
+from allanite.suggestion.transients import screen_bursts, screen_levels, screen_outliers
 from allanite.suggestion.words import explain
 
 __all__ = ["Suggestion", "suggest"]
 
 #: A candidate this close to another in BIC cannot be told from it on this record.
 RIVAL = 6.0
+#: Random processes that a slow function of time must beat, or explain something beside.
+SLOW = {"rate_random_walk", "bias_instability", "gauss_markov", "power_law"}
 
 if TYPE_CHECKING:
     Progress = Callable[[int, int], None]
@@ -102,26 +107,48 @@ class Suggestion:
 
 def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, ...]:
     """All candidates that explain anything, best first."""
-    steps = [0]
+    done = 0
 
     def progress() -> None:
-        steps[0] += 1
+        nonlocal done
+        done += 1
         if on_progress is not None:
-            on_progress(steps[0], 4)
+            on_progress(done, 5)
 
     base, data = fit.solution, fit.data
+    ordinates = whitened_ordinates(base, data)
+    samples = _kernels.inverse_cosine_transform(ordinates)
     spectral = screen_spectral(base, data)
     progress()
-    lines = screen_lines(base, data)
+    lines = screen_lines(base, data, samples)
     progress()
-    drifts = screen_drifts(base, data)
+    slow = [c for c in spectral.candidates if c.effect.kind in SLOW]
+    rival = max(slow, key=lambda c: c.gain).solution if slow else None
+    screens = {
+        "drift": screen_drifts(base, data, rival),
+        "step": screen_steps(base, data, rival),
+        "covariate": screen_covariates(base, data, rival),
+    }
+    progress()
+    single = (
+        screen_levels(base, data, ordinates),
+        screen_outliers(base, data, samples),
+        screen_bursts(spectral.candidates, base, data),
+    )
     progress()
     families = {
         "spectral": Family("spectral", spectral.arcs),
         "line": Family("line", width=line_trials(data.n)),
-        "drift": Family("drift", drifts.arcs, sides=2),
+        "level": Family("level"),
+        "outlier": Family("outlier"),
+        **{name: Family(name, screen.arcs, sides=2) for name, screen in screens.items() if screen.arcs},
     }
-    candidates = (*spectral.candidates, *lines, *drifts.candidates)
+    candidates = (
+        *spectral.candidates,
+        *lines,
+        *(c for screen in screens.values() for c in screen.candidates),
+        *(c for c in single if c is not None),
+    )
     ranked = sorted(
         (_suggestion(fit, c, families) for c in candidates), key=lambda s: s.delta_bic, reverse=True
     )
@@ -135,13 +162,15 @@ def _suggestion(fit: Fit, candidate: Candidate, families: dict[str, Family]) -> 
     solution = candidate.solution
     assert solution is not None
     x = candidate.gain
-    log_p = min(0.0, log_chance(families[candidate.family], x) + np.log(len(families)))
-    single = -x if candidate.family == "line" else float(log_ndtr(-np.sqrt(2.0 * x)))
     family = families[candidate.family]
+    chance = candidate.log_chance if candidate.log_chance is not None else log_chance(family, x)
+    log_p = min(0.0, chance + np.log(len(families)))
+    single = -x if candidate.family == "line" else float(log_ndtr(-np.sqrt(2.0 * x)))
     penalty = candidate.parameters * np.log(fit.data.bins.count.size)
     if family.width > 0.0:
         penalty += 2.0 * np.log(family.width) - np.log(fit.data.bins.count.size)
-    found = Fit(fit.recording, solution.model, fit.method, fit.data, solution)
+    data = candidate.data or fit.data
+    found = Fit(fit.recording, solution.model, fit.method, data, solution)
     effect = solution.model.effects[-1]
     return Suggestion(
         effect,

@@ -1,0 +1,207 @@
+"""Candidates that happen in time: changes of the noise level, isolated outliers, two-level bursts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.criticism.over_time import band_powers
+from allanite.effects import Model
+from allanite.effects.burst_noise import BurstNoise
+from allanite.effects.noise_level_change import NoiseLevelChange
+from allanite.effects.outliers import Outliers
+from allanite.fit.data import density, without_samples
+from allanite.fit.engine import Solution, solve
+from allanite.suggestion.spectral import Candidate
+
+if TYPE_CHECKING:
+    from allanite.fit.data import Data
+
+__all__ = ["screen_bursts", "screen_levels", "screen_outliers"]
+
+#: Stretches of the time axis whose levels are compared, and of the finer axis on which an interval is placed.
+COARSE, FINE = 256, 4096
+
+
+def screen_levels(
+    solution: Solution, data: Data, whitened: NDArray[np.float64]
+) -> Candidate | None:
+    """The interval in which the white noise differs most from the rest: all pairs of times.
+
+    logL of two levels against one rises by −½(d_in ln ρ_in + d_out ln ρ_out), ρ the mean powers inside and outside.
+    Corrected for all pairs of times tried (Bonferroni, conservative).
+    """
+    power, share = _white_power(solution, data, whitened)
+    if power is None:
+        return None
+    cells = min(COARSE, power.size // 8)
+    if cells < 8:
+        return None
+    start, end, gain = _best_interval(power, cells)
+    if cells < FINE <= power.size // 8:
+        start, end, gain = _refine(power, start, end)
+    inside = power[start:end].mean()
+    outside = np.delete(power, np.s_[start:end]).mean() if end - start < power.size else 1.0
+    ratio = float(inside / outside)
+    # The white part alone changes: what else is in the bands dilutes it.
+    factor = float(np.sqrt(max(1e-6, 1.0 + (ratio - 1.0) / share)))
+    scale = data.duration / power.size
+    effect = NoiseLevelChange(
+        start=data.start + start * scale, end=data.start + end * scale, factor=factor
+    )
+    if gain < 4.0:
+        return None
+    refitted = solve(data, solution.model + effect, rounds=3)
+    chance = np.log(0.5 * cells**2) + _log_tail(gain)
+    return Candidate(refitted.model.effects[-1], gain, "level", refitted, 3, float(min(0.0, chance)))
+
+
+def _log_tail(gain: float) -> float:
+    from scipy.special import log_ndtr
+
+    return float(log_ndtr(-np.sqrt(2.0 * gain)) + np.log(2.0))
+
+
+def _white_power(
+    solution: Solution, data: Data, whitened: NDArray[np.float64]
+) -> tuple[NDArray[np.float64] | None, float]:
+    """Power over time of the octaves that the white effect dominates, on one time axis, and its share in them."""
+    effects = solution.model.stochastic
+    place = next((i for i, e in enumerate(effects) if e.kind == "angle_random_walk"), None)
+    if place is None:
+        return None, 0.0
+    bands = band_powers(whitened, 256)
+    if not bands:
+        return None, 0.0
+    length = bands[0][2].size
+    total, weight, shares = np.zeros(length), 0.0, 0.0
+    for low, high, power in bands:
+        j = np.array([(low + high) // 2])
+        white = solution.theta[place] * density(data.unit_terms(solution.model, effects[place]), j, data.n)[0]
+        share = float(white / density(data.terms(solution.model), j, data.n)[0])
+        if share < 0.5:
+            continue
+        # Spread the coarser bands over the finest time axis with their own number of values.
+        index = (np.arange(length) * power.size // length).astype(np.int64)
+        total += power[index] * (power.size / length)
+        weight += power.size / length
+        shares += share * power.size / length
+    if weight == 0.0:
+        return None, 0.0
+    return total / weight, shares / weight
+
+
+def _best_interval(power: NDArray[np.float64], cells: int) -> tuple[int, int, float]:
+    """Best of all pairs of cell boundaries."""
+    edges = (np.arange(cells + 1) * power.size // cells).astype(np.int64)
+    total = np.concatenate([[0.0], np.cumsum(power)])[edges]
+    first, last = np.triu_indices(cells + 1, 1)
+    inside = (edges[last] - edges[first]).astype(float)
+    keep = inside < power.size
+    first, last, inside = first[keep], last[keep], inside[keep]
+    gain = _two_levels(total[last] - total[first], inside, total[-1], float(power.size))
+    top = int(np.argmax(gain))
+    return int(edges[first[top]]), int(edges[last[top]]), float(gain[top])
+
+
+def _two_levels(
+    inside: NDArray[np.float64], count: NDArray[np.float64], total: float, n: float
+) -> NDArray[np.float64]:
+    """−½ Σ d ln ρ; each value of the finest band is one degree of freedom, of all octaves about two."""
+    a = np.maximum(inside / count, 1e-12)
+    b = np.maximum((total - inside) / (n - count), 1e-12)
+    mean = total / n
+    # All octaves down to the lowest dominated one have together nearly twice the finest's values.
+    return np.asarray(-(count * np.log(a / mean) + (n - count) * np.log(b / mean)))
+
+
+def _refine(power: NDArray[np.float64], start: int, end: int) -> tuple[int, int, float]:
+    """Move each boundary, one after the other, over the finest axis within two coarse cells."""
+    reach = 2 * power.size // COARSE
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    n, gain = float(power.size), -np.inf
+    for _ in range(3):
+        for side in (0, 1):
+            centre = end if side else start
+            tried = np.arange(max(0, centre - reach), min(power.size, centre + reach) + 1)
+            tried = tried[tried > start] if side else tried[tried < end]
+            low, high = (np.full(tried.size, start), tried) if side else (tried, np.full(tried.size, end))
+            usable = (high - low > 0) & (high - low < power.size)
+            value = np.full(tried.size, -np.inf)
+            value[usable] = _two_levels(
+                total[high[usable]] - total[low[usable]],
+                (high - low)[usable].astype(float),
+                float(total[-1]),
+                n,
+            )
+            top = int(np.argmax(value))
+            gain = float(value[top])
+            start, end = (start, int(tried[top])) if side else (int(tried[top]), end)
+    return start, end, gain
+
+
+def screen_outliers(
+    solution: Solution, data: Data, samples: NDArray[np.float64]
+) -> Candidate | None:
+    """Samples of the whitened record beyond what n normal ones reach once in a hundred records.
+
+    The scale is the median's, which outliers do not move; the gain is what giving each its own level would raise logL
+    by, less the ln n of choosing it.
+    """
+    from scipy.special import log_ndtr, ndtri_exp
+
+    if any(e.kind == "outliers" for e in solution.model):
+        return None
+    centre = np.median(samples)
+    scale = 1.4826 * float(np.median(np.abs(samples - centre)))
+    if scale == 0.0:
+        return None
+    z = np.abs(samples - centre) / scale
+    limit = -float(ndtri_exp(np.log(0.005 / data.n)))
+    index = np.flatnonzero(z > limit)
+    if index.size == 0 or index.size > data.n // 5:
+        return None
+    gain = float(np.sum(0.5 * z[index] ** 2 - np.log(data.n)))
+    if gain <= 0.0:
+        return None
+    largest = float(np.log(2.0 * data.n) + log_ndtr(-float(z.max())))
+    effect = Outliers(
+        count=float(index.size), times=tuple(float(t) for t in data.start + index / data.rate)
+    )
+    cleaned = without_samples(data, effect.missing(data.n, data.rate))
+    refitted = solve(cleaned, Model((*solution.model.effects, effect)), rounds=3)
+    return Candidate(refitted.model.effects[-1], gain, "outlier", refitted, 1, min(0.0, largest), cleaned)
+
+
+def screen_bursts(candidates: tuple[Candidate, ...], solution: Solution, data: Data) -> Candidate | None:
+    """A Gauss-Markov candidate whose low-passed residual has two levels is burst noise.
+
+    Means over a fifth of the correlation time of a two-level process have negative excess kurtosis, −2 times the square
+    of its share of the variance; of a Gaussian one none.
+    """
+    found = next((c for c in candidates if c.effect.kind == "gauss_markov"), None)
+    if found is None or found.solution is None:
+        return None
+    time = float(found.effect.values["correlation_time"])
+    block = max(1, round(0.2 * time * data.rate))
+    count = data.n // block
+    if count < 64:
+        return None
+    residual = _kernels.inverse_cosine_transform(solution.ordinates)
+    means = residual[: count * block].reshape(count, block).mean(axis=1)
+    centred = means - means.mean()
+    kurtosis = float(np.mean(centred**4) / np.mean(centred**2) ** 2 - 3.0)
+    # Successive means are correlated over 2T, i.e. ten blocks: fewer independent ones.
+    spread = np.sqrt(24.0 / max(8.0, data.duration / (2.0 * time)))
+    if kurtosis > -3.0 * spread:
+        return None
+    effect = BurstNoise(
+        amplitude=float(found.effect.values["sigma"]), dwell_time=2.0 * time
+    )
+    refitted = solve(data, solution.model + effect, polish=False, rounds=3)
+    # The same spectrum: what tells them apart is the distribution, worth the kurtosis' own evidence.
+    gain = found.gain + 0.5 * (kurtosis / spread) ** 2
+    return Candidate(refitted.model.effects[-1], gain, "spectral", refitted, found.parameters)
