@@ -1,1 +1,39 @@
-//! (to come)
+//! Averaging factors m of a τ grid, τ = m τ₀.
+
+use crate::{Error, Result};
+
+/// Which averaging times to use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Grid {
+    /// 1, 2, 4, 8, …
+    Octave,
+    /// 1, 2, 4, 10, 20, 40, 100, …
+    Decade,
+    /// Every factor.
+    All,
+    /// About this many in each decade, evenly spaced in log τ.
+    PerDecade(u32),
+}
+
+/// The factors of `grid` up to `most`, rising, without repetition.
+pub fn factors(grid: Grid, most: usize) -> Result<Vec<usize>> {
+    if most == 0 {
+        return Err(Error::TooShort("at least 3 samples are needed for one averaging time".into()));
+    }
+    let mut out: Vec<usize> = match grid {
+        Grid::Octave => std::iter::successors(Some(1_usize), |m| m.checked_mul(2)).take_while(|m| *m <= most).collect(),
+        Grid::Decade => {
+            let decades = std::iter::successors(Some(1_usize), |m| m.checked_mul(10)).take_while(|m| *m <= most);
+            decades.flat_map(|m| [m, 2 * m, 4 * m]).filter(|m| *m <= most).collect()
+        }
+        Grid::All => (1..=most).collect(),
+        Grid::PerDecade(0) => return Err(Error::Input("0 averaging times per decade: give at least 1".into())),
+        Grid::PerDecade(each) => {
+            let steps = (f64::from(each) * (most as f64).log10() + 1e-9).floor() as usize;
+            (0..=steps).map(|i| 10_f64.powf(i as f64 / f64::from(each)).round() as usize).collect()
+        }
+    };
+    out.dedup();
+    out.retain(|m| *m <= most);
+    Ok(out)
+}

@@ -1,0 +1,181 @@
+//! Overlapping Allan variance: O(n) per averaging factor, at the limit of the machine.
+//!
+//! σ²(m) = 1/(2 m² N_m) Σ_k (θ[k+2m] − 2θ[k+m] + θ[k])², NIST SP 1065 eq. 11, IEEE 952 annex C. The phase is made
+//! block by block; factors up to [`phase::LOCAL`] are summed from the block while it is in the cache, the others
+//! afterwards from the global phase. Partial sums are added in the order of the blocks: the number of threads does
+//! not change a bit.
+
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
+use super::parallel::for_each;
+use super::pages;
+use super::sums::{self, Group, Width};
+use crate::Result;
+use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
+
+/// Sums of squared second differences, one per factor, in units of one sample (phase: of one point).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Terms {
+    /// Σ d².
+    pub sum: Vec<f64>,
+    /// Number of terms.
+    pub count: Vec<u64>,
+}
+
+impl Terms {
+    fn new(factors: usize) -> Self {
+        Self { sum: vec![0.0; factors], count: vec![0; factors] }
+    }
+
+    /// Allan variance in units of the samples; NaN where there is no term.
+    pub fn variance(&self, factors: &[usize], quantity: Quantity) -> Vec<f64> {
+        let scale = |m: usize| if quantity == Quantity::Rate { m as f64 * m as f64 } else { 1.0 };
+        let each = self.sum.iter().zip(&self.count).zip(factors);
+        each.map(|((sum, count), m)| sum / (2.0 * scale(*m) * *count as f64)).collect()
+    }
+}
+
+/// How to compute; the result does not depend on `threads`.
+#[derive(Clone, Copy)]
+pub struct Means<'a> {
+    /// Worker threads, at least one.
+    pub threads: usize,
+    /// Vector unit.
+    pub width: Width,
+    /// Turns true when the caller wants to stop.
+    pub stop: &'a AtomicBool,
+}
+
+/// Terms of the overlapping Allan variance of `record` for rising factors; and the global phase where it was made.
+pub fn overlapping<T: Sample>(
+    record: &Record<'_, T>,
+    factors: &[usize],
+    means: Means<'_>,
+) -> Result<(Terms, Vec<f64>)> {
+    let placed: Vec<_> = factors.iter().copied().enumerate().collect();
+    let split = factors.partition_point(|m| *m <= LOCAL);
+    let (near, far) = placed.split_at(split);
+    let points = record.points();
+    let mut theta = pages::zeroed(if far.is_empty() { 0 } else { points });
+    let pass = Pass { record, factors, means, blocks: points.div_ceil(BLOCK) };
+    let mut terms = pass.near(near, &mut theta)?;
+    if !far.is_empty() {
+        pass.far(far, &theta, &mut terms)?;
+    }
+    pass.count(&mut terms);
+    Ok((terms, theta))
+}
+
+struct Pass<'a, 'r, T: Sample> {
+    record: &'a Record<'r, T>,
+    factors: &'a [usize],
+    means: Means<'a>,
+    blocks: usize,
+}
+
+/// A worker's memory: a block of phase.
+struct Scratch {
+    phase: Vec<f64>,
+}
+
+impl<T: Sample> Pass<'_, '_, T> {
+    /// Blocks of one partial sum: bounded memory for many factors, fixed whatever the number of threads.
+    fn segments(&self) -> (usize, usize) {
+        let most = ((1 << 22) / self.factors.len().max(1)).max(16);
+        let size = self.blocks.div_ceil(most).max(1);
+        (self.blocks.div_ceil(size), size)
+    }
+
+    /// Phase with gaps in it: its terms are tested one by one.
+    fn masked(&self) -> bool {
+        self.record.quantity() == Quantity::Angle && self.record.gaps() > 0
+    }
+
+    /// Runs of samples, of which a term of factor m takes 2m.
+    fn runs(&self) -> Vec<(usize, usize)> {
+        match self.record.quantity() {
+            Quantity::Rate => self.record.runs().to_vec(),
+            Quantity::Angle => vec![(0, self.record.points() - 1)],
+        }
+    }
+
+    fn segmented(&self, threads: usize, work: impl Fn(&mut Scratch, usize, &mut Terms) + Sync) -> Result<Terms> {
+        let (segments, size) = self.segments();
+        let make = || Scratch { phase: Vec::new() };
+        let parts = for_each(threads, segments, self.means.stop, make, |scratch, segment| {
+            let mut part = Terms::new(self.factors.len());
+            for block in segment * size..((segment + 1) * size).min(self.blocks) {
+                work(scratch, block, &mut part);
+            }
+            part
+        })?;
+        let mut high_low = vec![[0.0; 2]; self.factors.len()];
+        let mut total = Terms::new(self.factors.len());
+        for part in parts {
+            part.sum.iter().zip(&mut high_low).for_each(|(sum, to)| phase::add_to(to, *sum));
+            part.count.iter().zip(&mut total.count).for_each(|(count, to)| *to += count);
+        }
+        total.sum = high_low.iter().map(|sum| sum[0] + sum[1]).collect();
+        Ok(total)
+    }
+
+    fn near(&self, factors: &[(usize, usize)], theta: &mut [f64]) -> Result<Terms> {
+        let points = self.record.points();
+        let groups = sums::groups(factors);
+        let halo = factors.last().map_or(0, |(_, m)| 2 * m);
+        let runs = self.runs();
+        let masked = self.masked();
+        let chunks: Vec<_> = theta.chunks_mut(BLOCK).map(Mutex::new).collect();
+        let work = points * (1 + factors.len());
+        self.segmented(self.threads_for(work), |scratch, block, part| {
+            let from = block * BLOCK;
+            let to = (from + BLOCK).min(points);
+            scratch.phase.resize((to + halo).min(points) - from, 0.0);
+            let slope = self.record.local(from, &mut scratch.phase);
+            if let Some(chunk) = chunks.get(block) {
+                let mut chunk = chunk.lock().expect("a block is written once");
+                self.record.global(block, &scratch.phase, slope, &mut chunk);
+            }
+            let near = (scratch.phase.as_slice(), from);
+            if masked {
+                sums::add_with_gaps(near, (from, to), factors, &mut part.sum, &mut part.count);
+            } else {
+                sums::add(self.means.width, near, (from, to), &runs, &groups, &mut part.sum);
+            }
+        })
+    }
+
+    fn far(&self, factors: &[(usize, usize)], theta: &[f64], terms: &mut Terms) -> Result<()> {
+        let groups: Vec<Group> = sums::groups(factors);
+        let runs = self.runs();
+        let masked = self.masked();
+        let points = self.record.points();
+        let more = self.segmented(self.threads_for(points * factors.len()), |_, block, part| {
+            let span = (block * BLOCK, ((block + 1) * BLOCK).min(points));
+            if masked {
+                sums::add_with_gaps((theta, 0), span, factors, &mut part.sum, &mut part.count);
+            } else {
+                sums::add(self.means.width, (theta, 0), span, &runs, &groups, &mut part.sum);
+            }
+        })?;
+        more.sum.iter().zip(&mut terms.sum).for_each(|(sum, to)| *to += sum);
+        more.count.iter().zip(&mut terms.count).for_each(|(count, to)| *to += count);
+        Ok(())
+    }
+
+    /// Threads pay from about a quarter of a millisecond of work.
+    fn threads_for(&self, work: usize) -> usize {
+        if work < 1 << 20 { 1 } else { self.means.threads }
+    }
+
+    fn count(&self, terms: &mut Terms) {
+        if self.masked() {
+            return;
+        }
+        let runs = self.runs();
+        for (count, &m) in terms.count.iter_mut().zip(self.factors) {
+            *count = runs.iter().map(|run| (run.1 - run.0 + 1).saturating_sub(2 * m) as u64).sum();
+        }
+    }
+}

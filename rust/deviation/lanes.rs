@@ -1,0 +1,175 @@
+//! The hot loop, once, for every width of vector: Σ_k (θ[k+2m] − 2θ[k+m] + θ[k])² of several m in one pass.
+//!
+//! Two shapes. A *chain* m, 2m, 4m, … shares loads: θ[k+2m] of one factor is θ[k+m'] of the next, which reaches
+//! the FMA limit. *Several* arbitrary factors share θ[k] only and are limited by loads.
+
+/// A vector of doubles.
+///
+/// # Safety
+/// Functions of an implementation may only be called where the processor has its instructions.
+pub unsafe trait Lanes: Copy {
+    /// Doubles in one vector.
+    const WIDTH: usize;
+    /// Zeros.
+    unsafe fn zero() -> Self;
+    /// # Safety
+    /// `WIDTH` doubles must be readable from `from`; any alignment.
+    unsafe fn load(from: *const f64) -> Self;
+    /// a − 2b + c.
+    unsafe fn second_difference(a: Self, b: Self, c: Self) -> Self;
+    /// d² + sum.
+    unsafe fn add_square(d: Self, sum: Self) -> Self;
+    /// Sum of the lanes, in a fixed order.
+    unsafe fn total(self) -> f64;
+}
+
+/// Eight doubles for processors without a wider path: plain Rust.
+#[derive(Clone, Copy)]
+pub struct Portable([f64; 4]);
+
+// SAFETY: needs no instructions beyond the baseline.
+unsafe impl Lanes for Portable {
+    const WIDTH: usize = 4;
+    #[inline(always)]
+    unsafe fn zero() -> Self {
+        Self([0.0; 4])
+    }
+    #[inline(always)]
+    unsafe fn load(from: *const f64) -> Self {
+        // SAFETY: the caller vouches for WIDTH readable doubles; the read is unaligned.
+        Self(unsafe { from.cast::<[f64; 4]>().read_unaligned() })
+    }
+    #[inline(always)]
+    unsafe fn second_difference(a: Self, b: Self, c: Self) -> Self {
+        Self(std::array::from_fn(|i| (a.0[i] + c.0[i]) - 2.0 * b.0[i]))
+    }
+    #[inline(always)]
+    unsafe fn add_square(d: Self, sum: Self) -> Self {
+        Self(std::array::from_fn(|i| d.0[i] * d.0[i] + sum.0[i]))
+    }
+    #[inline(always)]
+    unsafe fn total(self) -> f64 {
+        (self.0[0] + self.0[1]) + (self.0[2] + self.0[3])
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    use std::arch::x86_64::{
+        __m256d, _mm256_add_pd, _mm256_fmadd_pd, _mm256_fnmadd_pd, _mm256_loadu_pd, _mm256_set1_pd,
+        _mm256_setzero_pd, _mm256_storeu_pd,
+    };
+
+    /// Four doubles of AVX2 with FMA.
+    #[derive(Clone, Copy)]
+    pub struct Avx2(__m256d);
+
+    // SAFETY: every function needs AVX2 and FMA, which the one dispatcher in `sums.rs` has asked for.
+    unsafe impl super::Lanes for Avx2 {
+        const WIDTH: usize = 4;
+        #[inline(always)]
+        unsafe fn zero() -> Self {
+            // SAFETY: AVX is there (contract of the trait).
+            Self(unsafe { _mm256_setzero_pd() })
+        }
+        #[inline(always)]
+        unsafe fn load(from: *const f64) -> Self {
+            // SAFETY: four readable doubles (contract of `load`); the load is unaligned.
+            Self(unsafe { _mm256_loadu_pd(from) })
+        }
+        #[inline(always)]
+        unsafe fn second_difference(a: Self, b: Self, c: Self) -> Self {
+            // SAFETY: FMA is there (contract of the trait).
+            Self(unsafe { _mm256_fnmadd_pd(_mm256_set1_pd(2.0), b.0, _mm256_add_pd(a.0, c.0)) })
+        }
+        #[inline(always)]
+        unsafe fn add_square(d: Self, sum: Self) -> Self {
+            // SAFETY: FMA is there (contract of the trait).
+            Self(unsafe { _mm256_fmadd_pd(d.0, d.0, sum.0) })
+        }
+        #[inline(always)]
+        unsafe fn total(self) -> f64 {
+            let mut lanes = [0.0; 4];
+            // SAFETY: four writable doubles; the store is unaligned.
+            unsafe { _mm256_storeu_pd(lanes.as_mut_ptr(), self.0) };
+            (lanes[0] + lanes[1]) + (lanes[2] + lanes[3])
+        }
+    }
+}
+#[cfg(target_arch = "x86_64")]
+pub use x86::Avx2;
+
+#[inline(always)]
+fn term(a: f64, b: f64, c: f64) -> f64 {
+    let d = (a + c) - 2.0 * b;
+    d * d
+}
+
+/// Sums for the factors m, 2m, … 2^(T−1)·m over k = 0..n.
+///
+/// # Safety
+/// The processor has the instructions of `V`; `n + 2^T·m` doubles are readable from `theta`.
+#[inline(always)]
+pub unsafe fn chain<V: Lanes, const T: usize>(theta: *const f64, m: usize, n: usize) -> [f64; T] {
+    // SAFETY: the largest index read is n − 1 + 2^T·m; vectors end at or before n.
+    unsafe {
+        let mut sums = [V::zero(); T];
+        let whole = n - n % V::WIDTH;
+        let mut k = 0;
+        while k < whole {
+            let at = theta.add(k);
+            let a = V::load(at);
+            let mut b = V::load(at.add(m));
+            for (t, sum) in sums.iter_mut().enumerate() {
+                let c = V::load(at.add(m << (t + 1)));
+                *sum = V::add_square(V::second_difference(a, b, c), *sum);
+                b = c;
+            }
+            k += V::WIDTH;
+        }
+        let mut out = sums.map(|sum| sum.total());
+        for k in whole..n {
+            for (t, slot) in out.iter_mut().enumerate() {
+                *slot += term(*theta.add(k), *theta.add(k + (m << t)), *theta.add(k + (m << (t + 1))));
+            }
+        }
+        out
+    }
+}
+
+/// Sums for T arbitrary factors over k = 0..n; `U` independent sums each hide the latency when T is small.
+///
+/// # Safety
+/// The processor has the instructions of `V`; `n + 2·max(m)` doubles are readable from `theta`.
+#[inline(always)]
+pub unsafe fn several<V: Lanes, const T: usize, const U: usize>(
+    theta: *const f64,
+    m: [usize; T],
+    n: usize,
+) -> [f64; T] {
+    // SAFETY: the largest index read is n − 1 + 2·max(m); vectors end at or before n.
+    unsafe {
+        let mut sums = [[V::zero(); U]; T];
+        let stride = V::WIDTH * U;
+        let whole = n - n % stride;
+        let mut k = 0;
+        while k < whole {
+            for u in 0..U {
+                let at = theta.add(k + u * V::WIDTH);
+                let a = V::load(at);
+                for t in 0..T {
+                    let d = V::second_difference(a, V::load(at.add(m[t])), V::load(at.add(2 * m[t])));
+                    sums[t][u] = V::add_square(d, sums[t][u]);
+                }
+            }
+            k += stride;
+        }
+        let mut out = sums.map(|sum| sum.iter().map(|s| s.total()).sum::<f64>());
+        for k in whole..n {
+            for (t, slot) in out.iter_mut().enumerate() {
+                *slot += term(*theta.add(k), *theta.add(k + m[t]), *theta.add(k + 2 * m[t]));
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,192 @@
+//! Which hot loop runs: groups of averaging factors, widths chosen at run time, ranges without gaps.
+
+use super::lanes::{self, Lanes, Portable};
+
+/// Phase points handled by all groups before the next ones are fetched.
+const STRIP: usize = 4096;
+/// Factors in one pass.
+const GROUP: usize = 4;
+
+/// The vector unit to use. Only [`Width::best`] makes wide ones, after asking the processor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Width(Unit);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Unit {
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+}
+
+impl Width {
+    /// The widest unit that this processor has.
+    pub fn best() -> Self {
+        #[cfg(all(target_arch = "x86_64", not(miri)))]
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            return Self(Unit::Avx2);
+        }
+        Self::portable()
+    }
+
+    /// Plain Rust, on any processor.
+    pub fn portable() -> Self {
+        Self(Unit::Portable)
+    }
+}
+
+/// Factors that share a pass over the phase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Group {
+    m: [usize; GROUP],
+    place: [usize; GROUP],
+    len: usize,
+    chain: bool,
+}
+
+impl Group {
+    fn new(members: &[(usize, usize)], chain: bool) -> Self {
+        let mut group = Self { m: [0; GROUP], place: [0; GROUP], len: members.len(), chain };
+        for (i, (place, m)) in members.iter().enumerate() {
+            (group.m[i], group.place[i]) = (*m, *place);
+        }
+        group
+    }
+
+    fn members(&self) -> impl Iterator<Item = (usize, usize)> {
+        (0..self.len).map(|i| (self.place[i], self.m[i]))
+    }
+}
+
+/// Groups factors given in rising order as (place in the answer, m): doubling runs of three or more become chains.
+pub fn groups(factors: &[(usize, usize)]) -> Vec<Group> {
+    let mut groups = Vec::new();
+    let mut free = vec![true; factors.len()];
+    let mut loose = Vec::new();
+    for i in 0..factors.len() {
+        if !free[i] {
+            continue;
+        }
+        let mut run = vec![i];
+        while let Some(&last) = run.last()
+            && let Ok(next) = factors.binary_search_by_key(&(2 * factors[last].1), |f| f.1)
+            && free[next]
+        {
+            run.push(next);
+        }
+        if run.len() < 3 {
+            run.truncate(1);
+        }
+        run.iter().for_each(|&j| free[j] = false);
+        let members: Vec<_> = run.iter().map(|&j| factors[j]).collect();
+        if members.len() < 3 {
+            loose.extend(members);
+        } else {
+            groups.extend(members.chunks(GROUP).map(|part| Group::new(part, true)));
+        }
+    }
+    groups.extend(loose.chunks(GROUP).map(|part| Group::new(part, false)));
+    groups
+}
+
+/// Adds to `sums` the squares of the second differences whose first point k lies in `from..to` and whose 2m samples
+/// lie in one of `runs`. `theta[0]` is phase point `origin`.
+pub fn add(
+    width: Width,
+    (theta, origin): (&[f64], usize),
+    (from, to): (usize, usize),
+    runs: &[(usize, usize)],
+    groups: &[Group],
+    sums: &mut [f64],
+) {
+    let first = runs.partition_point(|run| run.1 <= from);
+    for &(start, end) in runs[first..].iter().take_while(|run| run.0 < to) {
+        let from = from.max(start);
+        for strip in (from..to.min(end)).step_by(STRIP) {
+            let to = to.min(strip + STRIP);
+            for group in groups {
+                let last = |m: usize| to.min((end + 1).saturating_sub(2 * m)).max(strip);
+                let common = group.members().map(|(_, m)| last(m)).min().unwrap_or(strip);
+                if common > strip {
+                    let found = group_sums(width, &theta[strip - origin..], group, common - strip);
+                    group.members().zip(found).for_each(|((place, _), sum)| sums[place] += sum);
+                }
+                for (place, m) in group.members() {
+                    if last(m) > common {
+                        let rest = last(m) - common;
+                        sums[place] += one(width, &theta[common - origin..], m, rest);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Like [`add`] without runs, for a phase with NaN in it: terms that are NaN are left out, the others counted.
+pub fn add_with_gaps(
+    (theta, origin): (&[f64], usize),
+    (from, to): (usize, usize),
+    factors: &[(usize, usize)],
+    sums: &mut [f64],
+    counts: &mut [u64],
+) {
+    let theta = &theta[from - origin..];
+    for &(place, m) in factors {
+        let n = (to - from).min(theta.len().saturating_sub(2 * m));
+        let (a, b, c) = (&theta[..n], &theta[m.min(theta.len())..], &theta[(2 * m).min(theta.len())..]);
+        let (mut sum, mut count) = (0.0, 0);
+        for ((a, b), c) in a.iter().zip(b).zip(c) {
+            let d = (a + c) - 2.0 * b;
+            sum += if d.is_nan() { 0.0 } else { d * d };
+            count += u64::from(!d.is_nan());
+        }
+        sums[place] += sum;
+        counts[place] += count;
+    }
+}
+
+/// Σ over k = 0..n for one factor.
+pub fn one(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
+    group_sums(width, theta, &Group::new(&[(0, m)], false), n)[0]
+}
+
+fn group_sums(width: Width, theta: &[f64], group: &Group, n: usize) -> [f64; GROUP] {
+    let reach = group.m[..group.len].iter().max().map_or(0, |m| 2 * m);
+    assert!(n + reach <= theta.len(), "a term reaches beyond the phase");
+    match width.0 {
+        // SAFETY: baseline instructions; `n + reach` doubles are readable (asserted).
+        Unit::Portable => unsafe { dispatch::<Portable>(theta.as_ptr(), group, n) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: this unit comes from `Width::best`, which asked the processor; readable as above.
+        Unit::Avx2 => unsafe { dispatch_avx2(theta.as_ptr(), group, n) },
+    }
+}
+
+/// # Safety
+/// As [`dispatch`]; the processor has AVX2 and FMA.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn dispatch_avx2(theta: *const f64, group: &Group, n: usize) -> [f64; GROUP] {
+    // SAFETY: the instructions are enabled on this function; the rest is the caller's contract.
+    unsafe { dispatch::<lanes::Avx2>(theta, group, n) }
+}
+
+/// # Safety
+/// The processor has the instructions of `V`; `n + 2·max(m)` doubles are readable from `theta`.
+#[inline(always)]
+unsafe fn dispatch<V: Lanes>(theta: *const f64, group: &Group, n: usize) -> [f64; GROUP] {
+    let m = group.m;
+    let mut out = [0.0; GROUP];
+    // SAFETY: the contract of the loops is this function's.
+    unsafe {
+        match (group.chain, group.len) {
+            (true, 4) => out = lanes::chain::<V, 4>(theta, m[0], n),
+            (true, 3) => out[..3].copy_from_slice(&lanes::chain::<V, 3>(theta, m[0], n)),
+            (_, 4) => out = lanes::several::<V, 4, 1>(theta, m, n),
+            (_, 3) => out[..3].copy_from_slice(&lanes::several::<V, 3, 1>(theta, [m[0], m[1], m[2]], n)),
+            (_, 2) => out[..2].copy_from_slice(&lanes::several::<V, 2, 2>(theta, [m[0], m[1]], n)),
+            (_, 1) => out[..1].copy_from_slice(&lanes::several::<V, 1, 4>(theta, [m[0]], n)),
+            _ => {}
+        }
+    }
+    out
+}
