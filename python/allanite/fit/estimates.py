@@ -61,7 +61,7 @@ def estimates(solution: Solution, data: Data, unit: str) -> tuple[dict[str, Any]
 
 
 def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float]:
-    """Standard errors of ln(shape) and, under the name of the coefficient, of ln(coefficient).
+    """Standard errors of ln(shape) (of a signed shape: of itself) and, under the name of the coefficient, of ln(coefficient).
 
     From the Fisher information of all active numbers together; slopes of lnS by central differences.
     """
@@ -85,7 +85,9 @@ def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float
             if isinstance(value, str) or value is None:
                 continue
             step = 1e-3
-            up, down = (_total(model, position, name, value * np.exp(s), data) for s in (step, -step))
+            signed = effect.parameter(name).low < 0.0
+            moved = [value + s if signed else value * np.exp(s) for s in (step, -step)]
+            up, down = (_total(model, position, name, float(v), data) for v in moved)
             names.append((position, name))
             slopes.append((up - down) / (2.0 * step) / spectrum)
     if not names:
@@ -182,6 +184,9 @@ def _shape(
     own_unit = _unit(effect, name, unit)
     if relative is None:
         return Estimate(float(value), None, None, own_unit, detected, name)
+    if effect.parameter(name).low < 0.0:
+        interval = (value - NORMAL * relative, value + NORMAL * relative)
+        return Estimate(float(value), relative, interval, own_unit, detected, name)
     spread = float(np.exp(min(NORMAL * relative, 50.0)))
     return Estimate(
         float(value), float(value * relative), (value / spread, value * spread), own_unit, detected, name

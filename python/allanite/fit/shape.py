@@ -95,17 +95,22 @@ def _polish(
         effect = model.effects[place]
         declared = effect.parameter(name)
         grid = shape_grid(effect, name, data)
+        if declared.low < 0.0:
+            return declared.low, declared.high
         low, high = max(declared.low, grid.min() / 2.0), min(declared.high, grid.max() * 2.0)
         return float(np.log(max(low, 1e-300))), float(np.log(high))
 
+    # Positive shapes move on a logarithmic scale, signed ones (an exponent) on their own.
+    signed = [model.effects[p].parameter(n).low < 0.0 for p, n in free]
     limits = [bounds(*f) for f in free]
-    start = np.array([np.log(model.effects[p].values[n]) for p, n in free])
+    values = [model.effects[p].values[n] for p, n in free]
+    start = np.array([v if s else np.log(v) for v, s in zip(values, signed, strict=True)])
     start = np.clip(start, [lo for lo, _ in limits], [hi for _, hi in limits])
 
     def at(point: NDArray[np.float64]) -> Model:
         out = model
-        for (place, name), u in zip(free, point, strict=True):
-            out = _replace(out, place, **{name: float(np.exp(u))})
+        for (place, name), u, plain in zip(free, point, signed, strict=True):
+            out = _replace(out, place, **{name: float(u if plain else np.exp(u))})
         return out
 
     simplex = np.vstack([start, start + 0.15 * np.eye(start.size)])

@@ -55,12 +55,15 @@ class Screen:
 def _points(cls: type[Effect], data: Data) -> list[Effect]:
     blank = cls()
     names = [p.name for p in cls.parameters if p.role == "shape"]
-    if not names:
-        return [blank]
-    grids = [shape_grid(blank, name, data) for name in names]
-    return [
-        blank.with_values(**dict(zip(names, map(float, point), strict=True))) for point in product(*grids)
-    ]
+    variants = getattr(blank, "variants", None)
+    out = []
+    for variant in (blank,) if variants is None else variants():
+        grids = [shape_grid(variant, name, data) for name in names]
+        out += [
+            variant.with_values(**dict(zip(names, map(float, point), strict=True)))
+            for point in product(*grids)
+        ]
+    return out
 
 
 def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float64]:
