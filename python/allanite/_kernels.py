@@ -5,9 +5,12 @@ from __future__ import annotations
 from allanite import _core
 
 __all__ = [
+    "adjacent_allan",
+    "averaging_factors",
     "cosine_transform",
     "inverse_cosine_transform",
     "padded_periodogram",
+    "overlapping_allan",
     "version",
 ]
 
@@ -17,3 +20,8 @@ version = _core.version
 cosine_transform = _core.cosine_transform
 inverse_cosine_transform = _core.inverse_cosine_transform
 padded_periodogram = _core.padded_periodogram
+
+# -- deviation
+adjacent_allan = _core.adjacent_allan
+averaging_factors = _core.averaging_factors
+overlapping_allan = _core.overlapping_allan
