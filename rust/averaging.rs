@@ -21,13 +21,18 @@ pub fn factors(grid: Grid, most: usize) -> Result<Vec<usize>> {
         return Err(Error::TooShort("at least 3 samples are needed for one averaging time".into()));
     }
     let mut out: Vec<usize> = match grid {
-        Grid::Octave => std::iter::successors(Some(1_usize), |m| m.checked_mul(2)).take_while(|m| *m <= most).collect(),
+        Grid::Octave => {
+            std::iter::successors(Some(1_usize), |m| m.checked_mul(2)).take_while(|m| *m <= most).collect()
+        }
         Grid::Decade => {
-            let decades = std::iter::successors(Some(1_usize), |m| m.checked_mul(10)).take_while(|m| *m <= most);
+            let decades =
+                std::iter::successors(Some(1_usize), |m| m.checked_mul(10)).take_while(|m| *m <= most);
             decades.flat_map(|m| [m, 2 * m, 4 * m]).filter(|m| *m <= most).collect()
         }
         Grid::All => (1..=most).collect(),
-        Grid::PerDecade(0) => return Err(Error::Input("0 averaging times per decade: give at least 1".into())),
+        Grid::PerDecade(0) => {
+            return Err(Error::Input("0 averaging times per decade: give at least 1".into()));
+        }
         Grid::PerDecade(each) => {
             let steps = (f64::from(each) * (most as f64).log10() + 1e-9).floor() as usize;
             (0..=steps).map(|i| 10_f64.powf(i as f64 / f64::from(each)).round() as usize).collect()

@@ -41,12 +41,12 @@ macro_rules! float_sample {
         impl Sample for $kind {
             type Base = f64;
             const INTEGER: bool = false;
-            #[inline(always)]
+            #[inline]
             #[allow(clippy::cast_lossless, clippy::unnecessary_cast)]
             fn base(self) -> f64 {
                 self as f64
             }
-            #[inline(always)]
+            #[inline]
             #[allow(clippy::cast_lossless, clippy::unnecessary_cast)]
             fn minus(self, base: f64) -> f64 {
                 self as f64 - base
@@ -69,11 +69,11 @@ macro_rules! small_integer_sample {
         impl Sample for $kind {
             type Base = f64; // holds every integer these can reach
             const INTEGER: bool = true;
-            #[inline(always)]
+            #[inline]
             fn base(self) -> f64 {
                 f64::from(self)
             }
-            #[inline(always)]
+            #[inline]
             fn minus(self, base: f64) -> f64 {
                 f64::from(self) - base
             }
@@ -93,12 +93,12 @@ macro_rules! large_integer_sample {
         impl Sample for $kind {
             type Base = $kind;
             const INTEGER: bool = true;
-            #[inline(always)]
+            #[inline]
             fn base(self) -> $kind {
                 self
             }
             /// Halves of 32 bits: each difference is exact, so the sum is rounded once, over the whole range.
-            #[inline(always)]
+            #[inline]
             #[allow(clippy::unnecessary_cast)]
             fn minus(self, base: $kind) -> f64 {
                 let high = (self >> 32) as i64 - (base >> 32) as i64;
@@ -152,13 +152,13 @@ impl<'a, T: Sample> Series<'a, T> {
     }
 
     /// Sample `index`.
-    #[inline(always)]
+    #[inline]
     pub fn at(&self, index: usize) -> T {
         self.data[(self.first as isize + index as isize * self.step) as usize]
     }
 
     /// Writes `x[start + i] − base` to `out[i]`.
-    #[inline(always)]
+    #[inline]
     pub fn load(&self, start: usize, base: T::Base, out: &mut [f64]) {
         if self.step == 1 {
             let from = &self.data[self.first + start..][..out.len()];
@@ -328,32 +328,38 @@ fn look_at_blocks<T: Sample>(
     let n = series.len();
     let blocks = n.div_ceil(BLOCK);
     let threads = if n < 1 << 18 { 1 } else { threads };
-    let looks = for_each(threads, blocks, stop, || [0.0; CHUNK], |buffer, block| {
-        let (start, end) = (block * BLOCK, ((block + 1) * BLOCK).min(n));
-        let mut look = Look { sum: [0.0; 2], finite: end - start };
-        for at in (start..end).step_by(CHUNK) {
-            let values = &mut buffer[..CHUNK.min(end - at)];
-            series.load(at, origin, values);
-            let mut sum = plain_sum(values);
-            if !sum.is_finite() {
-                for (i, value) in values.iter_mut().enumerate() {
-                    if value.is_nan() && series.at(at + i).value().is_nan() {
-                        *value = 0.0;
-                        look.finite -= 1;
-                    } else if !value.is_finite() {
-                        return Err(Error::Input(format!(
-                            "sample {} is {}: only finite values and NaN (gaps) can be used",
-                            at + i,
-                            series.at(at + i).value()
-                        )));
+    let looks = for_each(
+        threads,
+        blocks,
+        stop,
+        || [0.0; CHUNK],
+        |buffer, block| {
+            let (start, end) = (block * BLOCK, ((block + 1) * BLOCK).min(n));
+            let mut look = Look { sum: [0.0; 2], finite: end - start };
+            for at in (start..end).step_by(CHUNK) {
+                let values = &mut buffer[..CHUNK.min(end - at)];
+                series.load(at, origin, values);
+                let mut sum = plain_sum(values);
+                if !sum.is_finite() {
+                    for (i, value) in values.iter_mut().enumerate() {
+                        if value.is_nan() && series.at(at + i).value().is_nan() {
+                            *value = 0.0;
+                            look.finite -= 1;
+                        } else if !value.is_finite() {
+                            return Err(Error::Input(format!(
+                                "sample {} is {}: only finite values and NaN (gaps) can be used",
+                                at + i,
+                                series.at(at + i).value()
+                            )));
+                        }
                     }
+                    sum = plain_sum(values);
                 }
-                sum = plain_sum(values);
+                add_to(&mut look.sum, sum);
             }
-            add_to(&mut look.sum, sum);
-        }
-        Ok(look)
-    })?;
+            Ok(look)
+        },
+    )?;
     looks.into_iter().collect()
 }
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from typing import Self, final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,3 +36,11 @@ class Simulator:
         total: int,
     ) -> Self: ...
     def next(self, n: int) -> NDArray[np.float64]: ...
+# -- deviation
+def averaging_factors(grid: str, each: int, most: int) -> NDArray[np.int64]: ...
+def overlapping_allan(
+    samples: NDArray[Any], factors: NDArray[np.int64], angle: bool, threads: int = 0
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], int]: ...
+def adjacent_allan(
+    samples: NDArray[Any], factors: NDArray[np.int64], angle: bool, threads: int = 0
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], int]: ...

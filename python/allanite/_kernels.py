@@ -6,8 +6,11 @@ from allanite import _core
 
 __all__ = [
     "Simulator",
+    "adjacent_allan",
+    "averaging_factors",
     "cosine_transform",
     "inverse_cosine_transform",
+    "overlapping_allan",
     "padded_periodogram",
     "simulate",
     "version",
@@ -23,3 +26,7 @@ padded_periodogram = _core.padded_periodogram
 # -- noise
 Simulator = _core.Simulator
 simulate = _core.simulate
+# -- deviation
+adjacent_allan = _core.adjacent_allan
+averaging_factors = _core.averaging_factors
+overlapping_allan = _core.overlapping_allan

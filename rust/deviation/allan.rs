@@ -1,6 +1,6 @@
 //! Overlapping Allan variance: O(n) per averaging factor, at the limit of the machine.
 //!
-//! σ²(m) = 1/(2 m² N_m) Σ_k (θ[k+2m] − 2θ[k+m] + θ[k])², NIST SP 1065 eq. 11, IEEE 952 annex C. The phase is made
+//! `σ²(m) = 1/(2 m² M) Σ_k (θ[k+2m] − 2θ[k+m] + θ[k])²`, NIST SP 1065 eq. 11, IEEE 952 annex C. The phase is made
 //! block by block; factors up to [`phase::LOCAL`] are summed from the block while it is in the cache, the others
 //! afterwards from the global phase. Partial sums are added in the order of the blocks: the number of threads does
 //! not change a bit.
@@ -8,8 +8,8 @@
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
-use super::parallel::for_each;
 use super::pages;
+use super::parallel::for_each;
 use super::sums::{self, Group, Width};
 use crate::Result;
 use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
@@ -53,12 +53,30 @@ pub fn overlapping<T: Sample>(
     factors: &[usize],
     means: Means<'_>,
 ) -> Result<(Terms, Vec<f64>)> {
+    terms(record, factors, means, false)
+}
+
+/// The same of adjacent averages only: every m-th term.
+pub fn adjacent<T: Sample>(
+    record: &Record<'_, T>,
+    factors: &[usize],
+    means: Means<'_>,
+) -> Result<(Terms, Vec<f64>)> {
+    terms(record, factors, means, true)
+}
+
+fn terms<T: Sample>(
+    record: &Record<'_, T>,
+    factors: &[usize],
+    means: Means<'_>,
+    adjacent: bool,
+) -> Result<(Terms, Vec<f64>)> {
     let placed: Vec<_> = factors.iter().copied().enumerate().collect();
     let split = factors.partition_point(|m| *m <= LOCAL);
     let (near, far) = placed.split_at(split);
     let points = record.points();
     let mut theta = pages::zeroed(if far.is_empty() { 0 } else { points });
-    let pass = Pass { record, factors, means, blocks: points.div_ceil(BLOCK) };
+    let pass = Pass { record, factors, means, adjacent, blocks: points.div_ceil(BLOCK) };
     let mut terms = pass.near(near, &mut theta)?;
     if !far.is_empty() {
         pass.far(far, &theta, &mut terms)?;
@@ -71,6 +89,7 @@ struct Pass<'a, 'r, T: Sample> {
     record: &'a Record<'r, T>,
     factors: &'a [usize],
     means: Means<'a>,
+    adjacent: bool,
     blocks: usize,
 }
 
@@ -100,7 +119,11 @@ impl<T: Sample> Pass<'_, '_, T> {
         }
     }
 
-    fn segmented(&self, threads: usize, work: impl Fn(&mut Scratch, usize, &mut Terms) + Sync) -> Result<Terms> {
+    fn segmented(
+        &self,
+        threads: usize,
+        work: impl Fn(&mut Scratch, usize, &mut Terms) + Sync,
+    ) -> Result<Terms> {
         let (segments, size) = self.segments();
         let make = || Scratch { phase: Vec::new() };
         let parts = for_each(threads, segments, self.means.stop, make, |scratch, segment| {
@@ -125,7 +148,6 @@ impl<T: Sample> Pass<'_, '_, T> {
         let groups = sums::groups(factors);
         let halo = factors.last().map_or(0, |(_, m)| 2 * m);
         let runs = self.runs();
-        let masked = self.masked();
         let chunks: Vec<_> = theta.chunks_mut(BLOCK).map(Mutex::new).collect();
         let work = points * (1 + factors.len());
         self.segmented(self.threads_for(work), |scratch, block, part| {
@@ -138,30 +160,39 @@ impl<T: Sample> Pass<'_, '_, T> {
                 self.record.global(block, &scratch.phase, slope, &mut chunk);
             }
             let near = (scratch.phase.as_slice(), from);
-            if masked {
-                sums::add_with_gaps(near, (from, to), factors, &mut part.sum, &mut part.count);
-            } else {
-                sums::add(self.means.width, near, (from, to), &runs, &groups, &mut part.sum);
-            }
+            self.add(near, (from, to), &runs, factors, &groups, part);
         })
     }
 
     fn far(&self, factors: &[(usize, usize)], theta: &[f64], terms: &mut Terms) -> Result<()> {
         let groups: Vec<Group> = sums::groups(factors);
         let runs = self.runs();
-        let masked = self.masked();
         let points = self.record.points();
         let more = self.segmented(self.threads_for(points * factors.len()), |_, block, part| {
             let span = (block * BLOCK, ((block + 1) * BLOCK).min(points));
-            if masked {
-                sums::add_with_gaps((theta, 0), span, factors, &mut part.sum, &mut part.count);
-            } else {
-                sums::add(self.means.width, (theta, 0), span, &runs, &groups, &mut part.sum);
-            }
+            self.add((theta, 0), span, &runs, factors, &groups, part);
         })?;
         more.sum.iter().zip(&mut terms.sum).for_each(|(sum, to)| *to += sum);
         more.count.iter().zip(&mut terms.count).for_each(|(count, to)| *to += count);
         Ok(())
+    }
+
+    fn add(
+        &self,
+        theta: (&[f64], usize),
+        span: (usize, usize),
+        runs: &[(usize, usize)],
+        factors: &[(usize, usize)],
+        groups: &[Group],
+        part: &mut Terms,
+    ) {
+        if self.adjacent {
+            sums::add_adjacent(theta, span, runs, factors, &mut part.sum, &mut part.count);
+        } else if self.masked() {
+            sums::add_with_gaps(theta, span, factors, &mut part.sum, &mut part.count);
+        } else {
+            sums::add(self.means.width, theta, span, runs, groups, &mut part.sum);
+        }
     }
 
     /// Threads pay from about a quarter of a millisecond of work.
@@ -170,7 +201,7 @@ impl<T: Sample> Pass<'_, '_, T> {
     }
 
     fn count(&self, terms: &mut Terms) {
-        if self.masked() {
+        if self.masked() || self.adjacent {
             return;
         }
         let runs = self.runs();

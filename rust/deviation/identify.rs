@@ -2,14 +2,14 @@
 //!
 //! Riley and Greenhall, "Power law noise identification using the lag 1 autocorrelation" (2004); NIST SP 1065
 //! §5.5.6. The phase taken every m points is detrended and differenced until its lag-1 autocorrelation r says
-//! stationary, δ = r/(1+r) < ¼ after d differences; then S_y ∝ f^α with α = 2 − 2(δ + d).
+//! stationary, δ = r/(1+r) < ¼ after d differences; then `S_y` ∝ f^α with α = 2 − 2(δ + d).
 
 use crate::phase::{Quantity, Record, Sample};
 
 /// Points used per factor: enough for the noise type, few enough to cost nothing beside the deviation.
 const POINTS: usize = 8192;
 /// Fewer points than this say too little; the caller keeps the type of the next shorter time.
-const FEWEST: usize = 16;
+const FEWEST: usize = 48;
 
 /// α (not rounded) for every factor; NaN where the record is too short, constant, or full of gaps.
 ///
@@ -42,7 +42,9 @@ fn exponent(phase: &[f64]) -> f64 {
     let mut d = 0.0;
     loop {
         let mean = z.iter().sum::<f64>() / z.len() as f64;
-        z.iter_mut().for_each(|v| *v -= mean);
+        for v in &mut z {
+            *v -= mean;
+        }
         let power: f64 = z.iter().map(|v| v * v).sum();
         let lagged: f64 = z.windows(2).map(|w| w[0] * w[1]).sum();
         let r = lagged / power;

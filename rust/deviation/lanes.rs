@@ -1,7 +1,10 @@
-//! The hot loop, once, for every width of vector: Σ_k (θ[k+2m] − 2θ[k+m] + θ[k])² of several m in one pass.
+//! The hot loop, once, for every width of vector: `Σ_k (θ[k+2m] − 2θ[k+m] + θ[k])²` of several m in one pass.
 //!
 //! Two shapes. A *chain* m, 2m, 4m, … shares loads: θ[k+2m] of one factor is θ[k+m'] of the next, which reaches
 //! the FMA limit. *Several* arbitrary factors share θ[k] only and are limited by loads.
+
+// Instructions of a wider unit may only be inlined into a function that has them enabled.
+#![allow(clippy::inline_always)]
 
 /// A vector of doubles.
 ///

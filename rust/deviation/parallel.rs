@@ -7,7 +7,13 @@ use crate::{Error, Result};
 
 /// Does `work(state, i)` for every item `i`, each worker with a state of its own, and returns the results in the
 /// order of the items. The calling thread is the first worker: short calls then do not wait for a wake-up.
-pub fn for_each<S, R, M, W>(threads: usize, items: usize, stop: &AtomicBool, make: M, work: W) -> Result<Vec<R>>
+pub fn for_each<S, R, M, W>(
+    threads: usize,
+    items: usize,
+    stop: &AtomicBool,
+    make: M,
+    work: W,
+) -> Result<Vec<R>>
 where
     R: Send,
     M: Fn() -> S + Sync,

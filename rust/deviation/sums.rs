@@ -144,6 +144,31 @@ pub fn add_with_gaps(
     }
 }
 
+/// Terms at every m-th point from the start of the record only: adjacent averages. Counts them.
+pub fn add_adjacent(
+    (theta, origin): (&[f64], usize),
+    (from, to): (usize, usize),
+    runs: &[(usize, usize)],
+    factors: &[(usize, usize)],
+    sums: &mut [f64],
+    counts: &mut [u64],
+) {
+    let first = runs.partition_point(|run| run.1 <= from);
+    for &(start, end) in runs[first..].iter().take_while(|run| run.0 < to) {
+        for &(place, m) in factors {
+            let last = to.min((end + 1).saturating_sub(2 * m));
+            for k in (from.max(start).next_multiple_of(m)..last).step_by(m) {
+                let at = k - origin;
+                let d = (theta[at] + theta[at + 2 * m]) - 2.0 * theta[at + m];
+                if !d.is_nan() {
+                    sums[place] += d * d;
+                    counts[place] += 1;
+                }
+            }
+        }
+    }
+}
+
 /// Σ over k = 0..n for one factor.
 pub fn one(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
     group_sums(width, theta, &Group::new(&[(0, m)], false), n)[0]

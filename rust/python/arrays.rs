@@ -1,1 +1,44 @@
-//! (to come)
+//! NumPy arrays of any numeric type as series, without a copy.
+
+use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::phase::{Sample, Series};
+
+/// The elements of a one-dimensional array, whatever its stride.
+pub fn series<'a, T>(array: &'a PyReadonlyArray1<'_, T>) -> PyResult<Series<'a, T>>
+where
+    T: Sample + numpy::Element,
+{
+    let view = array.as_array();
+    let (len, step) = (array.len(), view.strides()[0]);
+    if len == 0 || step == 1 {
+        // SAFETY: `as_array` points to `len` consecutive elements that live as long as the borrow of the array.
+        let data = unsafe { std::slice::from_raw_parts(view.as_ptr(), len) };
+        return Ok(Series::new(data));
+    }
+    let span = (len - 1) * step.unsigned_abs() + 1;
+    let first = if step < 0 { span - 1 } else { 0 };
+    // SAFETY: first and last element of the view lie in one allocation, so everything between them does; it is
+    // borrowed as long as the array. `view` points at its first element, which is the last in memory if step < 0.
+    let data = unsafe { std::slice::from_raw_parts(view.as_ptr().sub(first), span) };
+    Series::strided(data, first, step, len)
+        .ok_or_else(|| pyo3::exceptions::PyValueError::new_err("the array's stride leaves its memory"))
+}
+
+/// Evaluates `$body` with `$name` a `Series` of whatever number type the array `$array` holds.
+macro_rules! with_series {
+    ($array:expr, $name:ident => $body:expr) => {
+        with_series!($array, $name => $body, f64, f32, i16, i32, i64, i8, u8, u16, u32, u64)
+    };
+    ($array:expr, $name:ident => $body:expr, $($kind:ty),*) => {{
+        $(
+            if let Ok(array) = $array.extract::<numpy::PyReadonlyArray1<'_, $kind>>() {
+                let $name = $crate::python::arrays::series(&array)?;
+                return $body;
+            }
+        )*
+        Err(pyo3::exceptions::PyTypeError::new_err("not a one-dimensional array of a native number type"))
+    }};
+}
+pub(crate) use with_series;

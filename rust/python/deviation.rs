@@ -1,1 +1,101 @@
-//! (to come)
+//! Deviations, from NumPy arrays.
+
+use std::sync::atomic::AtomicBool;
+
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+
+use super::arrays::with_series;
+use super::doorway::{run, run_short};
+use crate::averaging::{Grid, factors as grid_factors};
+use crate::deviation::allan::{Means, adjacent, overlapping};
+use crate::deviation::identify::exponents;
+use crate::deviation::parallel::default_threads;
+use crate::deviation::sums::Width;
+use crate::phase::{Quantity, Record};
+
+/// Terms from which a call runs beside the interpreter so that Ctrl-C is heard.
+const LONG: usize = 1 << 25;
+
+type Vector<T> = Py<PyArray1<T>>;
+
+fn quantity(angle: bool) -> Quantity {
+    if angle { Quantity::Angle } else { Quantity::Rate }
+}
+
+/// Averaging factors of a named grid up to `most`; `each` > 0 means that many per decade.
+#[pyfunction]
+pub fn averaging_factors(py: Python<'_>, grid: &str, each: u32, most: usize) -> PyResult<Vector<i64>> {
+    let grid = match grid {
+        "octave" => Grid::Octave,
+        "decade" => Grid::Decade,
+        "all" => Grid::All,
+        _ => Grid::PerDecade(each),
+    };
+    let found = run_short(py, || grid_factors(grid, most))?;
+    Ok(found.into_iter().map(|m| m as i64).collect::<Vec<_>>().into_pyarray(py).unbind())
+}
+
+/// Variance, number of terms, exponent of the noise at each factor, number of gaps.
+type Found = (Vector<f64>, Vector<i64>, Vector<f64>, usize);
+
+/// Overlapping Allan variance in units of the samples for rising factors.
+#[pyfunction]
+#[pyo3(signature = (samples, factors, angle, threads=0))]
+pub fn overlapping_allan(
+    py: Python<'_>,
+    samples: &Bound<'_, PyAny>,
+    factors: PyReadonlyArray1<'_, i64>,
+    angle: bool,
+    threads: usize,
+) -> PyResult<Found> {
+    allan(py, samples, &factors, angle, threads, false)
+}
+
+/// Allan variance of adjacent averages, as [`overlapping_allan`].
+#[pyfunction]
+#[pyo3(signature = (samples, factors, angle, threads=0))]
+pub fn adjacent_allan(
+    py: Python<'_>,
+    samples: &Bound<'_, PyAny>,
+    factors: PyReadonlyArray1<'_, i64>,
+    angle: bool,
+    threads: usize,
+) -> PyResult<Found> {
+    allan(py, samples, &factors, angle, threads, true)
+}
+
+fn allan(
+    py: Python<'_>,
+    samples: &Bound<'_, PyAny>,
+    factors: &PyReadonlyArray1<'_, i64>,
+    angle: bool,
+    threads: usize,
+    every: bool,
+) -> PyResult<Found> {
+    let threads = if threads == 0 { default_threads() } else { threads };
+    let kind = quantity(angle);
+    let factors: Vec<usize> = factors.as_array().iter().map(|m| *m as usize).collect();
+    with_series!(samples, series => {
+        let work = |stop: &AtomicBool| {
+            let record = Record::new(series, kind, threads, stop)?;
+            let means = Means { threads, width: Width::best(), stop };
+            let (terms, theta) =
+                if every { adjacent(&record, &factors, means)? } else { overlapping(&record, &factors, means)? };
+            let noise = exponents(&record, &theta, &factors);
+            Ok((terms.variance(&factors, kind), terms.count, noise, record.gaps()))
+        };
+        let (variance, count, noise, gaps) = if series.len().saturating_mul(factors.len()) > LONG {
+            run(py, work)?
+        } else {
+            run_short(py, || work(&AtomicBool::new(false)))?
+        };
+        let count = count.into_iter().map(|n| n as i64).collect::<Vec<_>>();
+        Ok((
+            variance.into_pyarray(py).unbind(),
+            count.into_pyarray(py).unbind(),
+            noise.into_pyarray(py).unbind(),
+            gaps,
+        ))
+    })
+}

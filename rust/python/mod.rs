@@ -19,6 +19,10 @@ mod _core {
     #[pymodule_export]
     use super::doorway::version;
 
+    // deviation
+    #[pymodule_export]
+    use super::deviation::{adjacent_allan, averaging_factors, overlapping_allan};
+
     // spectrum
     #[pymodule_export]
     use super::spectrum::{cosine_transform, inverse_cosine_transform, padded_periodogram};

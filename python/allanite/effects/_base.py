@@ -59,6 +59,8 @@ class Effect:
     physics: ClassVar[str]
     looks_like: ClassVar[str]
     check_by: ClassVar[str]
+    #: Effects tried together share one correction for trials.
+    family: ClassVar[str] = "spectral"
     #: Effects that a short record cannot tell from this one.
     rivals: ClassVar[tuple[str, ...]] = ()
     #: Names by kind of sensor ("acceleration", "frequency"); `title` is the gyroscope's.

@@ -24,6 +24,7 @@ class Resonance(Stochastic):
     kind: ClassVar[str] = "resonance"
     short: ClassVar[str] = "RES"
     title: ClassVar[str] = "resonance"
+    family: ClassVar[str] = "band"
     coefficient: ClassVar[str] = "rms"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("frequency", "Hz", "natural frequency", "shape", low=1e-12, aliases=("f", "f0")),

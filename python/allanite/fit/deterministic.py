@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.fit.matched import step_ordinates
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["Design", "Regression", "design_of", "line_ordinates", "regress", "window"]
 
 #: Ordinates in which slow functions are regressed, and half the window about a line.
-LOW, WINDOW = 32768, 512
+LOW, WINDOW = 8192, 512
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,6 +93,8 @@ def design_of(effects: tuple[Deterministic, ...], data: Data) -> Design:
     for i, effect in enumerate(effects):
         if i in lines:
             block = line_ordinates(effect.values["frequency"], ordinates, data)
+        elif effect.kind == "bias_step":
+            block = step_ordinates(np.array([effect.values["time"]]), ordinates, data).T
         else:
             series = effect.regressors(data.time, data.covariates)
             block = np.column_stack(

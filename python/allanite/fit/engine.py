@@ -114,7 +114,7 @@ def solve(data: Data, model: Model, *, polish: bool = True, rounds: int = 8) -> 
         model = _with_coefficients(model, best.theta)
         if not model.deterministic:
             break
-        model = _shape.fit_deterministic_shapes(model, ordinates, data, scan=turn == 0)
+        model = _shape.fit_deterministic_shapes(model, data, slow=polish and turn < 2)
         design = design_of(model.deterministic, data)
         variance = density(data.terms(model), design.ordinates, data.n)
         regression = _regress(model.deterministic, design, data, variance)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from allanite.effects import Deterministic, Effect, Model
 from allanite.fit.data import density
 from allanite.fit.deterministic import design_of, line_ordinates, regress, window
+from allanite.fit.matched import grid_points, matched_gains
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
@@ -126,9 +127,9 @@ def _polish(
 
 
 def fit_deterministic_shapes(
-    model: Model, residual: NDArray[np.float64], data: Data, *, scan: bool
+    model: Model, data: Data, *, slow: bool
 ) -> Model:
-    """Shapes of deterministic effects: frequencies of lines, time constants, lags, given the spectrum."""
+    """Shapes of deterministic effects given the spectrum: frequencies of lines and, if `slow`, times and lags."""
     terms = data.terms(model)
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) or not effect.free_shapes:
@@ -142,8 +143,8 @@ def fit_deterministic_shapes(
                 start = strongest_line(ordinates, terms, data)
             found = polish_line(start, ordinates, terms, data)
             model = _replace(model, place, frequency=found)
-        else:
-            model = _polish_slow(model, place, others, terms, data, scan=scan)
+        elif slow or any(effect.values[n] is None for n in effect.free_shapes):
+            model = _polish_slow(model, place, others, terms, data)
     return model
 
 
@@ -195,8 +196,6 @@ def _polish_slow(
     others: tuple[Deterministic, ...],
     terms: tuple[tuple[str, tuple[float, ...]], ...],
     data: Data,
-    *,
-    scan: bool,
 ) -> Model:
     """Profile gain of one shape of a slow effect (lag, time constant, time), others refitted with it."""
     from scipy.optimize import minimize_scalar
@@ -212,10 +211,12 @@ def _polish_slow(
 
         grid = np.unique(shape_grid(effect, name, data))
         known = effect.values[name]
-        if known is None or scan:
-            if known is not None:
-                grid = np.unique(np.append(grid, known))
-            known = float(grid[int(np.argmin([loss(v) for v in grid]))])
+        if known is None:
+            points = grid_points(effect, data)
+            taken = _others_signal(others, data)
+            residual = data.ordinates if taken is None else data.without(taken)
+            gains, _ = matched_gains(points, residual, terms, data)
+            known = float(points[int(np.argmax(gains))].values[name])
         at = int(np.searchsorted(grid, known))
         low, high = float(grid[max(0, at - 1)]), float(grid[min(grid.size - 1, at + 1)])
         if high > low:

@@ -50,6 +50,8 @@ class Screen:
 
     candidates: tuple[Candidate, ...]
     arcs: tuple[float, ...]
+    #: Family of each of the arcs where a screen serves several.
+    families: tuple[str, ...] = ()
 
 
 def _points(cls: type[Effect], data: Data) -> list[Effect]:
@@ -86,6 +88,7 @@ def screen_spectral(solution: Solution, data: Data) -> Screen:
     present = {e.kind for e in solution.model.effects}
     found: list[Candidate] = []
     arcs: list[float] = []
+    families: list[str] = []
     for cls in CATALOGUE:
         if not issubclass(cls, (Stochastic, Modifier)) or not getattr(cls, "suggested", True):
             continue
@@ -105,6 +108,7 @@ def screen_spectral(solution: Solution, data: Data) -> Screen:
         unit = projected[usable] / norm[usable, None]
         score = unit @ residual
         arcs.append(arc_length(unit))
+        families.append(cls.family)
         order = np.argsort(score)[::-1][:3]
         if 0.5 * max(score[order[0]], 0.0) ** 2 < LEAST:
             continue
@@ -112,7 +116,7 @@ def screen_spectral(solution: Solution, data: Data) -> Screen:
         best = _refit([kept[i] for i in order], solution, data)
         if best is not None:
             found.append(best)
-    return Screen(tuple(found), tuple(arcs))
+    return Screen(tuple(found), tuple(arcs), tuple(families))
 
 
 def _refit(points: list[Effect], base: Solution, data: Data) -> Candidate | None:
@@ -128,4 +132,4 @@ def _refit(points: list[Effect], base: Solution, data: Data) -> Candidate | None
     if gain <= 0.0:
         return None
     count = sum(p.role != "derived" for p in fitted.parameters)
-    return Candidate(fitted, gain, "spectral", solution, count)
+    return Candidate(fitted, gain, fitted.family, solution, count)

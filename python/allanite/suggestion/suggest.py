@@ -137,7 +137,12 @@ def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, 
     )
     progress()
     families = {
-        "spectral": Family("spectral", spectral.arcs),
+        **{
+            name: Family(
+                name, tuple(a for a, f in zip(spectral.arcs, spectral.families, strict=True) if f == name)
+            )
+            for name in sorted({"spectral", *spectral.families})
+        },
         "line": Family("line", width=line_trials(data.n)),
         "level": Family("level"),
         "outlier": Family("outlier"),

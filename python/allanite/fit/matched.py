@@ -1,0 +1,61 @@
+"""Matched filters: how much logL a slow effect would explain, at every point of its shape grid at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.fit.data import density
+
+if TYPE_CHECKING:
+    from allanite.effects import Deterministic
+    from allanite.effects.terms import Term
+    from allanite.fit.data import Data
+
+__all__ = ["grid_points", "matched_gains", "step_ordinates"]
+
+#: Ordinates of the filter; a step has all but 1/4096 of its weight there.
+LOW = 4096
+
+
+def step_ordinates(
+    times: NDArray[np.float64], j: NDArray[np.int64], data: Data
+) -> NDArray[np.float64]:
+    """Cosine transform of steps at `times` (s, shape (k,)) at ordinates j, shape (k, ordinates).
+
+    −√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k.
+    """
+    k = np.ceil((np.asarray(times) - data.start) * data.rate - 1e-9)[:, None]
+    return np.asarray(
+        -np.sqrt(2.0 / data.n) * np.sin(np.pi * j * k / data.n) / (2.0 * np.sin(np.pi * j / (2 * data.n)))
+    )
+
+
+def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
+    """The effect at every point of its shape grid."""
+    shapes = [p.name for p in blank.parameters if p.role == "shape"]
+    if not shapes:
+        return [blank]
+    grid = getattr(blank, "grid")(shapes[0], data.n, data.rate)  # noqa: B009
+    return [blank.with_values(**{shapes[0]: float(v)}) for v in grid]
+
+
+def matched_gains(
+    points: list[Deterministic], residual: NDArray[np.float64], terms: tuple[Term, ...], data: Data
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Gain ½z² of each point on residual ordinates (n,), and the whitened unit directions (points, ordinates)."""
+    j = np.arange(1, min(data.n, LOW), dtype=np.int64)
+    if points[0].kind == "bias_step":
+        matrix = step_ordinates(np.array([p.values["time"] for p in points]), j, data)
+    else:
+        series = (p.regressors(data.time, data.covariates)[:, 0] for p in points)
+        matrix = np.array([_kernels.cosine_transform(np.ascontiguousarray(s))[j] for s in series])
+    root = 1.0 / np.sqrt(density(terms, j, data.n))
+    white = matrix * root
+    norm = np.linalg.norm(white, axis=1)
+    norm[norm == 0.0] = 1.0
+    unit = white / norm[:, None]
+    return 0.5 * (unit @ (residual[j] * root)) ** 2, unit

@@ -1,0 +1,151 @@
+"""How sure an estimate is: equivalent degrees of freedom under a power law, and the interval from them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["carried", "degrees_of_freedom", "interval"]
+
+#: Neighbouring nodes of the sum over lags differ by this ratio, or by 1.
+STEP = 1.06
+#: (−1)^i C(2d, d+i), i = 0 … d: autocovariance of a d-th difference of white noise.
+WEIGHTS = {
+    2: np.array([6.0, -4.0, 1.0]),
+    3: np.array([20.0, -15.0, 6.0, -1.0]),
+}
+
+
+def carried(exponents: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Nearest power laws; where none was identified, that of the next shorter time, else white FM.
+
+    Parameters
+    ----------
+    exponents : ndarray of shape (k,)
+        α of S_y ∝ f^α, NaN where unknown.
+
+    Returns
+    -------
+    ndarray of shape (k,)
+    """
+    known = np.isfinite(exponents)
+    exponents = np.round(exponents) + 0.0
+    if not known.any():
+        return np.zeros_like(exponents)
+    last = np.maximum.accumulate(np.where(known, np.arange(exponents.size), -1))
+    return np.where(last >= 0, exponents[np.maximum(last, 0)], exponents[np.argmax(known)])
+
+
+def degrees_of_freedom(
+    alpha: float, m: int, count: int, *, order: int = 2, summed: bool = False, stride: int = 1
+) -> float:
+    """Equivalent degrees of freedom of a mean of squared differences of discrete power-law noise.
+
+    edf = M / (1 + 2 Σ_{j=1}^{M−1} (1 − j/M) ρ_j²) with the exact autocorrelation ρ of the differences:
+    what Greenhall & Riley (2003) approximate. Where their formula models white FM by a continuous-time
+    process (m = 1: 782 of 999 terms), this gives the exact 2M/3 of sampled white noise.
+
+    Parameters
+    ----------
+    alpha : float
+        Exponent of S_y ∝ f^α; 2 white PM, 0 white FM, −2 random-walk FM.
+    m : int
+        Averaging factor.
+    count : int
+        Number of terms M.
+    order : {2, 3}
+        Order of the difference: Allan 2, Hadamard 3.
+    summed : bool
+        Phase averaged over m points, as in the modified variance.
+    stride : int
+        Points between terms: 1 overlapping, m not overlapping.
+
+    Returns
+    -------
+    float
+        At least 1.
+    """
+    if count < 2:
+        return 1.0
+    lags = _nodes(m // stride if stride > 1 else m, count, order + summed)
+    rho = _autocovariance(lags * stride, alpha, m, order, summed)
+    values = (1.0 - lags / count) * (rho / rho[0]) ** 2
+    # Σ over the whole lags between two nodes of the straight line through them
+    widths = np.diff(lags)
+    total = np.sum(widths * (values[1:] + values[:-1]) / 2.0) + (values[-1] - values[0]) / 2.0
+    return float(max(1.0, count / (1.0 + 2.0 * total)))
+
+
+def _nodes(m: int, count: int, order: int) -> NDArray[np.float64]:
+    """Lags 0 … M−1, dense about 0, m, 2m, … where the autocorrelation has its corners."""
+    farthest = min(count - 1, 40 * (order + 1) * m)
+    if farthest <= 64:
+        return np.arange(farthest + 1, dtype=np.float64)
+    steps = np.unique(np.round(STEP ** np.arange(np.log(farthest) / np.log(STEP) + 1)))
+    steps = np.concatenate([-steps[steps <= m][::-1], [0.0], steps])
+    nodes = (m * np.arange(order + 1)[:, None] + steps).ravel()
+    nodes = nodes[(nodes >= 0) & (nodes <= farthest)]
+    return np.unique(np.concatenate([nodes, [float(farthest)]]))
+
+
+def _autocovariance(
+    lags: NDArray[np.float64], alpha: float, m: int, order: int, summed: bool
+) -> NDArray[np.float64]:
+    """Σ_i w_i g(|lag + i m|), up to a factor; g the generalised covariance of the phase."""
+    d = min(max((2.0 - alpha) / 2.0, 0.0), order - 0.25) + summed
+    weights = WEIGHTS[order] if not summed else WEIGHTS[3] if order == 2 else _FOURTH
+    total = weights[0] * _covariance(lags, d)
+    for i, weight in enumerate(weights[1:], start=1):
+        total += weight * (_covariance(lags + i * m, d) + _covariance(np.abs(lags - i * m), d))
+    return total
+
+
+_FOURTH = np.array([70.0, -56.0, 28.0, -8.0, 1.0])
+
+
+def _covariance(lag: NDArray[np.float64], d: float) -> NDArray[np.float64]:
+    """Generalised covariance of noise with spectrum |2 sin(w/2)|^(−2d), up to a factor.
+
+    Γ(t + d)/Γ(t + 1 − d); where that is an even polynomial, which differences do not
+    see (d = ½, 3/2, …), its derivative with respect to d.
+    """
+    from scipy.special import poch, psi
+
+    if d < 1e-3:
+        return (lag == 0).astype(np.float64)
+    half = round(d - 0.5)
+    if abs(d - 0.5 - half) < 1e-3:
+        d = half + 0.5
+        polynomial = np.ones_like(lag)
+        for i in range(half):
+            polynomial *= lag**2 - (i + 0.5) ** 2
+        return np.asarray(polynomial * (psi(lag + d) + psi(lag + 1.0 - d)), np.float64)
+    return np.asarray(poch(lag + 1.0 - d, 2.0 * d - 1.0), np.float64)
+
+
+def interval(
+    deviation: NDArray[np.float64], edf: NDArray[np.float64], level: float = 0.95
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Interval of a deviation whose square is χ² with `edf` degrees of freedom.
+
+    Parameters
+    ----------
+    deviation, edf : ndarray of shape (k,)
+        Estimates and their equivalent degrees of freedom.
+    level : float
+        Coverage.
+
+    Returns
+    -------
+    low, high : ndarray of shape (k,)
+    """
+    from scipy.special import gammaincinv
+
+    tail = (1.0 - level) / 2.0
+    low = deviation * np.sqrt(edf / (2.0 * gammaincinv(edf / 2.0, 1.0 - tail)))
+    high = deviation * np.sqrt(edf / (2.0 * gammaincinv(edf / 2.0, tail)))
+    return low, high

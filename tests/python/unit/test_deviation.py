@@ -1,0 +1,174 @@
+"""Arguments, results and messages of the deviations."""
+
+import json
+import re
+from dataclasses import FrozenInstanceError
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from allanite import _kernels
+from allanite.deviation import adev, oadev
+from allanite.errors import InputError, TooShortError
+from allanite.identification import degrees_of_freedom
+
+X = np.random.default_rng(0).normal(size=1000)
+
+
+def test_grids():
+    assert oadev(X).factors.tolist() == [1, 2, 4, 8, 16, 32, 64, 128, 256]
+    assert oadev(X, taus="decade").factors.tolist() == [1, 2, 4, 10, 20, 40, 100, 200, 400]
+    assert oadev(X, taus="all").factors.tolist() == list(range(1, 501))
+    assert oadev(X, taus=3).factors.tolist() == [1, 2, 5, 10, 22, 46, 100, 215, 464]
+    curve = oadev(X, rate=10, taus=[0.1, 0.5, 0.52])
+    assert curve.factors.tolist() == [1, 5]
+    assert len(curve.diagnostics) == 2
+    np.testing.assert_array_equal(curve.tau, [0.1, 0.5])
+    assert "left out" in oadev(X, factors=[1, 600]).diagnostics[0]
+
+
+def test_quantities():
+    rate = 50.0
+    curve = oadev(X, rate)
+    np.testing.assert_allclose(
+        oadev(X / rate, rate, quantity="increment").deviation, curve.deviation, rtol=1e-12
+    )
+    angle = np.concatenate([[0.0], np.cumsum(X)]) / rate
+    np.testing.assert_allclose(
+        oadev(angle, rate, quantity="angle").deviation, curve.deviation, rtol=1e-11
+    )
+
+
+def test_array_likes():
+    expected = oadev(X).deviation
+    assert (oadev(list(X)).deviation == expected).all()
+    assert (oadev(pd.Series(X)).deviation == expected).all()
+    log = SimpleNamespace(samples=X, rate=4.0, quantity="rate", unit="deg/s")
+    curve = oadev(log)
+    assert curve.unit == "deg/s"
+    assert curve.tau[0] == 0.25
+    masked = np.ma.masked_array(X, mask=np.arange(1000) == 500)
+    assert oadev(masked).n[0] == 997
+    assert "1 of 1000 samples are missing" in oadev(masked).diagnostics
+
+
+def test_memory_map(tmp_path):
+    np.save(tmp_path / "x.npy", X)
+    assert (oadev(np.load(tmp_path / "x.npy", mmap_mode="r")).deviation == oadev(X).deviation).all()
+
+
+def test_result():
+    curve = oadev(X, 10.0)
+    with pytest.raises(FrozenInstanceError):
+        curve.kind = "x"
+    with pytest.raises(ValueError, match="read-only"):
+        curve.deviation[0] = 1
+    assert len(str(curve).splitlines()) == 2 + len(curve)
+    assert "<table>" in curve._repr_html_()
+    assert "9 averaging times" in repr(curve)
+    points = json.loads(json.dumps(curve.to_dict(), allow_nan=False))["points"]
+    assert list(points[0]) == ["tau_s", "m", "n", "deviation", "low", "high", "edf"]
+    assert (curve.low < curve.deviation).all()
+    assert (curve.deviation < curve.high).all()
+    gap = X[:20].copy()
+    gap[10] = np.nan
+    assert oadev(gap, taus="all").to_dict()["points"][-1]["deviation"] is None
+
+
+def test_constant_is_zero():
+    for x in (np.full(100, 9.81), np.full(100, 7), np.full(100, 1e300), [5, 5, 5]):
+        curve = oadev(x)
+        assert (curve.deviation == 0).all()
+        assert (curve.low == 0).all()
+
+
+def test_white_noise_has_the_exact_freedom():
+    assert degrees_of_freedom(0.0, 1, 999) == pytest.approx(999 / (1.5 - 0.5 / 999), rel=1e-12)
+    # against 4000 simulated records (2.2 % standard error of an edf): 141.8, 13.06 and 809
+    assert degrees_of_freedom(0.0, 10, 981) == pytest.approx(141.8, rel=0.06)
+    assert degrees_of_freedom(0.0, 100, 801) == pytest.approx(13.06, rel=0.06)
+    assert degrees_of_freedom(-1.0, 1, 999) == pytest.approx(809, rel=0.06)
+    # Greenhall & Riley where their formula holds
+    assert degrees_of_freedom(2.0, 1, 999) == pytest.approx(514.04, rel=1e-4)
+    assert degrees_of_freedom(2.0, 100, 801) == pytest.approx(440.21, rel=1e-4)
+    assert degrees_of_freedom(2.0, 10, 972, summed=True) == pytest.approx(123.94, rel=1e-4)
+    assert degrees_of_freedom(2.0, 10, 971, order=3) == pytest.approx(423.18, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("alpha", "m", "count"),
+    [(0, 7, 300), (-1, 50, 4000), (-2, 3, 90), (1, 20, 5000), (0.3, 9, 900)],
+)
+def test_sum_over_nodes_is_the_sum_over_lags(alpha, m, count, monkeypatch):
+    from allanite import identification
+
+    quick = degrees_of_freedom(alpha, m, count)
+    monkeypatch.setattr(
+        identification, "_nodes", lambda m, count, order: np.arange(count, dtype=float)
+    )
+    assert quick == pytest.approx(degrees_of_freedom(alpha, m, count), rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("samples", "exponent"),
+    [
+        (np.diff(np.random.default_rng(1).normal(size=40001)), 2),
+        (np.random.default_rng(2).normal(size=40000), 0),
+        (np.cumsum(np.random.default_rng(3).normal(size=40000)), -2),
+    ],
+)
+def test_noise_is_identified(samples, exponent):
+    curve = oadev(samples)
+    # white FM of τ0 reads as it is; a random walk of rate looks whiter at m = 1 only in its lag-1
+    assert (curve.alpha == exponent).all()
+
+
+BAD = [
+    (lambda: oadev(X, rate=0), "rate must be a positive"),
+    (lambda: oadev(X, rate=-1), "rate must be a positive"),
+    (lambda: oadev(X, rate=np.nan), "rate must be a positive"),
+    (lambda: oadev(X, rate="fast"), "rate must be a number"),
+    (lambda: oadev([1, 2, np.inf, 4]), "sample 2 is inf"),
+    (lambda: oadev([[1, 2, 3], [1, 2, 3]]), "one column"),
+    (lambda: oadev(["a", "b", "c"]), "real numbers"),
+    (lambda: oadev(X + 1j), "real numbers"),
+    (lambda: oadev(X, taus="often"), "unknown taus"),
+    (lambda: oadev(X, taus=0), "give at least 1"),
+    (lambda: oadev(X, taus=[np.nan]), "finite"),
+    (lambda: oadev(X, taus=[]), "list of finite"),
+    (lambda: oadev(X, factors=[1.5]), "whole numbers"),
+    (lambda: oadev(X, quantity="speed"), "unknown quantity"),
+]
+
+
+@pytest.mark.parametrize(("call", "message"), BAD)
+def test_bad_input(call, message):
+    with pytest.raises(InputError, match=message) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: oadev([1, 2]),
+        lambda: oadev([]),
+        lambda: oadev(np.full(10, np.nan)),
+        lambda: adev(X, taus=[1e6]),
+    ],
+)
+def test_too_short(call):
+    with pytest.raises(TooShortError) as caught:
+        call()
+    assert re.search("at least|all|hold", str(caught.value))
+
+
+def test_threads_do_not_change_a_bit():
+    x = np.random.default_rng(5).normal(size=300_000) + 9.81
+    m = np.array([1, 2, 3, 7, 64, 1000, 2048, 2049, 9000, 100_000])
+    one = _kernels.overlapping_allan(x, m, False, 1)
+    for threads in (2, 3, 7):
+        for a, b in zip(one, _kernels.overlapping_allan(x, m, False, threads), strict=True):
+            np.testing.assert_array_equal(a, b)
