@@ -1,7 +1,7 @@
 """The compiled core. Never imported by users: `_kernels.py` is the one door."""
 
 from collections.abc import Sequence
-from typing import Self, final
+from typing import Any, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,3 +35,25 @@ class Simulator:
         total: int,
     ) -> Self: ...
     def next(self, n: int) -> NDArray[np.float64]: ...
+
+# -- text
+def read_text(
+    path: str,
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+    columns: Sequence[int] | None = None,
+) -> tuple[list[str] | None, list[NDArray[np.float64]], dict[str, Any]]: ...
+@final
+class TextReader:
+    def __new__(
+        cls,
+        path: str,
+        delimiter: str | None = None,
+        decimal_comma: bool | None = None,
+        columns: Sequence[int] | None = None,
+    ) -> Self: ...
+    @property
+    def header(self) -> list[str] | None: ...
+    @property
+    def meta(self) -> dict[str, Any]: ...
+    def next(self, rows: int) -> NDArray[np.float64] | None: ...

@@ -6,9 +6,11 @@ from allanite import _core
 
 __all__ = [
     "Simulator",
+    "TextReader",
     "cosine_transform",
     "inverse_cosine_transform",
     "padded_periodogram",
+    "read_text",
     "simulate",
     "version",
 ]
@@ -23,3 +25,7 @@ padded_periodogram = _core.padded_periodogram
 # -- noise
 Simulator = _core.Simulator
 simulate = _core.simulate
+
+# -- text
+TextReader = _core.TextReader
+read_text = _core.read_text
