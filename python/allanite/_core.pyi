@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Self, final
 from typing import Any
+from typing import Any, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,3 +45,25 @@ def overlapping_allan(
 def adjacent_allan(
     samples: NDArray[Any], factors: NDArray[np.int64], angle: bool, threads: int = 0
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], int]: ...
+
+# -- text
+def read_text(
+    path: str,
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+    columns: Sequence[int] | None = None,
+) -> tuple[list[str] | None, list[NDArray[np.float64]], dict[str, Any]]: ...
+@final
+class TextReader:
+    def __new__(
+        cls,
+        path: str,
+        delimiter: str | None = None,
+        decimal_comma: bool | None = None,
+        columns: Sequence[int] | None = None,
+    ) -> Self: ...
+    @property
+    def header(self) -> list[str] | None: ...
+    @property
+    def meta(self) -> dict[str, Any]: ...
+    def next(self, rows: int) -> NDArray[np.float64] | None: ...

@@ -8,10 +8,12 @@ __all__ = [
     "Simulator",
     "adjacent_allan",
     "averaging_factors",
+    "TextReader",
     "cosine_transform",
     "inverse_cosine_transform",
     "overlapping_allan",
     "padded_periodogram",
+    "read_text",
     "simulate",
     "version",
 ]
@@ -30,3 +32,7 @@ simulate = _core.simulate
 adjacent_allan = _core.adjacent_allan
 averaging_factors = _core.averaging_factors
 overlapping_allan = _core.overlapping_allan
+
+# -- text
+TextReader = _core.TextReader
+read_text = _core.read_text

@@ -30,4 +30,8 @@ mod _core {
     // noise
     #[pymodule_export]
     use super::noise::{Simulator, simulate};
+
+    // text
+    #[pymodule_export]
+    use super::text::{TextReader, read_text};
 }

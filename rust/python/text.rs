@@ -1,1 +1,116 @@
-//! (to come)
+//! Doors of the text reader.
+
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::doorway::run;
+use crate::text::{Meta, Options, Reader};
+use crate::{Error, Result};
+
+fn options(
+    delimiter: Option<&str>,
+    decimal_comma: Option<bool>,
+    columns: Option<Vec<usize>>,
+) -> Result<Options> {
+    let delimiter = match delimiter.map(str::as_bytes) {
+        None => None,
+        Some(&[byte]) => Some(byte),
+        Some(_) => {
+            return Err(Error::Input(format!(
+                "delimiter {:?}: needs one character, a blank for any white space",
+                delimiter.unwrap_or_default()
+            )));
+        }
+    };
+    Ok(Options { delimiter, decimal_comma, columns })
+}
+
+fn dictionary<'py>(py: Python<'py>, meta: &Meta) -> PyResult<Bound<'py, PyDict>> {
+    let found = PyDict::new(py);
+    found.set_item("delimiter", meta.delimiter)?;
+    found.set_item("decimal_comma", meta.decimal_comma)?;
+    found.set_item("comments", meta.comments)?;
+    found.set_item("blank", meta.blank)?;
+    found.set_item("header_line", meta.header_line)?;
+    found.set_item("skipped", meta.skipped)?;
+    found.set_item("missing", meta.missing)?;
+    found.set_item("rows", meta.rows)?;
+    Ok(found)
+}
+
+type Read<'py> = (Option<Vec<String>>, Vec<Bound<'py, PyArray1<f64>>>, Bound<'py, PyDict>);
+
+/// All columns of a log.
+#[pyfunction]
+#[pyo3(signature = (path, delimiter = None, decimal_comma = None, columns = None))]
+pub fn read_text<'py>(
+    py: Python<'py>,
+    path: &str,
+    delimiter: Option<&str>,
+    decimal_comma: Option<bool>,
+    columns: Option<Vec<usize>>,
+) -> PyResult<Read<'py>> {
+    let options = options(delimiter, decimal_comma, columns).map_err(super::errors::to_python)?;
+    let table = run(py, |stop| crate::text::read(path, &options, stop))?;
+    let meta = dictionary(py, &table.meta)?;
+    let columns = table.columns.into_iter().map(|column| column.into_pyarray(py)).collect();
+    Ok((table.header, columns, meta))
+}
+
+/// A log in chunks of rows.
+#[pyclass(frozen, module = "allanite._core")]
+pub struct TextReader {
+    reader: Mutex<Reader>,
+}
+
+impl TextReader {
+    fn with<T>(&self, work: impl FnOnce(&mut Reader) -> T) -> T {
+        work(&mut self.reader.lock().unwrap_or_else(std::sync::PoisonError::into_inner))
+    }
+}
+
+#[pymethods]
+impl TextReader {
+    #[new]
+    #[pyo3(signature = (path, delimiter = None, decimal_comma = None, columns = None))]
+    fn new(
+        py: Python<'_>,
+        path: &str,
+        delimiter: Option<&str>,
+        decimal_comma: Option<bool>,
+        columns: Option<Vec<usize>>,
+    ) -> PyResult<Self> {
+        let options = options(delimiter, decimal_comma, columns).map_err(super::errors::to_python)?;
+        let reader = run(py, |stop| Reader::open(path, &options, stop))?;
+        Ok(Self { reader: Mutex::new(reader) })
+    }
+
+    /// Names of the columns, if the log has them.
+    #[getter]
+    fn header(&self) -> Option<Vec<String>> {
+        self.with(|reader| reader.header())
+    }
+
+    /// What was found so far.
+    #[getter]
+    fn meta<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let meta = self.with(|reader| reader.meta().clone());
+        dictionary(py, &meta)
+    }
+
+    /// Up to `rows` further rows; `None` at the end.
+    fn next<'py>(&self, py: Python<'py>, rows: usize) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let work = |stop: &AtomicBool| self.with(|reader| Ok((reader.next(rows, stop)?, reader.width())));
+        let (table, width) = run(py, work)?;
+        table
+            .map(|numbers| {
+                let count = numbers.len() / width;
+                numbers.into_pyarray(py).reshape([count, width])
+            })
+            .transpose()
+    }
+}

@@ -1,0 +1,138 @@
+//! One line into cells, one cell into a number.
+
+use super::dialect::Dialect;
+
+/// What separates cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Delimiter {
+    Byte(u8),
+    /// Any run of blanks and tabs.
+    Space,
+}
+
+/// Whether a line is there for people.
+pub(super) fn is_comment(trimmed: &[u8]) -> bool {
+    matches!(trimmed, [b'#' | b'%' | b'!', ..] | [b'/', b'/', ..])
+}
+
+/// A cell between quotes without them.
+fn unquoted(cell: &[u8]) -> &[u8] {
+    match cell {
+        [b'"', inner @ .., b'"'] | [b'\'', inner @ .., b'\''] => inner.trim_ascii(),
+        _ => cell,
+    }
+}
+
+/// The cells of a line, trimmed, without quotes; a delimiter between double quotes separates nothing.
+pub(super) fn split(line: &[u8], delimiter: Delimiter) -> Vec<&[u8]> {
+    let mut cells = Vec::new();
+    let mut start = 0;
+    let mut quoted = false;
+    for (i, &byte) in line.iter().enumerate() {
+        let separates = match delimiter {
+            Delimiter::Byte(wanted) => byte == wanted,
+            Delimiter::Space => byte.is_ascii_whitespace(),
+        };
+        if byte == b'"' {
+            quoted = !quoted;
+        } else if separates && !quoted {
+            cells.push(&line[start..i]);
+            start = i + 1;
+        }
+    }
+    cells.push(&line[start..]);
+    if delimiter == Delimiter::Space {
+        cells.retain(|cell| !cell.is_empty());
+    }
+    cells.into_iter().map(|cell| unquoted(cell.trim_ascii())).collect()
+}
+
+/// Whether a cell says that there is no number.
+pub(super) fn is_missing(cell: &[u8]) -> bool {
+    const WORDS: [&[u8]; 6] = [b"", b"nan", b"na", b"n/a", b"null", b"none"];
+    WORDS.iter().any(|word| cell.eq_ignore_ascii_case(word))
+}
+
+/// The number in a cell; NaN where the cell says that there is none.
+pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
+    if is_missing(cell) {
+        return Some(f64::NAN);
+    }
+    if decimal_comma && memchr::memchr(b',', cell).is_some() {
+        let mut copy = [0; 64];
+        let copy = copy.get_mut(..cell.len())?;
+        for (to, &from) in copy.iter_mut().zip(cell) {
+            *to = match from {
+                b',' => b'.',
+                // 1.234,5 has a separator of thousands: not guessed at.
+                b'.' => return None,
+                other => other,
+            };
+        }
+        return fast_float2::parse(&*copy).ok();
+    }
+    fast_float2::parse(cell).ok()
+}
+
+/// Reads the wanted cells of a usual line into `row`; `None` asks for the slow way, which also explains.
+///
+/// The number of missing cells is returned.
+pub(super) fn quick(line: &[u8], dialect: &Dialect, wanted: &[bool], row: &mut [f64]) -> Option<usize> {
+    let (delimiter, spaced) = match dialect.delimiter {
+        Delimiter::Byte(byte) => (byte, false),
+        Delimiter::Space => (b' ', true),
+    };
+    let is_blank = |byte: u8| byte == b' ' || (byte == b'\t' && delimiter != b'\t');
+    let after_blanks = |mut at: usize| {
+        while at < line.len() && is_blank(line[at]) {
+            at += 1;
+        }
+        at
+    };
+    let length_of_cell = |rest: &[u8]| {
+        let end = if spaced {
+            rest.iter().position(|&byte| is_blank(byte))
+        } else {
+            memchr::memchr2(delimiter, b'"', rest)
+        };
+        end.unwrap_or(rest.len())
+    };
+    let mut at = 0;
+    let mut missing = 0;
+    for (j, (value, &wanted)) in row.iter_mut().zip(wanted).enumerate() {
+        if j > 0 && !spaced {
+            if line.get(at) != Some(&delimiter) {
+                return None;
+            }
+            at += 1;
+        } else if j > 0 && !line.get(at).copied().is_some_and(is_blank) {
+            return None;
+        }
+        at = after_blanks(at);
+        let rest = &line[at..];
+        if !wanted {
+            at += length_of_cell(rest);
+        } else if rest.first() == Some(&delimiter) {
+            *value = f64::NAN;
+            missing += 1;
+        } else {
+            let length;
+            (*value, length) = if dialect.decimal_comma {
+                let length = length_of_cell(rest);
+                (number(rest[..length].trim_ascii_end(), true)?, length)
+            } else {
+                fast_float2::parse_partial(rest).ok()?
+            };
+            missing += usize::from(value.is_nan());
+            at += length;
+        }
+        if !spaced {
+            at = after_blanks(at);
+        }
+    }
+    at = after_blanks(at);
+    if dialect.trailing && line.get(at) == Some(&delimiter) {
+        at = after_blanks(at + 1);
+    }
+    (at == line.len()).then_some(missing)
+}

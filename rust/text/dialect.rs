@@ -1,0 +1,231 @@
+//! How a log is written, found from its first lines.
+
+use std::collections::BTreeMap;
+
+use super::cells::{Delimiter, is_comment, is_missing, number, split};
+use super::{Meta, Options};
+use crate::{Error, Result};
+
+/// How a log is written.
+#[derive(Debug, Clone)]
+pub(super) struct Dialect {
+    pub delimiter: Delimiter,
+    pub decimal_comma: bool,
+    pub terminator: u8,
+    /// Cells of a row.
+    pub count: usize,
+    /// Whether rows end with a delimiter that separates nothing.
+    pub trailing: bool,
+    pub header: Option<Vec<String>>,
+    header_line: Option<usize>,
+    skipped: usize,
+    /// Lines of text before the first row of numbers, comments included.
+    pub preamble: usize,
+}
+
+/// One line that is neither empty nor a comment.
+struct Line<'a> {
+    number: usize,
+    text: &'a [u8],
+}
+
+impl Dialect {
+    /// Looks at the first lines of the log called `name`.
+    pub fn find(name: &str, head: &[u8], options: &Options) -> Result<Self> {
+        let feed = memchr::memchr(b'\n', head).is_some() || memchr::memchr(b'\r', head).is_none();
+        let terminator = if feed { b'\n' } else { b'\r' };
+        let mut lines = Vec::new();
+        // A comment just before the first line may hold the names of the columns.
+        let mut comment = None;
+        for (i, text) in head.split(|&byte| byte == terminator).enumerate() {
+            let line = Line { number: i + 1, text: text.trim_ascii() };
+            if is_comment(line.text) {
+                if lines.is_empty() {
+                    comment = Some(line);
+                }
+            } else if !line.text.is_empty() {
+                lines.push(line);
+            }
+        }
+        if lines.is_empty() {
+            return Err(no_rows(name));
+        }
+        let (delimiter, decimal_comma) = choose(&lines, options);
+        let number = |cell: &[u8]| number(cell, decimal_comma);
+        let is_row = |line: &Line| {
+            let mut cells = split(line.text, delimiter);
+            if let Some(wanted) = &options.columns {
+                cells = wanted.iter().filter_map(|&column| cells.get(column).copied()).collect();
+            }
+            let numbers = cells.iter().filter(|cell| !is_missing(cell) && number(cell).is_some()).count();
+            let words = cells.iter().filter(|cell| number(cell).is_none()).count();
+            // Mostly words: a header some of whose names are numbers. Else a row, perhaps with a bad cell.
+            words == 0 || numbers >= words
+        };
+        let Some(first) = lines.iter().position(is_row) else { return Err(no_rows(name)) };
+        let rows: Vec<Vec<&[u8]>> = lines[first..].iter().map(|line| split(line.text, delimiter)).collect();
+        let mut count = rows[0].len();
+        let ends_empty =
+            |cells: &[&[u8]]| cells.len() > 1 && cells.last().is_some_and(|cell| cell.is_empty());
+        let fits =
+            |cells: &[String]| cells.len() == count || (cells.len() + 1 == count && ends_empty(&rows[0]));
+        let before: Vec<_> = lines[..first].iter().map(|line| names(line.text, delimiter, count)).collect();
+        let mut header = None;
+        let mut header_line = None;
+        if let Some(i) = before.iter().position(|cells| fits(cells)) {
+            header = Some(before[i].clone());
+            header_line = Some(lines[i].number);
+        } else if let ([cells], Delimiter::Byte(_)) = (before.as_slice(), delimiter)
+            && cells.len() > 1
+        {
+            let (row, found) = (lines[first].number, cells.len());
+            return Err(Error::Input(format!("{name}: row {row} has {count} columns, the header {found}")));
+        } else if first == 0
+            && count > 1
+            && let Some(line) = comment
+        {
+            let cells = names(uncommented(line.text), delimiter, count);
+            if fits(&cells) && cells.iter().all(|cell| number(cell.as_bytes()).is_none()) {
+                header = Some(cells);
+                header_line = Some(line.number);
+            }
+        }
+        let trailing = ends_empty(&rows[0])
+            && delimiter != Delimiter::Space
+            && match &header {
+                Some(cells) => cells.len() + 1 == count || cells.last().is_some_and(String::is_empty),
+                None => rows.iter().all(|cells| ends_empty(cells)),
+            };
+        if trailing {
+            count -= 1;
+            if let Some(cells) = &mut header {
+                cells.truncate(count);
+            }
+        }
+        let skipped = first - usize::from(first > 0 && header.is_some());
+        let preamble = lines[first].number - 1;
+        Ok(Self {
+            delimiter,
+            decimal_comma,
+            terminator,
+            count,
+            trailing,
+            header,
+            header_line,
+            skipped,
+            preamble,
+        })
+    }
+
+    /// What is known before the first row is read.
+    pub fn meta(&self) -> Meta {
+        Meta {
+            delimiter: match self.delimiter {
+                Delimiter::Byte(byte) => byte as char,
+                Delimiter::Space => ' ',
+            },
+            decimal_comma: self.decimal_comma,
+            comments: 0,
+            blank: 0,
+            header_line: self.header_line,
+            skipped: self.skipped,
+            missing: 0,
+            rows: 0,
+        }
+    }
+}
+
+fn no_rows(name: &str) -> Error {
+    Error::Input(format!("{name}: no rows of numbers in it"))
+}
+
+/// A comment without the signs that make it one.
+fn uncommented(line: &[u8]) -> &[u8] {
+    let start = line.iter().position(|byte| !b"#%!/ \t".contains(byte)).unwrap_or(line.len());
+    &line[start..]
+}
+
+/// The pair of delimiter and decimal sign under which most lines are rows of numbers.
+fn choose(lines: &[Line], options: &Options) -> (Delimiter, bool) {
+    let delimiters = match options.delimiter {
+        Some(b' ') => vec![Delimiter::Space],
+        Some(byte) => vec![Delimiter::Byte(byte)],
+        None => {
+            [b'\t', b';', b'|', b','].map(Delimiter::Byte).into_iter().chain([Delimiter::Space]).collect()
+        }
+    };
+    let signs = options.decimal_comma.map_or(vec![false, true], |comma| vec![comma]);
+    let sample = &lines[..lines.len().min(256)];
+    let mut best = (0, (*delimiters.last().unwrap_or(&Delimiter::Space), signs[0]));
+    for &delimiter in &delimiters {
+        for &comma in &signs {
+            if comma && delimiter == Delimiter::Byte(b',') && options.delimiter.is_none() && !quoted(sample) {
+                continue;
+            }
+            let score = score(sample, delimiter, comma);
+            if score > best.0 {
+                best = (score, (delimiter, comma));
+            }
+        }
+    }
+    best.1
+}
+
+fn quoted(sample: &[Line]) -> bool {
+    sample.iter().any(|line| line.text.contains(&b'"'))
+}
+
+/// Rows of nothing but numbers weigh most, as many as have the same number of cells; then numbers. A
+/// delimiter that separates nothing weighs nothing.
+fn score(sample: &[Line], delimiter: Delimiter, comma: bool) -> usize {
+    let mut numbers = 0;
+    let mut widths = BTreeMap::new();
+    for line in sample {
+        let cells = split(line.text, delimiter);
+        if cells.len() == 1 && delimiter != Delimiter::Space {
+            continue;
+        }
+        let good = cells.iter().filter(|cell| number(cell, comma).is_some()).count();
+        numbers += good;
+        if good == cells.len() {
+            *widths.entry(good).or_insert(0) += 1;
+        }
+    }
+    let rows: usize = widths.into_values().max().unwrap_or(0);
+    1_000_000 * rows + numbers
+}
+
+/// The cells of a line of text as names of `count` columns.
+fn names(line: &[u8], delimiter: Delimiter, count: usize) -> Vec<String> {
+    let mut cells: Vec<String> = split(line, delimiter).into_iter().map(decoded).collect();
+    if delimiter == Delimiter::Space && cells.len() != count {
+        if count == 1 {
+            return vec![decoded(line)];
+        }
+        // A unit in brackets stands apart from its name, and may itself hold blanks.
+        let mut merged: Vec<String> = Vec::new();
+        let mut open = false;
+        for cell in cells {
+            let joins = open || cell.starts_with(['[', '(']);
+            let closed = cell.ends_with([']', ')']);
+            match merged.last_mut() {
+                Some(last) if joins => {
+                    last.push(' ');
+                    last.push_str(&cell);
+                }
+                _ => merged.push(cell),
+            }
+            open = joins && !closed;
+        }
+        cells = merged;
+    }
+    cells
+}
+
+/// UTF-8, or Latin-1 where it is none (older loggers write a degree sign so).
+pub(super) fn decoded(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_owned(),
+        Err(_) => bytes.iter().map(|&byte| byte as char).collect(),
+    }
+}

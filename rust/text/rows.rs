@@ -1,0 +1,204 @@
+//! Many lines into columns, in parallel; what was wrong, and where.
+
+use rayon::prelude::*;
+
+use super::cells::{self, Delimiter, is_comment, number, split};
+use super::dialect::{Dialect, decoded};
+use crate::{Error, Result};
+
+/// Pieces of a chunk that are parsed side by side.
+const PIECES: usize = 4;
+/// Smaller pieces are not worth a thread.
+const SMALLEST: usize = 64 << 10;
+
+/// Columns of one piece, and what stood between its rows.
+#[derive(Default)]
+pub(super) struct Block {
+    pub columns: Vec<Vec<f64>>,
+    pub comments: usize,
+    pub blank: usize,
+    pub missing: usize,
+    lines: usize,
+    bad: Option<Bad>,
+}
+
+impl Block {
+    /// Rows of numbers.
+    pub fn rows(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+}
+
+/// What is wrong with the last line of a block.
+enum Bad {
+    Cell { column: usize, text: String },
+    Count(usize),
+}
+
+/// Turns lines into the wanted columns.
+pub(super) struct Rows {
+    name: String,
+    dialect: Dialect,
+    /// Columns in the order asked for.
+    pub wanted: Vec<usize>,
+    mask: Vec<bool>,
+    /// Lines before the chunk that comes next.
+    line: usize,
+}
+
+impl Rows {
+    /// For the log called `name`; checks that the columns exist.
+    pub fn new(name: &str, dialect: &Dialect, columns: Option<&[usize]>) -> Result<Self> {
+        let count = dialect.count;
+        let wanted = columns.map_or_else(|| (0..count).collect(), <[usize]>::to_vec);
+        if let Some(column) = wanted.iter().find(|&&column| column >= count) {
+            return Err(Error::Input(format!("{name}: there is no column {}; it has {count}", column + 1)));
+        }
+        if wanted.is_empty() {
+            return Err(Error::Input(format!("{name}: no column was asked for")));
+        }
+        if let Some(column) = (1..wanted.len()).find(|&i| wanted[..i].contains(&wanted[i])) {
+            return Err(Error::Input(format!("{name}: column {} was asked for twice", wanted[column] + 1)));
+        }
+        let mask = (0..count).map(|column| wanted.contains(&column)).collect();
+        let name = if name == "-" { "standard input" } else { name }.to_owned();
+        Ok(Self { name, dialect: dialect.clone(), wanted, mask, line: 0 })
+    }
+
+    /// The columns of the next whole lines, in pieces in their order.
+    pub fn parse(&mut self, chunk: &[u8]) -> Result<Vec<Block>> {
+        let mut pieces = Vec::new();
+        let mut rest = chunk;
+        let goal = (chunk.len() / PIECES).max(SMALLEST);
+        while !rest.is_empty() {
+            let cut = rest
+                .get(goal..)
+                .and_then(|tail| memchr::memchr(self.dialect.terminator, tail))
+                .map_or(rest.len(), |more| goal + more + 1);
+            let (piece, tail) = rest.split_at(cut);
+            pieces.push(piece);
+            rest = tail;
+        }
+        // The lines of text before the first row are counted but not read again.
+        let skip = self.dialect.preamble.saturating_sub(self.line);
+        let first = self.line;
+        let blocks: Vec<Block> = if pieces.len() == 1 {
+            vec![self.piece(chunk, skip)]
+        } else {
+            pieces
+                .par_iter()
+                .enumerate()
+                .map(|(i, piece)| self.piece(piece, if i == 0 { skip } else { 0 }))
+                .collect()
+        };
+        let mut line = first;
+        for block in &blocks {
+            line += block.lines;
+            if let Some(bad) = &block.bad {
+                return Err(self.explain(line, bad));
+            }
+        }
+        self.line = line;
+        Ok(blocks)
+    }
+
+    fn piece(&self, bytes: &[u8], skip: usize) -> Block {
+        let mut all = vec![Vec::new(); self.dialect.count];
+        // Rows have much the same length: the first line tells how many to expect.
+        let shortest = memchr::memchr(self.dialect.terminator, bytes).unwrap_or(bytes.len()).max(2);
+        for (column, _) in all.iter_mut().zip(&self.mask).filter(|(_, wanted)| **wanted) {
+            column.reserve(bytes.len() / shortest + bytes.len() / shortest / 8 + 1);
+        }
+        let mut block = Block::default();
+        let mut row = vec![0.0; self.dialect.count];
+        let mut start = 0;
+        while start < bytes.len() {
+            let end =
+                memchr::memchr(self.dialect.terminator, &bytes[start..]).map_or(bytes.len(), |n| start + n);
+            let line = &bytes[start..end];
+            start = end + 1;
+            block.lines += 1;
+            let line = line.strip_suffix(b"\r").unwrap_or(line);
+            if let Some(missing) = cells::quick(line, &self.dialect, &self.mask, &mut row)
+                && block.lines > skip
+            {
+                block.missing += missing;
+            } else {
+                let trimmed = line.trim_ascii();
+                if is_comment(trimmed) {
+                    block.comments += 1;
+                    continue;
+                }
+                // A tab may be an empty cell: only a line of one column is blank in spite of it.
+                if trimmed.is_empty() && (line.is_empty() || self.dialect.delimiter != Delimiter::Byte(b'\t'))
+                {
+                    block.blank += 1;
+                    continue;
+                }
+                if block.lines <= skip {
+                    continue;
+                }
+                match self.slow(line, &mut row) {
+                    Ok(missing) => block.missing += missing,
+                    Err(bad) => {
+                        block.bad = Some(bad);
+                        break;
+                    }
+                }
+            }
+            for ((column, &value), _) in
+                all.iter_mut().zip(&row).zip(&self.mask).filter(|(_, wanted)| **wanted)
+            {
+                column.push(value);
+            }
+        }
+        block.columns = self.wanted.iter().map(|&j| std::mem::take(&mut all[j])).collect();
+        block
+    }
+
+    /// A line that is not as simple as most: quotes, words for nothing, an empty last cell, or wrong.
+    fn slow(&self, line: &[u8], row: &mut [f64]) -> std::result::Result<usize, Bad> {
+        let mut cells = split(line, self.dialect.delimiter);
+        if self.dialect.trailing && cells.len() == row.len() + 1 && cells.last().is_some_and(|c| c.is_empty())
+        {
+            cells.pop();
+        }
+        if cells.len() != row.len() {
+            return Err(Bad::Count(cells.len()));
+        }
+        let mut missing = 0;
+        for (column, (value, cell)) in row.iter_mut().zip(cells).enumerate() {
+            if !self.mask[column] {
+                continue;
+            }
+            let Some(found) = number(cell, self.dialect.decimal_comma) else {
+                let text = decoded(cell);
+                let text = if text.chars().count() > 24 {
+                    text.chars().take(24).chain(['…']).collect()
+                } else {
+                    text
+                };
+                return Err(Bad::Cell { column, text });
+            };
+            missing += usize::from(found.is_nan());
+            *value = found;
+        }
+        Ok(missing)
+    }
+
+    fn explain(&self, line: usize, bad: &Bad) -> Error {
+        let name = &self.name;
+        Error::Input(match bad {
+            Bad::Count(found) => {
+                format!("{name}: row {line} has {found} columns, the others {}", self.dialect.count)
+            }
+            Bad::Cell { column, text } => {
+                let title = match &self.dialect.header {
+                    Some(names) => format!(" ({})", names[*column]),
+                    None => String::new(),
+                };
+                format!("{name}: row {line}, column {}{title}: {text:?} is not a number", column + 1)
+            }
+        })
+    }
+}

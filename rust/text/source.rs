@@ -1,0 +1,206 @@
+//! Whole lines from a file or a pipe, a chunk at a time.
+
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::{Error, Result};
+
+/// Bytes read at a time.
+const CHUNK: usize = 4 << 20;
+/// Bytes that suffice to see how a log is written, and lines that do.
+const HEAD: (usize, usize) = (64 << 10, 40);
+/// A longer line is no row of numbers.
+const LONGEST_LINE: usize = 16 << 20;
+
+/// An open log.
+pub(super) struct Source {
+    name: String,
+    file: File,
+    /// Size if the file has one, else 0.
+    size: usize,
+    /// Whether a read may wait for someone who writes.
+    waits: bool,
+    done: bool,
+    /// What ends every line.
+    pub terminator: u8,
+    /// Bytes read but not handed out: the beginning of an unfinished line, or what was read ahead.
+    carry: Vec<u8>,
+    spare: Vec<u8>,
+    handed: usize,
+}
+
+impl Source {
+    /// Opens a file, or standard input for `-`.
+    pub fn open(path: &str) -> Result<Self> {
+        let (name, file) = if path == "-" {
+            ("standard input".to_owned(), standard_input())
+        } else {
+            (path.to_owned(), File::open(path))
+        };
+        let refuse = |error: std::io::Error| {
+            Error::Input(match error.kind() {
+                ErrorKind::NotFound => format!("{name}: no such file"),
+                _ => format!("{name}: cannot be read: {error}"),
+            })
+        };
+        let file = file.map_err(refuse)?;
+        let metadata = file.metadata().map_err(refuse)?;
+        if metadata.is_dir() {
+            return Err(Error::Input(format!("{name}: is a directory, not a log")));
+        }
+        let (size, waits) = if metadata.is_file() { (metadata.len() as usize, false) } else { (0, true) };
+        Ok(Self {
+            name,
+            file,
+            size,
+            waits,
+            done: false,
+            terminator: b'\n',
+            carry: Vec::new(),
+            spare: Vec::new(),
+            handed: 0,
+        })
+    }
+
+    /// The name for messages.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// How many rows to expect in all when `rows` came from what was handed out so far.
+    pub fn expected(&self, rows: usize) -> usize {
+        let all = rows as f64 * (self.size as f64 / self.handed.max(1) as f64);
+        // A little more, because later rows may be shorter than the first.
+        rows.max((1.02 * all) as usize + 64)
+    }
+
+    /// The first whole lines, enough to see how the log is written; checks that it is text.
+    pub fn head(&mut self, stop: &AtomicBool) -> Result<Vec<u8>> {
+        let lines = |bytes: &[u8]| memchr::memchr_iter(b'\n', bytes).take(HEAD.1).count();
+        while !self.done && self.carry.len() < HEAD.0 && (!self.waits || lines(&self.carry) < HEAD.1) {
+            self.fill(HEAD.0, stop)?;
+        }
+        let name = &self.name;
+        match self.carry.as_slice() {
+            [] => return Err(Error::Input(format!("{name}: is empty"))),
+            [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => {
+                return Err(Error::Input(format!("{name}: is UTF-16 text; save it as UTF-8")));
+            }
+            [0x1F, 0x8B, ..] => {
+                return Err(Error::Input(format!("{name}: is compressed by gzip; unpack it first")));
+            }
+            bytes if memchr::memchr(0, bytes).is_some() => {
+                return Err(Error::Input(format!("{name}: not a text log but binary data")));
+            }
+            bytes => {
+                let returns = memchr::memchr(b'\r', bytes).is_some();
+                if returns && memchr::memchr(b'\n', bytes).is_none() {
+                    self.terminator = b'\r';
+                }
+            }
+        }
+        if self.carry.starts_with(b"\xEF\xBB\xBF") {
+            self.carry.drain(..3);
+        }
+        Ok(self.chunk(stop)?.unwrap_or_default())
+    }
+
+    /// The next whole lines; `None` at the end.
+    pub fn chunk(&mut self, stop: &AtomicBool) -> Result<Option<Vec<u8>>> {
+        loop {
+            if let Some(end) = memchr::memrchr(self.terminator, &self.carry) {
+                return Ok(Some(self.hand_out(end + 1)));
+            }
+            if self.done {
+                // A last line without its end is a line.
+                let all = self.carry.len();
+                return Ok(if all == 0 { None } else { Some(self.hand_out(all)) });
+            }
+            if self.carry.len() > LONGEST_LINE {
+                return Err(Error::Input(format!(
+                    "{}: no end of line in {} bytes; not a log of rows",
+                    self.name,
+                    self.carry.len()
+                )));
+            }
+            self.fill(CHUNK, stop)?;
+        }
+    }
+
+    /// Reads ahead what `chunk` will hand out next. A pipe is not read ahead: its rows are wanted now.
+    pub fn prefetch(&mut self, stop: &AtomicBool) -> Result<()> {
+        if self.done || self.waits { Ok(()) } else { self.fill(CHUNK, stop) }
+    }
+
+    /// Takes back the memory of a chunk.
+    pub fn give_back(&mut self, chunk: Vec<u8>) {
+        self.spare = chunk;
+    }
+
+    fn hand_out(&mut self, end: usize) -> Vec<u8> {
+        let mut rest = std::mem::take(&mut self.spare);
+        rest.clear();
+        rest.extend_from_slice(&self.carry[end..]);
+        let mut chunk = std::mem::replace(&mut self.carry, rest);
+        chunk.truncate(end);
+        self.handed += end;
+        chunk
+    }
+
+    /// Appends up to `count` bytes to what is carried.
+    fn fill(&mut self, count: usize, stop: &AtomicBool) -> Result<()> {
+        let start = self.carry.len();
+        self.carry.resize(start + count, 0);
+        let mut end = start;
+        while end < self.carry.len() {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            if self.waits && !readable(&self.file) {
+                continue;
+            }
+            match self.file.read(&mut self.carry[end..]) {
+                Ok(0) => {
+                    self.done = true;
+                    break;
+                }
+                Ok(read) => end += read,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(Error::Input(format!("{}: cannot be read: {error}", self.name))),
+            }
+            if self.waits {
+                break;
+            }
+        }
+        self.carry.truncate(end);
+        Ok(())
+    }
+}
+
+#[cfg(unix)]
+fn standard_input() -> std::io::Result<File> {
+    use std::os::fd::AsFd;
+    // A descriptor of its own: no buffer of std's in between.
+    Ok(File::from(std::io::stdin().as_fd().try_clone_to_owned()?))
+}
+
+#[cfg(windows)]
+fn standard_input() -> std::io::Result<File> {
+    use std::os::windows::io::AsHandle;
+    Ok(File::from(std::io::stdin().as_handle().try_clone_to_owned()?))
+}
+
+/// Waits a tenth of a second at most, so that Ctrl-C is heard while nobody writes.
+#[cfg(unix)]
+fn readable(file: &File) -> bool {
+    use std::os::fd::AsRawFd;
+    let mut wanted = libc::pollfd { fd: file.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+    // SAFETY: `wanted` is one valid pollfd for the length of the call, and `file` keeps its descriptor open.
+    unsafe { libc::poll(&raw mut wanted, 1, 100) != 0 }
+}
+
+#[cfg(not(unix))]
+fn readable(_: &File) -> bool {
+    true
+}
