@@ -155,6 +155,8 @@ def compare(
                 )
             )
         else:
-            deviation: NDArray[np.float64] = np.sqrt(item.allan_variance(tau, rate=rate))
-            curves.append(Curve(name, "model", parse_unit(own or unit).name, tau, deviation))
+            deviation = np.sqrt(item.allan_variance(tau, rate=rate))
+            curves.append(
+                Curve(name, "model", parse_unit(own or unit).name, tau, np.asarray(deviation))
+            )
     return Curves(tuple(curves))
