@@ -155,8 +155,7 @@ def compare(
                 )
             )
         else:
-            deviation = np.sqrt(item.allan_variance(tau, rate=rate))
-            curves.append(
-                Curve(name, "model", parse_unit(own or unit).name, tau, np.asarray(deviation))
-            )
+            variance = item.allan_variance(tau, rate=rate)
+            deviation: NDArray[np.float64] = np.sqrt(variance).astype(np.float64)
+            curves.append(Curve(name, "model", parse_unit(own or unit).name, tau, deviation))
     return Curves(tuple(curves))
