@@ -1,37 +1,76 @@
-"""allanite: noise models of inertial sensors, compared with measurements until nothing is missing."""
+"""allanite: noise models of inertial sensors, criticised until nothing is missing."""
+
+# Names are imported when first asked for: the command line must not pay for the fit to show
+# its help. (`simulate` is a method of models; the name is that of a module.)
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import TYPE_CHECKING
 
-from allanite._kernels import version as _version
-from allanite.effects import CATALOGUE, Effect, Model, parse_model
-from allanite.effects.angle_random_walk import AngleRandomWalk
-from allanite.effects.bandwidth import Bandwidth
-from allanite.effects.bias_instability import BiasInstability
-from allanite.effects.bias_step import BiasStep
-from allanite.effects.burst_noise import BurstNoise
-from allanite.effects.covariate import Covariate
-from allanite.effects.gauss_markov import GaussMarkov
-from allanite.effects.noise_level_change import NoiseLevelChange
-from allanite.effects.outliers import Outliers
-from allanite.effects.power_law import PowerLaw
-from allanite.effects.quantization import Quantization
-from allanite.effects.rate_ramp import RateRamp
-from allanite.effects.rate_random_walk import RateRandomWalk
-from allanite.effects.resonance import Resonance
-from allanite.effects.sinusoid import Sinusoid
-from allanite.effects.warm_up import WarmUp
-from allanite.errors import AllaniteError, InputError, TooShortError
-from allanite.fit import Fit, fit_model
-from allanite.parameters import Estimate
-from allanite.readers import read
-from allanite.recording import Recording
-from allanite.simulate import simulate
-from allanite.spectrum import Spectrum, psd
-from allanite.study import Study, improve
-from allanite.suggestion import Check, Suggestion
+if TYPE_CHECKING:
+    from allanite.effects import CATALOGUE, Effect, Model, parse_model
+    from allanite.effects.angle_random_walk import AngleRandomWalk
+    from allanite.effects.bandwidth import Bandwidth
+    from allanite.effects.bias_instability import BiasInstability
+    from allanite.effects.bias_step import BiasStep
+    from allanite.effects.burst_noise import BurstNoise
+    from allanite.effects.covariate import Covariate
+    from allanite.effects.gauss_markov import GaussMarkov
+    from allanite.effects.noise_level_change import NoiseLevelChange
+    from allanite.effects.outliers import Outliers
+    from allanite.effects.power_law import PowerLaw
+    from allanite.effects.quantization import Quantization
+    from allanite.effects.rate_ramp import RateRamp
+    from allanite.effects.rate_random_walk import RateRandomWalk
+    from allanite.effects.resonance import Resonance
+    from allanite.effects.sinusoid import Sinusoid
+    from allanite.effects.warm_up import WarmUp
+    from allanite.errors import AllaniteError, InputError, TooShortError
+    from allanite.fit import Fit, fit_model
+    from allanite.parameters import Estimate
+    from allanite.readers import read
+    from allanite.recording import Recording
+    from allanite.spectrum import Spectrum, psd
+    from allanite.study import Study, improve
+    from allanite.suggestion import Check, Suggestion
 
-__version__ = _version()
+_HOME = {
+    "CATALOGUE": "allanite.effects",
+    "Effect": "allanite.effects",
+    "Model": "allanite.effects",
+    "parse_model": "allanite.effects",
+    "AngleRandomWalk": "allanite.effects.angle_random_walk",
+    "Bandwidth": "allanite.effects.bandwidth",
+    "BiasInstability": "allanite.effects.bias_instability",
+    "BiasStep": "allanite.effects.bias_step",
+    "BurstNoise": "allanite.effects.burst_noise",
+    "Covariate": "allanite.effects.covariate",
+    "GaussMarkov": "allanite.effects.gauss_markov",
+    "NoiseLevelChange": "allanite.effects.noise_level_change",
+    "Outliers": "allanite.effects.outliers",
+    "PowerLaw": "allanite.effects.power_law",
+    "Quantization": "allanite.effects.quantization",
+    "RateRamp": "allanite.effects.rate_ramp",
+    "RateRandomWalk": "allanite.effects.rate_random_walk",
+    "Resonance": "allanite.effects.resonance",
+    "Sinusoid": "allanite.effects.sinusoid",
+    "WarmUp": "allanite.effects.warm_up",
+    "AllaniteError": "allanite.errors",
+    "InputError": "allanite.errors",
+    "TooShortError": "allanite.errors",
+    "Fit": "allanite.fit",
+    "fit_model": "allanite.fit",
+    "Estimate": "allanite.parameters",
+    "read": "allanite.readers",
+    "Recording": "allanite.recording",
+    "Spectrum": "allanite.spectrum",
+    "psd": "allanite.spectrum",
+    "Study": "allanite.study",
+    "improve": "allanite.study",
+    "Check": "allanite.suggestion",
+    "Suggestion": "allanite.suggestion",
+}
 
 __all__ = [
     "CATALOGUE",
@@ -69,5 +108,21 @@ __all__ = [
     "parse_model",
     "psd",
     "read",
-    "simulate",
 ]
+
+
+def __getattr__(name: str) -> object:
+    if name == "__version__":
+        from allanite._kernels import version
+
+        value: object = version()
+    elif name in _HOME:
+        value = getattr(import_module(_HOME[name]), name)
+    else:
+        raise AttributeError(f"module 'allanite' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

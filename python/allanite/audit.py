@@ -7,67 +7,28 @@ Checks that need a distribution look at blocks spread over the record instead of
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.findings import Finding, of_stamps
 from allanite.units import coefficient_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
     from allanite.recording import Recording
-    from allanite.timebase import Stamps
 
 __all__ = ["Finding", "audit"]
 
 CHUNK = 1 << 18  # samples worked on at a time: stays in the cache, bounds the memory
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """One thing that is odd about the data.
-
-    Attributes
-    ----------
-    kind : str
-        Machine name: ``rate``, ``jitter``, ``gaps``, ``quantisation``, ``outliers``, …
-    severity : str
-        ``"info"`` (worth knowing) or ``"warning"`` (will distort a result if ignored).
-    message : str
-        One sentence for a person, with the numbers and the remedy.
-    column : str or None
-        Column concerned; None for the whole recording.
-    values : mapping of str to float
-        The numbers, in SI or the unit of the samples.
-    """
-
-    kind: str
-    severity: str
-    message: str
-    column: str | None = None
-    values: Mapping[str, float] = field(default_factory=dict)
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON form."""
-        return {
-            "kind": self.kind,
-            "severity": self.severity,
-            "message": self.message,
-            "column": self.column,
-            **self.values,
-        }
-
-    def __str__(self) -> str:
-        return self.message
-
-
 def audit(recording: Recording) -> list[Finding]:
     """Return the findings about the time stamps and about every column of a recording."""
-    findings = list(_stamps(recording.stamps, recording.rate)) if recording.stamps else []
+    findings = list(of_stamps(recording.stamps, recording.rate)) if recording.stamps else []
     units = recording.units
     for i, name in enumerate(recording.columns):
         x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, i]
@@ -79,70 +40,6 @@ def audit(recording: Recording) -> list[Finding]:
         for check in CHECKS:
             findings.extend(check(column))
     return findings
-
-
-# -- time stamps ---------------------------------------------------------------------------------
-
-
-def _stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
-    if abs(stamps.rate / rate - 1) > max(1e-3, 3 * stamps.resolution * stamps.rate / stamps.n):
-        yield Finding(
-            "rate",
-            "warning",
-            f"the time column says {stamps.rate:.4g} Hz, not {rate:g} Hz: give the right one"
-            " with --rate",
-            values={"stated_hz": rate, "measured_hz": stamps.rate},
-        )
-    if stamps.guessed and stamps.unit != "s":
-        yield Finding(
-            "time_unit",
-            "info",
-            f"time stamps taken as {stamps.unit} from their magnitude ({stamps.rate:.6g} Hz);"
-            " --rate overrides",
-            values={"measured_hz": stamps.rate},
-        )
-    shared = stamps.coarse and stamps.duplicates > 0.2 * stamps.n
-    if shared:
-        yield Finding(
-            "coarse_time",
-            "info",
-            f"time stamps resolve {stamps.resolution:.3g} s, not single samples: their mean rate is"
-            f" {stamps.rate:.5g} Hz, and gaps cannot be found from them",
-            values={"resolution_s": stamps.resolution, "measured_hz": stamps.rate},
-        )
-    elif stamps.duplicates:
-        yield Finding(
-            "duplicate_stamps",
-            "warning",
-            f"{stamps.duplicates} time stamps repeat the one before: samples may be duplicated",
-            values={"count": stamps.duplicates},
-        )
-    if stamps.backwards:
-        yield Finding(
-            "out_of_order",
-            "warning",
-            f"{stamps.backwards} time stamps run backwards, the first in row"
-            f" {stamps.first_backwards}; samples are used in the order of the file",
-            values={"count": stamps.backwards, "row": stamps.first_backwards},
-        )
-    if not shared and stamps.jitter * stamps.rate > 0.05:
-        yield Finding(
-            "jitter",
-            "warning" if stamps.jitter * stamps.rate > 0.3 else "info",
-            f"spacing of the time stamps varies by {stamps.jitter * 1e3:.3g} ms rms"
-            f" ({stamps.jitter * stamps.rate:.0%} of the interval); samples are taken as regular"
-            + (", and gaps cannot be found" if stamps.coarse else ""),
-            values={"rms_s": stamps.jitter},
-        )
-    if stamps.gaps:
-        longest = max(count for _, count in stamps.gaps)
-        yield Finding(
-            "gaps",
-            "warning",
-            f"{len(stamps.gaps)} gaps in the time column, {stamps.missing} samples missing, the"
-            f" longest {longest / stamps.rate:.3g} s; kept as NaN",
-            values={"count": len(stamps.gaps), "missing": stamps.missing, "longest": longest},
-        )
 
 
 # -- one column ----------------------------------------------------------------------------------
@@ -167,6 +64,11 @@ class _Column:
         second.sort()
         middle = second[second.size // 4 : 3 * second.size // 4]
         self.white = float(middle.mean()) / 0.6934 / math.sqrt(6) if middle.size else 0.0
+
+    def pieces(self, overlap: int = 0) -> Iterator[tuple[int, NDArray[Any]]]:
+        """(first row, samples) of stretches that cover the column, each reaching into the next."""
+        for at in range(0, max(self.n - overlap, 1), CHUNK):
+            yield at, self.x[at : at + CHUNK + overlap]
 
     def finding(self, kind: str, severity: str, message: str, **values: float) -> Finding:
         return Finding(kind, severity, f"{self.name}: {message}", self.name, values)
@@ -217,7 +119,7 @@ def _step(values: NDArray[np.float64], single: bool) -> float:
 def _check_missing(c: _Column) -> Iterator[Finding]:
     if c.x.dtype.kind != "f":
         return
-    missing = int(np.count_nonzero(np.isnan(c.x)))
+    missing = sum(int(np.count_nonzero(np.isnan(piece))) for _, piece in c.pieces())
     if missing:
         yield c.finding(
             "missing",
@@ -239,8 +141,7 @@ def _check_repeats(c: _Column) -> Iterator[Finding]:
     if c.low == c.high:
         return
     longest, start, run_start, equal = 1, 0, 0, 0
-    for at in range(0, c.n - 1, CHUNK):
-        piece = c.x[at : at + CHUNK + 1]
+    for at, piece in c.pieces(overlap=1):
         changes = np.flatnonzero(piece[1:] != piece[:-1])
         equal += piece.size - 1 - changes.size
         if changes.size:
@@ -282,18 +183,10 @@ def _check_repeats(c: _Column) -> Iterator[Finding]:
 def _check_clipping(c: _Column) -> Iterator[Finding]:
     """Report more samples at an extreme value than at the next one: the range was too small."""
     for edge, name in ((c.low, "lowest"), (c.high, "highest")):
-        at_edge = int(np.count_nonzero(c.x == edge))
-        if at_edge < 10 or at_edge > 0.5 * c.n:
+        at_edge = sum(int(np.count_nonzero(piece == edge)) for _, piece in c.pieces())
+        if at_edge < 10 or at_edge > 0.5 * c.n or np.unique(c.x[:10_000]).size < 5:
             continue
-        inner = c.x[c.x < edge] if edge == c.high else c.x[c.x > edge]
-        inner = inner[np.isfinite(inner)] if inner.dtype.kind == "f" else inner
-        if inner.size == 0:
-            continue
-        after = inner.max() if edge == c.high else inner.min()
-        if (
-            at_edge > 3 * int(np.count_nonzero(inner == after))
-            and np.unique(inner[:10_000]).size > 3
-        ):
+        if at_edge > 3 * _beside(c, edge):
             yield c.finding(
                 "clipping",
                 "warning",
@@ -302,6 +195,20 @@ def _check_clipping(c: _Column) -> Iterator[Finding]:
                 value=edge,
                 count=at_edge,
             )
+
+
+def _beside(c: _Column, edge: float) -> int:
+    """Count the samples at the value next to an extreme one."""
+    nearest, count = math.nan, 0
+    for _, piece in c.pieces():
+        inner = piece[piece < edge] if edge == c.high else piece[piece > edge]
+        if inner.size == 0:
+            continue
+        value = float(inner.max() if edge == c.high else inner.min())
+        if not abs(value - edge) >= abs(nearest - edge):
+            nearest, count = value, 0
+        count += int(np.count_nonzero(inner == nearest))
+    return count
 
 
 def _check_step(c: _Column) -> Iterator[Finding]:
@@ -326,15 +233,15 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
     if level == 0.0 or c.n < 100:
         return
     limit = level * math.sqrt(2 * math.log(c.n) + 16) + c.step
-    hit = np.zeros(c.n, dtype=bool)
-    for at in range(0, c.n - 2, CHUNK):
-        x = c.x[at : at + CHUNK + 2].astype(np.float64)
-        hit[at + 1 : at + x.size - 1] = np.abs(x[2:] - 2 * x[1:-1] + x[:-2]) > limit
-    count = int(np.count_nonzero(hit))
-    if not count:
+    found = []
+    for at, piece in c.pieces(overlap=2):
+        x = piece.astype(np.float64)
+        jumps = np.abs(x[2:] - 2 * x[1:-1] + x[:-2]) > limit
+        found.append(np.flatnonzero(jumps) + at + 1)
+    rows = np.concatenate(found)
+    if not rows.size:
         return
     # One spike moves three second differences.
-    rows = np.flatnonzero(hit)
     events = 1 + int(np.count_nonzero(np.diff(rows) > 2))
     usual = float(np.nanmedian(c.spread))
     worst = int(rows[np.argmax(np.abs(c.x[rows].astype(np.float64) - usual))])

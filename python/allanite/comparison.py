@@ -144,7 +144,9 @@ def compare(
     if rate is None:
         raise InputError("models alone have no sampling rate: give --rate HZ")
     unit = unit or (logs[0][1].unit if logs else "1")
-    tau = measured[logs[0][0]].tau if logs else 2.0 ** np.arange(18) / rate
+    tau: NDArray[np.float64] = (
+        measured[logs[0][0]].tau if logs else np.exp2(np.arange(18, dtype=np.float64)) / rate
+    )
     curves = []
     for name, item, own in items:
         if isinstance(item, Recording):
@@ -155,6 +157,7 @@ def compare(
                 )
             )
         else:
-            deviation: NDArray[np.float64] = np.sqrt(item.allan_variance(tau, rate=rate))
+            variance = item.allan_variance(tau, rate=rate)
+            deviation: NDArray[np.float64] = np.sqrt(variance).astype(np.float64)
             curves.append(Curve(name, "model", parse_unit(own or unit).name, tau, deviation))
     return Curves(tuple(curves))

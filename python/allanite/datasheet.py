@@ -7,7 +7,7 @@ A sheet is a small TOML or JSON file::
     noise_density = "0.03 deg/s/sqrt(Hz)"        # one-sided unless it says "two-sided"
     angle_random_walk = "1.27 deg/sqrt(h)"
     bias_instability = "18 deg/h"                # the coefficient B of IEEE 952
-    in_run_bias_stability = "12 deg/h"           # the minimum of the Allan deviation, 0.664 B
+    in_run_bias_stability = "12 deg/h"           # the minimum of the Allan deviation
     rate_random_walk = { value = 1.0, unit = "deg/h^1.5" }
 """
 
@@ -28,21 +28,21 @@ from allanite.units import coefficient_unit, conversion, parse_unit
 
 __all__ = ["Comparison", "DataSheet", "Figure", "compare_datasheet", "read_datasheet"]
 
-# Plateau of the Allan deviation of flicker noise over B: √(2 ln 2 / π), IEEE 952 annex C.
-PLATEAU = math.sqrt(2 * math.log(2) / math.pi)
 ONE_SIDED = math.sqrt(2)
+MINIMUM = "minimum"
+SOLID = 10  # degrees of freedom from which a point of the Allan curve may be its minimum
 
-# Figure → coefficient, its power of seconds, and the figure over the coefficient.
-FIGURES: dict[str, tuple[str, float, float]] = {
-    "noise_density": ("N", 0.5, 1.0),
-    "angle_random_walk": ("N", 0.5, 1.0),
-    "velocity_random_walk": ("N", 0.5, 1.0),
-    "bias_instability": ("B", 0.0, 1.0),
-    "in_run_bias_stability": ("B", 0.0, PLATEAU),
-    "rate_random_walk": ("K", -0.5, 1.0),
-    "acceleration_random_walk": ("K", -0.5, 1.0),
-    "quantization": ("Q", 1.0, 1.0),
-    "rate_ramp": ("R", -1.0, 1.0),
+# Figure → what it is of (a coefficient, or the Allan curve's minimum), its power of seconds.
+FIGURES: dict[str, tuple[str, float]] = {
+    "noise_density": ("N", 0.5),
+    "angle_random_walk": ("N", 0.5),
+    "velocity_random_walk": ("N", 0.5),
+    "bias_instability": ("B", 0.0),
+    "in_run_bias_stability": (MINIMUM, 0.0),
+    "rate_random_walk": ("K", -0.5),
+    "acceleration_random_walk": ("K", -0.5),
+    "quantization": ("Q", 1.0),
+    "rate_ramp": ("R", -1.0),
 }
 ALIASES = {
     "arw": "angle_random_walk",
@@ -96,7 +96,7 @@ class Figure:
 
     @property
     def coefficient(self) -> str:
-        """Coefficient that the figure speaks of: Q, N, B, K or R."""
+        """What the figure speaks of: Q, N, B, K, R, or the minimum of the Allan deviation."""
         return FIGURES[self.name][0]
 
     def in_unit(self, unit: str) -> float:
@@ -107,9 +107,9 @@ class Figure:
         InputError
             The figure is of another kind of sensor or another quantity; both units are named.
         """
-        _, power, over = FIGURES[self.name]
+        _, power = FIGURES[self.name]
         try:
-            return self.value * conversion(self.unit, coefficient_unit(unit, power)) / over
+            return self.value * conversion(self.unit, coefficient_unit(unit, power))
         except InputError as error:
             raise InputError(f"{self.name} = {self.value:g} {self.unit}: {error}") from None
 
@@ -282,14 +282,15 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
     for figure in sheet.figures:
         expected = figure.in_unit(unit)
         try:
-            measured = fit[figure.coefficient]
+            minimal = figure.coefficient == MINIMUM
+            measured = _minimum(fit.recording) if minimal else fit[figure.coefficient]
         except KeyError:
             missing.append(figure.name)
             continue
         ratio = Estimate(
             measured.value / expected,
             None if measured.std_error is None else measured.std_error / expected,
-            None if measured.interval is None else tuple(v / expected for v in measured.interval),
+            _scaled(measured.interval, 1 / expected),
             "1",
             measured.detected,
             f"{figure.name} ratio",
@@ -298,7 +299,31 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
     remarks = sheet.remarks()
     if missing:
         remarks.append(f"the model has no coefficient for {', '.join(missing)}: fit one that does")
+    if not getattr(fit, "adequate", True):
+        remarks.append(
+            f"{fit.model.name} does not describe this record (see allanite check): B and K may"
+            " stand for what it lacks"
+        )
     return Comparison(sheet, fit.recording.columns[0], tuple(rows), tuple(remarks))
+
+
+def _scaled(interval: tuple[float, float] | None, factor: float) -> tuple[float, float] | None:
+    return None if interval is None else (interval[0] * factor, interval[1] * factor)
+
+
+def _minimum(recording: Any) -> Estimate:
+    """Lowest point of the Allan deviation among those that are well known."""
+    from allanite.deviation import oadev
+
+    curve = oadev(recording, taus=12)
+    at = min(
+        (i for i in range(len(curve.tau)) if curve.edf[i] >= SOLID),
+        key=lambda i: curve.deviation[i],
+        default=0,
+    )
+    low, high = float(curve.low[at]), float(curve.high[at])
+    value = float(curve.deviation[at])
+    return Estimate(value, (high - low) / 4, (low, high), recording.unit, name=MINIMUM)
 
 
 def _remark(figure: Figure, ratio: Estimate) -> str:

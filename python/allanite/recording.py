@@ -271,6 +271,10 @@ class Recording:
             samples=locked(samples), rate=self.rate / k, covariates=MappingProxyType(extra)
         )
 
+    def called(self, path: str) -> Recording:
+        """Return the recording under another name of its file."""
+        return self._with(path=path)
+
     def to(self, unit: str) -> Recording:
         """Return the recording with its samples in another unit of the same kind.
 

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+CHUNK = 1 << 18  # rows looked at at a time
+
 __all__ = ["column_names", "covariate", "locked", "own"]
 
 
@@ -30,19 +32,36 @@ def own(samples: object, where: str) -> NDArray[Any]:
     if array.size == 0:
         raise TooShortError(f"{where}no samples")
     if array.dtype.kind == "f":
-        bad = np.isinf(array)
-        if bad.any():
-            row = int(np.argwhere(bad)[0][0])
-            raise InputError(
-                f"{where}{np.count_nonzero(bad)} infinite samples, the first in row {row}:"
-                " mark missing samples with NaN"
-            )
-        if np.isnan(array).all():
-            raise TooShortError(f"{where}every sample is NaN")
+        _finite(array, where)
     if array.flags.writeable:
         # A view, or an array someone else holds, could change under a running computation.
         array = array.copy()
     return array
+
+
+def _finite(array: NDArray[Any], where: str) -> None:
+    """Refuse infinities, and nothing but NaN; in pieces, because the array may be a mapped file."""
+    count, first, present = 0, -1, False
+    for at in range(0, len(array), CHUNK):
+        piece = array[at : at + CHUNK]
+        # A sum is finite only of finite terms: the details are looked at only where it is not.
+        with np.errstate(invalid="ignore", over="ignore"):
+            total = np.sum(piece, dtype=np.float64)
+        if np.isfinite(total):
+            present = True
+            continue
+        bad = np.isinf(piece)
+        present = present or not np.isnan(piece).all()
+        if bad.any():
+            first = at + int(np.argwhere(bad)[0][0]) if first < 0 else first
+            count += int(np.count_nonzero(bad))
+    if count:
+        raise InputError(
+            f"{where}{count} infinite samples, the first in row {first}:"
+            " mark missing samples with NaN"
+        )
+    if not present:
+        raise TooShortError(f"{where}every sample is NaN")
 
 
 def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[str, ...]:

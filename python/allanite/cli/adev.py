@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
 import click
 
 from allanite.cli.options import LogOptions, log_options, plot_option
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.deviation import Deviation
+    from allanite.recording import Recording
 
 KINDS = ("oadev", "adev", "mdev", "hdev", "tdev", "totdev")
 
@@ -33,7 +42,35 @@ def command(log: str, kind: str, taus: str, plot: str | None, options: LogOption
     from allanite import deviation
 
     grid = int(taus) if taus.isdigit() else taus
-    results = [getattr(deviation, kind)(column, taus=grid) for column in columns]
+    results = [_Measured(column, getattr(deviation, kind)(column, taus=grid)) for column in columns]
     output.plot(results, [c.columns[0] for c in columns], plot)
     output.notes(columns, options)
     output.show(results, options)
+
+
+@dataclass(frozen=True, slots=True)
+class _Measured:
+    """A deviation with the recording it is of."""
+
+    recording: Recording
+    deviation: Deviation
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/adev/1`` of the contract."""
+        from allanite._kernels import version
+
+        head = {"schema": "allanite/adev/1", "version": version()}
+        return {**head, "recording": self.recording.describe(), **self.deviation.to_dict()}
+
+    def __str__(self) -> str:
+        r = self.recording
+        what = f"{r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s), {r.unit}"
+        return f"{r.path or 'recording'} · {r.columns[0]} · {what}\n{self.deviation}"
+
+    def plot(self, path: Path) -> None:
+        """Draw the curve with its interval."""
+        from allanite.comparison import Curve, Curves
+
+        d, r = self.deviation, self.recording
+        curve = Curve(r.columns[0], "recording", r.unit, d.tau, d.deviation, d.low, d.high)
+        Curves((curve,)).plot(path)

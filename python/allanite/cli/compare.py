@@ -77,7 +77,7 @@ def _against_sheet(columns: list[Any], datasheet: str, model: str) -> list[Any]:
     parsed = parse_model(model)
     present = {effect.kind for effect in parsed}
     for name in dict.fromkeys(figure.coefficient for figure in sheet.figures):
-        if KINDS[name] not in present:
+        if name in KINDS and KINDS[name] not in present:
             parsed = parsed + parse_model(name)
     fitting = [c for c in columns if _fits(sheet, c)]
     if not fitting:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from allanite.cli.pipe import NAME, PIPE, log_file, named
 from allanite.errors import InputError, TooShortError
 
 if TYPE_CHECKING:
@@ -107,15 +108,19 @@ def columns_of(path: str, options: LogOptions) -> list[Recording]:
     """
     from allanite.readers import read
 
-    recording = read(
-        path,
-        rate=options.rate,
-        unit=options.unit,
-        quantity=options.quantity,
-        column=options.column or None,
-        covariate=options.covariate or None,
-        time_column=options.time_column,
-    )
+    with log_file(path) as file, named(file, path):
+        recording = read(
+            file,
+            rate=options.rate,
+            unit=options.unit,
+            quantity=options.quantity,
+            column=options.column or None,
+            covariate=options.covariate or None,
+            time_column=options.time_column,
+        )
+    if path == PIPE:
+        path = NAME
+        recording = recording.called(NAME)
     if options.trim is not None:
         recording = recording.trim(*_span(options.trim))
     if options.decimate is not None:

@@ -231,6 +231,8 @@ def _same_length(table: Table, columns: list[int], where: str) -> None:
 
 def _take(table: Table, columns: list[int]) -> NDArray[Any]:
     if len(columns) == 1:
-        return table.data[:, columns[0]].copy()
+        # The only column of a mapped file is used where it is.
+        alone = table.data.shape[1] == 1
+        return table.data[:, 0] if alone else table.data[:, columns[0]].copy()
     whole = columns == list(range(table.data.shape[1]))
     return table.data if whole else table.data[:, columns]

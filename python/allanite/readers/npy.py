@@ -14,12 +14,18 @@ if TYPE_CHECKING:
 
 __all__ = ["read"]
 
+MAPPED = 1 << 26  # bytes above which a file is mapped, not read
+
 
 def read(path: Path) -> Table:
     """Read an array of shape (n,) or (n, columns); pickled objects are never loaded."""
     try:
-        with path.open("rb") as stream:
-            data = np.load(stream, allow_pickle=False)
+        # A large array stays in its file, and need not fit into memory.
+        if path.stat().st_size > MAPPED:
+            data = np.load(path, mmap_mode="r", allow_pickle=False)
+        else:
+            with path.open("rb") as stream:
+                data = np.load(stream, allow_pickle=False)
     except (ValueError, EOFError) as error:
         if "pickle" in str(error).lower() or "object" in str(error).lower():
             raise InputError(

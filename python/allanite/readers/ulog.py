@@ -33,7 +33,9 @@ def read(path: Path) -> Table:
     from pyulog import ULog
 
     try:
-        log = ULog(str(path))
+        # Opened here, because pyulog leaves a damaged file open.
+        with path.open("rb") as stream:
+            log = ULog(stream)
     except Exception as error:  # pyulog raises whatever the bytes lead it to
         raise InputError(f"{path}: damaged or not a ULog file ({error})") from None
     topics = {data.name: data for data in reversed(log.data_list)}

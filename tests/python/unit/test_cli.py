@@ -386,6 +386,32 @@ def test_notes_of_the_audit_are_shown_unless_quiet(run, tmp_path):
     assert document["recording"]["audit"][0]["kind"] == "clipping"
 
 
+def piped(data, *arguments):
+    code = "from allanite.cli import main; main()"
+    command = [sys.executable, "-c", code, *map(str, arguments)]
+    done = subprocess.run(command, input=data, capture_output=True, check=False)
+    return done.returncode, done.stdout.decode(), done.stderr.decode()
+
+
+def test_a_log_from_a_pipe(run, log, tmp_path):
+    needs("deviation")
+    code, out, err = piped(log.read_bytes(), "fit", "-", "--model", "N", "--json")
+    assert (code, err) == (0, "")
+    document = strict(out)
+    assert document["recording"]["path"] == "standard input"
+    direct = strict(run("fit", log, "--model", "N", "--json")[1])
+    assert document["effects"] == direct["effects"]
+    np.save(tmp_path / "x.npy", RNG.standard_normal(300))
+    code, out, _ = piped((tmp_path / "x.npy").read_bytes(), "fit", "-", "--model", "N", "--rate", 5)
+    assert code == 0
+    assert "300 samples at 5 Hz" in out
+
+
+def test_bad_pipes():
+    refused(piped(b"x\n1\n2\nthree\n", "fit", "-", "--rate", 1), 2, "standard input", "three")
+    refused(piped(b"", "fit", "-", "--rate", 1), 2, "standard input", "empty")
+
+
 def test_whole_file_or_nothing(tmp_path):
     from allanite.cli.output import whole_file
     from allanite.errors import InputError
@@ -422,5 +448,6 @@ def test_ctrl_c_ends_a_command(tmp_path):
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert err == "allanite: interrupted\n"
+    # click ends the line that a terminal shows ^C in.
+    assert err == "\nallanite: interrupted\n"
     assert list(tmp_path.iterdir()) == []

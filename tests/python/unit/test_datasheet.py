@@ -2,6 +2,7 @@
 
 import json
 import math
+import sys
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
@@ -124,15 +125,31 @@ def test_every_figure_in_its_own_unit(tmp_path):
         quantization = "2e-4 deg"
         angle_random_walk = { value = 8e-3, unit = "deg/√h" }
         bias_instability = "0.1 deg/h"
-        in_run_bias_stability = "0.0664 °/h"
         rate_random_walk = "1 deg/h^1.5"
         rate_ramp = "5 deg/h^2"
         """,
     )
     values = [figure.in_unit("deg/s") for figure in s.figures]
-    expected = [2e-4, 8e-3 / 60, 0.1 / 3600, 0.1 / 3600, 1 / 3600**1.5, 5 / 3600**2]
+    expected = [2e-4, 8e-3 / 60, 0.1 / 3600, 1 / 3600**1.5, 5 / 3600**2]
     assert values == pytest.approx(expected, rel=1e-3)
     assert s.name == "Table 2"
+
+
+def test_in_run_stability_is_the_minimum_of_the_allan_deviation(tmp_path, monkeypatch):
+    curve = SimpleNamespace(
+        tau=[1, 2, 4, 8],
+        deviation=[3.0, 2.0, 2.5, 1.0],
+        edf=[90, 40, 20, 3],
+        low=[2.9, 1.8, 2, 0.2],
+        high=[3.1, 2.2, 3, 9],
+    )
+    module = SimpleNamespace(oadev=lambda recording, taus: curve)
+    monkeypatch.setitem(sys.modules, "allanite.deviation", module)
+    s = sheet(tmp_path, '[figures]\nin_run_bias_stability = "2 deg/s"')
+    row = only(compare_datasheet(fit(1.0), s))
+    # The lowest point at 3 degrees of freedom is chance.
+    assert row.measured == 2.0
+    assert row.ratio.interval == pytest.approx((0.9, 1.1))
 
 
 def test_json_and_undetected(tmp_path):

@@ -1,0 +1,50 @@
+"""A log from a pipe: ``allanite fit -`` reads standard input."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from allanite.errors import AllaniteError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+__all__ = ["NAME", "PIPE", "log_file", "named"]
+
+PIPE = "-"
+NAME = "standard input"
+# First bytes → suffix by which the readers know a format; anything else is text.
+SIGNATURES = {b"\x93NUMPY": ".npy", b"PK\x03\x04": ".npz", b"ULog": ".ulg", b"#ROSBAG": ".bag"}
+
+
+@contextmanager
+def log_file(path: str) -> Iterator[Path]:
+    """Give the path of a log; a pipe goes through a temporary file, which then disappears."""
+    if path != PIPE:
+        yield Path(path)
+        return
+    stream = sys.stdin.buffer
+    head = stream.read(8)
+    suffix = next((s for magic, s in SIGNATURES.items() if head.startswith(magic)), ".csv")
+    with tempfile.TemporaryDirectory(prefix="allanite-") as folder:
+        spool = Path(folder) / f"{NAME}{suffix}"
+        with spool.open("wb") as file:
+            file.write(head)
+            shutil.copyfileobj(stream, file)
+        yield spool
+
+
+@contextmanager
+def named(file: Path, path: str) -> Iterator[None]:
+    """Let errors speak of standard input, not of the temporary file."""
+    try:
+        yield
+    except AllaniteError as error:
+        if path != PIPE:
+            raise
+        raise type(error)(str(error).replace(str(file), NAME)) from None
