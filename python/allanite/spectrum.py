@@ -68,7 +68,8 @@ class Bins:
     def limits(self, rate: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper frequency of each bin in Hz."""
         half = rate / (2.0 * self.n)
-        return (self.edges[:-1] - 0.5) * half, (self.edges[1:] - 0.5) * half
+        edges = (self.edges.astype(np.float64) - 0.5) * half
+        return edges[:-1], edges[1:]
 
 
 @lru_cache(maxsize=32)

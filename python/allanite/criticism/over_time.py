@@ -127,7 +127,9 @@ def _expected_level(
     for effect in solution.model.modifiers:
         v = effect.values
         if effect.kind == "noise_level_change":
-            inside = np.clip(np.minimum(edges[1:], v["end"]) - np.maximum(edges[:-1], v["start"]), 0, None)
+            inside = np.clip(
+                np.minimum(edges[1:], v["end"]) - np.maximum(edges[:-1], v["start"]), 0, None
+            )
             power *= 1.0 + (v["factor"] ** 2 - 1.0) * inside / (edges[1] - edges[0])
     return np.asarray(power / power.mean())
 
@@ -138,5 +140,7 @@ def _white_share(solution: Solution, data: Data, ordinate: int) -> float:
     total = density(data.terms(solution.model), j, data.n)[0]
     for effect, theta in zip(solution.model.stochastic, solution.theta, strict=True):
         if effect.kind == "angle_random_walk":
-            return float(theta * density(data.unit_terms(solution.model, effect), j, data.n)[0] / total)
+            return float(
+                theta * density(data.unit_terms(solution.model, effect), j, data.n)[0] / total
+            )
     return 0.0

@@ -101,7 +101,9 @@ class Effect:
     @property
     def free_shapes(self) -> tuple[str, ...]:
         """Shape parameters that a fit may move."""
-        return tuple(p.name for p in self.parameters if p.role == "shape" and p.name not in self.held)
+        return tuple(
+            p.name for p in self.parameters if p.role == "shape" and p.name not in self.held
+        )
 
     def parameter(self, name: str) -> Parameter:
         """The declaration of a parameter."""
@@ -165,7 +167,9 @@ class Stochastic(Effect):
         """Primitive terms at this shape and coefficient."""
         value = getattr(self, self.coefficient)
         if value is None:
-            raise InputError(f"{self.kind}: {self.coefficient} has no value yet: give one, or fit it")
+            raise InputError(
+                f"{self.kind}: {self.coefficient} has no value yet: give one, or fit it"
+            )
         return tuple(_terms.scaled(term, value**2) for term in self.unit_terms(rate))
 
 

@@ -32,6 +32,6 @@ class BiasInstability(Stochastic):
     )
     rivals: ClassVar[tuple[str, ...]] = ("gauss_markov", "power_law", "rate_random_walk")
 
-    def unit_terms(self, rate: float) -> tuple[Term, ...]:  # noqa: ARG002 - the same at any rate
+    def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """The half-order fractional difference of white noise (Kasdin 1995)."""
         return (("flicker", (1.0,)),)

@@ -36,13 +36,17 @@ class NoiseLevelChange(Modifier):
     physics: ClassVar[str] = (
         "for a while something shook, switched range or disturbed the supply; or the sensor lost its damping or lock"
     )
-    looks_like: ClassVar[str] = "nothing on the Allan curve; a louder or quieter stretch of the samples"
+    looks_like: ClassVar[str] = (
+        "nothing on the Allan curve; a louder or quieter stretch of the samples"
+    )
     check_by: ClassVar[str] = (
         "look at the laboratory's log for that interval; trim it and fit again: everything else should stay"
     )
     rivals: ClassVar[tuple[str, ...]] = ("outliers",)
 
-    def modify(self, white: float, rate: float, span: tuple[float, float] | None = None) -> tuple[Term, ...]:  # noqa: ARG002
+    def modify(
+        self, white: float, rate: float, span: tuple[float, float] | None = None
+    ) -> tuple[Term, ...]:
         """The mean power over the record (`span`: its first and last time in s)."""
         if span is None or self.start is None or self.end is None or self.factor is None:
             return (("white", (white,)),)

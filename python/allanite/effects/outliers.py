@@ -32,11 +32,17 @@ class Outliers(Modifier):
     physics: ClassVar[str] = (
         "single wrong samples: transmission errors, resets, shocks, saturated conversions, mains switching"
     )
-    looks_like: ClassVar[str] = "spikes of the samples; a white density (and N) higher than the histogram's width says"
-    check_by: ClassVar[str] = "look at the raw words and checksums at these times; count them against a bus or supply event"
+    looks_like: ClassVar[str] = (
+        "spikes of the samples; a white density (and N) higher than the histogram's width says"
+    )
+    check_by: ClassVar[str] = (
+        "look at the raw words and checksums at these times; count them against a bus or supply event"
+    )
     rivals: ClassVar[tuple[str, ...]] = ("noise_level_change",)
 
-    def modify(self, white: float, rate: float, span: tuple[float, float] | None = None) -> tuple[Term, ...]:  # noqa: ARG002
+    def modify(
+        self, white: float, rate: float, span: tuple[float, float] | None = None
+    ) -> tuple[Term, ...]:
         """The white part is what remains; nothing to change."""
         return (("white", (white,)),)
 

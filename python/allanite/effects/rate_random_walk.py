@@ -27,14 +27,21 @@ class RateRandomWalk(Stochastic):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("K", -0.5, "rate random walk coefficient"),
     )
-    physics: ClassVar[str] = "slow ageing, or an unmodelled temperature, that wanders without a time constant"
+    physics: ClassVar[str] = (
+        "slow ageing, or an unmodelled temperature, that wanders without a time constant"
+    )
     looks_like: ClassVar[str] = "a slope of +½ at the longest τ; a density that falls as 1/f²"
     check_by: ClassVar[str] = (
         "log the temperature and offer it as a covariate; record several times longer: a lag levels off, "
         "a random walk does not"
     )
     rivals: ClassVar[tuple[str, ...]] = (
-        "gauss_markov", "rate_ramp", "power_law", "bias_instability", "warm_up", "covariate",
+        "gauss_markov",
+        "rate_ramp",
+        "power_law",
+        "bias_instability",
+        "warm_up",
+        "covariate",
     )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:

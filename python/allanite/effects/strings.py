@@ -86,7 +86,8 @@ def _effect(reader: _Reader) -> Effect:
         while True:
             key, place = reader.name("a parameter")
             parameter = next(
-                (p for p in cls.parameters if key in (p.name, *p.aliases) and p.role != "derived"), None
+                (p for p in cls.parameters if key in (p.name, *p.aliases) and p.role != "derived"),
+                None,
             )
             if parameter is None:
                 known = " ".join(p.name for p in cls.parameters if p.role != "derived")

@@ -123,7 +123,9 @@ def _exponential_allan(a: complex, phi: complex, m: type_Array) -> type_Array:
         k = m[large].astype(np.longdouble)
         p, x = np.clongdouble(phi), np.clongdouble(-np.expm1(log_phi))
         pm = np.exp(k * np.clongdouble(log_phi))
-        value = np.clongdouble(a) * (k * x * (1 + p) - 3 * p + p * p + 4 * p * pm - p * pm**2 - p**2)
+        value = np.clongdouble(a) * (
+            k * x * (1 + p) - 3 * p + p * p + 4 * p * pm - p * pm**2 - p**2
+        )
         # m(1−φ²) − 3φ + 4φ^{m+1} − φ^{2m+1}, over m²(1−φ)².
         closed = (value / (k * x) ** 2).real.astype(float)
         walk = 2.0 * (a * complex(x)).real * (2.0 * m[large] ** 2 + 1.0) / (6.0 * m[large])
@@ -192,7 +194,9 @@ def _power_law_ends(exponent: float, n: int) -> type_Array:
     h = np.arange(1, n)
     angle = np.pi * j[:, None] / n
     weights = (n - h) * np.cos(angle * h) - np.sin(angle * h) / np.sin(angle)
-    return np.asarray(-(2.0 / n) * (weights @ lags[1:]) / (2 * np.sin(np.pi * j / (2 * n))) ** exponent)
+    return np.asarray(
+        -(2.0 / n) * (weights @ lags[1:]) / (2 * np.sin(np.pi * j / (2 * n))) ** exponent
+    )
 
 
 def cosine_variance(term: Term, j: NDArray[np.int64], n: int) -> type_Array:

@@ -67,7 +67,9 @@ def _held(model: Model) -> list[bool]:
     return [e.coefficient in e.held for e in model.stochastic]
 
 
-def _maximise(model: Model, power: type_Array, count: type_Array, data: Data) -> tuple[Maximum, type_Array]:
+def _maximise(
+    model: Model, power: type_Array, count: type_Array, data: Data
+) -> tuple[Maximum, type_Array]:
     """Coefficients at the model's present shapes; held ones stay."""
     effects = model.stochastic
     matrix = columns(model, effects, data)
@@ -108,7 +110,10 @@ def solve(data: Data, model: Model, *, polish: bool = True, rounds: int = 8) -> 
     previous = -np.inf
     for turn in range(rounds):
         model = _shape.fit_shapes(
-            model, lambda m: _maximise(m, power, count, data)[0], data, polish=polish  # noqa: B023
+            model,
+            lambda m: _maximise(m, power, count, data)[0],
+            data,
+            polish=polish,
         )
         best, matrix = _maximise(model, power, count, data)
         model = _with_coefficients(model, best.theta)
@@ -157,7 +162,7 @@ def _with_coefficients(model: Model, theta: type_Array) -> Model:
         if isinstance(effect, Stochastic):
             value = float(np.sqrt(next(values)))
             if effect.coefficient not in effect.held:
-                effect = effect.with_values(**{effect.coefficient: value})  # noqa: PLW2901
+                effect = effect.with_values(**{effect.coefficient: value})
         effects.append(effect)
     return Model(tuple(effects))
 
@@ -167,7 +172,9 @@ def _regress(
 ) -> Regression:
     """GLS of the amplitudes; those of effects with a held amplitude are taken out beforehand."""
     values = data.ordinates[design.ordinates]
-    held = np.array([bool(set(effects[i].held) & _amplitude_names(effects[i])) for i in design.owner])
+    held = np.array(
+        [bool(set(effects[i].held) & _amplitude_names(effects[i])) for i in design.owner]
+    )
     if not held.any():
         return regress(design.matrix, values, variance)
     fixed = np.concatenate([e.amplitudes() for e in effects])
@@ -189,7 +196,7 @@ def _with_amplitudes(model: Model, design: Design, regression: Regression) -> Mo
     effects: list[Effect] = []
     for effect in model.effects:
         if isinstance(effect, Deterministic):
-            effect = effect.with_amplitudes(regression.amplitudes[owner == index])  # noqa: PLW2901
+            effect = effect.with_amplitudes(regression.amplitudes[owner == index])
             index += 1
         effects.append(effect)
     return Model(tuple(effects))

@@ -149,7 +149,12 @@ def _stochastic(
         if parameter.role == "derived" and value > 0.0 and name not in effect.held:
             interval = (number * low / value, number * high / value)
         out[parameter.name] = Estimate(
-            float(number), None, interval, _unit(effect, parameter.name, unit), detected, parameter.name
+            float(number),
+            None,
+            interval,
+            _unit(effect, parameter.name, unit),
+            detected,
+            parameter.name,
         )
     return {p.name: out[p.name] for p in effect.parameters}
 
@@ -175,9 +180,7 @@ def _widened(
     return value * (low / value) ** factor, value * (high / value) ** factor
 
 
-def _shape(
-    effect: Effect, name: str, relative: float | None, detected: bool, unit: str  # noqa: FBT001
-) -> Any:
+def _shape(effect: Effect, name: str, relative: float | None, detected: bool, unit: str) -> Any:
     value = effect.values[name]
     if value is None or isinstance(value, str):
         return value
@@ -189,7 +192,12 @@ def _shape(
         return Estimate(float(value), relative, interval, own_unit, detected, name)
     spread = float(np.exp(min(NORMAL * relative, 50.0)))
     return Estimate(
-        float(value), float(value * relative), (value / spread, value * spread), own_unit, detected, name
+        float(value),
+        float(value * relative),
+        (value / spread, value * spread),
+        own_unit,
+        detected,
+        name,
     )
 
 
@@ -201,12 +209,16 @@ def _modifier(effect: Effect, shaped: dict[str, float], rate: float, unit: str) 
         name, value = parameter.name, effect.values[parameter.name]
         if isinstance(value, (tuple, str)) or value is None or name not in errors:
             out[name] = (
-                value if isinstance(value, tuple) else _shape(effect, name, shaped.get(name), True, unit)
+                value
+                if isinstance(value, tuple)
+                else _shape(effect, name, shaped.get(name), True, unit)
             )
             continue
         spread = NORMAL * errors[name]
         own_unit = _unit(effect, name, unit)
-        out[name] = Estimate(value, errors[name], (value - spread, value + spread), own_unit, True, name)
+        out[name] = Estimate(
+            value, errors[name], (value - spread, value + spread), own_unit, True, name
+        )
     return out
 
 
@@ -237,17 +249,24 @@ def _deterministic(
         interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)
         if interval is not None and parameter.low == 0.0:
             interval = (max(0.0, interval[0]), interval[1])
-        out[parameter.name] = Estimate(float(value), error, interval, own_unit, detected, parameter.name)
+        out[parameter.name] = Estimate(
+            float(value), error, interval, own_unit, detected, parameter.name
+        )
     return out
 
 
 def _amplitude_error(
-    effect: Deterministic, name: str, amplitudes: NDArray[np.float64], covariance: NDArray[np.float64]
+    effect: Deterministic,
+    name: str,
+    amplitudes: NDArray[np.float64],
+    covariance: NDArray[np.float64],
 ) -> float | None:
     """Delta method through the effect's own map from amplitudes to values."""
     slope = np.zeros(amplitudes.size)
     for i in range(amplitudes.size):
-        step = 1e-4 * max(float(np.sqrt(covariance[i, i])), abs(float(amplitudes[i])) * 1e-6, 1e-300)
+        step = 1e-4 * max(
+            float(np.sqrt(covariance[i, i])), abs(float(amplitudes[i])) * 1e-6, 1e-300
+        )
         move = np.zeros(amplitudes.size)
         move[i] = step
         up = effect.with_amplitudes(amplitudes + move).values[name]

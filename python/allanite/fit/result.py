@@ -128,7 +128,9 @@ class Fit:
             elif not parameter and key in labels:
                 found.append(values)
         if not found:
-            known = " ".join(f"{e.short}.{p}" for e, v in zip(self.model, self.estimates, strict=True) for p in v)
+            known = " ".join(
+                f"{e.short}.{p}" for e, v in zip(self.model, self.estimates, strict=True) for p in v
+            )
             raise KeyError(f"{name!r} is not in the fit (it has: {known})")
         return found[0]
 
@@ -160,7 +162,9 @@ class Fit:
         from allanite.fit import fit_model
 
         effects = self.model.effects
-        return fit_model(self.recording, Model(effects[:place] + effects[place + 1 :]), method=self.method)
+        return fit_model(
+            self.recording, Model(effects[:place] + effects[place + 1 :]), method=self.method
+        )
 
     def simulate(self, **options: Any) -> Recording:
         """Samples of the fitted model at the recording's rate and unit (`duration=` s, `seed=`)."""

@@ -11,7 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Maximum", "information", "log_likelihood", "maximise", "normal_scores", "profile_interval"]
+__all__ = [
+    "Maximum",
+    "information",
+    "log_likelihood",
+    "maximise",
+    "normal_scores",
+    "profile_interval",
+]
 
 type_Array = NDArray[np.float64]
 #: Half the 95 % point of χ²₁, and of its one-sided form.

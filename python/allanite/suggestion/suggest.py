@@ -139,14 +139,21 @@ def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, 
     families = {
         **{
             name: Family(
-                name, tuple(a for a, f in zip(spectral.arcs, spectral.families, strict=True) if f == name)
+                name,
+                tuple(
+                    a for a, f in zip(spectral.arcs, spectral.families, strict=True) if f == name
+                ),
             )
             for name in sorted({"spectral", *spectral.families})
         },
         "line": Family("line", width=line_trials(data.n)),
         "level": Family("level"),
         "outlier": Family("outlier"),
-        **{name: Family(name, screen.arcs, sides=2) for name, screen in screens.items() if screen.arcs},
+        **{
+            name: Family(name, screen.arcs, sides=2)
+            for name, screen in screens.items()
+            if screen.arcs
+        },
     }
     candidates = (
         *spectral.candidates,
