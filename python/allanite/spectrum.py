@@ -6,6 +6,7 @@ correlation with any other (rust/spectrum.rs says why), so a bin of k ordinates 
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -82,7 +83,7 @@ def bins_of(n: int) -> Bins:
     if len(edges) > 3 and edges[-1] - edges[-2] < 0.5 * (edges[-2] - edges[-3]):
         del edges[-2]
     nodes, owner = [], []
-    for b, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for b, (low, high) in enumerate(itertools.pairwise(edges)):
         width = high - low
         if width <= NODES:
             inside = np.arange(low, high)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -67,6 +67,9 @@ class Effect:
     title: ClassVar[str]
     titles: ClassVar[Mapping[str, str]] = {}
 
+    #: Names of parameters that a fit must not change.
+    hold: tuple[str, ...] = field(default=(), kw_only=True)
+
     def __post_init__(self) -> None:
         for parameter in self.parameters:
             if parameter.role == "derived":
@@ -91,7 +94,7 @@ class Effect:
     @property
     def held(self) -> frozenset[str]:
         """Names of parameters that a fit must not change."""
-        return frozenset(getattr(self, "hold", ()))
+        return frozenset(self.hold)
 
     @property
     def values(self) -> dict[str, Any]:

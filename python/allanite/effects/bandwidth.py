@@ -28,7 +28,6 @@ class Bandwidth(Modifier):
     cutoff: float | None = None
     order: float | None = None
     design: str | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "bandwidth"
     short: ClassVar[str] = "BW"

@@ -18,7 +18,6 @@ class BiasStep(Deterministic):
 
     time: float | None = None
     height: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "bias_step"
     short: ClassVar[str] = "STEP"

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from allanite.effects._base import Parameter, Stochastic
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -17,7 +19,6 @@ class BurstNoise(Stochastic):
 
     amplitude: float | None = None
     dwell_time: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "burst_noise"
     short: ClassVar[str] = "RTS"

@@ -24,7 +24,6 @@ class Covariate(Deterministic):
     coefficient: float | None = None
     lag: float | None = None
     quadratic: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "covariate"
     short: ClassVar[str] = "COV"
@@ -62,12 +61,12 @@ class Covariate(Deterministic):
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """The lagged column, and its square where a quadratic term is in the model."""
-        if self.column not in covariates:
+        if self.column is None or self.column not in covariates:
             known = ", ".join(covariates) or "none"
             raise InputError(
                 f"covariate: the recording has no column {self.column!r} offered (it has: {known})"
             )
-        values = np.asarray(covariates[self.column], dtype=float)
+        values = np.asarray(covariates[self.column], dtype=np.float64)
         values = values - values.mean()
         rate = 1.0 / (time[1] - time[0])
         if self.lag:

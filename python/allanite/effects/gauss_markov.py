@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter, Stochastic
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -18,7 +20,6 @@ class GaussMarkov(Stochastic):
 
     q_c: float | None = None
     correlation_time: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "gauss_markov"
     short: ClassVar[str] = "GM"

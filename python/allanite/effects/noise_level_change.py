@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from allanite.effects._base import Modifier, Parameter
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,6 @@ class NoiseLevelChange(Modifier):
     start: float | None = None
     end: float | None = None
     factor: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "noise_level_change"
     short: ClassVar[str] = "LEVEL"

@@ -17,7 +17,6 @@ class RateRamp(Deterministic):
     """x(t) = R t; σ²(τ) = R²τ²/2. Slope +1."""
 
     R: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "rate_ramp"
     short: ClassVar[str] = "R"

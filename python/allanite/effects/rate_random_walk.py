@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from allanite.effects._base import Parameter, Stochastic
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -14,7 +16,6 @@ class RateRandomWalk(Stochastic):
     """S(f) = K²τ0²/(4 sin²(πfτ0)) → (K/2πf)²; σ²(m) = K²τ(2m²+1)/(6m²) → K²τ/3. Slope +½."""
 
     K: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "rate_random_walk"
     short: ClassVar[str] = "K"

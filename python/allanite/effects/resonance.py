@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter, Stochastic
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,6 @@ class Resonance(Stochastic):
     frequency: float | None = None
     damping: float | None = None
     rms: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "resonance"
     short: ClassVar[str] = "RES"

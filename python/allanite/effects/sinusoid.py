@@ -19,7 +19,6 @@ class Sinusoid(Deterministic):
     frequency: float | None = None
     amplitude: float | None = None
     phase: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "sinusoid"
     short: ClassVar[str] = "SIN"

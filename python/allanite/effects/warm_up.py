@@ -18,7 +18,6 @@ class WarmUp(Deterministic):
 
     time_constant: float | None = None
     amplitude: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "warm_up"
     short: ClassVar[str] = "WARM"

@@ -32,9 +32,7 @@ def free_parameters(solution: Solution) -> int:
     for effect, theta in zip(solution.model.stochastic, solution.theta, strict=True):
         if theta > 0.0:
             count += (effect.coefficient not in effect.held) + len(effect.free_shapes)
-    for effect in solution.model.modifiers:
-        count += len([n for n in effect.free_shapes if not isinstance(effect.values[n], str)])
-    return count
+    return count + sum(len(effect.free_shapes) for effect in solution.model.modifiers)
 
 
 def _unit(effect: Effect, name: str, sample_unit: str) -> str:
@@ -61,7 +59,7 @@ def estimates(solution: Solution, data: Data, unit: str) -> tuple[dict[str, Any]
 
 
 def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float]:
-    """Standard errors of ln(shape) (of a signed shape: of itself) and, under the name of the coefficient, of ln(coefficient).
+    """Standard errors of ln(shape) (a signed shape: of itself) and, under its own name, of ln(coefficient).
 
     From the Fisher information of all active numbers together; slopes of lnS by central differences.
     """
@@ -226,7 +224,8 @@ def _deterministic(
     solution: Solution, effect: Deterministic, place: int, data: Data, unit: str
 ) -> dict[str, Any]:
     design, regression = solution.design, solution.regression
-    assert design is not None and regression is not None
+    assert design is not None
+    assert regression is not None
     mine = np.flatnonzero(np.array(design.owner) == place)
     amplitudes = regression.amplitudes[mine]
     covariance = regression.covariance[np.ix_(mine, mine)]
@@ -277,7 +276,7 @@ def _amplitude_error(
         if effect.parameter(name).unit == "rad":
             difference = (difference + np.pi) % (2 * np.pi) - np.pi
         slope[i] = difference / (2 * step)
-    return float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
+    return float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
 
 
 def _deterministic_shape_error(

@@ -115,18 +115,17 @@ def _polish(
         return out
 
     simplex = np.vstack([start, start + 0.15 * np.eye(start.size)])
-    found = minimize(
-        lambda u: -maximise(at(u)).log_likelihood,
-        start,
-        method="Nelder-Mead",
-        bounds=limits,
-        options={
-            "initial_simplex": np.clip(simplex, *np.array(limits).T),
-            "xatol": 1e-3,
-            "fatol": 1e-4,
-            "maxfev": 120 * start.size,
-        },
-    )
+    options: dict[str, Any] = {
+        "initial_simplex": np.clip(simplex, *np.array(limits).T),
+        "xatol": 1e-3,
+        "fatol": 1e-4,
+        "maxfev": 120 * start.size,
+    }
+
+    def loss(point: NDArray[np.float64]) -> float:
+        return -maximise(at(point)).log_likelihood
+
+    found: Any = minimize(loss, start, method="Nelder-Mead", bounds=limits, options=options)  # type: ignore[call-overload]
     return at(found.x)
 
 
@@ -209,11 +208,11 @@ def _polish_slow(
     from scipy.optimize import minimize_scalar
 
     effect = model.effects[place]
+    assert isinstance(effect, Deterministic)
     for name in effect.free_shapes:
 
         def loss(value: float, name: str = name) -> float:
             tried = effect.with_values(**{name: value})  # noqa: B023
-            assert isinstance(tried, Deterministic)
             design = design_of((tried, *others), data)
             variance = density(terms, design.ordinates, data.n)
             return -regress(design.matrix, data.ordinates[design.ordinates], variance).gain

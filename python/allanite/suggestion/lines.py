@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,7 +41,7 @@ def _local_level(power: NDArray[np.float64]) -> NDArray[np.float64]:
     )
     edges = np.unique(np.append(edges[edges < power.size - 32], power.size))
     level = np.ones(power.size)
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in itertools.pairwise(edges):
         level[low:high] = max(1.0, float(np.median(power[low:high])) / np.log(2.0))
     return level
 

@@ -10,8 +10,6 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.criticism.over_time import whitened_ordinates
-from allanite.effects import Effect
-from allanite.fit.engine import Solution
 from allanite.fit.result import Fit, group_scores, plain
 from allanite.suggestion.drifts import screen_covariates, screen_drifts, screen_steps
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
@@ -28,6 +26,9 @@ RIVAL = 6.0
 SLOW = {"rate_random_walk", "bias_instability", "gauss_markov", "power_law"}
 
 if TYPE_CHECKING:
+    from allanite.effects import Effect
+    from allanite.fit.engine import Solution
+
     Progress = Callable[[int, int], None]
 
 
