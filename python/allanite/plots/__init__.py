@@ -1,1 +1,20 @@
-"""(to come)"""
+"""Figures as plain data, and two painters of them: matplotlib for files, plotly's JSON for the page."""
+
+from __future__ import annotations
+
+from allanite.plots.compare import plot_compare
+from allanite.plots.deviation import plot_deviation
+from allanite.plots.fit import plot_check, plot_fit
+from allanite.plots.spec import Figure
+from allanite.plots.study import plot_study
+from allanite.plots.time import plot_time
+
+__all__ = [
+    "Figure",
+    "plot_check",
+    "plot_compare",
+    "plot_deviation",
+    "plot_fit",
+    "plot_study",
+    "plot_time",
+]

@@ -1,0 +1,95 @@
+"""Axes that a person can read: limits with room, ticks at round values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from allanite.plots.spec import Axis
+
+__all__ = ["linear_axis", "log_axis", "rung_axis", "score_axis"]
+
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+#: More decades than this and only every second (third, …) is written.
+MOST_LABELS = 8
+
+
+def finite(arrays: Iterable[Any], positive: bool = False) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """All finite (and positive) numbers of some arrays."""
+    values = np.concatenate([np.zeros(0), *(np.ravel(np.asarray(a, dtype=float)) for a in arrays)])
+    keep = np.isfinite(values) & ((values > 0) | (not positive))
+    return values[keep]
+
+
+def log_axis(label: str, *arrays: Any, room: float = 1.15) -> Axis:
+    """A logarithmic axis about the positive numbers of `arrays`, with `room` (a factor) at both ends."""
+    values = finite(arrays, positive=True)
+    if values.size == 0:
+        values = np.array([1.0])
+    low, high = float(values.min()) / room, float(values.max()) * room
+    if high / low < 2.0:
+        low, high = low / 1.5, high * 1.5
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    decades = [k for k in range(first, last + 1) if low <= 10.0**k <= high]
+    minor = [
+        m * 10.0**k
+        for k in range(first, last + 1)
+        for m in range(2, 10)
+        if low <= m * 10.0**k <= high
+    ]
+    plain = low >= 9e-4 and high < 1.1e5
+    if len(decades) >= 3:
+        step = -(-len(decades) // MOST_LABELS)
+        ticks = [(10.0**k, power_text(k, plain)) for k in decades if k % step == 0]
+        if step > 1:
+            minor = [10.0**k for k in decades if k % step]
+    else:
+        # Few decades: 1, 2, 5 are written so that values can be read off.
+        chosen = (1, 2, 5) if high / low < 60 else (1, 3)
+        steps = [(m, k) for k in range(first, last + 1) for m in chosen]
+        kept = [(m, k) for m, k in steps if low <= m * 10.0**k <= high]
+        ticks = [(m * 10.0**k, power_text(k, plain, m)) for m, k in kept]
+        minor = [v for v in minor if all(abs(v / t - 1) > 1e-9 for t, _ in ticks)]
+    return Axis(label, low, high, True, tuple(ticks), tuple(minor))
+
+
+def power_text(exponent: int, plain: bool, mantissa: int = 1) -> str:
+    """0.001 or 10⁻³; 0.002 or 2·10⁻³."""
+    if plain:
+        return f"{mantissa * 10.0**exponent:g}" if exponent < 5 else f"{mantissa}e{exponent}"
+    power = "10" + str(exponent).translate(_SUPERSCRIPT)
+    return power if mantissa == 1 else f"{mantissa}·{power}"
+
+
+def linear_axis(
+    label: str, low: float, high: float, ticks: int = 5, reverse: bool = False
+) -> Axis:
+    """A linear axis with about `ticks` round ticks."""
+    if not high > low:
+        low, high = low - 0.5, high + 0.5
+    raw = (high - low) / ticks
+    size = 10.0 ** math.floor(math.log10(raw))
+    step = next(m * size for m in (1, 2, 5, 10) if m * size >= raw * 0.999)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    places = tuple((k * step, f"{k * step:.6g}") for k in range(first, last + 1))
+    return Axis(label, low, high, False, places, reverse=reverse)
+
+
+def score_axis(label: str, *scores: Any) -> Axis:
+    """A symmetric axis of standard normal scores that always shows ±4.5."""
+    values = np.abs(finite(scores))
+    top = max(4.6, 1.12 * float(values.max()) if values.size else 0.0)
+    axis = linear_axis(label, -top, top, 4)
+    # The label is centred on 0 and the strip is low: three written ticks suffice.
+    inner = [v for v, _ in axis.ticks if v > 0][-1:]
+    ticks = tuple((v, f"{v:+g}".replace("-", "−")) for v in (*(-v for v in inner), *inner))
+    return Axis(label, -top, top, False, (*ticks, (0.0, "0")))
+
+
+def rung_axis(texts: Iterable[str]) -> Axis:
+    """One place a rung, the first at the top."""
+    ticks = tuple((float(i), text) for i, text in enumerate(texts))
+    return Axis("", -0.6, len(ticks) - 0.4, False, ticks, reverse=True)

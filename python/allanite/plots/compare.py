@@ -1,0 +1,81 @@
+"""Several recordings, models and data-sheet lines on one pair of axes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.plots.axes import log_axis
+from allanite.plots.curves import TAU
+from allanite.plots.spec import Figure, Line, Mark, Panel, Points
+from allanite.plots.themes import COMPONENTS
+from allanite.plots.words import in_unit, unit_text
+from allanite.units import conversion, parse_unit
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+__all__ = ["plot_compare"]
+
+
+def plot_compare(curves: Any, path: str | Path | None = None, theme: str = "light") -> Figure:
+    """Allan curves one upon another: recordings as points with 95 % intervals, models and data sheets as lines.
+
+    Parameters
+    ----------
+    curves : Curves or sequence of Curve
+        Of `allanite.comparison.compare`; anything with ``name, kind, unit, tau, deviation, low, high``. All are drawn in
+        the first one's unit; other kinds of sensor get an axis of their own beside it.
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
+    """
+    items = tuple(getattr(curves, "curves", curves))
+    kinds = tuple(dict.fromkeys(parse_unit(c.unit).kind for c in items))
+    panels = tuple(
+        _panel([(i, c) for i, c in enumerate(items) if parse_unit(c.unit).kind == kind], place, kind)
+        for place, kind in enumerate(kinds)
+    )
+    if len(panels) == 1:
+        panels = (_plain(panels[0]),)
+    names = " · ".join(c.name for c in items[:3]) + (" · …" if len(items) > 3 else "")
+    figure = Figure("Comparison", names, panels, widths=(1.0,) * len(panels), kind="compare")
+    if path is not None:
+        figure.save(path, theme)
+    return figure
+
+
+def _plain(panel: Panel) -> Panel:
+    from dataclasses import replace
+
+    return replace(panel, title="")
+
+
+def _panel(items: list[tuple[int, Any]], column: int, kind: str) -> Panel:
+    unit = items[0][1].unit
+    marks: list[Mark] = []
+    shown: list[Any] = []
+    for i, curve in items:
+        factor = conversion(curve.unit, unit)
+        color = COMPONENTS[i % len(COMPONENTS)]
+        values = np.asarray(curve.deviation) * factor
+        shown.append(values)
+        converted = "" if factor == 1.0 else f", from {unit_text(curve.unit)}"
+        label = f"{curve.name} ({curve.kind}{converted})"
+        if curve.low is None or curve.high is None:
+            dash = "dash" if curve.kind == "model" else "dot"
+            marks.append(Line(curve.tau, values, color, label, 2.0, dash))
+            continue
+        low, high = np.asarray(curve.low) * factor, np.asarray(curve.high) * factor
+        shown += [low, np.minimum(high, 4.0 * values)]
+        marks.append(Line(curve.tau, values, color, width=1.0))
+        marks.append(Points(curve.tau, values, color, label, low, high))
+    x = log_axis(TAU, *(c.tau for _, c in items))
+    y = log_axis(in_unit("Allan deviation", unit), *shown)
+    return Panel(x, y, tuple(marks), column=column, title=kind)

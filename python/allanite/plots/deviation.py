@@ -1,0 +1,62 @@
+"""A deviation with its interval."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.plots.axes import log_axis
+from allanite.plots.curves import TAU
+from allanite.plots.spec import Figure, Line, Panel, Points
+from allanite.plots.words import in_unit
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+__all__ = ["NAMES", "plot_deviation"]
+
+NAMES = {
+    "oadev": "overlapping Allan deviation",
+    "adev": "Allan deviation",
+    "mdev": "modified Allan deviation",
+    "hdev": "Hadamard deviation",
+    "ohdev": "overlapping Hadamard deviation",
+    "tdev": "time deviation",
+    "totdev": "total deviation",
+}
+
+
+def plot_deviation(deviation: Any, path: str | Path | None = None, theme: str = "light") -> Figure:
+    """A deviation over averaging time with its 95 % interval, on logarithmic axes.
+
+    Parameters
+    ----------
+    deviation : Deviation
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
+    """
+    tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
+    low, high = np.asarray(deviation.low), np.asarray(deviation.high)
+    kept = np.isfinite(values) & (values > 0)
+    kind = str(getattr(deviation, "kind", "oadev"))
+    unit = str(getattr(deviation, "unit", "1"))
+    words = NAMES.get(kind, kind)
+    # The time deviation integrates once more: of a rate in U it is in U·s.
+    unit = f"{unit}·s" if kind == "tdev" and unit != "1" else ("s" if kind == "tdev" else unit)
+    marks = (
+        Line(tau[kept], values[kept], "c1", width=1.4),
+        Points(tau[kept], values[kept], "measured", "estimate, 95 % interval", low[kept], high[kept]),
+    )
+    panel = Panel(log_axis(TAU, tau[kept]), log_axis(in_unit(words, unit), values, low, high), marks)
+    title = words[0].upper() + words[1:]
+    figure = Figure(title, f"{int(kept.sum())} averaging times", (panel,), kind="deviation")
+    if path is not None:
+        figure.save(path, theme)
+    return figure

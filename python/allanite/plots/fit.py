@@ -1,0 +1,92 @@
+"""A fit, and a criticised fit: Allan curve and spectrum side by side, residuals below."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from allanite.plots.curves import allan_panels, spectrum_panels
+from allanite.plots.spec import Figure
+from allanite.plots.words import number, recording_text, values_text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.fit.result import Fit
+    from allanite.suggestion import Check
+
+__all__ = ["plot_check", "plot_fit"]
+
+
+def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> Figure:
+    """Allan curve and spectrum with the model, its band and its effects; residuals in σ below each.
+
+    Parameters
+    ----------
+    fit : Fit
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+
+    Returns
+    -------
+    Figure
+        The figure as data; a notebook draws it.
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
+    """
+    figure = _figure(fit, None, None)
+    if path is not None:
+        figure.save(path, theme)
+    return figure
+
+
+def plot_check(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
+    """As `plot_fit`, with the ranges shaded in which the model fails, and the first suggestion in the title."""
+    figure = _figure(check.fit, check.where.worst_tau, check.where.worst_frequency)
+    figure = replace(figure, subtitle=_verdict(check), kind="check")
+    if path is not None:
+        figure.save(path, theme)
+    return figure
+
+
+def _figure(
+    fit: Fit, tau: tuple[float, float] | None, frequency: tuple[float, float] | None
+) -> Figure:
+    panels = (*allan_panels(fit, 0, tau), *spectrum_panels(fit, 1, frequency))
+    return Figure(
+        f"{recording_text(fit.recording)} · model {fit.model.name}",
+        agreement(fit),
+        panels,
+        heights=(3.4, 1.0),
+        widths=(1.0, 1.0),
+        kind="fit",
+    )
+
+
+def agreement(fit: Fit) -> str:
+    """One line on how well a model agrees."""
+    misfit, error = fit.misfit, fit.error
+    text = f"χ²/dof {number(misfit.reduced)} (p = {number(max(misfit.p_value, 1e-300), 2)})"
+    if error.adev_rms_percent is not None and error.chance_rms_percent is not None:
+        text += (
+            f" · Allan deviation off by {number(error.adev_rms_percent, 2)} % rms"
+            f" (chance alone: {number(error.chance_rms_percent, 2)} %)"
+        )
+    return text
+
+
+def _verdict(check: Check) -> str:
+    text = agreement(check.fit)
+    if check.significant:
+        first = check.significant[0]
+        numbers = values_text(first.estimates)
+        name = check.fit.display_name(first.effect)
+        share = f", removes {first.removes_percent:.0f} % of the misfit"
+        return f"{text}\nMissing first: {name} ({numbers}){share}"
+    if check.adequate:
+        return f"{text}\nNothing is significantly missing"
+    return f"{text}\nThe model fails, and no effect of the catalogue explains it"

@@ -1,0 +1,330 @@
+"""Figures on paper: SVG, PNG and PDF by matplotlib, without pyplot and without touching its global settings."""
+
+from __future__ import annotations
+
+import io
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from allanite.errors import InputError
+from allanite.plots.spec import (
+    Axis,
+    Band,
+    Bars,
+    Figure,
+    HeatMap,
+    Line,
+    Mark,
+    Note,
+    Panel,
+    Points,
+    Rule,
+    Span,
+)
+from allanite.plots.themes import Theme, theme_of
+
+__all__ = ["render", "save"]
+
+SUFFIXES = ("svg", "png", "pdf")
+WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
+FONT = "DejaVu Sans"  # comes with matplotlib and has every sign that is written here
+DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
+# What lies over what.
+BELOW, AREA, GUIDE, LINE, POINT, WORDS = 0.5, 1.0, 1.5, 2.5, 3.0, 4.0
+
+
+def save(figure: Figure, path: str | Path, theme: str = "light") -> None:
+    """Write a figure; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    figure : Figure
+    path : str or Path
+        Ends in .svg, .png or .pdf.
+    theme : {"light", "dark"}
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, an unknown theme, matplotlib not installed.
+    """
+    target = Path(path)
+    kind = target.suffix.lower().removeprefix(".")
+    if kind not in SUFFIXES:
+        raise InputError(f"{target}: a figure's name must end in .svg, .png or .pdf")
+    if not target.parent.is_dir():
+        raise InputError(f"{target}: the folder {target.parent} does not exist")
+    if target.is_dir():
+        raise InputError(f"{target} is a folder: give the name of a file")
+    content = render(figure, kind, theme)
+    descriptor, draft = tempfile.mkstemp(prefix=f".{target.stem}-", dir=target.parent)
+    try:
+        with os.fdopen(descriptor, "wb") as stream:
+            stream.write(content)
+        # mkstemp makes the file private; a figure is as readable as any other new file.
+        mask = os.umask(0)
+        os.umask(mask)
+        Path(draft).chmod(0o666 & ~mask)
+        os.replace(draft, target)  # noqa: PTH105 (the name says what matters here: atomic)
+    finally:
+        Path(draft).unlink(missing_ok=True)
+
+
+def render(figure: Figure, kind: str, theme: str = "light") -> bytes:
+    """The bytes of an SVG, PNG or PDF of 1280 × 720 pixels."""
+    try:
+        from matplotlib.figure import Figure as Canvas
+    except ImportError:
+        raise InputError(
+            "drawing needs matplotlib, which is not installed: pip install 'allanite[plots]'"
+        ) from None
+    look = theme_of(theme)
+    canvas = Canvas(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor=look.ground, layout="constrained")
+    canvas.get_layout_engine().set(w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.0)
+    grid = canvas.add_gridspec(
+        len(figure.heights),
+        len(figure.widths),
+        height_ratios=figure.heights,
+        width_ratios=figure.widths,
+    )
+    for panel in figure.panels:
+        place = grid[panel.row : panel.row + panel.rows, panel.column]
+        _panel(canvas, canvas.add_subplot(place), panel, look)
+    _words(canvas, figure, look)
+    stream = io.BytesIO()
+    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
+    canvas.savefig(stream, format=kind, dpi=DPI, facecolor=look.ground, metadata=metadata)
+    return stream.getvalue()
+
+
+def _words(canvas: Any, figure: Figure, look: Theme) -> None:
+    """Title, subtitle and one legend for all panels."""
+    text = figure.title if not figure.subtitle else f"{figure.title}\n{figure.subtitle}"
+    title, _, rest = text.partition("\n")
+    # suptitle alone is known to the layout, and it has one size: the first line is drawn bold by a second text.
+    canvas.suptitle(
+        f"{title}\n{rest}" if rest else title,
+        x=0.012,
+        ha="left",
+        fontsize=11.5,
+        color=look.text,
+        family=FONT,
+        linespacing=1.45,
+    )
+    marks = figure.legend()
+    if not marks:
+        return
+    widest = max(len(_label(m)) for m in marks)
+    legend = canvas.legend(
+        handles=[_handle(m, look) for m in marks],
+        labels=[_label(m) for m in marks],
+        loc="outside lower center",
+        ncols=max(1, min(len(marks), 170 // (widest + 8))),
+        frameon=False,
+        prop={"family": FONT, "size": 9.5},
+        labelcolor=look.text,
+        handlelength=2.2,
+        columnspacing=1.8,
+    )
+    legend.set_in_layout(True)
+
+
+def _label(mark: Mark) -> str:
+    return "" if isinstance(mark, HeatMap | Note) else mark.label
+
+
+def _handle(mark: Mark, look: Theme) -> Any:
+    """What stands for a mark in the legend."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    if isinstance(mark, Band | Span):
+        alpha = 0.2 if isinstance(mark, Band) else 0.13
+        return Patch(facecolor=look.color(mark.color), alpha=alpha, linewidth=0)
+    if isinstance(mark, Bars):
+        return Patch(facecolor=look.color(mark.color), linewidth=0)
+    if isinstance(mark, Points):
+        return Line2D([], [], linestyle="none", **_marker(mark, look))
+    if isinstance(mark, Line | Rule):
+        color = look.color(mark.color)
+        return Line2D([], [], color=color, linewidth=mark.width, linestyle=DASHES[mark.dash])
+    raise TypeError(type(mark).__name__)
+
+
+def _marker(mark: Points, look: Theme) -> dict[str, Any]:
+    color = look.color(mark.color)
+    return {
+        "marker": "o",
+        "markersize": mark.size,
+        "markerfacecolor": look.panel if mark.hollow else color,
+        "markeredgecolor": color,
+        "markeredgewidth": 0.8,
+    }
+
+
+def _panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
+    axes.set_facecolor(look.panel)
+    for side, spine in axes.spines.items():
+        spine.set_color(look.faint)
+        spine.set_linewidth(0.8)
+        spine.set_visible(side in ("left", "bottom"))
+    axes.set_axisbelow(True)
+    _axis(axes, "x", panel.x, panel.show_x, look)
+    _axis(axes, "y", panel.y, panel.show_y, look)
+    if panel.grid:
+        axes.grid(visible=True, which="major", color=look.grid, linewidth=0.8)
+    if panel.find(Bars):
+        axes.grid(visible=False, axis="y")
+        axes.tick_params(axis="y", length=0)
+    if panel.title:
+        axes.set_title(
+            panel.title, loc="left", fontsize=11, color=look.text, family=FONT, weight="bold", pad=6
+        )
+    for mark in panel.marks:
+        _draw(canvas, axes, panel, mark, look)
+
+
+def _axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None:
+    from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
+
+    getattr(axes, f"set_{name}scale")("log" if axis.log else "linear")
+    limits = (axis.high, axis.low) if axis.reverse else (axis.low, axis.high)
+    getattr(axes, f"set_{name}lim")(*limits)
+    ink = getattr(axes, f"{name}axis")
+    ink.set_major_locator(FixedLocator([v for v, _ in axis.ticks]))
+    ink.set_major_formatter(FixedFormatter([t for _, t in axis.ticks]) if show else NullFormatter())
+    ink.set_minor_locator(FixedLocator(list(axis.minor)))
+    ink.set_minor_formatter(NullFormatter())
+    axes.tick_params(
+        axis=name, which="both", color=look.faint, labelcolor=look.text, labelsize=9.5, direction="out"
+    )
+    for label in getattr(axes, f"get_{name}ticklabels")():
+        label.set_family(FONT)
+    if show and axis.label:
+        getattr(axes, f"set_{name}label")(axis.label, fontsize=10.5, color=look.text, family=FONT)
+
+
+def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None:
+    match mark:
+        case Line():
+            axes.plot(
+                mark.x,
+                mark.y,
+                color=look.color(mark.color),
+                linewidth=mark.width,
+                linestyle=DASHES[mark.dash],
+                marker="none",
+                zorder=LINE,
+            )
+        case Points():
+            _points(axes, mark, look)
+        case Band():
+            axes.fill_between(
+                mark.x,
+                mark.low,
+                mark.high,
+                color=look.color(mark.color),
+                alpha=0.2,
+                linewidth=0,
+                zorder=AREA,
+            )
+        case Span():
+            axes.axvspan(
+                mark.low, mark.high, color=look.color(mark.color), alpha=0.13, linewidth=0, zorder=BELOW
+            )
+        case Rule():
+            draw = axes.axvline if mark.axis == "x" else axes.axhline
+            draw(
+                mark.value,
+                color=look.color(mark.color),
+                linewidth=mark.width,
+                linestyle=DASHES[mark.dash],
+                zorder=GUIDE,
+            )
+        case Bars():
+            _bars(axes, mark, panel, look)
+        case HeatMap():
+            _heat(canvas, axes, mark, look)
+        case Note():
+            axes.text(
+                mark.x,
+                mark.y,
+                mark.text,
+                transform=axes.transAxes,
+                ha="center",
+                va="center",
+                fontsize=12,
+                color=look.color(mark.color),
+                family=FONT,
+                zorder=WORDS,
+            )
+
+
+def _points(axes: Any, mark: Points, look: Theme) -> None:
+    if mark.low is not None and mark.high is not None:
+        kept = np.isfinite(mark.low) & np.isfinite(mark.high)
+        axes.vlines(
+            mark.x[kept],
+            mark.low[kept],
+            mark.high[kept],
+            color=look.color(mark.color),
+            linewidth=0.9,
+            alpha=0.75,
+            zorder=POINT,
+        )
+    axes.plot(mark.x, mark.y, linestyle="none", zorder=POINT, **_marker(mark, look))
+
+
+def _bars(axes: Any, mark: Bars, panel: Panel, look: Theme) -> None:
+    places = np.arange(mark.values.size)
+    values = np.nan_to_num(mark.values)
+    axes.barh(places, values, height=0.5, color=look.color(mark.color), linewidth=0, zorder=LINE)
+    room = 0.025 * (panel.x.high - panel.x.low)
+    for place, value, text in zip(places, values, mark.texts, strict=True):
+        axes.text(
+            value + room if value >= 0 else value - room,
+            place,
+            text,
+            ha="left" if value >= 0 else "right",
+            va="center",
+            fontsize=10,
+            color=look.text,
+            family=FONT,
+            zorder=WORDS,
+            bbox={"facecolor": look.panel, "edgecolor": "none", "pad": 0.8},
+        )
+
+
+def _heat(canvas: Any, axes: Any, mark: HeatMap, look: Theme) -> None:
+    from matplotlib.colors import LinearSegmentedColormap
+
+    colors = LinearSegmentedColormap.from_list("ratio", list(look.diverging))
+    colors.set_bad(look.grid)
+    mesh = axes.pcolormesh(
+        mark.x_edges,
+        mark.y_edges,
+        np.ma.masked_invalid(mark.values),
+        cmap=colors,
+        vmin=-mark.limit,
+        vmax=mark.limit,
+        linewidth=0,
+        rasterized=False,
+        zorder=AREA,
+    )
+    for row, column in np.argwhere(mark.marked):
+        x0, x1 = mark.x_edges[column : column + 2]
+        y0, y1 = mark.y_edges[row : row + 2]
+        axes.plot(
+            [x0, x1, x1, x0, x0], [y0, y0, y1, y1, y0], color=look.text, linewidth=1.0, zorder=LINE
+        )
+    bar = canvas.colorbar(mesh, ax=axes, pad=0.015, fraction=0.05)
+    bar.outline.set_visible(False)
+    bar.set_ticks([v for v, _ in mark.ticks], labels=[t for _, t in mark.ticks])
+    bar.ax.tick_params(labelsize=9.5, color=look.faint, labelcolor=look.text)
+    for label in bar.ax.get_yticklabels():
+        label.set_family(FONT)
+    bar.set_label(mark.label, fontsize=10.5, color=look.text, family=FONT)

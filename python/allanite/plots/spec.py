@@ -1,0 +1,262 @@
+"""A figure as plain data: what is drawn, in which units, on which axes. Painters turn it into ink."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import InputError
+
+__all__ = [
+    "Axis",
+    "Band",
+    "Bars",
+    "Figure",
+    "HeatMap",
+    "Line",
+    "Mark",
+    "Note",
+    "Panel",
+    "Points",
+    "Rule",
+    "Span",
+]
+
+Array = NDArray[np.float64]
+
+
+def _fix(thing: object, *names: str) -> None:
+    """Turn fields into read-only float arrays of one length (None stays None)."""
+    sizes = set()
+    for name in names:
+        value = getattr(thing, name)
+        if value is None:
+            continue
+        array = np.array(value, dtype=np.float64)
+        array.flags.writeable = False
+        object.__setattr__(thing, name, array)
+        sizes.add(array.shape)
+    if len(sizes) > 1:
+        raise InputError(f"{type(thing).__name__}: {', '.join(names)} differ in length: {sizes}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """A line through (x, y), shape (k,); `color` is a role of the palette (`themes`), `dash` solid, dash or dot."""
+
+    x: Array
+    y: Array
+    color: str
+    label: str = ""
+    width: float = 1.6
+    dash: str = "solid"
+
+    def __post_init__(self) -> None:
+        _fix(self, "x", "y")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Points:
+    """Markers at (x, y), shape (k,), with 95 % intervals `low`…`high` if given."""
+
+    x: Array
+    y: Array
+    color: str
+    label: str = ""
+    low: Array | None = None
+    high: Array | None = None
+    size: float = 4.0
+    hollow: bool = False
+
+    def __post_init__(self) -> None:
+        _fix(self, "x", "y", "low", "high")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Band:
+    """The area between `low` and `high` over x, shape (k,)."""
+
+    x: Array
+    low: Array
+    high: Array
+    color: str
+    label: str = ""
+
+    def __post_init__(self) -> None:
+        _fix(self, "x", "low", "high")
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A shaded range of the x axis, over the whole height."""
+
+    low: float
+    high: float
+    color: str
+    label: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A straight line across the panel at one value of the `axis` (x or y)."""
+
+    value: float
+    axis: str
+    color: str
+    dash: str = "dash"
+    label: str = ""
+    width: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bars:
+    """Horizontal bars from 0, one a category (y = 0, 1, …), with what is written at their ends."""
+
+    values: Array
+    texts: tuple[str, ...]
+    color: str
+    label: str = ""
+
+    def __post_init__(self) -> None:
+        _fix(self, "values")
+        if len(self.texts) != self.values.size:
+            raise InputError(f"Bars: {self.values.size} values but {len(self.texts)} texts")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeatMap:
+    """Cells between `x_edges` (columns + 1) and `y_edges` (rows + 1) with `values` (rows, columns), drawn from −limit to +limit.
+
+    Attributes
+    ----------
+    ticks : tuple of (value, text)
+        Of the colour bar.
+    marked : ndarray of bool, shape (rows, columns)
+        Cells beyond what chance allows.
+    """
+
+    x_edges: Array
+    y_edges: Array
+    values: Array
+    limit: float
+    label: str
+    ticks: tuple[tuple[float, str], ...]
+    marked: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        for name in ("x_edges", "y_edges", "values"):
+            _fix(self, name)
+        shape = (self.y_edges.size - 1, self.x_edges.size - 1)
+        if self.values.shape != shape or self.marked.shape != shape:
+            raise InputError(f"HeatMap: values of shape {self.values.shape} for edges of {shape}")
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Words at a place of the panel, both coordinates from 0 to 1."""
+
+    x: float
+    y: float
+    text: str
+    color: str = "text"
+
+
+Mark = Line | Points | Band | Span | Rule | Bars | HeatMap | Note
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One axis: what it shows with its unit, its limits and its ticks.
+
+    `ticks` are (value, text); minor ticks have no text. `reverse` puts the low end at the top (or right).
+    """
+
+    label: str
+    low: float
+    high: float
+    log: bool = False
+    ticks: tuple[tuple[float, str], ...] = ()
+    minor: tuple[float, ...] = ()
+    reverse: bool = False
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
+            raise InputError(f"axis {self.label!r}: limits {self.low} … {self.high}")
+        if self.log and self.low <= 0:
+            raise InputError(f"axis {self.label!r}: a logarithmic axis cannot begin at {self.low}")
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """Marks on a pair of axes, at a place of the figure's grid."""
+
+    x: Axis
+    y: Axis
+    marks: tuple[Mark, ...]
+    row: int = 0
+    column: int = 0
+    rows: int = 1
+    title: str = ""
+    #: Whether tick texts (and the axis label) are drawn; a strip under a curve shares the curve's axis.
+    show_x: bool = True
+    show_y: bool = True
+    #: Whether lines of the grid are drawn.
+    grid: bool = True
+
+    def find(self, kind: type[Any]) -> tuple[Any, ...]:
+        """The marks of one kind."""
+        return tuple(m for m in self.marks if isinstance(m, kind))
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """Panels on a grid under a title.
+
+    Attributes
+    ----------
+    title, subtitle : str
+    panels : tuple of Panel
+    heights, widths : tuple of float
+        Relative sizes of the grid's rows and columns.
+    kind : str
+        What it shows: ``fit``, ``check``, ``study``, …
+    """
+
+    title: str
+    subtitle: str
+    panels: tuple[Panel, ...]
+    heights: tuple[float, ...] = (1.0,)
+    widths: tuple[float, ...] = (1.0,)
+    kind: str = ""
+
+    def legend(self) -> tuple[Mark, ...]:
+        """Marks that have a label, each label once, in the order of drawing."""
+        seen: dict[str, Mark] = {}
+        for panel in self.panels:
+            for mark in panel.marks:
+                label = "" if isinstance(mark, HeatMap | Note) else mark.label
+                if label:
+                    seen.setdefault(label, mark)
+        return tuple(seen.values())
+
+    def to_plotly(self, theme: str = "light") -> dict[str, Any]:
+        """The figure as plotly's JSON document: ``{"data": […], "layout": {…}}``."""
+        from allanite.plots.plotly_painter import paint
+
+        return paint(self, theme)
+
+    def save(self, path: Any, theme: str = "light") -> None:
+        """Write SVG, PNG or PDF, by the suffix of `path`."""
+        from allanite.plots.matplotlib_painter import save
+
+        save(self, path, theme)
+
+    def _repr_svg_(self) -> str:
+        """What a notebook shows."""
+        from allanite.plots.matplotlib_painter import render
+
+        return render(self, "svg").decode()

@@ -1,0 +1,126 @@
+"""The ladder as falling error, beside the Allan curve of its first and last model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.plots.axes import linear_axis, log_axis, rung_axis
+from allanite.plots.curves import TAU, interval
+from allanite.plots.spec import Band, Bars, Figure, Line, Mark, Panel, Points, Rule
+from allanite.plots.words import in_unit, number, recording_text, values_text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.study import Rung, Study
+
+__all__ = ["plot_study"]
+
+
+def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
+    """The error of each rung (χ²/dof, Allan deviation, held-out score) beside the first and the last model.
+
+    Parameters
+    ----------
+    study : Study
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
+    """
+    ladder = study.ladder
+    names = tuple(_rung_text(rung) for rung in ladder)
+    fits = [rung.fit for rung in ladder]
+    chance = fits[-1].error.chance_rms_percent
+    panels = (
+        _bars("χ² per degree of freedom", names, [f.misfit.reduced for f in fits], 1.0, "expected", 0),
+        _bars(
+            "Allan deviation error (% rms)",
+            names,
+            [f.error.adev_rms_percent for f in fits],
+            chance,
+            "chance alone",
+            1,
+        ),
+        _bars("held-out score", names, [f.error.held_out for f in fits], None, "", 2),
+        _before_after(study, 3),
+    )
+    title = f"{recording_text(study.recording)} · from {fits[0].model.name} to {fits[-1].model.name}"
+    figure = Figure(title, _ending(study), panels, widths=(1.0, 1.0, 1.0, 3.2), kind="study")
+    if path is not None:
+        figure.save(path, theme)
+    return figure
+
+
+def _rung_text(rung: Rung) -> str:
+    if rung.added is None and not rung.removed:
+        return f"start\n{rung.fit.model.name}"
+    lines = []
+    if rung.added is not None:
+        name = rung.fit.display_name(rung.added)
+        lines.append(f"+ {name}")
+        numbers = values_text(rung.fit.estimates[-1], most=1)
+        if numbers and not rung.removed:
+            lines.append(numbers)
+    lines += [f"− {kind.replace('_', ' ')}" for kind in rung.removed]
+    return "\n".join(lines)
+
+
+def _bars(
+    label: str,
+    names: tuple[str, ...],
+    values: list[float | None],
+    guide: float | None,
+    words: str,
+    column: int,
+) -> Panel:
+    """One measure of error over the rungs."""
+    numbers = np.array([np.nan if v is None else v for v in values], dtype=float)
+    texts = tuple("–" if v is None else number(v) for v in values)
+    marks: list[Mark] = [Bars(numbers, texts, "c1")]
+    if guide is not None:
+        marks.append(Rule(guide, "x", "model", "dash", words, 1.4))
+    shown = numbers[np.isfinite(numbers)]
+    top = max([*shown, guide or 0.0, 1e-12])
+    low = min([*shown, 0.0])
+    # Room for the number at the end of the longest bar.
+    room = 0.42 * (top - low)
+    x = linear_axis(label, low - (room if low < 0 else 0.0), top + room, 3)
+    return Panel(x, rung_axis(names), tuple(marks), column=column, show_y=column == 0)
+
+
+def _before_after(study: Study, column: int) -> Panel:
+    first, last = study.ladder[0].fit, study.fit
+    curve = last.curve
+    low, high = interval(curve.measured, curve.edf)
+    before, after = f"first model: {first.model.name}", f"last model: {last.model.name}"
+    marks: list[Mark] = [Band(curve.tau, curve.low, curve.high, "c1", "95 % of chance if the last model is true")]
+    if len(study.ladder) > 1:
+        marks.append(Line(first.curve.tau, first.curve.model, "model", before, 2.0, "dash"))
+    marks.append(Line(curve.tau, curve.model, "c1", after, 2.2))
+    marks.append(Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high))
+    sure = curve.edf >= 2.0
+    y = log_axis(
+        in_unit("Allan deviation", study.recording.unit),
+        curve.measured,
+        curve.model,
+        first.curve.model,
+        high[sure],
+        low[sure],
+    )
+    return Panel(log_axis(TAU, curve.tau), y, tuple(marks), column=column, title="Allan deviation")
+
+
+def _ending(study: Any) -> str:
+    added = len(study.ladder) - 1
+    what = "no effect" if not added else f"{added} effect{'s' if added > 1 else ''}"
+    if study.adequate:
+        return f"{what} added; the last model agrees with the measurement"
+    why = {"nothing helps": "nothing in the catalogue helps further", "limit": "stopped at the limit"}
+    return f"{what} added; {why.get(study.stopped_because, study.stopped_because)}, something is left unexplained"

@@ -1,0 +1,87 @@
+"""Colours by role, for light and dark ground. Okabe and Ito (2008), *Color universal design*: told apart by all eyes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from allanite.errors import InputError
+
+__all__ = ["COMPONENTS", "Theme", "theme_of"]
+
+#: Roles of the effects of a model, in its order.
+COMPONENTS = ("c1", "c2", "c3", "c4", "c5", "c6")
+
+
+@dataclass(frozen=True, slots=True)
+class Theme:
+    """What each role looks like."""
+
+    name: str
+    ground: str
+    panel: str
+    text: str
+    faint: str
+    grid: str
+    roles: dict[str, str]
+    #: Below, at and above what is expected.
+    diverging: tuple[str, str, str]
+
+    def color(self, role: str) -> str:
+        """Colour of a role."""
+        return {"text": self.text, "faint": self.faint, "grid": self.grid}.get(role) or self.roles[role]
+
+
+_LIGHT = Theme(
+    "light",
+    ground="#ffffff",
+    panel="#ffffff",
+    text="#1c2230",
+    faint="#6b7280",
+    grid="#e4e7ec",
+    roles={
+        "measured": "#1c2230",
+        "raw": "#9aa3b2",
+        "model": "#D55E00",
+        "before": "#8a93a3",
+        "fail": "#CC3311",
+        "guide": "#6b7280",
+        "c1": "#0072B2",
+        "c2": "#009E73",
+        "c3": "#CC79A7",
+        "c4": "#B58900",
+        "c5": "#56B4E9",
+        "c6": "#7A5195",
+    },
+    diverging=("#0072B2", "#f7f7f7", "#D55E00"),
+)
+_DARK = Theme(
+    "dark",
+    ground="#12161f",
+    panel="#181d28",
+    text="#e6e9ef",
+    faint="#9aa3b2",
+    grid="#2a3140",
+    roles={
+        "measured": "#e6e9ef",
+        "raw": "#6b7688",
+        "model": "#F28E2B",
+        "before": "#8a93a3",
+        "fail": "#FF6B57",
+        "guide": "#8a93a3",
+        "c1": "#56B4E9",
+        "c2": "#2BC99B",
+        "c3": "#E29BC4",
+        "c4": "#F0E442",
+        "c5": "#3B8FD4",
+        "c6": "#B39DDB",
+    },
+    diverging=("#3B9BD9", "#232937", "#F28E2B"),
+)
+
+
+def theme_of(name: str) -> Theme:
+    """The theme called ``light`` or ``dark``."""
+    for theme in (_LIGHT, _DARK):
+        if theme.name == name:
+            return theme
+    raise InputError(f"unknown theme {name!r}: light or dark")

@@ -1,0 +1,85 @@
+"""When a model fails: measured over expected power on a map of time and octave bands."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.plots.axes import linear_axis, log_axis
+from allanite.plots.spec import Axis, Figure, HeatMap, Mark, Note, Panel, Span
+from allanite.plots.words import recording_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from allanite.suggestion import Check
+
+__all__ = ["plot_time"]
+
+#: The colours end at this factor of power, and beyond it.
+FACTOR = 4.0
+#: About 1 % for the largest of some 450 cells.
+REMARKABLE = 4.3
+UNITS = ((2 * 86400.0, 86400.0, "d"), (2 * 3600.0, 3600.0, "h"), (240.0, 60.0, "min"))
+
+
+def plot_time(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
+    """Heat map of measured over expected power, time by octave bands; cells beyond chance are framed.
+
+    Parameters
+    ----------
+    check : Check
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
+    """
+    fit = check.fit
+    panel = _panel(check.where.time, check.where.worst_time, fit.data.duration)
+    marked = sum(int(m.marked.sum()) for m in panel.find(HeatMap))
+    what = "record too short for a map" if not check.where.time else (
+        f"{marked} cell{'s' if marked != 1 else ''} beyond chance" if marked else "no cell beyond chance"
+    )
+    figure = Figure(
+        f"{recording_text(fit.recording)} · model {fit.model.name}",
+        f"power over time, measured over expected: {what}",
+        (panel,),
+        kind="time",
+    )
+    if path is not None:
+        figure.save(path, theme)
+    return figure
+
+
+def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, span: float) -> Panel:
+    size, name = next(((s, n) for above, s, n in UNITS if span >= above), (1.0, "s"))
+    label = f"time ({name})"
+    if not rows:
+        empty = Axis("frequency f (Hz)", 0.1, 10.0, True)
+        note = Note(0.5, 0.5, "no time map: the record is too short", "faint")
+        return Panel(linear_axis(label, 0.0, span / size), empty, (note,), grid=False)
+    times = np.unique([v for r in rows for v in (r["start_s"], r["end_s"])])
+    bands = np.unique([v for r in rows for v in (r["low_hz"], r["high_hz"])])
+    values = np.full((bands.size - 1, times.size - 1), np.nan)
+    marked = np.zeros(values.shape, dtype=bool)
+    for row in rows:
+        # A cell may be wider than the finest step of the map.
+        a, b = np.searchsorted(bands, (row["low_hz"], row["high_hz"]))
+        c, d = np.searchsorted(times, (row["start_s"], row["end_s"]))
+        values[a:b, c:d] = np.log2(max(float(row["ratio"]), 1e-6))
+        marked[a:b, c:d] = abs(float(row["z"])) > REMARKABLE
+    limit = float(np.log2(FACTOR))
+    ticks = ((-2.0, "≤ ¼"), (-1.0, "½"), (0.0, "1"), (1.0, "2"), (2.0, "≥ 4"))
+    heat = HeatMap(times / size, bands, values, limit, "measured over expected power", ticks, marked)
+    marks: list[Mark] = [heat]
+    if worst is not None:
+        marks.append(Span(worst[0] / size, worst[1] / size, "fail", "where the model fails"))
+    x = linear_axis(label, float(times[0]) / size, float(times[-1]) / size, 8)
+    y = log_axis("frequency f (Hz)", bands[bands > 0], room=1.0)
+    return Panel(x, y, tuple(marks), grid=False)

@@ -1,0 +1,95 @@
+"""Words and numbers of figures: units as they are printed, coefficients in a few figures, times in fit units."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from allanite.parameters import Estimate
+
+__all__ = ["density_unit", "duration_text", "in_unit", "recording_text", "unit_text", "values_text"]
+
+#: Parameters worth a place in a legend; the rest is in the tables.
+SHOWN = ("N", "B", "K", "R", "Q", "sigma", "correlation_time", "frequency", "amplitude", "exponent", "cutoff", "rms",
+         "coefficient", "lag", "time", "height", "time_constant", "dwell_time", "factor", "count")  # fmt: skip
+SYMBOLS = {"correlation_time": "T", "sigma": "σ", "frequency": "f", "amplitude": "a", "time_constant": "T",
+           "exponent": "α", "cutoff": "f", "dwell_time": "T", "coefficient": "c", "time": "t", "height": "h"}  # fmt: skip
+_DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def unit_text(unit: str) -> str:
+    """A unit as it is printed: ``deg/s`` → °/s, ``ug`` → µg, ``rad/s·s^½`` → rad/√s."""
+    text = unit
+    for plain, root in (("/s·s^½", "/√s"), ("/s·s", ""), ("/s/s^½", "/s/√s"), ("/s/s", "/s²")):
+        if text.endswith(plain):
+            text = text[: -len(plain)] + root
+            break
+    text = re.sub(r"\bm/s\^2·s\^½$", "m/s/√s", text)
+    text = re.sub(r"\bm/s\^2·s$", "m/s", text)
+    text = text.replace("·s^½", "·√s").replace("/s^½", "/√s")
+    text = re.sub(r"\^(-?\d+)", lambda m: m.group(1).translate(_DIGITS), text)
+    text = re.sub(r"\bmdeg\b", "m°", re.sub(r"\bdeg\b", "°", text))
+    text = re.sub(r"\bu(?=(g|rad|m|s)\b)", "µ", text)
+    return re.sub(r"^1·|^1(?=/)", "1" if text.startswith("1/") else "", text)
+
+
+def in_unit(words: str, unit: str) -> str:
+    """``Allan deviation (°/s)``; a pure number has no bracket."""
+    return words if unit in ("", "1") else f"{words} ({unit_text(unit)})"
+
+
+def density_unit(unit: str) -> str:
+    """Unit of a power spectral density of samples in `unit`."""
+    if unit in ("", "1"):
+        return "1/Hz"
+    text = unit_text(unit)
+    return f"({text})²/Hz" if "/" in text or "²" in text else f"{text}²/Hz"
+
+
+def number(value: float, figures: int = 3) -> str:
+    """A number in a few figures: 0.0126, 1.9·10⁻⁵, 12000."""
+    text = f"{value:.{figures}g}"
+    if "e" not in text:
+        return text.replace("-", "−")
+    mantissa, exponent = text.split("e")
+    power = "10" + str(int(exponent)).translate(_DIGITS)
+    if float(mantissa) == 1:
+        return power
+    # 1.23e+04 is 12300 to any reader.
+    if 0 < int(exponent) < 6:
+        return f"{float(text):.0f}".replace("-", "−")
+    return f"{mantissa}·{power}".replace("-", "−")
+
+
+def values_text(values: dict[str, Any], most: int = 2) -> str:
+    """``T 30.1 s, σ 0.0074 rad/s``: the parameters that say most, with units."""
+    found = []
+    for name in SHOWN:
+        value = values.get(name)
+        if not isinstance(value, Estimate) or len(found) == most:
+            continue
+        symbol = SYMBOLS.get(name, name)
+        unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
+        if not value.detected and value.interval is not None:
+            found.append(f"{symbol} < {number(value.interval[1], 2)}{unit}")
+        else:
+            found.append(f"{symbol} {number(value.value)}{unit}")
+    return ", ".join(found)
+
+
+def duration_text(seconds: float) -> str:
+    """``2 h``, ``15 min``, ``40 s``."""
+    for size, name in ((86400.0, "d"), (3600.0, "h"), (60.0, "min")):
+        if seconds >= 2 * size or seconds == size:
+            return f"{seconds / size:.3g} {name}"
+    return f"{seconds:.3g} s"
+
+
+def recording_text(recording: Any) -> str:
+    """Which log, which column, how long."""
+    from pathlib import Path
+
+    name = Path(recording.path).name if recording.path else ""
+    column = recording.columns[0] if recording.columns else ""
+    what = " ".join(t for t in (name, column) if t) or "recording"
+    return f"{what} · {duration_text(recording.duration)} at {recording.rate:.6g} Hz"
