@@ -67,6 +67,7 @@ class TextReader:
     @property
     def meta(self) -> dict[str, Any]: ...
     def next(self, rows: int) -> NDArray[np.float64] | None: ...
+
 # -- covariance
 def allan_covariance(
     terms: Sequence[tuple[str, Sequence[float]]],

@@ -64,9 +64,7 @@ def power_text(exponent: int, plain: bool, mantissa: int = 1) -> str:
     return power if mantissa == 1 else f"{mantissa}·{power}"
 
 
-def linear_axis(
-    label: str, low: float, high: float, ticks: int = 5, reverse: bool = False
-) -> Axis:
+def linear_axis(label: str, low: float, high: float, ticks: int = 5, reverse: bool = False) -> Axis:
     """A linear axis with about `ticks` round ticks."""
     if not high > low:
         low, high = low - 0.5, high + 0.5

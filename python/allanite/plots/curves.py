@@ -47,7 +47,9 @@ def parts(fit: Fit) -> tuple[Part, ...]:
         numbers = values_text(fit.estimates[place])
         label = f"{fit.display_name(effect)}: {numbers}" if numbers else fit.display_name(effect)
         dash = "solid" if i < len(COMPONENTS) else "dot"
-        frequency = getattr(effect, "frequency", None) if effect in fit.model.deterministic else None
+        frequency = (
+            getattr(effect, "frequency", None) if effect in fit.model.deterministic else None
+        )
         out.append(Part(COMPONENTS[i % len(COMPONENTS)], dash, label, frequency))
     return tuple(out)
 
@@ -67,11 +69,15 @@ def allan_panels(
     curve = fit.curve
     low, high = interval(curve.measured, curve.edf)
     marks: list[Mark] = [*_span(worst)]
-    marks.append(Band(curve.tau, curve.low, curve.high, "model", "95 % of chance if the model is true"))
+    marks.append(
+        Band(curve.tau, curve.low, curve.high, "model", "95 % of chance if the model is true")
+    )
     for part, values in zip(parts(fit), curve.components.values(), strict=True):
         marks.append(Line(curve.tau, values, part.color, part.label, 1.2, part.dash))
     marks.append(Line(curve.tau, curve.model, "model", "model", 2.2))
-    marks.append(Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high))
+    marks.append(
+        Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high)
+    )
     x = log_axis(TAU, curve.tau)
     # Effects may lie decades below: the curve decides what is shown.
     sure = curve.edf >= 2.0

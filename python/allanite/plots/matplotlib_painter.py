@@ -200,7 +200,12 @@ def _axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None:
     ink.set_minor_locator(FixedLocator(list(axis.minor)))
     ink.set_minor_formatter(NullFormatter())
     axes.tick_params(
-        axis=name, which="both", color=look.faint, labelcolor=look.text, labelsize=9.5, direction="out"
+        axis=name,
+        which="both",
+        color=look.faint,
+        labelcolor=look.text,
+        labelsize=9.5,
+        direction="out",
     )
     for label in getattr(axes, f"get_{name}ticklabels")():
         label.set_family(FONT)
@@ -234,7 +239,12 @@ def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None
             )
         case Span():
             axes.axvspan(
-                mark.low, mark.high, color=look.color(mark.color), alpha=0.13, linewidth=0, zorder=BELOW
+                mark.low,
+                mark.high,
+                color=look.color(mark.color),
+                alpha=0.13,
+                linewidth=0,
+                zorder=BELOW,
             )
         case Rule():
             draw = axes.axvline if mark.axis == "x" else axes.axhline

@@ -50,7 +50,9 @@ def naive(terms, n, factors, kind):
     if kind == "mdev":
         kernel, points = -summed(kernel), n + 2
     c = COEFFICIENTS[order]
-    scale = {"oadev": lambda m: 2 * m**2, "mdev": lambda m: 2 * m**4, "hdev": lambda m: 6 * m**2}[kind]
+    scale = {"oadev": lambda m: 2 * m**2, "mdev": lambda m: 2 * m**4, "hdev": lambda m: 6 * m**2}[
+        kind
+    ]
     index = np.arange(points)
     full = kernel[np.abs(index[:, None] - index[None, :])]
 
@@ -65,7 +67,9 @@ def naive(terms, n, factors, kind):
     expected = np.empty(len(factors))
     for a, left in enumerate(operators):
         for b, right in enumerate(operators):
-            cross = (left.astype(np.longdouble) @ full @ right.T.astype(np.longdouble)).astype(float)
+            cross = (left.astype(np.longdouble) @ full @ right.T.astype(np.longdouble)).astype(
+                float
+            )
             covariance[a, b] = 2 * np.mean(cross**2) / (scale(factors[a]) * scale(factors[b]))
             if a == b:
                 expected[a] = cross[0, 0] / scale(factors[a])
@@ -107,7 +111,9 @@ def test_agrees_with_the_full_sum(name, kind):
     spread = np.sqrt(np.diag(naive_covariance))
     # The longest panels of 160 lags hold eight nodes: 1e-5 of the correlation.
     np.testing.assert_allclose(
-        covariance / np.outer(spread, spread), naive_covariance / np.outer(spread, spread), atol=2e-5
+        covariance / np.outer(spread, spread),
+        naive_covariance / np.outer(spread, spread),
+        atol=2e-5,
     )
 
 
@@ -126,7 +132,9 @@ def test_agrees_with_the_full_sum_on_any_mixture(names, n, kind, data):
     np.testing.assert_allclose(expected, naive_expected, rtol=1e-6)
     spread = np.sqrt(np.diag(naive_covariance))
     np.testing.assert_allclose(
-        covariance / np.outer(spread, spread), naive_covariance / np.outer(spread, spread), atol=1e-4
+        covariance / np.outer(spread, spread),
+        naive_covariance / np.outer(spread, spread),
+        atol=1e-4,
     )
 
 
