@@ -299,7 +299,8 @@ def test_real_recordings(data, name, columns, covariates, units):
 
 
 def test_columns_that_are_not_asked_for_may_hold_text(tmp_path):
-    path = write(tmp_path, "time,label,gyro\n" + "".join(f"{k},at rest,{k % 3}\n" for k in range(9)))
+    text = "time,label,gyro\n" + "".join(f"{k},at rest,{k % 3}\n" for k in range(9))
+    path = write(tmp_path, text)
     assert read(path, column="gyro").columns == ("gyro",)
     with pytest.raises(InputError, match=r"label.*at rest"):
         read(path)
