@@ -105,9 +105,9 @@ class Curves:
 
     def plot(self, path: str | Path) -> None:
         """Draw all curves on one pair of logarithmic axes."""
-        from allanite.plots.curves import plot_curves
+        from allanite.plots import plot_compare
 
-        plot_curves(self, path)
+        plot_compare(self, path)
 
 
 def _ratio(value: float | None, reference: float | None, factor: float) -> str:
