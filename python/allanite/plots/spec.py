@@ -114,17 +114,18 @@ class Rule:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bars:
-    """Horizontal bars from 0, one a category (y = 0, 1, …), with what is written at their ends."""
+    """Horizontal bars from 0, one a category (y = 0, 1, …), with the colour of each and what is written at its end."""
 
     values: Array
     texts: tuple[str, ...]
-    color: str
-    label: str = ""
+    colors: tuple[str, ...]
 
     def __post_init__(self) -> None:
         _fix(self, "values")
-        if len(self.texts) != self.values.size:
-            raise InputError(f"Bars: {self.values.size} values but {len(self.texts)} texts")
+        if not len(self.texts) == len(self.colors) == self.values.size:
+            raise InputError(
+                f"Bars: {self.values.size} values, {len(self.texts)} texts, {len(self.colors)} colours"
+            )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,6 +167,11 @@ class Note:
 
 
 Mark = Line | Points | Band | Span | Rule | Bars | HeatMap | Note
+
+
+def label_of(mark: Mark) -> str:
+    """What the legend calls a mark; empty where it is not in the legend."""
+    return "" if isinstance(mark, HeatMap | Note | Bars) else mark.label
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,14 +240,14 @@ class Figure:
     kind: str = ""
 
     def legend(self) -> tuple[Mark, ...]:
-        """Marks that have a label, each label once, in the order of drawing."""
+        """Marks that have a label, each label once: measurements first, then the rest in the order of drawing."""
         seen: dict[str, Mark] = {}
         for panel in self.panels:
             for mark in panel.marks:
-                label = "" if isinstance(mark, HeatMap | Note) else mark.label
+                label = label_of(mark)
                 if label:
                     seen.setdefault(label, mark)
-        return tuple(seen.values())
+        return tuple(sorted(seen.values(), key=lambda m: not isinstance(m, Points)))
 
     def to_plotly(self, theme: str = "light") -> dict[str, Any]:
         """The figure as plotly's JSON document: ``{"data": […], "layout": {…}}``."""
