@@ -1,8 +1,6 @@
 """The compiled core. Never imported by users: `_kernels.py` is the one door."""
 
 from collections.abc import Sequence
-from typing import Self, final
-from typing import Any
 from typing import Any, Self, final
 
 import numpy as np
@@ -37,6 +35,7 @@ class Simulator:
         total: int,
     ) -> Self: ...
     def next(self, n: int) -> NDArray[np.float64]: ...
+
 # -- deviation
 def averaging_factors(grid: str, each: int, most: int) -> NDArray[np.int64]: ...
 def overlapping_allan(
@@ -53,6 +52,7 @@ def read_text(
     decimal_comma: bool | None = None,
     columns: Sequence[int] | None = None,
 ) -> tuple[list[str] | None, list[NDArray[np.float64]], dict[str, Any]]: ...
+
 @final
 class TextReader:
     def __new__(

@@ -6,9 +6,9 @@ from allanite import _core
 
 __all__ = [
     "Simulator",
+    "TextReader",
     "adjacent_allan",
     "averaging_factors",
-    "TextReader",
     "cosine_transform",
     "inverse_cosine_transform",
     "overlapping_allan",

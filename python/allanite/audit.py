@@ -35,7 +35,9 @@ def audit(recording: Recording) -> list[Finding]:
         if recording.quantity == "angle":
             # Angles wander by nature: only their steps can be judged.
             x = np.diff(x)
-        unit = units[i] if recording.quantity == "rate" else coefficient_unit(units[i], 1)
+        unit = units[i]
+        if recording.quantity != "rate":
+            unit = coefficient_unit(unit, 1).removeprefix("1·")
         column = _Column(name, np.ascontiguousarray(x), recording.rate, unit)
         for check in CHECKS:
             findings.extend(check(column))

@@ -25,9 +25,7 @@ def processes(terms: tuple[Term, ...]) -> list[tuple[str, list[float]]]:
     """Generators of the core for primitive terms."""
     out: list[tuple[str, list[float]]] = []
     for name, v in terms:
-        if name in {"white", "blue", "random_walk"}:
-            out.append((name, [float(np.sqrt(v[0]))]))
-        elif name == "flicker":
+        if name in {"white", "blue", "random_walk"} or name == "flicker":
             out.append((name, [float(np.sqrt(v[0]))]))
         elif name == "power_law":
             out.append((name, [v[0], float(np.sqrt(v[1]))]))
@@ -67,7 +65,11 @@ def _section(terms: tuple[Term, ...]) -> list[tuple[str, list[float]]]:
 
 
 def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
-    part = Model((effect, *model.modifiers)) if effect.kind == "angle_random_walk" else Model((effect,))
+    part = (
+        Model((effect, *model.modifiers))
+        if effect.kind == "angle_random_walk"
+        else Model((effect,))
+    )
     terms = part.terms(rate)
     if effect.kind == "burst_noise":
         switching = 0.5 * (1.0 - terms[0][1][2])
@@ -129,9 +131,16 @@ def simulate(
         raise InputError(f"a record of {count} samples: ask for a longer duration")
     for effect in model:
         for p in effect.parameters:
-            optional = p.role in {"derived", "choice"} or p.name in {"phase", "lag", "quadratic", "count"}
+            optional = p.role in {"derived", "choice"} or p.name in {
+                "phase",
+                "lag",
+                "quadratic",
+                "count",
+            }
             if not optional and effect.values[p.name] is None:
-                raise InputError(f"{effect.kind}: {p.name} has no value: a simulation needs all of them")
+                raise InputError(
+                    f"{effect.kind}: {p.name} has no value: a simulation needs all of them"
+                )
     time = np.arange(count) / rate
     given = {k: np.asarray(v, dtype=float) for k, v in (covariates or {}).items()}
     level = [e for e in model.modifiers if e.kind == "noise_level_change"]

@@ -6,6 +6,7 @@ correlation with any other (rust/spectrum.rs says why), so a bin of k ordinates 
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -68,7 +69,8 @@ class Bins:
     def limits(self, rate: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Lower and upper frequency of each bin in Hz."""
         half = rate / (2.0 * self.n)
-        return (self.edges[:-1] - 0.5) * half, (self.edges[1:] - 0.5) * half
+        edges = (self.edges.astype(np.float64) - 0.5) * half
+        return edges[:-1], edges[1:]
 
 
 @lru_cache(maxsize=32)
@@ -81,7 +83,7 @@ def bins_of(n: int) -> Bins:
     if len(edges) > 3 and edges[-1] - edges[-2] < 0.5 * (edges[-2] - edges[-3]):
         del edges[-2]
     nodes, owner = [], []
-    for b, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for b, (low, high) in enumerate(itertools.pairwise(edges)):
         width = high - low
         if width <= NODES:
             inside = np.arange(low, high)

@@ -99,7 +99,7 @@ def time_map(solution: Solution, data: Data) -> TimeMap:
     bands = band_powers(whitened_ordinates(solution, data), FEWEST * SEGMENTS)[::-1]
     edges = np.linspace(data.start, data.start + data.duration, SEGMENTS + 1)
     half = data.rate / (2.0 * data.n)
-    expected = _expected_level(solution, data, edges)
+    expected = _expected_level(solution, edges)
     ratio, z = [], []
     for low, high, power in bands:
         place = np.floor((np.arange(power.size) + 0.5) * SEGMENTS / power.size).astype(int)
@@ -119,15 +119,15 @@ def time_map(solution: Solution, data: Data) -> TimeMap:
     )
 
 
-def _expected_level(
-    solution: Solution, data: Data, edges: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _expected_level(solution: Solution, edges: NDArray[np.float64]) -> NDArray[np.float64]:
     """White power of each segment over the record's mean, from the level changes of the model."""
     power = np.ones(edges.size - 1)
     for effect in solution.model.modifiers:
         v = effect.values
         if effect.kind == "noise_level_change":
-            inside = np.clip(np.minimum(edges[1:], v["end"]) - np.maximum(edges[:-1], v["start"]), 0, None)
+            inside = np.clip(
+                np.minimum(edges[1:], v["end"]) - np.maximum(edges[:-1], v["start"]), 0, None
+            )
             power *= 1.0 + (v["factor"] ** 2 - 1.0) * inside / (edges[1] - edges[0])
     return np.asarray(power / power.mean())
 
@@ -138,5 +138,7 @@ def _white_share(solution: Solution, data: Data, ordinate: int) -> float:
     total = density(data.terms(solution.model), j, data.n)[0]
     for effect, theta in zip(solution.model.stochastic, solution.theta, strict=True):
         if effect.kind == "angle_random_walk":
-            return float(theta * density(data.unit_terms(solution.model, effect), j, data.n)[0] / total)
+            return float(
+                theta * density(data.unit_terms(solution.model, effect), j, data.n)[0] / total
+            )
     return 0.0

@@ -70,7 +70,9 @@ class Where:
             )
         if self.worst_time is not None:
             low, high = self.worst_time
-            inside = [r for r in self.time if low <= r["start_s"] and r["end_s"] <= high] or self.time
+            inside = [
+                r for r in self.time if low <= r["start_s"] and r["end_s"] <= high
+            ] or self.time
             peak = max(inside, key=lambda r: abs(r["z"]))
             out.append(
                 f"over time: {low:.5g}–{high:.5g} s, {peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz: "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -67,6 +67,9 @@ class Effect:
     title: ClassVar[str]
     titles: ClassVar[Mapping[str, str]] = {}
 
+    #: Names of parameters that a fit must not change.
+    hold: tuple[str, ...] = field(default=(), kw_only=True)
+
     def __post_init__(self) -> None:
         for parameter in self.parameters:
             if parameter.role == "derived":
@@ -91,7 +94,7 @@ class Effect:
     @property
     def held(self) -> frozenset[str]:
         """Names of parameters that a fit must not change."""
-        return frozenset(getattr(self, "hold", ()))
+        return frozenset(self.hold)
 
     @property
     def values(self) -> dict[str, Any]:
@@ -101,7 +104,9 @@ class Effect:
     @property
     def free_shapes(self) -> tuple[str, ...]:
         """Shape parameters that a fit may move."""
-        return tuple(p.name for p in self.parameters if p.role == "shape" and p.name not in self.held)
+        return tuple(
+            p.name for p in self.parameters if p.role == "shape" and p.name not in self.held
+        )
 
     def parameter(self, name: str) -> Parameter:
         """The declaration of a parameter."""
@@ -165,7 +170,9 @@ class Stochastic(Effect):
         """Primitive terms at this shape and coefficient."""
         value = getattr(self, self.coefficient)
         if value is None:
-            raise InputError(f"{self.kind}: {self.coefficient} has no value yet: give one, or fit it")
+            raise InputError(
+                f"{self.kind}: {self.coefficient} has no value yet: give one, or fit it"
+            )
         return tuple(_terms.scaled(term, value**2) for term in self.unit_terms(rate))
 
 

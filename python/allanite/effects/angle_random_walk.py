@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from allanite.effects._base import Parameter, Stochastic
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -14,7 +16,6 @@ class AngleRandomWalk(Stochastic):
     """S(f) = N² (two-sided); σ²(τ) = N²/τ. Slope −½. A data sheet's one-sided density is √2·N."""
 
     N: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "angle_random_walk"
     short: ClassVar[str] = "N"

@@ -28,7 +28,6 @@ class Bandwidth(Modifier):
     cutoff: float | None = None
     order: float | None = None
     design: str | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "bandwidth"
     short: ClassVar[str] = "BW"
@@ -41,7 +40,9 @@ class Bandwidth(Modifier):
     physics: ClassVar[str] = (
         "the sensor's own digital or anti-alias filter, or the mechanical response, rolls off the white noise"
     )
-    looks_like: ClassVar[str] = "a density that falls towards Nyquist; the Allan curve bends down at the first τ"
+    looks_like: ClassVar[str] = (
+        "a density that falls towards Nyquist; the Allan curve bends down at the first τ"
+    )
     check_by: ClassVar[str] = (
         "compare with the filter setting of the data sheet; set the sensor to another bandwidth or output rate"
     )
@@ -50,7 +51,9 @@ class Bandwidth(Modifier):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.design is not None and self.design not in {d for d, _ in DESIGNS}:
-            raise InputError(f"bandwidth: design {self.design!r} (known: sampled, digital, moving_average)")
+            raise InputError(
+                f"bandwidth: design {self.design!r} (known: sampled, digital, moving_average)"
+            )
 
     def variants(self) -> tuple[Bandwidth, ...]:
         """The designs to try: all that agree with what is given."""
@@ -60,14 +63,17 @@ class Bandwidth(Modifier):
             if self.design in (None, design) and self.order in (None, order)
         )
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:  # noqa: ARG002
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Cutoffs from a hundredth of the rate to where nothing of the roll-off is left to see."""
         if self.design == "moving_average":
             return 0.443 * rate / np.arange(32, 1, -1)
         return np.geomspace(0.01 * rate, (0.49 if self.design == "digital" else 1.5) * rate, 24)
 
     def modify(
-        self, white: float, rate: float, span: tuple[float, float] | None = None  # noqa: ARG002
+        self,
+        white: float,
+        rate: float,
+        span: tuple[float, float] | None = None,
     ) -> tuple[Term, ...]:
         """Autocovariance of the filtered noise, normalised to `white` at zero frequency."""
         cutoff = self.cutoff or rate
@@ -81,7 +87,7 @@ class Bandwidth(Modifier):
         return tuple(scaled(t, white / at_zero) for t in terms)
 
 
-def _sampled(f: float, second: bool) -> tuple[Term, ...]:  # noqa: FBT001
+def _sampled(f: float, second: bool) -> tuple[Term, ...]:
     """r(t) of a continuous low-pass at integer t; `f` in cycles per sample."""
     w = 2.0 * np.pi * f
     if not second:
@@ -91,7 +97,7 @@ def _sampled(f: float, second: bool) -> tuple[Term, ...]:  # noqa: FBT001
     return (("exponential", (1.0, -1.0, float(phi.real), float(phi.imag))),)
 
 
-def _digital(f: float, second: bool) -> tuple[Term, ...]:  # noqa: FBT001
+def _digital(f: float, second: bool) -> tuple[Term, ...]:
     """Bilinear Butterworth: residues of H(z)H(1/z) at its poles, and the white rest at lag 0."""
     k = float(np.tan(np.pi * min(f, 0.499)))
     if not second:

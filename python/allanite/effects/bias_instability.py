@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from allanite.effects._base import Parameter, Stochastic
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -14,7 +16,6 @@ class BiasInstability(Stochastic):
     """S(f) = B²τ0/(2 sin(πfτ0)) → B²/(2πf); plateau σ = √(2 ln2/π) B = 0.6643 B, 20 % above it at m = 1."""
 
     B: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "bias_instability"
     short: ClassVar[str] = "B"
@@ -32,6 +33,6 @@ class BiasInstability(Stochastic):
     )
     rivals: ClassVar[tuple[str, ...]] = ("gauss_markov", "power_law", "rate_random_walk")
 
-    def unit_terms(self, rate: float) -> tuple[Term, ...]:  # noqa: ARG002 - the same at any rate
+    def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """The half-order fractional difference of white noise (Kasdin 1995)."""
         return (("flicker", (1.0,)),)

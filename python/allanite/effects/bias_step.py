@@ -18,7 +18,6 @@ class BiasStep(Deterministic):
 
     time: float | None = None
     height: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "bias_step"
     short: ClassVar[str] = "STEP"
@@ -28,19 +27,31 @@ class BiasStep(Deterministic):
         Parameter("time", "s", "when, from the first sample", "shape", aliases=("t",)),
         Parameter("height", 0.0, "by how much", low=-np.inf, aliases=("h",)),
     )
-    physics: ClassVar[str] = "something was touched, switched or relaxed: a shock, a supply, a range change, a settling bond"
-    looks_like: ClassVar[str] = "two levels of the low-passed samples, one after the other; a hump at long τ"
-    check_by: ClassVar[str] = "look at the samples and at the laboratory's log about that time; repeat the record"
-    rivals: ClassVar[tuple[str, ...]] = ("rate_random_walk", "rate_ramp", "warm_up", "burst_noise", "gauss_markov")
+    physics: ClassVar[str] = (
+        "something was touched, switched or relaxed: a shock, a supply, a range change, a settling bond"
+    )
+    looks_like: ClassVar[str] = (
+        "two levels of the low-passed samples, one after the other; a hump at long τ"
+    )
+    check_by: ClassVar[str] = (
+        "look at the samples and at the laboratory's log about that time; repeat the record"
+    )
+    rivals: ClassVar[tuple[str, ...]] = (
+        "rate_random_walk",
+        "rate_ramp",
+        "warm_up",
+        "burst_noise",
+        "gauss_markov",
+    )
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:  # noqa: ARG002
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """A thousand times over the record."""
         return np.linspace(0.0, n / rate, 1026)[1:-1]
 
     def regressors(
         self,
         time: NDArray[np.float64],
-        covariates: Mapping[str, NDArray[np.float64]],  # noqa: ARG002
+        covariates: Mapping[str, NDArray[np.float64]],
     ) -> NDArray[np.float64]:
         """One column of 0 and 1."""
         return (time >= (self.time or 0.0)).astype(float)[:, None]

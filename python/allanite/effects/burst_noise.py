@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from allanite.effects._base import Parameter, Stochastic
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -17,7 +19,6 @@ class BurstNoise(Stochastic):
 
     amplitude: float | None = None
     dwell_time: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "burst_noise"
     short: ClassVar[str] = "RTS"
@@ -29,8 +30,12 @@ class BurstNoise(Stochastic):
         Parameter("dwell_time", "s", "mean time in each level", "shape", low=1e-12, aliases=("D",)),
         Parameter("amplitude", 0.0, "half the distance of the levels", aliases=("A",)),
     )
-    physics: ClassVar[str] = "a single trapped charge or a contact switches the bias between two levels"
-    looks_like: ClassVar[str] = "as a Gauss-Markov process on every curve; two levels in the low-passed samples"
+    physics: ClassVar[str] = (
+        "a single trapped charge or a contact switches the bias between two levels"
+    )
+    looks_like: ClassVar[str] = (
+        "as a Gauss-Markov process on every curve; two levels in the low-passed samples"
+    )
     check_by: ClassVar[str] = (
         "low-pass the samples and look at their histogram: two peaks; it depends steeply on temperature and supply"
     )
@@ -38,4 +43,9 @@ class BurstNoise(Stochastic):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """One exponential of variance 1."""
-        return (("exponential", (1.0, 0.0, float(np.exp(-2.0 / (rate * (self.dwell_time or 1.0)))), 0.0)),)
+        return (
+            (
+                "exponential",
+                (1.0, 0.0, float(np.exp(-2.0 / (rate * (self.dwell_time or 1.0)))), 0.0),
+            ),
+        )

@@ -24,14 +24,15 @@ class Covariate(Deterministic):
     coefficient: float | None = None
     lag: float | None = None
     quadratic: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "covariate"
     short: ClassVar[str] = "COV"
     title: ClassVar[str] = "covariate"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("column", "text", "name of the column", "choice"),
-        Parameter("coefficient", "U/unit", "change of the samples per unit of the column", low=-np.inf),
+        Parameter(
+            "coefficient", "U/unit", "change of the samples per unit of the column", low=-np.inf
+        ),
         Parameter("lag", "s", "time constant of the lag", "shape"),
         Parameter("quadratic", "U/unit²", "quadratic coefficient", low=-np.inf),
     )
@@ -39,13 +40,20 @@ class Covariate(Deterministic):
         "the bias follows another quantity: a temperature through the sensor's thermal mass, a supply voltage, "
         "another axis by misalignment"
     )
-    looks_like: ClassVar[str] = "the low-passed samples trace the column; a rise of the Allan deviation at long τ"
+    looks_like: ClassVar[str] = (
+        "the low-passed samples trace the column; a rise of the Allan deviation at long τ"
+    )
     check_by: ClassVar[str] = (
         "drive the column on purpose (a temperature ramp up and down: a lag shows as hysteresis) and regress again"
     )
-    rivals: ClassVar[tuple[str, ...]] = ("rate_random_walk", "rate_ramp", "warm_up", "bias_instability")
+    rivals: ClassVar[tuple[str, ...]] = (
+        "rate_random_walk",
+        "rate_ramp",
+        "warm_up",
+        "bias_instability",
+    )
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:  # noqa: ARG002
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """No lag, and lags up to a tenth of the record."""
         return np.concatenate([[0.0], np.geomspace(max(2.0, n / 2000.0), n / 10.0, 12)]) / rate
 
@@ -53,10 +61,12 @@ class Covariate(Deterministic):
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """The lagged column, and its square where a quadratic term is in the model."""
-        if self.column not in covariates:
+        if self.column is None or self.column not in covariates:
             known = ", ".join(covariates) or "none"
-            raise InputError(f"covariate: the recording has no column {self.column!r} offered (it has: {known})")
-        values = np.asarray(covariates[self.column], dtype=float)
+            raise InputError(
+                f"covariate: the recording has no column {self.column!r} offered (it has: {known})"
+            )
+        values = np.asarray(covariates[self.column], dtype=np.float64)
         values = values - values.mean()
         rate = 1.0 / (time[1] - time[0])
         if self.lag:
@@ -69,7 +79,9 @@ class Covariate(Deterministic):
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
         """Coefficient, and the quadratic one where it is fitted."""
         if amplitudes.size > 1:
-            return self.with_values(coefficient=float(amplitudes[0]), quadratic=float(amplitudes[1]))
+            return self.with_values(
+                coefficient=float(amplitudes[0]), quadratic=float(amplitudes[1])
+            )
         return self.with_values(coefficient=float(amplitudes[0]))
 
     def amplitudes(self) -> NDArray[np.float64]:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter, Stochastic
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -18,14 +20,15 @@ class GaussMarkov(Stochastic):
 
     q_c: float | None = None
     correlation_time: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "gauss_markov"
     short: ClassVar[str] = "GM"
     title: ClassVar[str] = "Gauss-Markov process"
     coefficient: ClassVar[str] = "q_c"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("correlation_time", "s", "time constant of the lag", "shape", low=1e-12, aliases=("T",)),
+        Parameter(
+            "correlation_time", "s", "time constant of the lag", "shape", low=1e-12, aliases=("T",)
+        ),
         Parameter("q_c", -0.5, "root of the driving white density"),
         Parameter("sigma", 0.0, "standard deviation of the process", "derived"),
     )
@@ -41,7 +44,10 @@ class GaussMarkov(Stochastic):
         "log its temperature as a covariate"
     )
     rivals: ClassVar[tuple[str, ...]] = (
-        "bias_instability", "rate_random_walk", "power_law", "burst_noise",
+        "bias_instability",
+        "rate_random_walk",
+        "power_law",
+        "burst_noise",
     )
 
     @property
@@ -51,7 +57,7 @@ class GaussMarkov(Stochastic):
             return None
         return self.q_c * float(np.sqrt(self.correlation_time / 2.0))
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:  # noqa: ARG002
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """From two samples to half the record, where it becomes a random walk; 8 a decade."""
         low, high = 2.0 / rate, 0.5 * n / rate
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))

@@ -21,8 +21,13 @@ __all__ = ["Model"]
 
 # Effects of which a second one would be the same as a larger first one.
 ONCE = {
-    "quantization", "angle_random_walk", "bias_instability", "rate_random_walk", "rate_ramp",
-    "bandwidth", "outliers",
+    "quantization",
+    "angle_random_walk",
+    "bias_instability",
+    "rate_random_walk",
+    "rate_ramp",
+    "bandwidth",
+    "outliers",
 }
 
 
@@ -89,7 +94,9 @@ class Model:
                     changed
                     for name, values in out
                     for changed in (
-                        modifier.modify(values[0], rate, span) if name == "white" else ((name, values),)
+                        modifier.modify(values[0], rate, span)
+                        if name == "white"
+                        else ((name, values),)
                     )
                 )
         return out

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from allanite.effects._base import Modifier, Parameter
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,6 @@ class NoiseLevelChange(Modifier):
     start: float | None = None
     end: float | None = None
     factor: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "noise_level_change"
     short: ClassVar[str] = "LEVEL"
@@ -36,13 +37,17 @@ class NoiseLevelChange(Modifier):
     physics: ClassVar[str] = (
         "for a while something shook, switched range or disturbed the supply; or the sensor lost its damping or lock"
     )
-    looks_like: ClassVar[str] = "nothing on the Allan curve; a louder or quieter stretch of the samples"
+    looks_like: ClassVar[str] = (
+        "nothing on the Allan curve; a louder or quieter stretch of the samples"
+    )
     check_by: ClassVar[str] = (
         "look at the laboratory's log for that interval; trim it and fit again: everything else should stay"
     )
     rivals: ClassVar[tuple[str, ...]] = ("outliers",)
 
-    def modify(self, white: float, rate: float, span: tuple[float, float] | None = None) -> tuple[Term, ...]:  # noqa: ARG002
+    def modify(
+        self, white: float, rate: float, span: tuple[float, float] | None = None
+    ) -> tuple[Term, ...]:
         """The mean power over the record (`span`: its first and last time in s)."""
         if span is None or self.start is None or self.end is None or self.factor is None:
             return (("white", (white,)),)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Modifier, Parameter
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -18,7 +20,6 @@ class Outliers(Modifier):
 
     count: float | None = None
     times: tuple[float, ...] | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "outliers"
     short: ClassVar[str] = "OUT"
@@ -32,11 +33,17 @@ class Outliers(Modifier):
     physics: ClassVar[str] = (
         "single wrong samples: transmission errors, resets, shocks, saturated conversions, mains switching"
     )
-    looks_like: ClassVar[str] = "spikes of the samples; a white density (and N) higher than the histogram's width says"
-    check_by: ClassVar[str] = "look at the raw words and checksums at these times; count them against a bus or supply event"
+    looks_like: ClassVar[str] = (
+        "spikes of the samples; a white density (and N) higher than the histogram's width says"
+    )
+    check_by: ClassVar[str] = (
+        "look at the raw words and checksums at these times; count them against a bus or supply event"
+    )
     rivals: ClassVar[tuple[str, ...]] = ("noise_level_change",)
 
-    def modify(self, white: float, rate: float, span: tuple[float, float] | None = None) -> tuple[Term, ...]:  # noqa: ARG002
+    def modify(
+        self, white: float, rate: float, span: tuple[float, float] | None = None
+    ) -> tuple[Term, ...]:
         """The white part is what remains; nothing to change."""
         return (("white", (white,)),)
 

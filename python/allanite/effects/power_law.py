@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter, Stochastic
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -18,24 +20,35 @@ class PowerLaw(Stochastic):
 
     exponent: float | None = None
     level: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "power_law"
     short: ClassVar[str] = "PL"
     title: ClassVar[str] = "power law"
     coefficient: ClassVar[str] = "level"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("exponent", "1", "exponent a of the density", "shape", low=-2.95, high=0.95, aliases=("a",)),
+        Parameter(
+            "exponent",
+            "1",
+            "exponent a of the density",
+            "shape",
+            low=-2.95,
+            high=0.95,
+            aliases=("a",),
+        ),
         Parameter("level", "U·s^(½+a/2)", "root of the density at 2πf = 1/s"),
     )
-    physics: ClassVar[str] = "scale-free noise without a single physical time constant: a spread of traps or relaxations"
-    looks_like: ClassVar[str] = "a straight line of the density with a slope that is none of the standard ones"
+    physics: ClassVar[str] = (
+        "scale-free noise without a single physical time constant: a spread of traps or relaxations"
+    )
+    looks_like: ClassVar[str] = (
+        "a straight line of the density with a slope that is none of the standard ones"
+    )
     check_by: ClassVar[str] = (
         "record for longer: a true power law keeps its slope, a sum of lags bends; vary the temperature"
     )
     rivals: ClassVar[tuple[str, ...]] = ("bias_instability", "rate_random_walk", "gauss_markov")
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:  # noqa: ARG002
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Exponents between the standard ones."""
         return np.array([-2.6, -2.3, -1.7, -1.4, -1.2, -0.8, -0.6, -0.4, 0.4, 0.7])
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from allanite.effects._base import Parameter, Stochastic
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -14,7 +16,6 @@ class Quantization(Stochastic):
     """S(f) = (4Q²/τ0) sin²(πfτ0); σ²(τ) = 3Q²/τ², exact at every m. Slope −1."""
 
     Q: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "quantization"
     short: ClassVar[str] = "Q"

@@ -17,7 +17,6 @@ class RateRamp(Deterministic):
     """x(t) = R t; σ²(τ) = R²τ²/2. Slope +1."""
 
     R: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "rate_ramp"
     short: ClassVar[str] = "R"
@@ -29,15 +28,19 @@ class RateRamp(Deterministic):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("R", -1.0, "drift of the rate per second", low=-np.inf),
     )
-    physics: ClassVar[str] = "a monotonic change of the bias: warming up, ageing of a light source, outgassing"
+    physics: ClassVar[str] = (
+        "a monotonic change of the bias: warming up, ageing of a light source, outgassing"
+    )
     looks_like: ClassVar[str] = "a slope of +1 at the longest τ; the samples drift in one direction"
-    check_by: ClassVar[str] = "repeat after the sensor has settled; plot the bias against its temperature"
+    check_by: ClassVar[str] = (
+        "repeat after the sensor has settled; plot the bias against its temperature"
+    )
     rivals: ClassVar[tuple[str, ...]] = ("rate_random_walk", "warm_up", "covariate", "gauss_markov")
 
     def regressors(
         self,
         time: NDArray[np.float64],
-        covariates: Mapping[str, NDArray[np.float64]],  # noqa: ARG002
+        covariates: Mapping[str, NDArray[np.float64]],
     ) -> NDArray[np.float64]:
         """One column: t − mean(t), s (the offset belongs to the bias, which no model keeps)."""
         return (time - time.mean())[:, None]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from allanite.effects._base import Parameter, Stochastic
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -14,7 +16,6 @@ class RateRandomWalk(Stochastic):
     """S(f) = K²τ0²/(4 sin²(πfτ0)) → (K/2πf)²; σ²(m) = K²τ(2m²+1)/(6m²) → K²τ/3. Slope +½."""
 
     K: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "rate_random_walk"
     short: ClassVar[str] = "K"
@@ -27,14 +28,21 @@ class RateRandomWalk(Stochastic):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("K", -0.5, "rate random walk coefficient"),
     )
-    physics: ClassVar[str] = "slow ageing, or an unmodelled temperature, that wanders without a time constant"
+    physics: ClassVar[str] = (
+        "slow ageing, or an unmodelled temperature, that wanders without a time constant"
+    )
     looks_like: ClassVar[str] = "a slope of +½ at the longest τ; a density that falls as 1/f²"
     check_by: ClassVar[str] = (
         "log the temperature and offer it as a covariate; record several times longer: a lag levels off, "
         "a random walk does not"
     )
     rivals: ClassVar[tuple[str, ...]] = (
-        "gauss_markov", "rate_ramp", "power_law", "bias_instability", "warm_up", "covariate",
+        "gauss_markov",
+        "rate_ramp",
+        "power_law",
+        "bias_instability",
+        "warm_up",
+        "covariate",
     )
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:

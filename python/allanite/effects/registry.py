@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from allanite.effects._base import Effect
+from typing import TYPE_CHECKING
+
 from allanite.effects.angle_random_walk import AngleRandomWalk
 from allanite.effects.bandwidth import Bandwidth
 from allanite.effects.bias_instability import BiasInstability
@@ -19,6 +20,9 @@ from allanite.effects.rate_random_walk import RateRandomWalk
 from allanite.effects.resonance import Resonance
 from allanite.effects.sinusoid import Sinusoid
 from allanite.effects.warm_up import WarmUp
+
+if TYPE_CHECKING:
+    from allanite.effects._base import Effect
 
 __all__ = ["CATALOGUE", "find"]
 

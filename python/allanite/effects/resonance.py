@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter, Stochastic
-from allanite.effects.terms import Term
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,6 @@ class Resonance(Stochastic):
     frequency: float | None = None
     damping: float | None = None
     rms: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "resonance"
     short: ClassVar[str] = "RES"
@@ -28,13 +29,17 @@ class Resonance(Stochastic):
     coefficient: ClassVar[str] = "rms"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("frequency", "Hz", "natural frequency", "shape", low=1e-12, aliases=("f", "f0")),
-        Parameter("damping", "1", "damping ratio ζ", "shape", low=1e-5, high=0.95, aliases=("zeta",)),
+        Parameter(
+            "damping", "1", "damping ratio ζ", "shape", low=1e-5, high=0.95, aliases=("zeta",)
+        ),
         Parameter("rms", 0.0, "standard deviation of the process"),
     )
     physics: ClassVar[str] = (
         "a mode of the structure, mount, pendulum or proof mass, shaken by everything around it"
     )
-    looks_like: ClassVar[str] = "a band of the spectrum of width 2ζf; damped lobes of the Allan deviation"
+    looks_like: ClassVar[str] = (
+        "a band of the spectrum of width 2ζf; damped lobes of the Allan deviation"
+    )
     check_by: ClassVar[str] = (
         "tap the mount and look for a ringing at f; add mass or damping: the band must move or widen"
     )

@@ -19,20 +19,23 @@ class Sinusoid(Deterministic):
     frequency: float | None = None
     amplitude: float | None = None
     phase: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "sinusoid"
     short: ClassVar[str] = "SIN"
     title: ClassVar[str] = "sinusoid"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("frequency", "Hz", "frequency of the line", "shape", low=1e-12, aliases=("f", "f0")),
+        Parameter(
+            "frequency", "Hz", "frequency of the line", "shape", low=1e-12, aliases=("f", "f0")
+        ),
         Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",)),
         Parameter("phase", "rad", "phase at the first sample: A sin(2πft + phase)", low=-np.inf),
     )
     physics: ClassVar[str] = (
         "something turns, hums or swings: a fan, the mains, a building, a pump, a dither or a clock spur"
     )
-    looks_like: ClassVar[str] = "a line of the spectrum; lobes of the Allan deviation with zeros at τ = k/f"
+    looks_like: ClassVar[str] = (
+        "a line of the spectrum; lobes of the Allan deviation with zeros at τ = k/f"
+    )
     check_by: ClassVar[str] = (
         "look for a machine that runs at f or for its aliases (sample at another rate: an alias moves); "
         "repeat with the mount isolated"
@@ -42,7 +45,7 @@ class Sinusoid(Deterministic):
     def regressors(
         self,
         time: NDArray[np.float64],
-        covariates: Mapping[str, NDArray[np.float64]],  # noqa: ARG002
+        covariates: Mapping[str, NDArray[np.float64]],
     ) -> NDArray[np.float64]:
         """Two columns: sin and cos of 2πft."""
         angle = 2.0 * np.pi * (self.frequency or 0.0) * time

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING, Any
 
-from allanite.effects._base import Effect
 from allanite.effects.model import Model
 from allanite.effects.registry import CATALOGUE, find
 from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    from allanite.effects._base import Effect
 
 __all__ = ["parse_string"]
 
@@ -80,13 +83,14 @@ def _effect(reader: _Reader) -> Effect:
     if cls is None:
         known = " ".join(e.short for e in CATALOGUE)
         raise reader.fail(f"unknown effect {name!r} (known: {known})", start)
-    values: dict[str, float | str] = {}
+    values: dict[str, Any] = {}
     held: list[str] = []
     if reader.sign("("):
         while True:
             key, place = reader.name("a parameter")
             parameter = next(
-                (p for p in cls.parameters if key in (p.name, *p.aliases) and p.role != "derived"), None
+                (p for p in cls.parameters if key in (p.name, *p.aliases) and p.role != "derived"),
+                None,
             )
             if parameter is None:
                 known = " ".join(p.name for p in cls.parameters if p.role != "derived")

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 __all__ = ["Term", "allan_variance", "cosine_variance", "scaled", "spectrum"]
 
-type_Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 Term = tuple[str, tuple[float, ...]]
 
 # Sums over lags are done term by term up to here; beyond, closed forms no longer lose digits.
@@ -42,7 +42,7 @@ def scaled(term: Term, factor: float) -> Term:
     return name, (v[0] * factor, *v[1:])
 
 
-def spectrum(term: Term, w: type_Array) -> type_Array:
+def spectrum(term: Term, w: Array) -> Array:
     """Spectrum s(w) of a term at angular frequencies `w` in (0, π] per sample; shape of `w`."""
     name, v = term
     if name == "white":
@@ -65,7 +65,7 @@ def spectrum(term: Term, w: type_Array) -> type_Array:
     raise AssertionError(name)
 
 
-def allan_variance(term: Term, m: type_Array) -> type_Array:
+def allan_variance(term: Term, m: Array) -> Array:
     """Exact Allan variance of a term at integer averaging factors `m`; shape of `m`."""
     name, v = term
     if name == "white":
@@ -88,7 +88,7 @@ def allan_variance(term: Term, m: type_Array) -> type_Array:
     raise AssertionError(name)
 
 
-def _allan_of_lags(covariance: type_Array, m: int) -> float:
+def _allan_of_lags(covariance: Array, m: int) -> float:
     """(4V(m) − V(2m))/(2m²), V(m) = Σ_{|h|<m} (m−|h|) r(h), for r that ends after a few lags."""
 
     def total(width: int) -> float:
@@ -99,7 +99,7 @@ def _allan_of_lags(covariance: type_Array, m: int) -> float:
     return (4.0 * total(m) - total(2 * m)) / (2.0 * m * m)
 
 
-def _exponential_allan(a: complex, phi: complex, m: type_Array) -> type_Array:
+def _exponential_allan(a: complex, phi: complex, m: Array) -> Array:
     """Allan variance of r(h) = Re(a φ^h): exact lag sums for small m, the closed form above.
 
     METHODS: σ² = s²[m−3φ−mφ²+4φ^{m+1}−φ^{2m+1}]/[m²(1−φ)²(1−φ²)] loses all digits for m(1−φ) → 0;
@@ -123,7 +123,9 @@ def _exponential_allan(a: complex, phi: complex, m: type_Array) -> type_Array:
         k = m[large].astype(np.longdouble)
         p, x = np.clongdouble(phi), np.clongdouble(-np.expm1(log_phi))
         pm = np.exp(k * np.clongdouble(log_phi))
-        value = np.clongdouble(a) * (k * x * (1 + p) - 3 * p + p * p + 4 * p * pm - p * pm**2 - p**2)
+        value = np.clongdouble(a) * (
+            k * x * (1 + p) - 3 * p + p * p + 4 * p * pm - p * pm**2 - p**2
+        )
         # m(1−φ²) − 3φ + 4φ^{m+1} − φ^{2m+1}, over m²(1−φ)².
         closed = (value / (k * x) ** 2).real.astype(float)
         walk = 2.0 * (a * complex(x)).real * (2.0 * m[large] ** 2 + 1.0) / (6.0 * m[large])
@@ -132,7 +134,7 @@ def _exponential_allan(a: complex, phi: complex, m: type_Array) -> type_Array:
 
 
 @lru_cache(maxsize=256)
-def _power_law_lags(exponent: float, count: int) -> type_Array:
+def _power_law_lags(exponent: float, count: int) -> Array:
     """Variogram r(0) − r(h) of the spectrum (2 sin(w/2))^a, h = 0…count−1.
 
     Fractional noise of order d = −a/2 (Hosking 1981): r(h) = Γ(1−2d)Γ(h+d)/(Γ(d)Γ(1−d)Γ(h+1−d)), continued
@@ -152,7 +154,7 @@ def _power_law_lags(exponent: float, count: int) -> type_Array:
     return np.asarray(gamma(1 - 2 * d) / gamma(1 - d) ** 2 * (1.0 - ratio))
 
 
-def _power_law_allan(exponent: float, m: type_Array) -> type_Array:
+def _power_law_allan(exponent: float, m: Array) -> Array:
     """Allan variance of (2 sin(w/2))^a: exact to 4·DIRECT, then m^{−1−a} with its 1/m² correction."""
     m = np.asarray(m, dtype=float)
     reference = 4 * DIRECT
@@ -160,7 +162,7 @@ def _power_law_allan(exponent: float, m: type_Array) -> type_Array:
     h = np.arange(g.size)
     s0, s1 = np.cumsum(g), np.cumsum(h * g)
 
-    def exact(k: NDArray[np.int64]) -> type_Array:
+    def exact(k: NDArray[np.int64]) -> Array:
         return np.asarray(
             (2 * (2 * k * s0[2 * k - 1] - s1[2 * k - 1]) - 8 * (k * s0[k - 1] - s1[k - 1]))
             / (2.0 * k**2)
@@ -185,17 +187,19 @@ def _power_law_allan(exponent: float, m: type_Array) -> type_Array:
 
 
 @lru_cache(maxsize=256)
-def _power_law_ends(exponent: float, n: int) -> type_Array:
+def _power_law_ends(exponent: float, n: int) -> Array:
     """E c_j²/s(w_j) of a power law at j = 1…64 of n ordinates: what the ends of the record do to it."""
     j = np.arange(1, min(n, 65))
     lags = _power_law_lags(exponent, n)
     h = np.arange(1, n)
     angle = np.pi * j[:, None] / n
     weights = (n - h) * np.cos(angle * h) - np.sin(angle * h) / np.sin(angle)
-    return np.asarray(-(2.0 / n) * (weights @ lags[1:]) / (2 * np.sin(np.pi * j / (2 * n))) ** exponent)
+    return np.asarray(
+        -(2.0 / n) * (weights @ lags[1:]) / (2 * np.sin(np.pi * j / (2 * n))) ** exponent
+    )
 
 
-def cosine_variance(term: Term, j: NDArray[np.int64], n: int) -> type_Array:
+def cosine_variance(term: Term, j: NDArray[np.int64], n: int) -> Array:
     """Exact expectation of the squared cosine-transform ordinate c_j of n samples; shape of `j`.
 
     For white noise and random walks this *is* the spectrum at w = πj/n. For the others the ends of the record
@@ -219,7 +223,7 @@ def cosine_variance(term: Term, j: NDArray[np.int64], n: int) -> type_Array:
     return plain
 
 
-def _exponential_cosine(a: complex, phi: complex, w: type_Array, n: int) -> type_Array:
+def _exponential_cosine(a: complex, phi: complex, w: Array, n: int) -> Array:
     """Geometric sums of the formula in `cosine_variance` for r(h) = Re(a φ^h)."""
     tail = phi**n
     sign = np.where(np.round(w * n / np.pi).astype(np.int64) % 2 == 0, 1.0, -1.0)

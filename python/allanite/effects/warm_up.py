@@ -18,28 +18,44 @@ class WarmUp(Deterministic):
 
     time_constant: float | None = None
     amplitude: float | None = None
-    hold: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "warm_up"
     short: ClassVar[str] = "WARM"
     title: ClassVar[str] = "warm-up"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("time_constant", "s", "time constant of the settling", "shape", low=1e-12, aliases=("T",)),
+        Parameter(
+            "time_constant",
+            "s",
+            "time constant of the settling",
+            "shape",
+            low=1e-12,
+            aliases=("T",),
+        ),
         Parameter("amplitude", 0.0, "deviation at the first sample", low=-np.inf, aliases=("A",)),
     )
-    physics: ClassVar[str] = "the sensor heats itself after power-on, through one thermal time constant"
+    physics: ClassVar[str] = (
+        "the sensor heats itself after power-on, through one thermal time constant"
+    )
     looks_like: ClassVar[str] = "the samples settle from the start of the record; a rise at long τ"
-    check_by: ClassVar[str] = "leave out the first three time constants; repeat from cold and from warm"
-    rivals: ClassVar[tuple[str, ...]] = ("rate_ramp", "rate_random_walk", "covariate", "bias_step", "gauss_markov")
+    check_by: ClassVar[str] = (
+        "leave out the first three time constants; repeat from cold and from warm"
+    )
+    rivals: ClassVar[tuple[str, ...]] = (
+        "rate_ramp",
+        "rate_random_walk",
+        "covariate",
+        "bias_step",
+        "gauss_markov",
+    )
 
-    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:  # noqa: ARG002
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """From a two-hundredth to a half of the record; a slower one is a ramp."""
         return np.geomspace(n / 200.0, n / 2.0, 24) / rate
 
     def regressors(
         self,
         time: NDArray[np.float64],
-        covariates: Mapping[str, NDArray[np.float64]],  # noqa: ARG002
+        covariates: Mapping[str, NDArray[np.float64]],
     ) -> NDArray[np.float64]:
         """One column e^{−t/τ}."""
         return np.exp(-time / (self.time_constant or 1.0))[:, None]

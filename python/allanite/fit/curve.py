@@ -84,7 +84,9 @@ def expected_variance(terms: tuple[Term, ...], factors: NDArray[np.int64]) -> ND
 def grid(n: int) -> NDArray[np.int64]:
     """Eight averaging factors a decade, to a third of the record."""
     top = max(1, n // 3)
-    return np.unique(np.round(10 ** np.arange(0.0, np.log10(top) + 1e-9, 1 / PER_DECADE)).astype(np.int64))
+    return np.unique(
+        np.round(10 ** np.arange(0.0, np.log10(top) + 1e-9, 1 / PER_DECADE)).astype(np.int64)
+    )
 
 
 def compare_curves(recording: Any, data: Data, model: Model) -> Curve:

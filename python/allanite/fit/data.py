@@ -105,7 +105,9 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         Fewer than 32 samples, or all of them missing.
     """
     samples = np.asarray(recording.rate_samples())
-    label = f"column {recording.columns[0]!r}" if getattr(recording, "columns", None) else "the record"
+    label = (
+        f"column {recording.columns[0]!r}" if getattr(recording, "columns", None) else "the record"
+    )
     if samples.ndim != 1:
         raise InputError(f"a fit needs one column, found an array of shape {samples.shape}")
     if samples.size < SHORTEST:
@@ -114,7 +116,9 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         )
     values = samples.astype(np.float64, copy=False)
     if np.isinf(values).any():
-        raise InputError(f"{label} has {int(np.isinf(values).sum())} infinite samples: remove or mark them as NaN")
+        raise InputError(
+            f"{label} has {int(np.isinf(values).sum())} infinite samples: remove or mark them as NaN"
+        )
     filled = fill_gaps(values, missing)
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}): there is no noise to fit")
@@ -144,9 +148,7 @@ def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
     return data.bins.mean(total)
 
 
-def density(
-    terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int
-) -> NDArray[np.float64]:
+def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> NDArray[np.float64]:
     """Expected squared ordinates at single j."""
     total = np.zeros(ordinates.size)
     for term in terms:

@@ -7,6 +7,7 @@ bounded polish; deterministic amplitudes by GLS, alternating with the spectrum u
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Solution", "solve"]
 
-type_Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,12 +48,12 @@ class Solution:
     """
 
     model: Model
-    columns: type_Array
-    theta: type_Array
-    spectrum: type_Array
-    power: type_Array
-    count: type_Array
-    ordinates: type_Array
+    columns: Array
+    theta: Array
+    spectrum: Array
+    power: Array
+    count: Array
+    ordinates: Array
     log_likelihood: float
     design: Design | None = None
     regression: Regression | None = None
@@ -67,7 +68,7 @@ def _held(model: Model) -> list[bool]:
     return [e.coefficient in e.held for e in model.stochastic]
 
 
-def _maximise(model: Model, power: type_Array, count: type_Array, data: Data) -> tuple[Maximum, type_Array]:
+def _maximise(model: Model, power: Array, count: Array, data: Data) -> tuple[Maximum, Array]:
     """Coefficients at the model's present shapes; held ones stay."""
     effects = model.stochastic
     matrix = columns(model, effects, data)
@@ -83,6 +84,10 @@ def _maximise(model: Model, power: type_Array, count: type_Array, data: Data) ->
     found = maximise(power, count, matrix[:, ~held], offset=offset)
     theta[~held] = found.theta
     return Maximum(theta, found.spectrum, found.log_likelihood), matrix
+
+
+def _at_shapes(model: Model, power: Array, count: Array, data: Data) -> Maximum:
+    return _maximise(model, power, count, data)[0]
 
 
 def solve(data: Data, model: Model, *, polish: bool = True, rounds: int = 8) -> Solution:
@@ -108,7 +113,10 @@ def solve(data: Data, model: Model, *, polish: bool = True, rounds: int = 8) -> 
     previous = -np.inf
     for turn in range(rounds):
         model = _shape.fit_shapes(
-            model, lambda m: _maximise(m, power, count, data)[0], data, polish=polish  # noqa: B023
+            model,
+            partial(_at_shapes, power=power, count=count, data=data),
+            data,
+            polish=polish,
         )
         best, matrix = _maximise(model, power, count, data)
         model = _with_coefficients(model, best.theta)
@@ -150,24 +158,26 @@ def _with_white(model: Model) -> Model:
     return model
 
 
-def _with_coefficients(model: Model, theta: type_Array) -> Model:
+def _with_coefficients(model: Model, theta: Array) -> Model:
     values = iter(theta)
     effects: list[Effect] = []
     for effect in model.effects:
         if isinstance(effect, Stochastic):
             value = float(np.sqrt(next(values)))
             if effect.coefficient not in effect.held:
-                effect = effect.with_values(**{effect.coefficient: value})  # noqa: PLW2901
+                effect = effect.with_values(**{effect.coefficient: value})
         effects.append(effect)
     return Model(tuple(effects))
 
 
 def _regress(
-    effects: tuple[Deterministic, ...], design: Design, data: Data, variance: type_Array
+    effects: tuple[Deterministic, ...], design: Design, data: Data, variance: Array
 ) -> Regression:
     """GLS of the amplitudes; those of effects with a held amplitude are taken out beforehand."""
     values = data.ordinates[design.ordinates]
-    held = np.array([bool(set(effects[i].held) & _amplitude_names(effects[i])) for i in design.owner])
+    held = np.array(
+        [bool(set(effects[i].held) & _amplitude_names(effects[i])) for i in design.owner]
+    )
     if not held.any():
         return regress(design.matrix, values, variance)
     fixed = np.concatenate([e.amplitudes() for e in effects])
@@ -189,15 +199,15 @@ def _with_amplitudes(model: Model, design: Design, regression: Regression) -> Mo
     effects: list[Effect] = []
     for effect in model.effects:
         if isinstance(effect, Deterministic):
-            effect = effect.with_amplitudes(regression.amplitudes[owner == index])  # noqa: PLW2901
+            effect = effect.with_amplitudes(regression.amplitudes[owner == index])
             index += 1
         effects.append(effect)
     return Model(tuple(effects))
 
 
-def components(solution: Solution, data: Data) -> dict[int, type_Array]:
+def components(solution: Solution, data: Data) -> dict[int, Array]:
     """Bin power of each stochastic effect by its place in the model."""
-    out: dict[int, type_Array] = {}
+    out: dict[int, Array] = {}
     for place, effect in enumerate(solution.model.effects):
         if isinstance(effect, Stochastic):
             value = getattr(effect, effect.coefficient) or 0.0

@@ -32,9 +32,7 @@ def free_parameters(solution: Solution) -> int:
     for effect, theta in zip(solution.model.stochastic, solution.theta, strict=True):
         if theta > 0.0:
             count += (effect.coefficient not in effect.held) + len(effect.free_shapes)
-    for effect in solution.model.modifiers:
-        count += len([n for n in effect.free_shapes if not isinstance(effect.values[n], str)])
-    return count
+    return count + sum(len(effect.free_shapes) for effect in solution.model.modifiers)
 
 
 def _unit(effect: Effect, name: str, sample_unit: str) -> str:
@@ -61,7 +59,7 @@ def estimates(solution: Solution, data: Data, unit: str) -> tuple[dict[str, Any]
 
 
 def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float]:
-    """Standard errors of ln(shape) (of a signed shape: of itself) and, under the name of the coefficient, of ln(coefficient).
+    """Standard errors of ln(shape) (a signed shape: of itself) and, under its own name, of ln(coefficient).
 
     From the Fisher information of all active numbers together; slopes of lnS by central differences.
     """
@@ -149,7 +147,12 @@ def _stochastic(
         if parameter.role == "derived" and value > 0.0 and name not in effect.held:
             interval = (number * low / value, number * high / value)
         out[parameter.name] = Estimate(
-            float(number), None, interval, _unit(effect, parameter.name, unit), detected, parameter.name
+            float(number),
+            None,
+            interval,
+            _unit(effect, parameter.name, unit),
+            detected,
+            parameter.name,
         )
     return {p.name: out[p.name] for p in effect.parameters}
 
@@ -175,9 +178,7 @@ def _widened(
     return value * (low / value) ** factor, value * (high / value) ** factor
 
 
-def _shape(
-    effect: Effect, name: str, relative: float | None, detected: bool, unit: str  # noqa: FBT001
-) -> Any:
+def _shape(effect: Effect, name: str, relative: float | None, detected: bool, unit: str) -> Any:
     value = effect.values[name]
     if value is None or isinstance(value, str):
         return value
@@ -189,7 +190,12 @@ def _shape(
         return Estimate(float(value), relative, interval, own_unit, detected, name)
     spread = float(np.exp(min(NORMAL * relative, 50.0)))
     return Estimate(
-        float(value), float(value * relative), (value / spread, value * spread), own_unit, detected, name
+        float(value),
+        float(value * relative),
+        (value / spread, value * spread),
+        own_unit,
+        detected,
+        name,
     )
 
 
@@ -201,12 +207,16 @@ def _modifier(effect: Effect, shaped: dict[str, float], rate: float, unit: str) 
         name, value = parameter.name, effect.values[parameter.name]
         if isinstance(value, (tuple, str)) or value is None or name not in errors:
             out[name] = (
-                value if isinstance(value, tuple) else _shape(effect, name, shaped.get(name), True, unit)
+                value
+                if isinstance(value, tuple)
+                else _shape(effect, name, shaped.get(name), True, unit)
             )
             continue
         spread = NORMAL * errors[name]
         own_unit = _unit(effect, name, unit)
-        out[name] = Estimate(value, errors[name], (value - spread, value + spread), own_unit, True, name)
+        out[name] = Estimate(
+            value, errors[name], (value - spread, value + spread), own_unit, True, name
+        )
     return out
 
 
@@ -214,7 +224,8 @@ def _deterministic(
     solution: Solution, effect: Deterministic, place: int, data: Data, unit: str
 ) -> dict[str, Any]:
     design, regression = solution.design, solution.regression
-    assert design is not None and regression is not None
+    assert design is not None
+    assert regression is not None
     mine = np.flatnonzero(np.array(design.owner) == place)
     amplitudes = regression.amplitudes[mine]
     covariance = regression.covariance[np.ix_(mine, mine)]
@@ -237,17 +248,24 @@ def _deterministic(
         interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)
         if interval is not None and parameter.low == 0.0:
             interval = (max(0.0, interval[0]), interval[1])
-        out[parameter.name] = Estimate(float(value), error, interval, own_unit, detected, parameter.name)
+        out[parameter.name] = Estimate(
+            float(value), error, interval, own_unit, detected, parameter.name
+        )
     return out
 
 
 def _amplitude_error(
-    effect: Deterministic, name: str, amplitudes: NDArray[np.float64], covariance: NDArray[np.float64]
+    effect: Deterministic,
+    name: str,
+    amplitudes: NDArray[np.float64],
+    covariance: NDArray[np.float64],
 ) -> float | None:
     """Delta method through the effect's own map from amplitudes to values."""
     slope = np.zeros(amplitudes.size)
     for i in range(amplitudes.size):
-        step = 1e-4 * max(float(np.sqrt(covariance[i, i])), abs(float(amplitudes[i])) * 1e-6, 1e-300)
+        step = 1e-4 * max(
+            float(np.sqrt(covariance[i, i])), abs(float(amplitudes[i])) * 1e-6, 1e-300
+        )
         move = np.zeros(amplitudes.size)
         move[i] = step
         up = effect.with_amplitudes(amplitudes + move).values[name]
@@ -258,7 +276,7 @@ def _amplitude_error(
         if effect.parameter(name).unit == "rad":
             difference = (difference + np.pi) % (2 * np.pi) - np.pi
         slope[i] = difference / (2 * step)
-    return float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
+    return float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
 
 
 def _deterministic_shape_error(

@@ -56,8 +56,10 @@ def held_out(data: Data, model: Model) -> float | None:
     return loss / bins.count.size
 
 
-def _line_gain(effect: Effect, terms: tuple[tuple[str, tuple[float, ...]], ...], data: Data) -> float:
-    """ln p(ordinates | line of this power, any phase) − ln p(ordinates | no line)."""
+def _line_gain(
+    effect: Effect, terms: tuple[tuple[str, tuple[float, ...]], ...], data: Data
+) -> float:
+    """Ln p(ordinates | line of this power, any phase) − ln p(ordinates | no line)."""
     frequency, amplitude = effect.values["frequency"], effect.values["amplitude"] or 0.0
     j = window(frequency, data, ZOOM)
     variance = density(terms, j, data.n)
@@ -68,7 +70,7 @@ def _line_gain(effect: Effect, terms: tuple[tuple[str, tuple[float, ...]], ...],
 
 
 def _log_bessel(x: float) -> float:
-    """ln I0(x), for any x."""
+    """Ln I0(x), for any x."""
     from scipy.special import i0e
 
     value: NDArray[np.float64] = np.log(i0e(x))

@@ -30,7 +30,9 @@ def step_ordinates(
     """
     k = np.ceil((np.asarray(times) - data.start) * data.rate - 1e-9)[:, None]
     return np.asarray(
-        -np.sqrt(2.0 / data.n) * np.sin(np.pi * j * k / data.n) / (2.0 * np.sin(np.pi * j / (2 * data.n)))
+        -np.sqrt(2.0 / data.n)
+        * np.sin(np.pi * j * k / data.n)
+        / (2.0 * np.sin(np.pi * j / (2 * data.n)))
     )
 
 

@@ -13,8 +13,6 @@ import numpy as np
 from allanite import _kernels
 from allanite.errors import InputError
 from allanite.fit import curve as _curve
-from allanite.fit.data import Data
-from allanite.fit.engine import Solution
 from allanite.fit.estimates import estimates, free_parameters
 from allanite.fit.held_out import held_out
 from allanite.fit.whittle import normal_scores
@@ -22,6 +20,8 @@ from allanite.parameters import Estimate
 
 if TYPE_CHECKING:
     from allanite.effects import Effect, Model
+    from allanite.fit.data import Data
+    from allanite.fit.engine import Solution
     from allanite.recording import Recording
 
 __all__ = ["Error", "Fit", "Misfit"]
@@ -32,7 +32,7 @@ ADEQUATE = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Misfit:
-    """χ² of the spectrum (in groups of bins, ten a decade) against the model, and the probability of a larger one under it."""
+    """χ² of the spectrum (groups of bins, ten a decade) and the probability of a larger one under the model."""
 
     chi2: float
     dof: int
@@ -128,7 +128,9 @@ class Fit:
             elif not parameter and key in labels:
                 found.append(values)
         if not found:
-            known = " ".join(f"{e.short}.{p}" for e, v in zip(self.model, self.estimates, strict=True) for p in v)
+            known = " ".join(
+                f"{e.short}.{p}" for e, v in zip(self.model, self.estimates, strict=True) for p in v
+            )
             raise KeyError(f"{name!r} is not in the fit (it has: {known})")
         return found[0]
 
@@ -160,7 +162,9 @@ class Fit:
         from allanite.fit import fit_model
 
         effects = self.model.effects
-        return fit_model(self.recording, Model(effects[:place] + effects[place + 1 :]), method=self.method)
+        return fit_model(
+            self.recording, Model(effects[:place] + effects[place + 1 :]), method=self.method
+        )
 
     def simulate(self, **options: Any) -> Recording:
         """Samples of the fitted model at the recording's rate and unit (`duration=` s, `seed=`)."""

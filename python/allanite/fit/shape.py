@@ -115,26 +115,29 @@ def _polish(
         return out
 
     simplex = np.vstack([start, start + 0.15 * np.eye(start.size)])
-    found = minimize(
-        lambda u: -maximise(at(u)).log_likelihood,
-        start,
-        method="Nelder-Mead",
-        bounds=limits,
-        options={"initial_simplex": np.clip(simplex, *np.array(limits).T), "xatol": 1e-3, "fatol": 1e-4,
-                 "maxfev": 120 * start.size},
-    )
+    options: dict[str, Any] = {
+        "initial_simplex": np.clip(simplex, *np.array(limits).T),
+        "xatol": 1e-3,
+        "fatol": 1e-4,
+        "maxfev": 120 * start.size,
+    }
+
+    def loss(point: NDArray[np.float64]) -> float:
+        return -maximise(at(point)).log_likelihood
+
+    found: Any = minimize(loss, start, method="Nelder-Mead", bounds=limits, options=options)  # type: ignore[call-overload]
     return at(found.x)
 
 
-def fit_deterministic_shapes(
-    model: Model, data: Data, *, slow: bool
-) -> Model:
+def fit_deterministic_shapes(model: Model, data: Data, *, slow: bool) -> Model:
     """Shapes of deterministic effects given the spectrum: frequencies of lines and, if `slow`, times and lags."""
     terms = data.terms(model)
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) or not effect.free_shapes:
             continue
-        others = tuple(e for i, e in enumerate(model.effects) if i != place and isinstance(e, Deterministic))
+        others = tuple(
+            e for i, e in enumerate(model.effects) if i != place and isinstance(e, Deterministic)
+        )
         if effect.kind == "sinusoid":
             taken = _others_signal(others, data)
             ordinates = data.ordinates if taken is None else data.without(taken)
@@ -185,8 +188,12 @@ def polish_line(
     grid = start + step * np.linspace(-2.0, 2.0, 33)
     grid = grid[(grid > step) & (grid < data.rate / 2.0 - step)]
     centre = grid[int(np.argmin([loss(f) for f in grid]))]
-    found = minimize_scalar(loss, bounds=(centre - step / 8, centre + step / 8), method="bounded",
-                            options={"xatol": 1e-4 * step})
+    found = minimize_scalar(
+        loss,
+        bounds=(centre - step / 8, centre + step / 8),
+        method="bounded",
+        options={"xatol": 1e-4 * step},
+    )
     return float(found.x)
 
 
@@ -201,10 +208,11 @@ def _polish_slow(
     from scipy.optimize import minimize_scalar
 
     effect = model.effects[place]
+    assert isinstance(effect, Deterministic)
     for name in effect.free_shapes:
+
         def loss(value: float, name: str = name) -> float:
             tried = effect.with_values(**{name: value})  # noqa: B023
-            assert isinstance(tried, Deterministic)
             design = design_of((tried, *others), data)
             variance = density(terms, design.ordinates, data.n)
             return -regress(design.matrix, data.ordinates[design.ordinates], variance).gain
@@ -220,7 +228,9 @@ def _polish_slow(
         at = int(np.searchsorted(grid, known))
         low, high = float(grid[max(0, at - 1)]), float(grid[min(grid.size - 1, at + 1)])
         if high > low:
-            found = minimize_scalar(loss, bounds=(low, high), method="bounded", options={"maxiter": 20})
+            found = minimize_scalar(
+                loss, bounds=(low, high), method="bounded", options={"maxiter": 20}
+            )
             if found.fun < loss(known):
                 known = float(found.x)
         effect = effect.with_values(**{name: known})

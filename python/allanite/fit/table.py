@@ -57,5 +57,8 @@ def fit_table(fit: Fit) -> str:
     ]
     rows = parameter_rows(fit)
     widths = [max(len(row[i]) for row in rows) for i in range(4)]
-    lines += ["  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows]
+    lines += [
+        "  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
     return "\n".join([*lines, "", misfit_line(fit)])

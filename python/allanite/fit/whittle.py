@@ -11,9 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Maximum", "information", "log_likelihood", "maximise", "normal_scores", "profile_interval"]
+__all__ = [
+    "Maximum",
+    "information",
+    "log_likelihood",
+    "maximise",
+    "normal_scores",
+    "profile_interval",
+]
 
-type_Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 #: Half the 95 % point of χ²₁, and of its one-sided form.
 TWO_SIDED, ONE_SIDED = 1.9207, 1.3528
 
@@ -22,22 +29,22 @@ TWO_SIDED, ONE_SIDED = 1.9207, 1.3528
 class Maximum:
     """The maximum of the likelihood: squared coefficients (p,), fitted spectrum (bins,), logL."""
 
-    theta: type_Array
-    spectrum: type_Array
+    theta: Array
+    spectrum: Array
     log_likelihood: float
 
 
-def log_likelihood(power: type_Array, count: type_Array, spectrum: type_Array) -> float:
+def log_likelihood(power: Array, count: Array, spectrum: Array) -> float:
     """−½ Σ n_b (ln S_b + I_b/S_b)."""
     return float(-0.5 * (count @ (np.log(spectrum) + power / spectrum)))
 
 
 def maximise(
-    power: type_Array,
-    count: type_Array,
-    columns: type_Array,
-    start: type_Array | None = None,
-    offset: type_Array | None = None,
+    power: Array,
+    count: Array,
+    columns: Array,
+    start: Array | None = None,
+    offset: Array | None = None,
 ) -> Maximum:
     """Maximise the likelihood over θ ≥ 0.
 
@@ -64,7 +71,7 @@ def maximise(
     scale = 1.0 / np.maximum((columns / np.maximum(power, floor)[:, None]).max(axis=0), 1e-300)
     unit = columns * scale
 
-    def evaluate(theta: type_Array) -> tuple[type_Array, float]:
+    def evaluate(theta: Array) -> tuple[Array, float]:
         spectrum = np.maximum(unit @ theta + base, floor)
         return spectrum, log_likelihood(power, count, spectrum)
 
@@ -93,13 +100,13 @@ def maximise(
     return Maximum(theta * scale, spectrum, best)
 
 
-def information(count: type_Array, slopes: type_Array) -> type_Array:
+def information(count: Array, slopes: Array) -> Array:
     """Fisher information ½ Σ n_b (∂lnS_b)(∂lnS_b)ᵀ from the slopes ∂lnS_b/∂φ, shape (bins, p)."""
     return np.asarray(0.5 * slopes.T @ (slopes * count[:, None]))
 
 
 def profile_interval(
-    power: type_Array, count: type_Array, columns: type_Array, best: Maximum, index: int
+    power: Array, count: Array, columns: Array, best: Maximum, index: int
 ) -> tuple[float, float, float]:
     """Profile-likelihood interval of θ_index with the other θ free.
 
@@ -146,7 +153,7 @@ def profile_interval(
     return low, search(centre, outside, level), float(max(at_zero, 0.0))
 
 
-def normal_scores(power: type_Array, count: type_Array, spectrum: type_Array) -> type_Array:
+def normal_scores(power: Array, count: Array, spectrum: Array) -> Array:
     """Standard normal score of each bin under I/S ~ χ²_n/n.
 
     Signed root of the deviance with its higher-order correction (Barndorff-Nielsen's r*), accurate to 0.03 for

@@ -73,9 +73,7 @@ class Check:
             lines.append("what is missing:")
         for i, s in enumerate(shown, 1):
             mark = "" if s.significant else " (not significant)"
-            lines.append(
-                f"  {i}. {s.explanation}{mark}"
-            )
+            lines.append(f"  {i}. {s.explanation}{mark}")
             lines.append(
                 f"     ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {_p(s)} after {s.trials:.2g} trials, "
                 f"removes {s.removes_percent:.0f} % of the misfit"

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Deterministic
 from allanite.effects.bias_step import BiasStep
 from allanite.effects.covariate import Covariate
 from allanite.effects.rate_ramp import RateRamp
@@ -22,6 +21,7 @@ from allanite.suggestion.evidence import arc_length
 from allanite.suggestion.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
+    from allanite.effects import Deterministic
     from allanite.fit.data import Data
 
 __all__ = ["screen_covariates", "screen_drifts", "screen_steps"]

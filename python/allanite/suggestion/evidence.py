@@ -41,7 +41,7 @@ class Family:
 
 
 def log_chance(family: Family, x: float) -> float:
-    """ln of the chance that anything in the family reaches a rise of logL of x on a record without it."""
+    """Ln of the chance that anything in the family reaches a rise of logL of x on a record without it."""
     from scipy.special import log_ndtr
 
     if x <= 0.0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,12 +31,17 @@ LEAST = 6.0
 
 def _local_level(power: NDArray[np.float64]) -> NDArray[np.float64]:
     """What the neighbourhood of each ordinate has, at least 1: a band that the model misses is not a line."""
-    edges = np.unique(np.concatenate([
-        np.arange(0, 256, 64), np.geomspace(256, power.size, max(2, int(24 * np.log10(power.size / 256 + 1.01))))
-    ]).astype(np.int64))
+    edges = np.unique(
+        np.concatenate(
+            [
+                np.arange(0, 256, 64),
+                np.geomspace(256, power.size, max(2, int(24 * np.log10(power.size / 256 + 1.01)))),
+            ]
+        ).astype(np.int64)
+    )
     edges = np.unique(np.append(edges[edges < power.size - 32], power.size))
     level = np.ones(power.size)
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in itertools.pairwise(edges):
         level[low:high] = max(1.0, float(np.median(power[low:high])) / np.log(2.0))
     return level
 
@@ -61,9 +67,12 @@ def screen_lines(
         effect = Sinusoid(frequency=frequency)
         refitted = solve(data, solution.model + effect, polish=False, rounds=3)
         j = window(frequency, data, ZOOM)
-        local = regress(
-            line_ordinates(frequency, j, data), solution.ordinates[j], density(terms, j, data.n)
-        ).gain / level[top]
+        local = (
+            regress(
+                line_ordinates(frequency, j, data), solution.ordinates[j], density(terms, j, data.n)
+            ).gain
+            / level[top]
+        )
         gain = min(local, refitted.log_likelihood - solution.log_likelihood)
         if gain > 0.0:
             found.append(Candidate(refitted.model.effects[-1], gain, "line", refitted, 3))

@@ -10,8 +10,6 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.criticism.over_time import whitened_ordinates
-from allanite.effects import Effect
-from allanite.fit.engine import Solution
 from allanite.fit.result import Fit, group_scores, plain
 from allanite.suggestion.drifts import screen_covariates, screen_drifts, screen_steps
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
@@ -28,6 +26,9 @@ RIVAL = 6.0
 SLOW = {"rate_random_walk", "bias_instability", "gauss_markov", "power_law"}
 
 if TYPE_CHECKING:
+    from allanite.effects import Effect
+    from allanite.fit.engine import Solution
+
     Progress = Callable[[int, int], None]
 
 
@@ -139,14 +140,21 @@ def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, 
     families = {
         **{
             name: Family(
-                name, tuple(a for a, f in zip(spectral.arcs, spectral.families, strict=True) if f == name)
+                name,
+                tuple(
+                    a for a, f in zip(spectral.arcs, spectral.families, strict=True) if f == name
+                ),
             )
             for name in sorted({"spectral", *spectral.families})
         },
         "line": Family("line", width=line_trials(data.n)),
         "level": Family("level"),
         "outlier": Family("outlier"),
-        **{name: Family(name, screen.arcs, sides=2) for name, screen in screens.items() if screen.arcs},
+        **{
+            name: Family(name, screen.arcs, sides=2)
+            for name, screen in screens.items()
+            if screen.arcs
+        },
     }
     candidates = (
         *spectral.candidates,

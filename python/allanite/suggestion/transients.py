@@ -56,7 +56,9 @@ def screen_levels(
         return None
     refitted = solve(data, solution.model + effect, rounds=3)
     chance = np.log(0.5 * cells**2) + _log_tail(gain)
-    return Candidate(refitted.model.effects[-1], gain, "level", refitted, 3, float(min(0.0, chance)))
+    return Candidate(
+        refitted.model.effects[-1], gain, "level", refitted, 3, float(min(0.0, chance))
+    )
 
 
 def _log_tail(gain: float) -> float:
@@ -80,7 +82,10 @@ def _white_power(
     total, weight, shares = np.zeros(length), 0.0, 0.0
     for low, high, power in bands:
         j = np.array([(low + high) // 2])
-        white = solution.theta[place] * density(data.unit_terms(solution.model, effects[place]), j, data.n)[0]
+        white = (
+            solution.theta[place]
+            * density(data.unit_terms(solution.model, effects[place]), j, data.n)[0]
+        )
         share = float(white / density(data.terms(solution.model), j, data.n)[0])
         if share < 0.5:
             continue
@@ -128,7 +133,9 @@ def _refine(power: NDArray[np.float64], start: int, end: int) -> tuple[int, int,
             centre = end if side else start
             tried = np.arange(max(0, centre - reach), min(power.size, centre + reach) + 1)
             tried = tried[tried > start] if side else tried[tried < end]
-            low, high = (np.full(tried.size, start), tried) if side else (tried, np.full(tried.size, end))
+            low, high = (
+                (np.full(tried.size, start), tried) if side else (tried, np.full(tried.size, end))
+            )
             usable = (high - low > 0) & (high - low < power.size)
             value = np.full(tried.size, -np.inf)
             value[usable] = _two_levels(
@@ -173,10 +180,14 @@ def screen_outliers(
     )
     cleaned = without_samples(data, effect.missing(data.n, data.rate))
     refitted = solve(cleaned, Model((*solution.model.effects, effect)), rounds=3)
-    return Candidate(refitted.model.effects[-1], gain, "outlier", refitted, 1, min(0.0, largest), cleaned)
+    return Candidate(
+        refitted.model.effects[-1], gain, "outlier", refitted, 1, min(0.0, largest), cleaned
+    )
 
 
-def screen_bursts(candidates: tuple[Candidate, ...], solution: Solution, data: Data) -> Candidate | None:
+def screen_bursts(
+    candidates: tuple[Candidate, ...], solution: Solution, data: Data
+) -> Candidate | None:
     """A Gauss-Markov candidate whose low-passed residual has two levels is burst noise.
 
     Means over a fifth of the correlation time of a two-level process have negative excess kurtosis, −2 times the square
@@ -198,9 +209,7 @@ def screen_bursts(candidates: tuple[Candidate, ...], solution: Solution, data: D
     spread = np.sqrt(24.0 / max(8.0, data.duration / (2.0 * time)))
     if kurtosis > -3.0 * spread:
         return None
-    effect = BurstNoise(
-        amplitude=float(found.effect.values["sigma"]), dwell_time=2.0 * time
-    )
+    effect = BurstNoise(amplitude=float(found.effect.values["sigma"]), dwell_time=2.0 * time)
     refitted = solve(data, solution.model + effect, polish=False, rounds=3)
     # The same spectrum: what tells them apart is the distribution, worth the kurtosis' own evidence.
     gain = found.gain + 0.5 * (kurtosis / spread) ** 2

@@ -36,5 +36,7 @@ def explain(effect: Effect, found: Fit, before: Fit) -> str:
                 f": up to {share[top]:.2g} % of the Allan variance, at τ = {low:.3g}–{high:.3g} s"
             )
         else:
-            text += f": at most {share[top]:.2g} % of the Allan variance (τ = {curve.tau[top]:.3g} s)"
+            text += (
+                f": at most {share[top]:.2g} % of the Allan variance (τ = {curve.tau[top]:.3g} s)"
+            )
     return f"{text}. Physically: {effect.physics}."

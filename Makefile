@@ -1,0 +1,57 @@
+# Everything a developer or CI does; `make help` lists it.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
+export ALLANITE_DATA ?= $(abspath ../shared/data)
+
+.PHONY: help demo test test-rust test-python lint bench clean
+help: ## this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+# A stamp a step, so that nothing is built or installed twice.
+$(VENV)/.made:
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1' 'maturin>=1.14,<2'
+	touch $@
+
+$(VENV)/.installed: $(VENV)/.made $(RUST) pyproject.toml
+	$(BIN)/maturin build --release --quiet --locked --interpreter $(BIN)/python --out target/wheels
+	$(BIN)/python -m pip install --quiet --force-reinstall --no-deps "$$(ls -t target/wheels/*.whl | head -n 1)"
+	$(BIN)/python -m pip install --quiet "$$(ls -t target/wheels/*.whl | head -n 1)[plots]"
+	touch $@
+
+$(VENV)/.developed: $(VENV)/.made $(RUST) pyproject.toml
+	$(BIN)/python -m pip install --quiet --group test --group lint
+	$(BIN)/python -m pip install --quiet 'matplotlib>=3.9' 'h5py>=3.12' 'rosbags>=0.10' 'pyulog>=1.2' 'numpy>=2.2' 'scipy>=1.15' 'click>=8.1'
+	$(BIN)/maturin develop --release --quiet --locked
+	touch $@ $(VENV)/.installed
+
+demo: $(VENV)/.installed ## build, install into .venv and run the whole loop on a recording with a hidden effect
+	$(BIN)/allanite demo --output demo
+
+test: test-rust test-python ## all tests
+
+test-rust: ## the core's own tests, no interpreter needed
+	cargo test --quiet --locked
+
+test-python: $(VENV)/.developed ## the package's tests, warnings are errors
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q
+
+lint: $(VENV)/.developed ## formatting, types, stubs, layers, clippy
+	cargo fmt --check
+	cargo clippy --quiet --locked --all-targets -- -D warnings
+	cargo clippy --quiet --locked --features python -- -D warnings
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest allanite._core --mypy-config-file pyproject.toml
+	$(BIN)/lint-imports
+
+bench: $(VENV)/.developed ## ratios against other programs, side by side, written to benches/record
+	$(BIN)/python -m pip install --quiet --group bench
+	cargo bench --quiet --locked
+	$(BIN)/python benches/python/run.py
+
+clean: ## remove what was built
+	rm -rf target $(VENV) demo dist
