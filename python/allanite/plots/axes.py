@@ -21,7 +21,7 @@ def finite(arrays: Iterable[Any], positive: bool = False) -> np.ndarray[Any, np.
     """All finite (and positive) numbers of some arrays."""
     values = np.concatenate([np.zeros(0), *(np.ravel(np.asarray(a, dtype=float)) for a in arrays)])
     keep = np.isfinite(values) & ((values > 0) | (not positive))
-    return values[keep]
+    return np.asarray(values[keep])
 
 
 def log_axis(label: str, *arrays: Any, room: float = 1.15) -> Axis:
@@ -64,9 +64,7 @@ def power_text(exponent: int, plain: bool, mantissa: int = 1) -> str:
     return power if mantissa == 1 else f"{mantissa}·{power}"
 
 
-def linear_axis(
-    label: str, low: float, high: float, ticks: int = 5, reverse: bool = False
-) -> Axis:
+def linear_axis(label: str, low: float, high: float, ticks: int = 5, reverse: bool = False) -> Axis:
     """A linear axis with about `ticks` round ticks."""
     if not high > low:
         low, high = low - 0.5, high + 0.5

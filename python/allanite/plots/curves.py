@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +49,9 @@ def parts(fit: Fit) -> tuple[Part, ...]:
         numbers = values_text(fit.estimates[place])
         label = f"{fit.display_name(effect)}: {numbers}" if numbers else fit.display_name(effect)
         dash = "solid" if i < len(COMPONENTS) else "dot"
-        frequency = getattr(effect, "frequency", None) if effect in fit.model.deterministic else None
+        frequency = (
+            getattr(effect, "frequency", None) if effect in fit.model.deterministic else None
+        )
         out.append(Part(COMPONENTS[i % len(COMPONENTS)], dash, label, frequency))
     return tuple(out)
 
@@ -69,11 +71,15 @@ def allan_panels(
     curve = fit.curve
     low, high = interval(curve.measured, curve.edf)
     marks: list[Mark] = [*_span(worst)]
-    marks.append(Band(curve.tau, curve.low, curve.high, "model", "95 % of chance if the model is true"))
+    marks.append(
+        Band(curve.tau, curve.low, curve.high, "model", "95 % of chance if the model is true")
+    )
     for part, values in zip(parts(fit), curve.components.values(), strict=True):
         marks.append(Line(curve.tau, values, part.color, part.label, 1.2, part.dash))
     marks.append(Line(curve.tau, curve.model, "model", "model", 2.2))
-    marks.append(Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high))
+    marks.append(
+        Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high)
+    )
     x = log_axis(TAU, curve.tau)
     # Effects may lie decades below: the curve decides what is shown.
     sure = curve.edf >= 2.0
@@ -124,7 +130,9 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
         changed = np.abs(np.log(raw / measured)) > CHANGED
         if changed.any():
             words = "before steps, lines and drifts were taken out"
-            marks.append(Points(frequency[changed], raw[changed], "raw", words, size=4.5, hollow=True))
+            marks.append(
+                Points(frequency[changed], raw[changed], "raw", words, size=4.5, hollow=True)
+            )
     marks.append(Line(frequency, model, "model", "model", 2.2))
     marks.append(
         Points(
@@ -141,7 +149,9 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
     label = bracket("density", density_unit(fit.recording.unit))
     sure = count >= 2 * FEWEST
     y = log_axis(label, measured, model, (measured * high)[sure], 0.5 * measured, *_shown(marks))
-    panel = Panel(x, y, tuple(marks), 0, column, title="Power spectral density, two-sided", show_x=False)
+    panel = Panel(
+        x, y, tuple(marks), 0, column, title="Power spectral density, two-sided", show_x=False
+    )
     ratio = np.add.reduceat(solution.count * solution.power / solution.spectrum, first) / count
     z = normal_scores(ratio, count, np.ones(count.size))
     return panel, _strip(x, frequency, z, column, worst)

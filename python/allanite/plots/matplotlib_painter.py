@@ -32,8 +32,10 @@ __all__ = ["render", "save"]
 
 SUFFIXES = ("svg", "png", "pdf")
 WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
-#: Inches below the first line of the title and below each line of the subtitle; letters of a legend's row.
-TITLE, LINE_HEIGHT, LETTERS = 0.29, 0.22, 165
+#: Inches that the title and each line of the subtitle take.
+TITLE, LINE_HEIGHT = 0.29, 0.22
+#: Letters in the width of a legend, and of the key before each label.
+LETTERS, KEY = 170, 9
 FONT = "DejaVu Sans"  # comes with matplotlib and has every sign that is written here
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
 # What lies over what.
@@ -81,13 +83,14 @@ def render(figure: Figure, kind: str, theme: str = "light") -> bytes:
     """The bytes of an SVG, PNG or PDF of 1280 × 720 pixels."""
     try:
         from matplotlib.figure import Figure as Canvas
+        from matplotlib.layout_engine import ConstrainedLayoutEngine
     except ImportError:
         raise InputError(
             "drawing needs matplotlib, which is not installed: pip install 'allanite[plots]'"
         ) from None
     look = theme_of(theme)
-    canvas = Canvas(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor=look.ground, layout="constrained")
-    canvas.get_layout_engine().set(w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.0)
+    layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.0)
+    canvas = Canvas(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor=look.ground, layout=layout)
     grid = canvas.add_gridspec(
         len(figure.heights),
         len(figure.widths),
@@ -97,15 +100,16 @@ def render(figure: Figure, kind: str, theme: str = "light") -> bytes:
     for panel in figure.panels:
         place = grid[panel.row : panel.row + panel.rows, panel.column]
         _panel(canvas, canvas.add_subplot(place), panel, look)
-    _words(canvas, figure, look)
+    top = _words(canvas, figure, look)
+    layout.set(rect=(0.0, 0.0, 1.0, top))
     stream = io.BytesIO()
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     canvas.savefig(stream, format=kind, dpi=DPI, facecolor=look.ground, metadata=metadata)
     return stream.getvalue()
 
 
-def _words(canvas: Any, figure: Figure, look: Theme) -> None:
-    """Title and subtitle in the room that is kept for them, and one legend for all panels."""
+def _words(canvas: Any, figure: Figure, look: Theme) -> float:
+    """Title and subtitle, and one legend for all panels; the part of the height that is left below the title."""
     top = 0.13
     style = {"ha": "left", "va": "top", "color": look.text, "family": FONT}
     canvas.text(0.012, 1 - top / HEIGHT, figure.title, fontsize=13, weight="bold", **style)
@@ -113,10 +117,10 @@ def _words(canvas: Any, figure: Figure, look: Theme) -> None:
     for line in figure.subtitle.splitlines():
         canvas.text(0.012, 1 - top / HEIGHT, line, fontsize=10.5, **style)
         top += LINE_HEIGHT
-    canvas.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1 - (top + 0.02) / HEIGHT))
     marks = figure.legend()
+    below = 1 - (top + 0.02) / HEIGHT
     if not marks:
-        return
+        return below
     labels = [label_of(m) for m in marks]
     canvas.legend(
         handles=[_handle(m, look) for m in marks],
@@ -129,14 +133,16 @@ def _words(canvas: Any, figure: Figure, look: Theme) -> None:
         handlelength=2.2,
         columnspacing=1.8,
     )
+    return below
 
 
 def _columns(labels: list[str]) -> int:
-    """Most columns of a legend (filled column by column) that fit the width."""
+    """Most columns of a legend that fit the width; the first columns take what does not divide."""
     for columns in range(len(labels), 1, -1):
-        rows = -(-len(labels) // columns)
-        widths = [max(map(len, labels[i : i + rows])) for i in range(0, len(labels), rows)]
-        if sum(w + 7 for w in widths) <= LETTERS:
+        rows, longer = divmod(len(labels), columns)
+        starts = [i * rows + min(i, longer) for i in range(columns + 1)]
+        widths = [max(map(len, labels[a:b])) for a, b in zip(starts, starts[1:], strict=False)]
+        if sum(widths) + KEY * columns <= LETTERS:
             return columns
     return 1
 
@@ -202,7 +208,12 @@ def _axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None:
     ink.set_minor_locator(FixedLocator(list(axis.minor)))
     ink.set_minor_formatter(NullFormatter())
     axes.tick_params(
-        axis=name, which="both", color=look.faint, labelcolor=look.text, labelsize=9.5, direction="out"
+        axis=name,
+        which="both",
+        color=look.faint,
+        labelcolor=look.text,
+        labelsize=9.5,
+        direction="out",
     )
     for label in getattr(axes, f"get_{name}ticklabels")():
         label.set_family(FONT)
@@ -236,7 +247,12 @@ def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None
             )
         case Span():
             axes.axvspan(
-                mark.low, mark.high, color=look.color(mark.color), alpha=0.25, linewidth=0, zorder=BELOW
+                mark.low,
+                mark.high,
+                color=look.color(mark.color),
+                alpha=0.25,
+                linewidth=0,
+                zorder=BELOW,
             )
         case Rule():
             draw = axes.axvline if mark.axis == "x" else axes.axhline

@@ -83,14 +83,16 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
                 }
             )
         for mark in panel.marks:
-            _draw(mark, panel, suffix, data, layout, look)
+            _draw(mark, suffix, data, layout, look)
     _name_once(data, named)
     return {"data": data, "layout": layout}
 
 
 def _title(figure: Figure, look: Theme) -> dict[str, Any]:
     rest = figure.subtitle.replace("\n", "<br>")
-    text = f"<b>{figure.title}</b>" + (f"<br><span style='font-size:12px'>{rest}</span>" if rest else "")
+    text = f"<b>{figure.title}</b>" + (
+        f"<br><span style='font-size:12px'>{rest}</span>" if rest else ""
+    )
     return {
         "text": text,
         "x": 0.01,
@@ -161,7 +163,6 @@ def _rgba(color: str, alpha: float) -> str:
 
 def _draw(
     mark: Mark,
-    panel: Panel,
     suffix: str,
     data: list[dict[str, Any]],
     layout: dict[str, Any],
@@ -186,7 +187,9 @@ def _draw(
             refs = {"xref": f"x{suffix}", "yref": f"y{suffix} domain"}
             layout["shapes"].append({"type": "rect", **box, **color, **refs})
             square = {"symbol": "square", "size": 12, "color": color["fillcolor"]}
-            data.append(_trace([None], [None], mark.label, axes) | {"mode": "markers", "marker": square})
+            data.append(
+                _trace([None], [None], mark.label, axes) | {"mode": "markers", "marker": square}
+            )
         case Rule():
             _rule(mark, axes, suffix, data, layout, look)
         case Bars():
@@ -209,7 +212,12 @@ def _draw(
         case HeatMap():
             _heat(mark, axes, suffix, data, layout, look)
         case Note():
-            place = {"x": mark.x, "y": mark.y, "xref": f"x{suffix} domain", "yref": f"y{suffix} domain"}
+            place = {
+                "x": mark.x,
+                "y": mark.y,
+                "xref": f"x{suffix} domain",
+                "yref": f"y{suffix} domain",
+            }
             font = {"color": look.color(mark.color), "size": 14}
             layout["annotations"].append(
                 {"text": mark.text, "showarrow": False, "font": font, **place}
@@ -233,7 +241,10 @@ def _points(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, Any]:
     color = look.color(mark.color)
     symbol = "circle-open" if mark.hollow else "circle"
     trace = _trace(mark.x, mark.y, mark.label, axes)
-    trace |= {"mode": "markers", "marker": {"color": color, "size": 1.5 * mark.size, "symbol": symbol}}
+    trace |= {
+        "mode": "markers",
+        "marker": {"color": color, "size": 1.5 * mark.size, "symbol": symbol},
+    }
     if mark.low is not None and mark.high is not None:
         trace["error_y"] = {
             "type": "data",

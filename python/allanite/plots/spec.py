@@ -130,10 +130,13 @@ class Bars:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeatMap:
-    """Cells between `x_edges` (columns + 1) and `y_edges` (rows + 1) with `values` (rows, columns), drawn from −limit to +limit.
+    """Cells with a colour each.
 
     Attributes
     ----------
+    x_edges, y_edges : ndarray, shapes (columns + 1,) and (rows + 1,)
+    values : ndarray, shape (rows, columns)
+        NaN where there is none; the colours span −limit … +limit.
     ticks : tuple of (value, text)
         Of the colour bar.
     marked : ndarray of bool, shape (rows, columns)
@@ -240,14 +243,20 @@ class Figure:
     kind: str = ""
 
     def legend(self) -> tuple[Mark, ...]:
-        """Marks that have a label, each label once: measurements first, then the rest in the order of drawing."""
+        """Marks that have a label, each label once: the measured, the model, then the rest in the order of drawing."""
         seen: dict[str, Mark] = {}
         for panel in self.panels:
             for mark in panel.marks:
                 label = label_of(mark)
                 if label:
                     seen.setdefault(label, mark)
-        return tuple(sorted(seen.values(), key=lambda m: not isinstance(m, Points)))
+
+        def rank(mark: Mark) -> int:
+            return (
+                0 if isinstance(mark, Points) else 1 if getattr(mark, "color", "") == "model" else 2
+            )
+
+        return tuple(sorted(seen.values(), key=rank))
 
     def to_plotly(self, theme: str = "light") -> dict[str, Any]:
         """The figure as plotly's JSON document: ``{"data": […], "layout": {…}}``."""

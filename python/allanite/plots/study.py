@@ -47,10 +47,12 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
             chance,
             1,
         ),
-        _bars("held-out score", names, [f.error.held_out for f in fits], None, 2),
+        _bars("held-out score (nats)", names, [f.error.held_out for f in fits], None, 2),
         _before_after(study, 3),
     )
-    title = f"{recording_text(study.recording)} · from {fits[0].model.name} to {fits[-1].model.name}"
+    title = (
+        f"{recording_text(study.recording)} · from {fits[0].model.name} to {fits[-1].model.name}"
+    )
     figure = Figure(title, _ending(study), panels, widths=(1.0, 1.0, 1.0, 3.2), kind="study")
     if path is not None:
         figure.save(path, theme)
@@ -73,9 +75,7 @@ def _rung_text(rung: Rung) -> str:
 
 def _colors(rungs: int) -> tuple[str, ...]:
     """The first and the last model in the colours of their curves."""
-    return tuple(
-        "c1" if i == rungs - 1 else "model" if i == 0 else "before" for i in range(rungs)
-    )
+    return tuple("c1" if i == rungs - 1 else "model" if i == 0 else "before" for i in range(rungs))
 
 
 def _bars(
@@ -105,11 +105,15 @@ def _before_after(study: Study, column: int) -> Panel:
     curve = last.curve
     low, high = interval(curve.measured, curve.edf)
     before, after = f"first model: {first.model.name}", f"last model: {last.model.name}"
-    marks: list[Mark] = [Band(curve.tau, curve.low, curve.high, "c1", "95 % of chance if the last model is true")]
+    marks: list[Mark] = [
+        Band(curve.tau, curve.low, curve.high, "c1", "95 % of chance if the last model is true")
+    ]
     if len(study.ladder) > 1:
         marks.append(Line(first.curve.tau, first.curve.model, "model", before, 2.0, "dash"))
     marks.append(Line(curve.tau, curve.model, "c1", after, 2.2))
-    marks.append(Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high))
+    marks.append(
+        Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high)
+    )
     sure = curve.edf >= 2.0
     y = log_axis(
         in_unit("Allan deviation", study.recording.unit),
@@ -127,5 +131,8 @@ def _ending(study: Any) -> str:
     what = "no effect" if not added else f"{added} effect{'s' if added > 1 else ''}"
     if study.adequate:
         return f"{what} added; the last model agrees with the measurement"
-    why = {"nothing helps": "nothing in the catalogue helps further", "limit": "stopped at the limit"}
+    why = {
+        "nothing helps": "nothing in the catalogue helps further",
+        "limit": "stopped at the limit",
+    }
     return f"{what} added; {why.get(study.stopped_because, study.stopped_because)}, something is left unexplained"

@@ -28,7 +28,9 @@ class Theme:
 
     def color(self, role: str) -> str:
         """Colour of a role."""
-        return {"text": self.text, "faint": self.faint, "grid": self.grid}.get(role) or self.roles[role]
+        return {"text": self.text, "faint": self.faint, "grid": self.grid}.get(role) or self.roles[
+            role
+        ]
 
 
 _LIGHT = Theme(

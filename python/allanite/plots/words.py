@@ -68,7 +68,7 @@ def number(value: float, figures: int = 3) -> str:
 
 def values_text(values: dict[str, Any], most: int = 2) -> str:
     """``T 30.1 s, σ 0.0074 rad/s``: the parameters that say most, with units."""
-    found = []
+    found: list[str] = []
     for name in SHOWN:
         value = values.get(name)
         if not isinstance(value, Estimate) or len(found) == most:
