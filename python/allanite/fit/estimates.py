@@ -37,6 +37,8 @@ def free_parameters(solution: Solution) -> int:
 
 def _unit(effect: Effect, name: str, sample_unit: str) -> str:
     declared = effect.parameter(name).unit
+    if isinstance(declared, str) and declared.startswith("U"):
+        return sample_unit + declared[1:]
     return declared if isinstance(declared, str) else coefficient_unit(sample_unit, declared)
 
 
@@ -242,7 +244,12 @@ def _deterministic(
             out[parameter.name] = Estimate(float(value), None, None, own_unit, True, parameter.name)
             continue
         if parameter.role == "shape":
-            error = _deterministic_shape_error(effect, parameter.name, solution, data)
+            own = getattr(effect, "shape_error", None)
+            error = (
+                own(parameter.name, float(covariance[0, 0]), data.duration)
+                if own is not None
+                else _deterministic_shape_error(effect, parameter.name, solution, data)
+            )
         else:
             error = _amplitude_error(effect, parameter.name, amplitudes, covariance)
         interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.criticism.over_time import band_powers
+from allanite.criticism.over_time import band_powers, expected_level
 from allanite.effects import Model
 from allanite.effects.burst_noise import BurstNoise
 from allanite.effects.noise_level_change import NoiseLevelChange
@@ -37,6 +37,8 @@ def screen_levels(
     power, share = _white_power(solution, data, whitened)
     if power is None:
         return None
+    edges = np.linspace(data.start, data.start + data.duration, power.size + 1)
+    power = power / (1.0 + share * (expected_level(solution, edges) - 1.0))
     cells = min(COARSE, power.size // 8)
     if cells < 8:
         return None
