@@ -21,7 +21,9 @@ mod _core {
 
     // deviation
     #[pymodule_export]
-    use super::deviation::{adjacent_allan, averaging_factors, overlapping_allan};
+    use super::deviation::{
+        PyAccumulator, adjacent_allan, averaging_factors, family_variance, overlapping_allan,
+    };
 
     // spectrum
     #[pymodule_export]
