@@ -88,6 +88,12 @@ def allan_covariance(
     factors: NDArray[np.int64],
     kind: str = "oadev",
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+def allan_variances(
+    terms: Sequence[tuple[str, Sequence[float]]],
+    n: int,
+    factors: NDArray[np.int64],
+    kind: str = "oadev",
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 def allan_law(
     terms: Sequence[tuple[str, Sequence[float]]],
     n: int,

@@ -11,6 +11,7 @@ __all__ = [
     "adjacent_allan",
     "allan_covariance",
     "allan_law",
+    "allan_variances",
     "averaging_factors",
     "family_variance",
     "cosine_transform",
@@ -47,6 +48,7 @@ read_text = _core.read_text
 # -- covariance
 allan_covariance = _core.allan_covariance
 allan_law = _core.allan_law
+allan_variances = _core.allan_variances
 
 # -- lstsq
 gls_nonnegative = _core.gls_nonnegative

@@ -38,7 +38,7 @@ mod _core {
     use super::text::{TextReader, read_text};
     // covariance
     #[pymodule_export]
-    use super::covariance::{allan_covariance, allan_law};
+    use super::covariance::{allan_covariance, allan_law, allan_variances};
 
     // lstsq
     #[pymodule_export]
