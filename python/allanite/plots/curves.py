@@ -27,7 +27,7 @@ GUIDES = (2.0, 3.5)
 #: Ordinates of a point of the spectrum; with fewer its interval spans decades and hides the curve.
 FEWEST = 4
 #: Where taking the deterministic effects out changed the density by more than this, both are shown.
-CHANGED = 0.03
+CHANGED = 0.1
 
 
 @dataclass(frozen=True, slots=True)

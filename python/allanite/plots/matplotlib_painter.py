@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import os
 import tempfile
 from pathlib import Path
@@ -141,7 +142,7 @@ def _columns(labels: list[str]) -> int:
     for columns in range(len(labels), 1, -1):
         rows, longer = divmod(len(labels), columns)
         starts = [i * rows + min(i, longer) for i in range(columns + 1)]
-        widths = [max(map(len, labels[a:b])) for a, b in zip(starts, starts[1:], strict=False)]
+        widths = [max(map(len, labels[a:b])) for a, b in itertools.pairwise(starts)]
         if sum(widths) + KEY * columns <= LETTERS:
             return columns
     return 1
@@ -321,7 +322,7 @@ def _heat(canvas: Any, axes: Any, mark: HeatMap, look: Theme) -> None:
     from matplotlib.colors import LinearSegmentedColormap
 
     colors = LinearSegmentedColormap.from_list("ratio", list(look.diverging))
-    colors.set_bad(look.grid)
+    colors = colors.with_extremes(bad=look.grid)
     mesh = axes.pcolormesh(
         mark.x_edges,
         mark.y_edges,

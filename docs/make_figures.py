@@ -1,0 +1,26 @@
+"""Draw the figures of the documentation: python docs/make_figures.py (two minutes)."""
+
+from pathlib import Path
+
+import allanite as al
+from allanite.plots import plot_check, plot_study
+
+FOLDER = Path(__file__).parent / "figures"
+#: A consumer gyroscope, rad/s: what everybody models, and what hides in it.
+SHOWN = "N(N=0.0126)+B(B=0.002)+K(K=9.07e-5)"
+HIDDEN = "GM(correlation_time=30,q_c=1.9e-3)+SIN(frequency=3.1,amplitude=0.002)"
+
+
+def main():
+    """Simulate two hours at 100 Hz, climb the ladder from N+B+K, draw the loop."""
+    model = al.parse_model(f"{SHOWN}+{HIDDEN}")
+    recording = model.simulate(duration=7200.0, rate=100.0, seed=1, unit="rad/s")
+    study = al.improve(recording, "N+B+K")
+    print(study)
+    FOLDER.mkdir(exist_ok=True)
+    plot_study(study, FOLDER / "loop.svg")
+    plot_check(study.ladder[0].fit.check(), FOLDER / "check.svg")
+
+
+if __name__ == "__main__":
+    main()
