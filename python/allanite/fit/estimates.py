@@ -85,11 +85,14 @@ def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float
             if isinstance(value, str) or value is None:
                 continue
             step = 1e-3
-            signed = effect.parameter(name).low < 0.0
+            declared = effect.parameter(name)
+            signed = declared.low < 0.0
             moved = [value + s if signed else value * np.exp(s) for s in (step, -step)]
-            up, down = (_total(model, position, name, float(v), data) for v in moved)
+            moved = [min(max(float(v), declared.low), declared.high) for v in moved]
+            up, down = (_total(model, position, name, v, data) for v in moved)
+            width = moved[0] - moved[1] if signed else float(np.log(moved[0] / moved[1]))
             names.append((position, name))
-            slopes.append((up - down) / (2.0 * step) / spectrum)
+            slopes.append((up - down) / width / spectrum)
     if not names:
         return {}
     fisher = information(solution.count, np.column_stack(slopes))
