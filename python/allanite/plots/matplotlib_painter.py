@@ -36,7 +36,7 @@ WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
 #: Inches that the title and each line of the subtitle take.
 TITLE, LINE_HEIGHT = 0.29, 0.22
 #: Letters in the width of a legend, and of the key before each label.
-LETTERS, KEY = 170, 9
+LETTERS, KEY = 177, 9
 FONT = "DejaVu Sans"  # comes with matplotlib and has every sign that is written here
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
 # What lies over what.
@@ -321,8 +321,8 @@ def _bars(axes: Any, mark: Bars, panel: Panel, look: Theme) -> None:
 def _heat(canvas: Any, axes: Any, mark: HeatMap, look: Theme) -> None:
     from matplotlib.colors import LinearSegmentedColormap
 
-    colors = LinearSegmentedColormap.from_list("ratio", list(look.diverging))
-    colors.set_bad(look.grid)
+    blank = LinearSegmentedColormap.from_list("ratio", list(look.diverging))
+    colors = blank.with_extremes(bad=look.grid)
     mesh = axes.pcolormesh(
         mark.x_edges,
         mark.y_edges,
