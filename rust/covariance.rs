@@ -1,1 +1,254 @@
-//! (to come)
+//! Covariance of overlapping variance estimates across averaging factors, for a sum of primitive processes.
+//!
+//! The estimate at factor i is the mean square of Δ_i^o y, with y the phase (oadev o = 2, hdev o = 3) or the sum of the phase
+//! (mdev o = 3: the mean of i second differences is a third difference over i). For Gaussian noise
+//! cov(σ̂²_i, σ̂²_j) = 2/(c_i c_j M_i M_j) Σ_t count(t) R_ij(t)² (Greenhall and Riley 2003, eq. 7), R_ij(t) the covariance of
+//! two differences whose centres are t apart, which is Δ_i^o Δ_j^o of the generalised covariance of y.
+
+mod differences;
+mod exponential;
+mod lags;
+pub mod law;
+mod powers;
+
+use faer::c64;
+use rayon::prelude::*;
+
+use crate::{Error, Result};
+use exponential::Exponential;
+use lags::Wave;
+use powers::Powers;
+
+/// Which estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Overlapping Allan.
+    Allan,
+    /// Modified Allan.
+    Modified,
+    /// Overlapping Hadamard.
+    Hadamard,
+}
+
+impl Kind {
+    /// From its name in the package.
+    pub fn named(name: &str) -> Result<Self> {
+        match name {
+            "oadev" => Ok(Self::Allan),
+            "mdev" => Ok(Self::Modified),
+            "ohdev" | "hdev" => Ok(Self::Hadamard),
+            _ => Err(Error::Input(format!(
+                "covariance of {name:?} is not known; known are oadev, mdev, hdev"
+            ))),
+        }
+    }
+
+    fn order(self) -> usize {
+        if self == Self::Allan { 2 } else { 3 }
+    }
+
+    /// How often the samples are summed.
+    fn level(self) -> usize {
+        if self == Self::Modified { 2 } else { 1 }
+    }
+
+    /// Number of squares in the estimate at factor m of n samples.
+    fn count(self, n: usize, m: usize) -> usize {
+        (n + self.level()).saturating_sub(self.order() * m)
+    }
+
+    /// Mean square difference over variance.
+    fn scale(self, m: usize) -> f64 {
+        let m = m as f64;
+        match self {
+            Self::Allan => 2.0 * m * m,
+            Self::Modified => 2.0 * m.powi(4),
+            Self::Hadamard => 6.0 * m * m,
+        }
+    }
+}
+
+/// A named primitive process with its numbers per sample.
+pub type Term = (String, Vec<f64>);
+
+/// Everything about the process that the differences need.
+pub struct Process {
+    powers: Vec<Powers>,
+    exponentials: Vec<Exponential>,
+    /// Distances at which the covariance has a kink besides 0.
+    kinks: Vec<usize>,
+}
+
+impl Process {
+    /// Generalised covariance of `terms` summed as `kind` needs, for records of `n` samples.
+    pub fn new(terms: &[Term], n: usize, kind: Kind) -> Result<Self> {
+        let mut out = Self { powers: Vec::new(), exponentials: Vec::new(), kinks: Vec::new() };
+        for (name, values) in terms {
+            out.add(name, values, n, kind)?;
+        }
+        Ok(out)
+    }
+
+    fn add(&mut self, name: &str, values: &[f64], n: usize, kind: Kind) -> Result<()> {
+        let level = kind.level();
+        if let Some(bad) = values.iter().find(|v| !v.is_finite()) {
+            return Err(Error::Input(format!("term {name}: value {bad} is not finite")));
+        }
+        let mut fractional = |exponent: f64, scale: f64| {
+            if scale != 0.0 {
+                self.powers.extend(powers::fractional(exponent - 2.0 * level as f64, scale));
+            }
+        };
+        match (name, values) {
+            ("white", &[v]) => fractional(0.0, v),
+            ("blue", &[v]) => fractional(2.0, v),
+            ("random_walk", &[v]) => fractional(-2.0, v),
+            ("flicker", &[v]) => fractional(-1.0, v),
+            ("power_law", &[a, v]) => {
+                let lowest = if kind == Kind::Hadamard { -5.0 } else { -3.0 };
+                if a <= lowest || a > 2.0 {
+                    return Err(Error::Input(format!(
+                        "term power_law: exponent {a} is outside {lowest} … 2, where the variance exists"
+                    )));
+                }
+                fractional(a, v);
+            }
+            ("exponential", &[re, im, phi_re, phi_im]) => {
+                let (a, phi) = (c64::new(re, im), c64::new(phi_re, phi_im));
+                let epsilon = (1.0 - phi).norm();
+                if phi.norm() > 1.0 || epsilon == 0.0 {
+                    return Err(Error::Input(format!(
+                        "term exponential: φ = {phi_re} + {phi_im}i is not inside the unit circle"
+                    )));
+                }
+                if phi.norm() < 1e-12 {
+                    fractional(0.0, re);
+                } else if epsilon * (n as f64) < 1e-6 {
+                    fractional(-2.0, 2.0 * (a * (1.0 - phi)).re);
+                } else if re != 0.0 || im != 0.0 {
+                    self.exponentials.push(Exponential::new(a, phi, level));
+                }
+            }
+            ("moving_average", &[v, length]) if length >= 1.0 => {
+                let length = length.round() as usize;
+                if length == 1 {
+                    fractional(0.0, v);
+                } else {
+                    self.powers.push(powers::boxcar(v, length, level));
+                    self.kinks.push(length);
+                }
+            }
+            _ => {
+                return Err(Error::Input(format!(
+                    "term {name:?} with {} values is unknown; known are white 1, blue 1, random_walk 1, flicker 1, \
+                     power_law 2, exponential 4, moving_average 2",
+                    values.len()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn waves(&self) -> Vec<Wave> {
+        self.exponentials
+            .iter()
+            .map(|e| Wave { decay: -e.lambda().re, angle: e.lambda().im.abs() })
+            .collect()
+    }
+
+    fn spaced(&self, i: usize, order: usize) -> Spaced<'_> {
+        Spaced {
+            i,
+            order,
+            powers: self.powers.iter().map(|p| differences::Spaced::new(p, i, order)).collect(),
+            exponentials: self.exponentials.iter().map(|e| exponential::Spaced::new(e, i, order)).collect(),
+        }
+    }
+}
+
+/// The process seen through differences at one spacing.
+struct Spaced<'a> {
+    i: usize,
+    order: usize,
+    powers: Vec<differences::Spaced<'a>>,
+    exponentials: Vec<exponential::Spaced<'a>>,
+}
+
+impl Spaced<'_> {
+    /// R_ij(t) for t ≥ 0, j ≥ i.
+    fn with(&self, j: usize) -> impl Fn(f64) -> f64 {
+        let powers: Vec<_> = self.powers.iter().map(|p| p.with(j)).collect();
+        move |t| {
+            powers.iter().map(|p| p.at(t)).sum::<f64>()
+                + self.exponentials.iter().map(|e| e.cross(j, t)).sum::<f64>()
+        }
+    }
+
+    /// Distances between centres at which some pair of points meets.
+    fn breaks(&self, j: usize, kinks: &[usize]) -> Vec<f64> {
+        let half = self.order as f64 / 2.0;
+        let mut out = Vec::new();
+        for a in 0..=self.order {
+            for b in 0..=self.order {
+                let t = (a as f64 - half) * self.i as f64 + (b as f64 - half) * j as f64;
+                out.push(t.abs());
+                out.extend(kinks.iter().flat_map(|l| [(t + *l as f64).abs(), (t - *l as f64).abs()]));
+            }
+        }
+        out
+    }
+
+    /// Σ_t count(t) R_ij(t)² / (M_i M_j) over all pairs of centres.
+    fn mean_square(&self, j: usize, counts: (usize, usize), kinks: &[usize], waves: &[Wave]) -> f64 {
+        let (order, i) = (self.order, self.i);
+        // Centres are whole numbers apart, or whole numbers and a half.
+        let base = if order * (i + j) % 2 == 1 { 0.5 } else { 0.0 };
+        let flat = order as f64 * (j - i) as f64 / 2.0;
+        let end = (flat + counts.1 as f64 - base).ceil() as usize;
+        let breaks: Vec<usize> = self.breaks(j, kinks).iter().map(|t| (t - base).max(0.0) as usize).collect();
+        let covariance = self.with(j);
+        let mut total = 0.0;
+        for (u, weight) in lags::nodes(&breaks, end, waves) {
+            let t = u + base;
+            let count = counts.1 as f64 - (t - flat).max(0.0);
+            let both = if t == 0.0 { 1.0 } else { 2.0 };
+            total += weight * both * count * covariance(t).powi(2);
+        }
+        total / (counts.0 as f64 * counts.1 as f64)
+    }
+}
+
+/// Expected variance (k,) and covariance of the estimates (k, k), row by row, at `factors` for records of `n` samples.
+pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
+    let process = Process::new(terms, n, kind)?;
+    let counts: Vec<usize> = factors.iter().map(|m| kind.count(n, *m)).collect();
+    if let Some(k) = counts.iter().zip(factors).position(|(count, m)| *count == 0 || *m == 0) {
+        return Err(Error::TooShort(format!(
+            "factor {} of {n} samples has no complete difference: use factors from 1 to {}",
+            factors[k],
+            (n + kind.level() - 1) / kind.order()
+        )));
+    }
+    let order = kind.order();
+    let spaced: Vec<Spaced<'_>> = factors.iter().map(|m| process.spaced(*m, order)).collect();
+    let expected: Vec<f64> =
+        spaced.iter().map(|s| s.with(s.i)(0.0) / kind.scale(s.i)).collect();
+    let waves = process.waves();
+    let k = factors.len();
+    let pairs: Vec<(usize, usize)> = (0..k).flat_map(|a| (a..k).map(move |b| (a, b))).collect();
+    let values: Vec<f64> = pairs
+        .par_iter()
+        .map(|&(a, b)| {
+            let (low, high) = if factors[a] <= factors[b] { (a, b) } else { (b, a) };
+            let (i, j) = (factors[low], factors[high]);
+            let sum = spaced[low].mean_square(j, (counts[low], counts[high]), &process.kinks, &waves);
+            2.0 * sum / (kind.scale(i) * kind.scale(j))
+        })
+        .collect();
+    let mut matrix = vec![0.0; k * k];
+    for (&(a, b), value) in pairs.iter().zip(values) {
+        matrix[a * k + b] = value;
+        matrix[b * k + a] = value;
+    }
+    Ok((expected, matrix))
+}

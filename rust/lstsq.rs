@@ -1,1 +1,196 @@
-//! (to come)
+//! Generalised least squares with coefficients that are not negative.
+//!
+//! The system is whitened by the Cholesky factor of the covariance and solved by the active-set method of Lawson
+//! and Hanson (Solving Least Squares Problems, 1974, ch. 23).
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+
+use crate::{Error, Result};
+
+/// Relative jitter added to the unit diagonal of the correlation matrix. Estimates at neighbouring averaging times
+/// are nearly the same number; without it their differences would get weights beyond what the covariance is known to.
+pub const JITTER: f64 = 1e-9;
+
+/// A solved system.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// Shape (p,).
+    pub coefficients: Vec<f64>,
+    /// Shape (p, p) row by row; rows and columns of coefficients held at 0 by the constraint are those of the
+    /// unconstrained system, so that an upper limit can be read from them.
+    pub covariance: Vec<f64>,
+    /// (target − design·coefficients)ᵀ covariance⁻¹ (…).
+    pub chi2: f64,
+}
+
+/// Minimises χ² over coefficients ≥ 0. `design` has shape (k, p), `covariance` (k, k), both row by row.
+pub fn gls_nonnegative(design: &[f64], target: &[f64], covariance: &[f64]) -> Result<Solution> {
+    let k = target.len();
+    let p = design.len().checked_div(k).unwrap_or(0);
+    if p == 0 || p > k || design.len() != k * p || covariance.len() != k * k {
+        return Err(Error::Input(format!(
+            "least squares: {k} values, {} design numbers and {} covariances do not fit together \
+             (needed k ≥ p, k·p and k·k)",
+            design.len(),
+            covariance.len()
+        )));
+    }
+    if let Some(bad) = design.iter().chain(target).chain(covariance).find(|v| !v.is_finite()) {
+        return Err(Error::Input(format!("least squares: {bad} among the numbers")));
+    }
+    let scale: Vec<f64> = (0..k).map(|i| covariance[i * k + i].sqrt()).collect();
+    if let Some(i) = scale.iter().position(|s| !(*s > 0.0)) {
+        return Err(Error::Input(format!("least squares: variance {} of value {i} is not positive", covariance[i * k + i])));
+    }
+    let correlation = Mat::from_fn(k, k, |a, b| {
+        covariance[a * k + b] / (scale[a] * scale[b]) + if a == b { JITTER } else { 0.0 }
+    });
+    let factor = correlation.llt(Side::Lower).map_err(|_| {
+        Error::Input("least squares: the covariance is not positive definite: use fewer averaging factors".into())
+    })?;
+    let norms: Vec<f64> = (0..p)
+        .map(|c| (0..k).map(|r| (design[r * p + c] / scale[r]).powi(2)).sum::<f64>().sqrt())
+        .collect();
+    if let Some(c) = norms.iter().position(|n| !(*n > 0.0)) {
+        return Err(Error::Input(format!("least squares: column {c} of the design is zero")));
+    }
+    let mut system = Mat::from_fn(k, p + 1, |r, c| {
+        if c < p { design[r * p + c] / (scale[r] * norms[c]) } else { target[r] / scale[r] }
+    });
+    faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+        factor.L(),
+        system.as_mut(),
+        faer::Par::Seq,
+    );
+    let normal = system.transpose() * &system;
+    let active = active_set(&normal, p);
+    let x = solve_active(&normal, p, &active)?;
+    let chi2 = (0..k)
+        .map(|r| (system[(r, p)] - (0..p).map(|c| system[(r, c)] * x[c]).sum::<f64>()).powi(2))
+        .sum();
+    let gram = normal.submatrix(0, 0, p, p).to_owned();
+    let inverse = inverse(&gram)?;
+    // Coefficients at the bound take no part in the covariance of the others.
+    let kept: Vec<usize> = (0..p).filter(|c| active[*c]).collect();
+    let small = Mat::from_fn(kept.len(), kept.len(), |a, b| gram[(kept[a], kept[b])]);
+    let inner = if kept.is_empty() { small } else { self::inverse(&small)? };
+    let mut out = vec![0.0; p * p];
+    for a in 0..p {
+        for b in 0..p {
+            let place = (kept.iter().position(|c| *c == a), kept.iter().position(|c| *c == b));
+            let value = match place {
+                (Some(i), Some(j)) => inner[(i, j)],
+                _ => inverse[(a, b)],
+            };
+            out[a * p + b] = value / (norms[a] * norms[b]);
+        }
+    }
+    let coefficients = x.iter().zip(&norms).map(|(v, n)| v / n).collect();
+    Ok(Solution { coefficients, covariance: out, chi2 })
+}
+
+fn inverse(gram: &Mat<f64>) -> Result<Mat<f64>> {
+    let size = gram.nrows();
+    let factor = gram.llt(Side::Lower).map_err(|_| {
+        Error::Input("least squares: two effects have the same curve on these averaging factors".into())
+    })?;
+    Ok(factor.solve(Mat::<f64>::identity(size, size)))
+}
+
+/// Least squares over the columns marked, zeros elsewhere.
+fn solve_active(normal: &Mat<f64>, p: usize, active: &[bool]) -> Result<Vec<f64>> {
+    let kept: Vec<usize> = (0..p).filter(|c| active[*c]).collect();
+    let mut out = vec![0.0; p];
+    if kept.is_empty() {
+        return Ok(out);
+    }
+    let gram = Mat::from_fn(kept.len(), kept.len(), |a, b| normal[(kept[a], kept[b])]);
+    let right = Mat::from_fn(kept.len(), 1, |a, _| normal[(kept[a], p)]);
+    let factor = gram.llt(Side::Lower).map_err(|_| {
+        Error::Input("least squares: two effects have the same curve on these averaging factors".into())
+    })?;
+    let found = factor.solve(right);
+    for (slot, c) in kept.iter().enumerate() {
+        out[*c] = found[(slot, 0)];
+    }
+    Ok(out)
+}
+
+/// Columns that are positive at the optimum.
+fn active_set(normal: &Mat<f64>, p: usize) -> Vec<bool> {
+    let mut active = vec![false; p];
+    let mut x = vec![0.0; p];
+    // Lawson and Hanson prove an end; the bound guards against rounding alone.
+    for _ in 0..10 * p + 10 {
+        let gradient = |c: usize| normal[(c, p)] - (0..p).map(|d| normal[(c, d)] * x[d]).sum::<f64>();
+        let tolerance = 1e-12 * normal[(p, p)].sqrt();
+        let enter = (0..p)
+            .filter(|c| !active[*c] && gradient(*c) > tolerance * normal[(*c, *c)].sqrt())
+            .max_by(|a, b| gradient(*a).total_cmp(&gradient(*b)));
+        let Some(enter) = enter else { break };
+        active[enter] = true;
+        loop {
+            let Ok(trial) = solve_active(normal, p, &active) else {
+                active[enter] = false;
+                return active;
+            };
+            let step = (0..p)
+                .filter(|c| active[*c] && trial[*c] <= 0.0)
+                .map(|c| x[c] / (x[c] - trial[c]))
+                .fold(1.0, f64::min);
+            for c in 0..p {
+                x[c] += step * (trial[c] - x[c]);
+            }
+            if step >= 1.0 {
+                break;
+            }
+            let mut left = false;
+            for c in 0..p {
+                if active[c] && trial[c] <= 0.0 && x[c] <= 1e-15 * trial[c].abs().max(1e-300) + 1e-300 {
+                    (active[c], x[c], left) = (false, 0.0, true);
+                }
+            }
+            if !left {
+                // Rounding kept the blocking one a hair above zero.
+                let worst = (0..p).filter(|c| active[*c] && trial[*c] <= 0.0).min_by(|a, b| x[*a].total_cmp(&x[*b]));
+                if let Some(c) = worst {
+                    (active[c], x[c]) = (false, 0.0);
+                }
+            }
+            if active.iter().all(|a| !a) {
+                break;
+            }
+        }
+    }
+    active
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recovers_an_exact_mixture_and_drops_what_is_negative() {
+        let k = 12;
+        let tau: Vec<f64> = (0..k).map(|r| 2f64.powi(r)).collect();
+        let design: Vec<f64> = tau.iter().flat_map(|t| [1.0 / t, 1.0, *t]).collect();
+        let k = k as usize;
+        let covariance: Vec<f64> = (0..k * k)
+            .map(|e| {
+                let (a, b) = (e / k, e % k);
+                0.6f64.powi(a.abs_diff(b) as i32) / (tau[a] * tau[b]).sqrt()
+            })
+            .collect();
+        let exact: Vec<f64> = tau.iter().map(|t| 2.0 / t + 0.3 + 0.01 * t).collect();
+        let found = gls_nonnegative(&design, &exact, &covariance).unwrap();
+        for (x, want) in found.coefficients.iter().zip([2.0, 0.3, 0.01]) {
+            assert!((x / want - 1.0).abs() < 1e-6, "{x} {want}");
+        }
+        assert!(found.chi2 < 1e-12);
+        let below: Vec<f64> = tau.iter().map(|t| 2.0 / t - 0.3 + 0.1 * t).collect();
+        let found = gls_nonnegative(&design, &below, &covariance).unwrap();
+        assert_eq!(found.coefficients[1], 0.0);
+        assert!(found.coefficients[0] > 0.0 && found.chi2 > 0.0);
+    }
+}

@@ -67,3 +67,25 @@ class TextReader:
     @property
     def meta(self) -> dict[str, Any]: ...
     def next(self, rows: int) -> NDArray[np.float64] | None: ...
+
+# -- covariance
+def allan_covariance(
+    terms: Sequence[tuple[str, Sequence[float]]],
+    n: int,
+    factors: NDArray[np.int64],
+    kind: str = "oadev",
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+def allan_law(
+    terms: Sequence[tuple[str, Sequence[float]]],
+    n: int,
+    factor: int,
+    probabilities: Sequence[float],
+    kind: str = "oadev",
+) -> NDArray[np.float64]: ...
+
+# -- lstsq
+def gls_nonnegative(
+    design: NDArray[np.float64],
+    target: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float]: ...

@@ -8,8 +8,11 @@ __all__ = [
     "Simulator",
     "TextReader",
     "adjacent_allan",
+    "allan_covariance",
+    "allan_law",
     "averaging_factors",
     "cosine_transform",
+    "gls_nonnegative",
     "inverse_cosine_transform",
     "overlapping_allan",
     "padded_periodogram",
@@ -36,3 +39,10 @@ overlapping_allan = _core.overlapping_allan
 # -- text
 TextReader = _core.TextReader
 read_text = _core.read_text
+
+# -- covariance
+allan_covariance = _core.allan_covariance
+allan_law = _core.allan_law
+
+# -- lstsq
+gls_nonnegative = _core.gls_nonnegative

@@ -1,1 +1,56 @@
-//! (to come)
+//! Doors of the covariance across averaging factors.
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
+use pyo3::prelude::*;
+
+use super::doorway::run_short;
+use crate::covariance::{Kind, Term, covariance, law};
+use crate::{Error, Result};
+
+type Curve<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+
+fn positive(factors: &[i64]) -> Result<Vec<usize>> {
+    factors
+        .iter()
+        .map(|m| {
+            usize::try_from(*m)
+                .ok()
+                .filter(|m| *m > 0)
+                .ok_or_else(|| Error::Input(format!("averaging factor {m} is not positive")))
+        })
+        .collect()
+}
+
+/// Expected variance (k,) and covariance of the estimates (k, k).
+#[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
+#[pyfunction]
+#[pyo3(signature = (terms, n, factors, kind = "oadev"))]
+pub fn allan_covariance<'py>(
+    py: Python<'py>,
+    terms: Vec<Term>,
+    n: usize,
+    factors: PyReadonlyArray1<'py, i64>,
+    kind: &str,
+) -> PyResult<Curve<'py>> {
+    let factors = factors.as_array().to_vec();
+    let k = factors.len();
+    let (expected, matrix) =
+        run_short(py, || covariance(&terms, n, &positive(&factors)?, Kind::named(kind)?))?;
+    Ok((expected.into_pyarray(py), matrix.into_pyarray(py).reshape([k, k])?))
+}
+
+/// Quantiles of σ̂²/σ² at one factor.
+#[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
+#[pyfunction]
+#[pyo3(signature = (terms, n, factor, probabilities, kind = "oadev"))]
+pub fn allan_law<'py>(
+    py: Python<'py>,
+    terms: Vec<Term>,
+    n: usize,
+    factor: usize,
+    probabilities: Vec<f64>,
+    kind: &str,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let found = run_short(py, || law::quantiles(&terms, n, factor, &probabilities, Kind::named(kind)?))?;
+    Ok(found.into_pyarray(py))
+}

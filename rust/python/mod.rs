@@ -34,4 +34,11 @@ mod _core {
     // text
     #[pymodule_export]
     use super::text::{TextReader, read_text};
+    // covariance
+    #[pymodule_export]
+    use super::covariance::{allan_covariance, allan_law};
+
+    // lstsq
+    #[pymodule_export]
+    use super::lstsq::gls_nonnegative;
 }

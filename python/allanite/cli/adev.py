@@ -69,8 +69,6 @@ class _Measured:
 
     def plot(self, path: Path) -> None:
         """Draw the curve with its interval."""
-        from allanite.comparison import Curve, Curves
+        from allanite.plots import plot_deviation
 
-        d, r = self.deviation, self.recording
-        curve = Curve(r.columns[0], "recording", r.unit, d.tau, d.deviation, d.low, d.high)
-        Curves((curve,)).plot(path)
+        plot_deviation(self.deviation, path)

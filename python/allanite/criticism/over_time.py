@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
 
-__all__ = ["TimeMap", "band_powers", "time_map", "whitened_ordinates"]
+__all__ = ["TimeMap", "band_powers", "expected_level", "time_map", "whitened_ordinates"]
 
 SEGMENTS = 32
 #: A cell with fewer values than this is not judged.
@@ -99,7 +99,7 @@ def time_map(solution: Solution, data: Data) -> TimeMap:
     bands = band_powers(whitened_ordinates(solution, data), FEWEST * SEGMENTS)[::-1]
     edges = np.linspace(data.start, data.start + data.duration, SEGMENTS + 1)
     half = data.rate / (2.0 * data.n)
-    expected = _expected_level(solution, edges)
+    expected = expected_level(solution, edges)
     ratio, z = [], []
     for low, high, power in bands:
         place = np.floor((np.arange(power.size) + 0.5) * SEGMENTS / power.size).astype(int)
@@ -119,7 +119,7 @@ def time_map(solution: Solution, data: Data) -> TimeMap:
     )
 
 
-def _expected_level(solution: Solution, edges: NDArray[np.float64]) -> NDArray[np.float64]:
+def expected_level(solution: Solution, edges: NDArray[np.float64]) -> NDArray[np.float64]:
     """White power of each segment over the record's mean, from the level changes of the model."""
     power = np.ones(edges.size - 1)
     for effect in solution.model.modifiers:

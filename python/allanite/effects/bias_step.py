@@ -48,6 +48,16 @@ class BiasStep(Deterministic):
         """A thousand times over the record."""
         return np.linspace(0.0, n / rate, 1026)[1:-1]
 
+    def shape_error(self, name: str, height_variance: float, duration: float) -> float:
+        """Standard error of the time, s: a jump h in white noise of density S is placed to ±11 S/h² (95 %).
+
+        The limit law of a change point (Yao 1987) is not normal; the number given is its 95 % width over 1.96. S is what
+        the variance of the height, S·T/(t(T−t)), says it is.
+        """
+        t = min(max(self.time or 0.0, 0.01 * duration), 0.99 * duration)
+        density = height_variance * t * (duration - t) / duration
+        return 5.6 * density / max((self.height or 0.0) ** 2, 1e-300)
+
     def regressors(
         self,
         time: NDArray[np.float64],

@@ -30,7 +30,7 @@ class Resonance(Stochastic):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("frequency", "Hz", "natural frequency", "shape", low=1e-12, aliases=("f", "f0")),
         Parameter(
-            "damping", "1", "damping ratio ζ", "shape", low=1e-5, high=0.95, aliases=("zeta",)
+            "damping", "1", "damping ratio ζ", "shape", low=1e-5, high=0.3, aliases=("zeta",)
         ),
         Parameter("rms", 0.0, "standard deviation of the process"),
     )

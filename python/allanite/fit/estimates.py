@@ -37,6 +37,8 @@ def free_parameters(solution: Solution) -> int:
 
 def _unit(effect: Effect, name: str, sample_unit: str) -> str:
     declared = effect.parameter(name).unit
+    if isinstance(declared, str) and declared.startswith("U"):
+        return sample_unit + declared[1:]
     return declared if isinstance(declared, str) else coefficient_unit(sample_unit, declared)
 
 
@@ -83,11 +85,14 @@ def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float
             if isinstance(value, str) or value is None:
                 continue
             step = 1e-3
-            signed = effect.parameter(name).low < 0.0
+            declared = effect.parameter(name)
+            signed = declared.low < 0.0
             moved = [value + s if signed else value * np.exp(s) for s in (step, -step)]
-            up, down = (_total(model, position, name, float(v), data) for v in moved)
+            moved = [min(max(float(v), declared.low), declared.high) for v in moved]
+            up, down = (_total(model, position, name, v, data) for v in moved)
+            width = moved[0] - moved[1] if signed else float(np.log(moved[0] / moved[1]))
             names.append((position, name))
-            slopes.append((up - down) / (2.0 * step) / spectrum)
+            slopes.append((up - down) / width / spectrum)
     if not names:
         return {}
     fisher = information(solution.count, np.column_stack(slopes))
@@ -242,7 +247,12 @@ def _deterministic(
             out[parameter.name] = Estimate(float(value), None, None, own_unit, True, parameter.name)
             continue
         if parameter.role == "shape":
-            error = _deterministic_shape_error(effect, parameter.name, solution, data)
+            own = getattr(effect, "shape_error", None)
+            error = (
+                own(parameter.name, float(covariance[0, 0]), data.duration)
+                if own is not None
+                else _deterministic_shape_error(effect, parameter.name, solution, data)
+            )
         else:
             error = _amplitude_error(effect, parameter.name, amplitudes, covariance)
         interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)

@@ -21,13 +21,16 @@ if TYPE_CHECKING:
 __all__ = ["held_out"]
 
 
-def held_out(data: Data, model: Model) -> float | None:
+def held_out(data: Data, model: Model, raw: Data | None = None) -> float | None:
     """Mean negative log-likelihood per bin of the second half above the saturated model.
 
     Coefficients come from the first half; shapes start from the values given. Slow deterministic effects are
     extrapolated. A line is scored by its power (its phase is not extrapolated: the frequency is not known that well):
     the logarithm of the Rice against the Rayleigh likelihood of its ordinates. Effects that happen once (steps, bursts)
     say nothing about another time and are taken out of both halves.
+
+    Where the model takes outliers out, `raw` is the record with them: the saturated model is always the raw record's, and
+    each outlier costs ln n, the price of pointing at it.
 
     Returns None where a half would be too short to fit.
     """
@@ -41,18 +44,21 @@ def held_out(data: Data, model: Model) -> float | None:
     first, second = data.half(0), data.half(1)
     fitted = solve(first, model, polish=data.n < 200_000, rounds=3).model
     bins = second.bins
-    raw = bins.power(second.ordinates)
+    own = bins.power(second.ordinates)
+    saturated = own if raw is None else bins.power(raw.half(1).ordinates)
     slow = [e for e in fitted.deterministic if e.kind != "sinusoid"]
-    power = raw
+    power = own
     if slow:
         signal = sum((e.signal(second.time, second.covariates) for e in slow), np.zeros(second.n))
         power = bins.power(second.without(signal))
     terms = second.terms(fitted)
     spectrum = np.maximum(column(terms, second), 1e-300)
-    loss = float(0.5 * (bins.count @ (np.log(spectrum / raw) + power / spectrum - 1.0)))
+    loss = float(0.5 * (bins.count @ (np.log(spectrum / saturated) + power / spectrum - 1.0)))
     for effect in fitted.deterministic:
         if effect.kind == "sinusoid":
             loss -= _line_gain(effect, terms, second)
+    times = next((e.values["times"] for e in model if e.kind == "outliers"), None) or ()
+    loss += float(np.log(second.n)) * sum(t >= second.start for t in times)
     return loss / bins.count.size
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.errors import InputError
 from allanite.fit import curve as _curve
+from allanite.fit.data import prepare
 from allanite.fit.estimates import estimates, free_parameters
 from allanite.fit.held_out import held_out
 from allanite.fit.whittle import normal_scores
@@ -103,7 +104,9 @@ class Fit:
     @cached_property
     def error(self) -> Error:
         """Errors by which rungs of a ladder are compared."""
-        return Error(*self.curve.errors(), held_out(self.data, self.model))
+        cleaned = any(e.kind == "outliers" for e in self.model)
+        raw = prepare(self.recording) if cleaned else None
+        return Error(*self.curve.errors(), held_out(self.data, self.model, raw))
 
     @property
     def adequate(self) -> bool:

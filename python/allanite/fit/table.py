@@ -18,7 +18,10 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
     for effect, values in zip(fit.model.effects, fit.estimates, strict=True):
         title = fit.display_name(effect)
         for name, value in values.items():
-            rows.append((title, name, *_cells(value)))
+            if value is None:
+                continue
+            number, interval = _cells(value)
+            rows.append((title, name, number, "held" if name in effect.held else interval))
             title = ""
     return rows
 
@@ -28,9 +31,9 @@ def _cells(value: Any) -> tuple[str, str]:
         return (f"{len(value)} times" if isinstance(value, tuple) else str(value)), ""
     if not value.detected and value.interval is not None:
         return "not detected", f"< {value.interval[1]:.3g} {value.unit}"
-    text = f"{float(value):.5g} {value.unit}"
+    text = f"{float(value):.5g} {'' if value.unit == '1' else value.unit}".rstrip()
     if value.interval is None:
-        return text, "held" if value.std_error is None else ""
+        return text, ""
     return text, f"{value.interval[0]:.4g} … {value.interval[1]:.4g}"
 
 

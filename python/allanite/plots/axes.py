@@ -21,7 +21,7 @@ def finite(arrays: Iterable[Any], positive: bool = False) -> np.ndarray[Any, np.
     """All finite (and positive) numbers of some arrays."""
     values = np.concatenate([np.zeros(0), *(np.ravel(np.asarray(a, dtype=float)) for a in arrays)])
     keep = np.isfinite(values) & ((values > 0) | (not positive))
-    return values[keep]
+    return np.asarray(values[keep])
 
 
 def log_axis(label: str, *arrays: Any, room: float = 1.15) -> Axis:
@@ -64,9 +64,7 @@ def power_text(exponent: int, plain: bool, mantissa: int = 1) -> str:
     return power if mantissa == 1 else f"{mantissa}·{power}"
 
 
-def linear_axis(
-    label: str, low: float, high: float, ticks: int = 5, reverse: bool = False
-) -> Axis:
+def linear_axis(label: str, low: float, high: float, ticks: int = 5, reverse: bool = False) -> Axis:
     """A linear axis with about `ticks` round ticks."""
     if not high > low:
         low, high = low - 0.5, high + 0.5
@@ -82,11 +80,9 @@ def score_axis(label: str, *scores: Any) -> Axis:
     """A symmetric axis of standard normal scores that always shows ±4.5."""
     values = np.abs(finite(scores))
     top = max(4.6, 1.12 * float(values.max()) if values.size else 0.0)
-    axis = linear_axis(label, -top, top, 4)
-    # The label is centred on 0 and the strip is low: three written ticks suffice.
-    inner = [v for v, _ in axis.ticks if v > 0][-1:]
-    ticks = tuple((v, f"{v:+g}".replace("-", "−")) for v in (*(-v for v in inner), *inner))
-    return Axis(label, -top, top, False, (*ticks, (0.0, "0")))
+    sizes = [m * 10.0**k for k in range(7) for m in (1, 2, 4, 5)]
+    tick = max(v for v in sizes if v <= 0.9 * top)
+    return Axis(label, -top, top, False, ((-tick, f"−{tick:g}"), (0.0, "0"), (tick, f"+{tick:g}")))
 
 
 def rung_axis(texts: Iterable[str]) -> Axis:

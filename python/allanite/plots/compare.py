@@ -39,7 +39,9 @@ def plot_compare(curves: Any, path: str | Path | None = None, theme: str = "ligh
     items = tuple(getattr(curves, "curves", curves))
     kinds = tuple(dict.fromkeys(parse_unit(c.unit).kind for c in items))
     panels = tuple(
-        _panel([(i, c) for i, c in enumerate(items) if parse_unit(c.unit).kind == kind], place, kind)
+        _panel(
+            [(i, c) for i, c in enumerate(items) if parse_unit(c.unit).kind == kind], place, kind
+        )
         for place, kind in enumerate(kinds)
     )
     if len(panels) == 1:

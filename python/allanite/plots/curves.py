@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.spec import Axis, Band, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS
-from allanite.plots.words import density_unit, in_unit, unit_text, values_text
+from allanite.plots.words import bracket, density_unit, in_unit, values_text
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
@@ -26,6 +26,8 @@ TAU = "averaging time τ (s)"
 GUIDES = (2.0, 3.5)
 #: Ordinates of a point of the spectrum; with fewer its interval spans decades and hides the curve.
 FEWEST = 4
+#: Where taking the deterministic effects out changed the density by more than this, both are shown.
+CHANGED = 0.03
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +49,9 @@ def parts(fit: Fit) -> tuple[Part, ...]:
         numbers = values_text(fit.estimates[place])
         label = f"{fit.display_name(effect)}: {numbers}" if numbers else fit.display_name(effect)
         dash = "solid" if i < len(COMPONENTS) else "dot"
-        frequency = getattr(effect, "frequency", None) if effect in fit.model.deterministic else None
+        frequency = (
+            getattr(effect, "frequency", None) if effect in fit.model.deterministic else None
+        )
         out.append(Part(COMPONENTS[i % len(COMPONENTS)], dash, label, frequency))
     return tuple(out)
 
@@ -67,11 +71,15 @@ def allan_panels(
     curve = fit.curve
     low, high = interval(curve.measured, curve.edf)
     marks: list[Mark] = [*_span(worst)]
-    marks.append(Band(curve.tau, curve.low, curve.high, "model", "95 % of chance if the model is true"))
+    marks.append(
+        Band(curve.tau, curve.low, curve.high, "model", "95 % of chance if the model is true")
+    )
     for part, values in zip(parts(fit), curve.components.values(), strict=True):
         marks.append(Line(curve.tau, values, part.color, part.label, 1.2, part.dash))
     marks.append(Line(curve.tau, curve.model, "model", "model", 2.2))
-    marks.append(Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high))
+    marks.append(
+        Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high)
+    )
     x = log_axis(TAU, curve.tau)
     # Effects may lie decades below: the curve decides what is shown.
     sure = curve.edf >= 2.0
@@ -119,17 +127,12 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
             marks.append(Rule(part.frequency, "x", part.color, "dash", part.label))
     if fit.model.deterministic:
         raw = mean(bins.power(fit.data.ordinates))
-        changed = np.abs(np.log(raw / measured)) > 0.02
-        marks.append(
-            Points(
-                frequency[changed],
-                raw[changed],
-                "raw",
-                "before steps, lines and drifts were taken out",
-                size=3.5,
-                hollow=True,
+        changed = np.abs(np.log(raw / measured)) > CHANGED
+        if changed.any():
+            words = "before steps, lines and drifts were taken out"
+            marks.append(
+                Points(frequency[changed], raw[changed], "raw", words, size=4.5, hollow=True)
             )
-        )
     marks.append(Line(frequency, model, "model", "model", 2.2))
     marks.append(
         Points(
@@ -143,10 +146,12 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
         )
     )
     x = log_axis("frequency f (Hz)", frequency)
-    label = f"power spectral density, two-sided ({density_unit(fit.recording.unit)})"
+    label = bracket("density", density_unit(fit.recording.unit))
     sure = count >= 2 * FEWEST
     y = log_axis(label, measured, model, (measured * high)[sure], 0.5 * measured, *_shown(marks))
-    panel = Panel(x, y, tuple(marks), 0, column, title="Spectrum", show_x=False)
+    panel = Panel(
+        x, y, tuple(marks), 0, column, title="Power spectral density, two-sided", show_x=False
+    )
     ratio = np.add.reduceat(solution.count * solution.power / solution.spectrum, first) / count
     z = normal_scores(ratio, count, np.ones(count.size))
     return panel, _strip(x, frequency, z, column, worst)
@@ -182,15 +187,3 @@ def _strip(x: Axis, at: Array, z: Array, column: int, worst: Range) -> Panel:
     kept = np.isfinite(z)
     marks.append(Points(at[kept], z[kept], "measured", size=3.5))
     return Panel(x, score_axis("residual (σ)", z), tuple(marks), 1, column, grid=False)
-
-
-def unit_label(words: str, unit: str) -> str:
-    """Label of an axis with its unit, as printed."""
-    return f"{words} ({unit_text(unit)})"
-
-
-def title_of(recording: Any, model: Any) -> str:
-    """Which log and which model."""
-    from allanite.plots.words import recording_text
-
-    return f"{recording_text(recording)} · model {model.name}"

@@ -52,9 +52,13 @@ def plot_deviation(deviation: Any, path: str | Path | None = None, theme: str = 
     unit = f"{unit}·s" if kind == "tdev" and unit != "1" else ("s" if kind == "tdev" else unit)
     marks = (
         Line(tau[kept], values[kept], "c1", width=1.4),
-        Points(tau[kept], values[kept], "measured", "estimate, 95 % interval", low[kept], high[kept]),
+        Points(
+            tau[kept], values[kept], "measured", "estimate, 95 % interval", low[kept], high[kept]
+        ),
     )
-    panel = Panel(log_axis(TAU, tau[kept]), log_axis(in_unit(words, unit), values, low, high), marks)
+    panel = Panel(
+        log_axis(TAU, tau[kept]), log_axis(in_unit(words, unit), values, low, high), marks
+    )
     title = words[0].upper() + words[1:]
     figure = Figure(title, f"{int(kept.sum())} averaging times", (panel,), kind="deviation")
     if path is not None:

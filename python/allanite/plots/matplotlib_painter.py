@@ -24,6 +24,7 @@ from allanite.plots.spec import (
     Points,
     Rule,
     Span,
+    label_of,
 )
 from allanite.plots.themes import Theme, theme_of
 
@@ -31,6 +32,10 @@ __all__ = ["render", "save"]
 
 SUFFIXES = ("svg", "png", "pdf")
 WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
+#: Inches that the title and each line of the subtitle take.
+TITLE, LINE_HEIGHT = 0.29, 0.22
+#: Letters in the width of a legend, and of the key before each label.
+LETTERS, KEY = 170, 9
 FONT = "DejaVu Sans"  # comes with matplotlib and has every sign that is written here
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
 # What lies over what.
@@ -78,13 +83,14 @@ def render(figure: Figure, kind: str, theme: str = "light") -> bytes:
     """The bytes of an SVG, PNG or PDF of 1280 × 720 pixels."""
     try:
         from matplotlib.figure import Figure as Canvas
+        from matplotlib.layout_engine import ConstrainedLayoutEngine
     except ImportError:
         raise InputError(
             "drawing needs matplotlib, which is not installed: pip install 'allanite[plots]'"
         ) from None
     look = theme_of(theme)
-    canvas = Canvas(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor=look.ground, layout="constrained")
-    canvas.get_layout_engine().set(w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.0)
+    layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.0)
+    canvas = Canvas(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor=look.ground, layout=layout)
     grid = canvas.add_gridspec(
         len(figure.heights),
         len(figure.widths),
@@ -94,47 +100,51 @@ def render(figure: Figure, kind: str, theme: str = "light") -> bytes:
     for panel in figure.panels:
         place = grid[panel.row : panel.row + panel.rows, panel.column]
         _panel(canvas, canvas.add_subplot(place), panel, look)
-    _words(canvas, figure, look)
+    top = _words(canvas, figure, look)
+    layout.set(rect=(0.0, 0.0, 1.0, top))
     stream = io.BytesIO()
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     canvas.savefig(stream, format=kind, dpi=DPI, facecolor=look.ground, metadata=metadata)
     return stream.getvalue()
 
 
-def _words(canvas: Any, figure: Figure, look: Theme) -> None:
-    """Title, subtitle and one legend for all panels."""
-    text = figure.title if not figure.subtitle else f"{figure.title}\n{figure.subtitle}"
-    title, _, rest = text.partition("\n")
-    # suptitle alone is known to the layout, and it has one size: the first line is drawn bold by a second text.
-    canvas.suptitle(
-        f"{title}\n{rest}" if rest else title,
-        x=0.012,
-        ha="left",
-        fontsize=11.5,
-        color=look.text,
-        family=FONT,
-        linespacing=1.45,
-    )
+def _words(canvas: Any, figure: Figure, look: Theme) -> float:
+    """Title and subtitle, and one legend for all panels; the part of the height that is left below the title."""
+    top = 0.13
+    style = {"ha": "left", "va": "top", "color": look.text, "family": FONT}
+    canvas.text(0.012, 1 - top / HEIGHT, figure.title, fontsize=13, weight="bold", **style)
+    top += TITLE
+    for line in figure.subtitle.splitlines():
+        canvas.text(0.012, 1 - top / HEIGHT, line, fontsize=10.5, **style)
+        top += LINE_HEIGHT
     marks = figure.legend()
+    below = 1 - (top + 0.02) / HEIGHT
     if not marks:
-        return
-    widest = max(len(_label(m)) for m in marks)
-    legend = canvas.legend(
+        return below
+    labels = [label_of(m) for m in marks]
+    canvas.legend(
         handles=[_handle(m, look) for m in marks],
-        labels=[_label(m) for m in marks],
+        labels=labels,
         loc="outside lower center",
-        ncols=max(1, min(len(marks), 170 // (widest + 8))),
+        ncols=_columns(labels),
         frameon=False,
         prop={"family": FONT, "size": 9.5},
         labelcolor=look.text,
         handlelength=2.2,
         columnspacing=1.8,
     )
-    legend.set_in_layout(True)
+    return below
 
 
-def _label(mark: Mark) -> str:
-    return "" if isinstance(mark, HeatMap | Note) else mark.label
+def _columns(labels: list[str]) -> int:
+    """Most columns of a legend that fit the width; the first columns take what does not divide."""
+    for columns in range(len(labels), 1, -1):
+        rows, longer = divmod(len(labels), columns)
+        starts = [i * rows + min(i, longer) for i in range(columns + 1)]
+        widths = [max(map(len, labels[a:b])) for a, b in zip(starts, starts[1:], strict=False)]
+        if sum(widths) + KEY * columns <= LETTERS:
+            return columns
+    return 1
 
 
 def _handle(mark: Mark, look: Theme) -> Any:
@@ -143,10 +153,8 @@ def _handle(mark: Mark, look: Theme) -> Any:
     from matplotlib.patches import Patch
 
     if isinstance(mark, Band | Span):
-        alpha = 0.2 if isinstance(mark, Band) else 0.13
+        alpha = 0.2 if isinstance(mark, Band) else 0.25
         return Patch(facecolor=look.color(mark.color), alpha=alpha, linewidth=0)
-    if isinstance(mark, Bars):
-        return Patch(facecolor=look.color(mark.color), linewidth=0)
     if isinstance(mark, Points):
         return Line2D([], [], linestyle="none", **_marker(mark, look))
     if isinstance(mark, Line | Rule):
@@ -200,7 +208,12 @@ def _axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None:
     ink.set_minor_locator(FixedLocator(list(axis.minor)))
     ink.set_minor_formatter(NullFormatter())
     axes.tick_params(
-        axis=name, which="both", color=look.faint, labelcolor=look.text, labelsize=9.5, direction="out"
+        axis=name,
+        which="both",
+        color=look.faint,
+        labelcolor=look.text,
+        labelsize=9.5,
+        direction="out",
     )
     for label in getattr(axes, f"get_{name}ticklabels")():
         label.set_family(FONT)
@@ -234,7 +247,12 @@ def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None
             )
         case Span():
             axes.axvspan(
-                mark.low, mark.high, color=look.color(mark.color), alpha=0.13, linewidth=0, zorder=BELOW
+                mark.low,
+                mark.high,
+                color=look.color(mark.color),
+                alpha=0.25,
+                linewidth=0,
+                zorder=BELOW,
             )
         case Rule():
             draw = axes.axvline if mark.axis == "x" else axes.axhline
@@ -282,7 +300,7 @@ def _points(axes: Any, mark: Points, look: Theme) -> None:
 def _bars(axes: Any, mark: Bars, panel: Panel, look: Theme) -> None:
     places = np.arange(mark.values.size)
     values = np.nan_to_num(mark.values)
-    axes.barh(places, values, height=0.5, color=look.color(mark.color), linewidth=0, zorder=LINE)
+    axes.barh(places, values, height=0.5, color=[look.color(c) for c in mark.colors], zorder=LINE)
     room = 0.025 * (panel.x.high - panel.x.low)
     for place, value, text in zip(places, values, mark.texts, strict=True):
         axes.text(

@@ -114,25 +114,29 @@ class Rule:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bars:
-    """Horizontal bars from 0, one a category (y = 0, 1, …), with what is written at their ends."""
+    """Horizontal bars from 0, one a category (y = 0, 1, …), with the colour of each and what is written at its end."""
 
     values: Array
     texts: tuple[str, ...]
-    color: str
-    label: str = ""
+    colors: tuple[str, ...]
 
     def __post_init__(self) -> None:
         _fix(self, "values")
-        if len(self.texts) != self.values.size:
-            raise InputError(f"Bars: {self.values.size} values but {len(self.texts)} texts")
+        if not len(self.texts) == len(self.colors) == self.values.size:
+            raise InputError(
+                f"Bars: {self.values.size} values, {len(self.texts)} texts, {len(self.colors)} colours"
+            )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeatMap:
-    """Cells between `x_edges` (columns + 1) and `y_edges` (rows + 1) with `values` (rows, columns), drawn from −limit to +limit.
+    """Cells with a colour each.
 
     Attributes
     ----------
+    x_edges, y_edges : ndarray, shapes (columns + 1,) and (rows + 1,)
+    values : ndarray, shape (rows, columns)
+        NaN where there is none; the colours span −limit … +limit.
     ticks : tuple of (value, text)
         Of the colour bar.
     marked : ndarray of bool, shape (rows, columns)
@@ -166,6 +170,11 @@ class Note:
 
 
 Mark = Line | Points | Band | Span | Rule | Bars | HeatMap | Note
+
+
+def label_of(mark: Mark) -> str:
+    """What the legend calls a mark; empty where it is not in the legend."""
+    return "" if isinstance(mark, HeatMap | Note | Bars) else mark.label
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,14 +243,20 @@ class Figure:
     kind: str = ""
 
     def legend(self) -> tuple[Mark, ...]:
-        """Marks that have a label, each label once, in the order of drawing."""
+        """Marks that have a label, each label once: the measured, the model, then the rest in the order of drawing."""
         seen: dict[str, Mark] = {}
         for panel in self.panels:
             for mark in panel.marks:
-                label = "" if isinstance(mark, HeatMap | Note) else mark.label
+                label = label_of(mark)
                 if label:
                     seen.setdefault(label, mark)
-        return tuple(seen.values())
+
+        def rank(mark: Mark) -> int:
+            return (
+                0 if isinstance(mark, Points) else 1 if getattr(mark, "color", "") == "model" else 2
+            )
+
+        return tuple(sorted(seen.values(), key=rank))
 
     def to_plotly(self, theme: str = "light") -> dict[str, Any]:
         """The figure as plotly's JSON document: ``{"data": […], "layout": {…}}``."""

@@ -39,19 +39,20 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     fits = [rung.fit for rung in ladder]
     chance = fits[-1].error.chance_rms_percent
     panels = (
-        _bars("χ² per degree of freedom", names, [f.misfit.reduced for f in fits], 1.0, "expected", 0),
+        _bars("χ²/dof", names, [f.misfit.reduced for f in fits], 1.0, 0),
         _bars(
-            "Allan deviation error (% rms)",
+            "Allan error (% rms)",
             names,
             [f.error.adev_rms_percent for f in fits],
             chance,
-            "chance alone",
             1,
         ),
-        _bars("held-out score", names, [f.error.held_out for f in fits], None, "", 2),
+        _bars("held-out score (nats)", names, [f.error.held_out for f in fits], None, 2),
         _before_after(study, 3),
     )
-    title = f"{recording_text(study.recording)} · from {fits[0].model.name} to {fits[-1].model.name}"
+    title = (
+        f"{recording_text(study.recording)} · from {fits[0].model.name} to {fits[-1].model.name}"
+    )
     figure = Figure(title, _ending(study), panels, widths=(1.0, 1.0, 1.0, 3.2), kind="study")
     if path is not None:
         figure.save(path, theme)
@@ -72,20 +73,24 @@ def _rung_text(rung: Rung) -> str:
     return "\n".join(lines)
 
 
+def _colors(rungs: int) -> tuple[str, ...]:
+    """The first and the last model in the colours of their curves."""
+    return tuple("c1" if i == rungs - 1 else "model" if i == 0 else "before" for i in range(rungs))
+
+
 def _bars(
     label: str,
     names: tuple[str, ...],
     values: list[float | None],
     guide: float | None,
-    words: str,
     column: int,
 ) -> Panel:
     """One measure of error over the rungs."""
     numbers = np.array([np.nan if v is None else v for v in values], dtype=float)
     texts = tuple("–" if v is None else number(v) for v in values)
-    marks: list[Mark] = [Bars(numbers, texts, "c1")]
+    marks: list[Mark] = [Bars(numbers, texts, _colors(len(values)))]
     if guide is not None:
-        marks.append(Rule(guide, "x", "model", "dash", words, 1.4))
+        marks.append(Rule(guide, "x", "measured", "dash", "what chance alone gives", 1.3))
     shown = numbers[np.isfinite(numbers)]
     top = max([*shown, guide or 0.0, 1e-12])
     low = min([*shown, 0.0])
@@ -100,11 +105,15 @@ def _before_after(study: Study, column: int) -> Panel:
     curve = last.curve
     low, high = interval(curve.measured, curve.edf)
     before, after = f"first model: {first.model.name}", f"last model: {last.model.name}"
-    marks: list[Mark] = [Band(curve.tau, curve.low, curve.high, "c1", "95 % of chance if the last model is true")]
+    marks: list[Mark] = [
+        Band(curve.tau, curve.low, curve.high, "c1", "95 % of chance if the last model is true")
+    ]
     if len(study.ladder) > 1:
         marks.append(Line(first.curve.tau, first.curve.model, "model", before, 2.0, "dash"))
     marks.append(Line(curve.tau, curve.model, "c1", after, 2.2))
-    marks.append(Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high))
+    marks.append(
+        Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high)
+    )
     sure = curve.edf >= 2.0
     y = log_axis(
         in_unit("Allan deviation", study.recording.unit),
@@ -122,5 +131,8 @@ def _ending(study: Any) -> str:
     what = "no effect" if not added else f"{added} effect{'s' if added > 1 else ''}"
     if study.adequate:
         return f"{what} added; the last model agrees with the measurement"
-    why = {"nothing helps": "nothing in the catalogue helps further", "limit": "stopped at the limit"}
+    why = {
+        "nothing helps": "nothing in the catalogue helps further",
+        "limit": "stopped at the limit",
+    }
     return f"{what} added; {why.get(study.stopped_because, study.stopped_because)}, something is left unexplained"

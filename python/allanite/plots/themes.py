@@ -28,7 +28,9 @@ class Theme:
 
     def color(self, role: str) -> str:
         """Colour of a role."""
-        return {"text": self.text, "faint": self.faint, "grid": self.grid}.get(role) or self.roles[role]
+        return {"text": self.text, "faint": self.faint, "grid": self.grid}.get(role) or self.roles[
+            role
+        ]
 
 
 _LIGHT = Theme(
@@ -43,7 +45,7 @@ _LIGHT = Theme(
         "raw": "#9aa3b2",
         "model": "#D55E00",
         "before": "#8a93a3",
-        "fail": "#CC3311",
+        "fail": "#E6B800",
         "guide": "#6b7280",
         "c1": "#0072B2",
         "c2": "#009E73",
@@ -66,7 +68,7 @@ _DARK = Theme(
         "raw": "#6b7688",
         "model": "#F28E2B",
         "before": "#8a93a3",
-        "fail": "#FF6B57",
+        "fail": "#F0E442",
         "guide": "#8a93a3",
         "c1": "#56B4E9",
         "c2": "#2BC99B",

@@ -43,8 +43,14 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
     fit = check.fit
     panel = _panel(check.where.time, check.where.worst_time, fit.data.duration)
     marked = sum(int(m.marked.sum()) for m in panel.find(HeatMap))
-    what = "record too short for a map" if not check.where.time else (
-        f"{marked} cell{'s' if marked != 1 else ''} beyond chance" if marked else "no cell beyond chance"
+    what = (
+        "record too short for a map"
+        if not check.where.time
+        else (
+            f"{marked} cell{'s' if marked != 1 else ''} beyond chance"
+            if marked
+            else "no cell beyond chance"
+        )
     )
     figure = Figure(
         f"{recording_text(fit.recording)} · model {fit.model.name}",
@@ -76,7 +82,9 @@ def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, sp
         marked[a:b, c:d] = abs(float(row["z"])) > REMARKABLE
     limit = float(np.log2(FACTOR))
     ticks = ((-2.0, "≤ ¼"), (-1.0, "½"), (0.0, "1"), (1.0, "2"), (2.0, "≥ 4"))
-    heat = HeatMap(times / size, bands, values, limit, "measured over expected power", ticks, marked)
+    heat = HeatMap(
+        times / size, bands, values, limit, "measured over expected power", ticks, marked
+    )
     marks: list[Mark] = [heat]
     if worst is not None:
         marks.append(Span(worst[0] / size, worst[1] / size, "fail", "where the model fails"))

@@ -35,7 +35,12 @@ def unit_text(unit: str) -> str:
 
 def in_unit(words: str, unit: str) -> str:
     """``Allan deviation (°/s)``; a pure number has no bracket."""
-    return words if unit in ("", "1") else f"{words} ({unit_text(unit)})"
+    return words if unit in ("", "1") else bracket(words, unit_text(unit))
+
+
+def bracket(words: str, unit: str) -> str:
+    """A unit behind words, in brackets that do not meet its own."""
+    return f"{words} [{unit}]" if unit.startswith("(") else f"{words} ({unit})"
 
 
 def density_unit(unit: str) -> str:
@@ -63,7 +68,7 @@ def number(value: float, figures: int = 3) -> str:
 
 def values_text(values: dict[str, Any], most: int = 2) -> str:
     """``T 30.1 s, σ 0.0074 rad/s``: the parameters that say most, with units."""
-    found = []
+    found: list[str] = []
     for name in SHOWN:
         value = values.get(name)
         if not isinstance(value, Estimate) or len(found) == most:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ from allanite.units import ACCELERATION, ANGULAR_RATE, parse_unit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Role", "Table", "role_of", "sensor_kind", "split_unit"]
+__all__ = ["Picker", "Role", "Table", "columns_of", "role_of", "sensor_kind", "split_unit"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +25,8 @@ class Table:
     ----------
     names : tuple of str
         One a column, without units.
-    data : ndarray of shape (n, columns)
-        The numbers.
+    columns : tuple of (ndarray of shape (n,) or None)
+        The numbers; None where a column was not asked for and not read.
     units : tuple of (str or None)
         Unit of each column as the file says it, if it does.
     rate : float or None
@@ -37,13 +38,32 @@ class Table:
     """
 
     names: tuple[str, ...]
-    data: NDArray[Any]
+    columns: tuple[NDArray[Any] | None, ...]
     units: tuple[str | None, ...]
     rate: float | None = None
     time: NDArray[Any] | None = None
     named: bool = True
 
+    def __getitem__(self, at: int) -> NDArray[Any]:
+        """Return a column that was asked for."""
+        column = self.columns[at]
+        if column is None:
+            raise IndexError(f"column {self.names[at]} was not read")
+        return column
 
+    @property
+    def n(self) -> int:
+        """Number of rows."""
+        return next((len(c) for c in self.columns if c is not None), 0)
+
+
+def columns_of(data: NDArray[Any]) -> tuple[NDArray[Any], ...]:
+    """Split an array of shape (n,) or (n, k) into its columns, without a copy."""
+    return (data,) if data.ndim == 1 else tuple(data[:, i] for i in range(data.shape[1]))
+
+
+# From names and units of all columns to the indices of those that will be used.
+Picker = Callable[[Sequence[str], Sequence[str | None]], Sequence[int]]
 Role = str  # "sensor", "time", "temperature", "other"
 
 _WITH_UNIT = re.compile(

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.readers._table import Table, role_of
+from allanite.readers._table import Table, columns_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     from numpy.typing import NDArray
+
+    from allanite.readers._table import Picker
 
 __all__ = ["read"]
 
@@ -29,7 +31,7 @@ RATES = (
 )
 
 
-def read(path: Path) -> Table:
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """Read the numeric arrays of the longest common length, each a column or several.
 
     Structures are walked into; a scalar called Fs, rate, … is the sampling rate. An array of three
@@ -40,45 +42,32 @@ def read(path: Path) -> Table:
     InputError
         A damaged file, or no numeric array in it.
     """
-    arrays = dict(_v73(path) if _is_hdf5(path) else _v5(path))
+    found = dict(_v73(path) if _is_hdf5(path) else _v5(path))
     rate = next(
         (
             float(a.reshape(()))
-            for name, a in arrays.items()
+            for name, a in found.items()
             if a.size == 1 and name.split(".")[-1].lower() in RATES
         ),
         None,
     )
-    columns = {name: _tall(a) for name, a in arrays.items() if a.size > 1 and a.ndim <= 2}
-    if not columns:
-        raise InputError(f"{path}: no numeric array among {', '.join(arrays) or 'no variables'}")
-    n = max(len(a) for a in columns.values())
+    arrays = {name: _tall(a) for name, a in found.items() if a.size > 1 and a.ndim <= 2}
+    if not arrays:
+        raise InputError(f"{path}: no numeric array among {', '.join(found) or 'no variables'}")
+    n = max(len(a) for a in arrays.values())
     names: list[str] = []
-    parts: list[NDArray[Any]] = []
-    for name, a in columns.items():
+    columns: list[NDArray[Any]] = []
+    for name, a in arrays.items():
         if len(a) != n:
             continue
-        short = name.split(".")[-1] if _unique(name, columns) else name
+        short = name.split(".")[-1] if _unique(name, arrays) else name
         k = a.shape[1]
         suffixes = (
             [""] if k == 1 else [f"_{c}" for c in "xyz"] if k == 3 else [f"_{i}" for i in range(k)]
         )
         names += [short + suffix for suffix in suffixes]
-        parts.append(a)
-    time = next((i for i, name in enumerate(names) if role_of(name, None) == "time"), None)
-    data = np.concatenate(parts, axis=1)
-    if time is None:
-        return Table(tuple(names), data, (None,) * len(names), rate=rate)
-    keep = [i for i in range(len(names)) if i != time]
-    # Time stamps are kept apart, because as integers of nanoseconds they do not fit a double.
-    stamps = np.concatenate([p.astype(object) for p in parts], axis=1)[:, time]
-    return Table(
-        tuple(names[i] for i in keep),
-        data[:, keep],
-        (None,) * len(keep),
-        rate=rate,
-        time=np.array(stamps.tolist()),
-    )
+        columns += columns_of(a)
+    return Table(tuple(names), tuple(columns), (None,) * len(names), rate=rate)
 
 
 def _unique(name: str, columns: Mapping[str, Any]) -> bool:

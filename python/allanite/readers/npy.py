@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.readers._table import Table
+from allanite.readers._table import Table, columns_of
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from allanite.readers._table import Picker
 
 __all__ = ["read"]
 
 MAPPED = 1 << 26  # bytes above which a file is mapped, not read
 
 
-def read(path: Path) -> Table:
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """Read an array of shape (n,) or (n, columns); pickled objects are never loaded."""
     try:
         # A large array stays in its file, and need not fit into memory.
@@ -42,4 +44,4 @@ def read(path: Path) -> Table:
         )
     k = data.shape[1]
     names = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
-    return Table(names, data, (None,) * k, named=False)
+    return Table(names, columns_of(data), (None,) * k, named=False)

@@ -9,17 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.readers._table import Table
+from allanite.readers._table import Table, columns_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
 
+    from allanite.readers._table import Picker
+
 __all__ = ["read"]
 
 
-def read(path: Path) -> Table:
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """Read the array ``data`` (n,) or (n, channels) with what stands beside it.
 
     Raises
@@ -50,7 +52,7 @@ def read(path: Path) -> Table:
         raise InputError(f"{path}: 'rate_hz' must be one number, found shape {rate.shape}")
     return Table(
         names=names or (("x",) if k == 1 else tuple(f"x{i}" for i in range(k))),
-        data=data,
+        columns=columns_of(data),
         units=units or (None,) * k,
         rate=None if rate is None else float(rate.reshape(())),
         time=time,

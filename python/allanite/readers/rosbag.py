@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.readers._table import Table
+from allanite.readers._table import Table, columns_of
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from allanite.readers._table import Picker
 
 __all__ = ["read"]
 
@@ -18,7 +20,7 @@ NAMES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
 UNITS = ("rad/s",) * 3 + ("m/s^2",) * 3  # REP 103
 
 
-def read(path: Path) -> Table:
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """Read the first topic of type ``sensor_msgs/msg/Imu``, stamped by its headers.
 
     Raises
@@ -63,4 +65,4 @@ def _imu(bag, path: Path) -> Table:  # type: ignore[no-untyped-def]  # noqa: ANN
     if not rows:
         raise InputError(f"{path}: topic {topic} holds no message")
     time = np.array(stamps, dtype=np.int64).astype("datetime64[ns]")
-    return Table(NAMES, np.array(rows), UNITS, time=time)
+    return Table(NAMES, columns_of(np.array(rows)), UNITS, time=time)

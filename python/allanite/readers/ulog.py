@@ -12,6 +12,8 @@ from allanite.readers._table import Table
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from allanite.readers._table import Picker
+
 __all__ = ["read"]
 
 # Topics with inertial samples, best first: raw FIFO-decimated samples before combined ones.
@@ -22,7 +24,7 @@ FIELDS = {
 }
 
 
-def read(path: Path) -> Table:
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """Read ``sensor_combined``, or else ``sensor_gyro`` or ``sensor_accel``, first instance.
 
     Raises
@@ -59,7 +61,7 @@ def read(path: Path) -> Table:
     )
     return Table(
         tuple(columns),
-        np.column_stack(list(columns.values())),
+        tuple(columns.values()),
         tuple(units),
         # Microseconds since boot; as nanoseconds their magnitude cannot be mistaken.
         time=data[key].astype(np.int64).astype("datetime64[us]"),

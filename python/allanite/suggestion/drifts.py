@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite import _kernels
 from allanite.effects.bias_step import BiasStep
 from allanite.effects.covariate import Covariate
 from allanite.effects.rate_ramp import RateRamp
 from allanite.effects.warm_up import WarmUp
+from allanite.fit.data import density
 from allanite.fit.engine import Solution, solve
 from allanite.fit.matched import grid_points, matched_gains
 from allanite.suggestion.evidence import arc_length
@@ -23,6 +25,9 @@ from allanite.suggestion.spectral import Candidate, Screen
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.data import Data
+
+#: Ordinates on which a column's own consistency is judged.
+LOW = 8192
 
 __all__ = ["screen_covariates", "screen_drifts", "screen_steps"]
 
@@ -86,9 +91,37 @@ def _refit(
     if rival is not None and gain > 0.0:
         beside = solve(data, rival.model + refitted.model.effects[-1], polish=False, rounds=4)
         gain = min(gain, beside.log_likelihood - rival.log_likelihood)
-    if gain <= 0.0:
+    if gain <= 0.0 or (family == "covariate" and not _consistent(refitted, data)):
         return None
     shapes = sum(p.role in {"shape", "coefficient"} for p in effect.parameters)
     if effect.values.get("quadratic", 0.0) is None:
         shapes -= 1
     return Candidate(refitted.model.effects[-1], gain, family, refitted, shapes)
+
+
+def _consistent(solution: Solution, data: Data) -> bool:
+    """Whether a column explains the samples with one sign at slow and at fast time scales.
+
+    The ordinates are split where half the information on the coefficient lies below. A chance likeness of two slow
+    series explains the slow half only, and has any sign in the other.
+    """
+    effect = solution.model.deterministic[-1]
+    series = np.ascontiguousarray(effect.regressors(data.time, data.covariates)[:, 0])
+    j = np.arange(1, data.n, dtype=np.int64)
+    z = _kernels.cosine_transform(series)[1:]
+    variance = density(data.terms(solution.model), j, data.n) if data.n <= LOW else None
+    if variance is None:
+        j, z = j[:LOW], z[:LOW]
+        variance = density(data.terms(solution.model), j, data.n)
+    weight = z**2 / variance
+    split = int(np.searchsorted(np.cumsum(weight), 0.5 * weight.sum())) + 1
+    target = solution.ordinates[j] + z * float(effect.amplitudes()[0])
+    slow, fast = (
+        (float((z[p] * target[p] / variance[p]).sum()), float(weight[p].sum()))
+        for p in (slice(None, split), slice(split, None))
+    )
+    if min(slow[1], fast[1]) <= 0.0:
+        return True
+    a, b = slow[0] / slow[1], fast[0] / fast[1]
+    spread = np.sqrt(1.0 / slow[1] + 1.0 / fast[1])
+    return bool(a * b > 0.0 or abs(a - b) < 3.0 * spread)

@@ -131,9 +131,11 @@ def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, 
         "covariate": screen_covariates(base, data, rival),
     }
     progress()
+    outliers = screen_outliers(base, data, samples)
     single = (
-        screen_levels(base, data, ordinates),
-        screen_outliers(base, data, samples),
+        # Outliers crowd by chance; levels are judged once they are out.
+        screen_levels(base, data, ordinates) if outliers is None else None,
+        outliers,
         screen_bursts(spectral.candidates, base, data),
     )
     progress()

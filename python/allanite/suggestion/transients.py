@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.criticism.over_time import band_powers
+from allanite.criticism.over_time import band_powers, expected_level
 from allanite.effects import Model
 from allanite.effects.burst_noise import BurstNoise
 from allanite.effects.noise_level_change import NoiseLevelChange
@@ -37,12 +37,14 @@ def screen_levels(
     power, share = _white_power(solution, data, whitened)
     if power is None:
         return None
+    edges = np.linspace(data.start, data.start + data.duration, power.size + 1)
+    power = power / (1.0 + share * (expected_level(solution, edges) - 1.0))
     cells = min(COARSE, power.size // 8)
     if cells < 8:
         return None
     start, end, gain = _best_interval(power, cells)
     if cells < FINE <= power.size // 8:
-        start, end, gain = _refine(power, start, end)
+        start, end, gain = _refine(power, start, end, power.size // cells)
     inside = power[start:end].mean()
     outside = np.delete(power, np.s_[start:end]).mean() if end - start < power.size else 1.0
     ratio = float(inside / outside)
@@ -123,8 +125,11 @@ def _two_levels(
     return np.asarray(-(count * np.log(a / mean) + (n - count) * np.log(b / mean)))
 
 
-def _refine(power: NDArray[np.float64], start: int, end: int) -> tuple[int, int, float]:
-    """Move each boundary, one after the other, over the finest axis within two coarse cells."""
+def _refine(power: NDArray[np.float64], start: int, end: int, least: int) -> tuple[int, int, float]:
+    """Move each boundary, one after the other, over the finest axis within two coarse cells.
+
+    The interval keeps at least `least` values: anything shorter is an outlier, not a level.
+    """
     reach = 2 * power.size // COARSE
     total = np.concatenate([[0.0], np.cumsum(power)])
     n, gain = float(power.size), -np.inf
@@ -136,7 +141,7 @@ def _refine(power: NDArray[np.float64], start: int, end: int) -> tuple[int, int,
             low, high = (
                 (np.full(tried.size, start), tried) if side else (tried, np.full(tried.size, end))
             )
-            usable = (high - low > 0) & (high - low < power.size)
+            usable = (high - low >= least) & (high - low < power.size)
             value = np.full(tried.size, -np.inf)
             value[usable] = _two_levels(
                 total[high[usable]] - total[low[usable]],
@@ -155,7 +160,7 @@ def screen_outliers(
 ) -> Candidate | None:
     """Samples of the whitened record beyond what n normal ones reach once in a hundred records.
 
-    The scale is the median's, which outliers do not move; the gain is what giving each its own level would raise logL
+    The scale is that of quantiles, which a few per cent of outliers do not move; the gain is what giving each its own level would raise logL
     by, less the ln n of choosing it.
     """
     from scipy.special import log_ndtr, ndtri_exp
@@ -163,7 +168,9 @@ def screen_outliers(
     if any(e.kind == "outliers" for e in solution.model):
         return None
     centre = np.median(samples)
-    scale = 1.4826 * float(np.median(np.abs(samples - centre)))
+    # The widest of three quantiles: noise that is merely not normal has no outliers.
+    size = np.abs(samples - centre)
+    scale = float(np.max(np.quantile(size, [0.5, 0.6827, 0.9545]) / [0.6745, 1.0, 2.0]))
     if scale == 0.0:
         return None
     z = np.abs(samples - centre) / scale

@@ -19,7 +19,9 @@ def explain(effect: Effect, found: Fit, before: Fit) -> str:
     """One or two sentences: name and numbers, where and how much of the deviation, physics."""
     values = found.estimates[-1]
     numbers = ", ".join(
-        f"{n} = {float(v):.3g} {v.unit}" for n, v in values.items() if isinstance(v, Estimate)
+        f"{n} = {float(v):.3g}{'' if v.unit == '1' else ' ' + v.unit}"
+        for n, v in values.items()
+        if isinstance(v, Estimate)
     )
     name = before.display_name(effect)
     text = f"{name} ({numbers})" if numbers else name

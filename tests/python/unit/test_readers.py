@@ -208,8 +208,8 @@ def test_pickles_are_never_loaded(tmp_path):
         ("", {}, InputError, "empty"),
         ("# only a comment\n", {}, InputError, "no rows of numbers"),
         ("x,y\n", {}, InputError, "no rows of numbers"),
-        ("x,y\n1,2\n3,abc\n", {}, InputError, "row 3, column y: 'abc'"),
-        ("# c\n\nx,y\n1,2\n3,4\noops,6\n", {}, InputError, "row 6, column x: 'oops'"),
+        ("x,y\n1,2\n3,abc\n", {}, InputError, r'row 3, column 2 \(y\): "abc"'),
+        ("# c\n\nx,y\n1,2\n3,4\noops,6\n", {}, InputError, r'row 6, column 1 \(x\): "oops"'),
         ("x,y\n1,2\n3\n", {}, InputError, "row 3"),
         ("x,y\n1,2\n3,4,5\n", {}, InputError, "row 3"),
         ("x,y\n1,2\n3,\n4,\n", {}, InputError, "column y ends after 1 rows, others have 3"),
@@ -296,3 +296,18 @@ def test_real_recordings(data, name, columns, covariates, units):
     assert list(r.covariates) == covariates
     assert set(r.units) == units
     assert r.gaps == 0
+
+
+def test_columns_that_are_not_asked_for_may_hold_text(tmp_path):
+    text = "time,label,gyro\n" + "".join(f"{k},at rest,{k % 3}\n" for k in range(9))
+    path = write(tmp_path, text)
+    assert read(path, column="gyro").columns == ("gyro",)
+    with pytest.raises(InputError, match=r"label.*at rest"):
+        read(path)
+
+
+def test_whole_numbers_between_commas_are_not_decimal_commas(tmp_path):
+    path = write(tmp_path, "a,b\n1,2\n3,4\n5,6\n")
+    assert read(path, rate=1).samples.tolist() == [[1, 2], [3, 4], [5, 6]]
+    with pytest.raises(InputError, match="row 4"):
+        read(write(tmp_path, "a,b\n1,2\n3,4\n5\n6\n"), rate=1)

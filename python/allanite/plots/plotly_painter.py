@@ -1,0 +1,327 @@
+"""Figures on a page: plotly's JSON as plain Python, so that neither the page nor the report needs plotly to make it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from allanite.plots.spec import (
+    Axis,
+    Band,
+    Bars,
+    Figure,
+    HeatMap,
+    Line,
+    Mark,
+    Note,
+    Panel,
+    Points,
+    Rule,
+    Span,
+)
+from allanite.plots.themes import Theme, theme_of
+
+__all__ = ["paint"]
+
+FONT = "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif"
+DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
+#: Room between columns and rows of the grid, in parts of the figure.
+GAP_X, GAP_Y = 0.075, 0.03
+
+
+def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
+    """Turn a figure into ``{"data": […], "layout": {…}}`` of plain numbers, lists and texts.
+
+    Parameters
+    ----------
+    figure : Figure
+    theme : {"light", "dark"}
+
+    Returns
+    -------
+    dict
+        What ``Plotly.newPlot(div, data, layout)`` takes; no NaN (null instead).
+    """
+    look = theme_of(theme)
+    layout: dict[str, Any] = {
+        "paper_bgcolor": look.ground,
+        "plot_bgcolor": look.panel,
+        "font": {"family": FONT, "size": 12, "color": look.text},
+        "margin": {"l": 70, "r": 20, "t": 90, "b": 120},
+        "legend": {"orientation": "h", "x": 0, "y": -0.14, "yanchor": "top", "font": {"size": 11}},
+        "hovermode": "closest",
+        "title": _title(figure, look),
+        "shapes": [],
+        "annotations": [],
+    }
+    data: list[dict[str, Any]] = []
+    named: set[str] = set()
+    bare = _bare_columns(figure)
+    for number, panel in enumerate(figure.panels, 1):
+        suffix = "" if number == 1 else str(number)
+        across = _domain(figure.widths, panel.column, 1, GAP_X, bare)
+        down = _domain(figure.heights, panel.row, panel.rows, GAP_Y)
+        upright = [1.0 - down[1], 1.0 - down[0]]
+        layout[f"xaxis{suffix}"] = _axis(panel.x, panel, across, f"y{suffix}", panel.show_x, look)
+        layout[f"yaxis{suffix}"] = _axis(panel.y, panel, upright, f"x{suffix}", panel.show_y, look)
+        partner = _partner(figure, panel)
+        if partner is not None:
+            layout[f"xaxis{suffix}"]["matches"] = partner
+        if panel.title:
+            layout["annotations"].append(
+                {
+                    "text": f"<b>{panel.title}</b>",
+                    "x": across[0],
+                    "y": upright[1],
+                    "xref": "paper",
+                    "yref": "paper",
+                    "xanchor": "left",
+                    "yanchor": "bottom",
+                    "showarrow": False,
+                }
+            )
+        for mark in panel.marks:
+            _draw(mark, suffix, data, layout, look)
+    _name_once(data, named)
+    return {"data": data, "layout": layout}
+
+
+def _title(figure: Figure, look: Theme) -> dict[str, Any]:
+    rest = figure.subtitle.replace("\n", "<br>")
+    text = f"<b>{figure.title}</b>" + (
+        f"<br><span style='font-size:12px'>{rest}</span>" if rest else ""
+    )
+    return {
+        "text": text,
+        "x": 0.01,
+        "xanchor": "left",
+        "y": 0.98,
+        "yanchor": "top",
+        "font": {"size": 15, "color": look.text},
+    }
+
+
+def _bare_columns(figure: Figure) -> frozenset[int]:
+    """Columns without tick texts on the left, which may stand closer to their neighbour."""
+    return frozenset(p.column for p in figure.panels if not p.show_y)
+
+
+def _domain(
+    sizes: tuple[float, ...], place: int, span: int, gap: float, bare: frozenset[int] = frozenset()
+) -> list[float]:
+    """First and last part (0 … 1) of a row or column, with gaps between."""
+    gaps = [0.25 * gap if i + 1 in bare else gap for i in range(len(sizes) - 1)]
+    unit = (1.0 - sum(gaps)) / sum(sizes)
+    start = sum(s * unit for s in sizes[:place]) + sum(gaps[:place])
+    inside = sizes[place : place + span]
+    return [start, start + sum(s * unit for s in inside) + sum(gaps[place : place + span - 1])]
+
+
+def _partner(figure: Figure, panel: Panel) -> str | None:
+    """The panel above whose x axis this one shares: they zoom together."""
+    for number, other in enumerate(figure.panels, 1):
+        if other is not panel and other.column == panel.column and other.x == panel.x:
+            return None if other.row > panel.row else ("x" if number == 1 else f"x{number}")
+    return None
+
+
+def _axis(
+    axis: Axis, panel: Panel, domain: list[float], anchor: str, show: bool, look: Theme
+) -> dict[str, Any]:
+    ends = [math.log10(axis.low), math.log10(axis.high)] if axis.log else [axis.low, axis.high]
+    return {
+        "type": "log" if axis.log else "linear",
+        "domain": domain,
+        "anchor": anchor,
+        "range": ends[::-1] if axis.reverse else ends,
+        "tickmode": "array",
+        "tickvals": [v for v, _ in axis.ticks],
+        "ticktext": [t.replace("\n", "<br>") for _, t in axis.ticks],
+        "showticklabels": show,
+        "title": {"text": axis.label if show else "", "standoff": 8},
+        "showgrid": panel.grid,
+        "gridcolor": look.grid,
+        "linecolor": look.faint,
+        "showline": True,
+        "ticks": "outside",
+        "tickcolor": look.faint,
+        "zeroline": False,
+        "automargin": True,
+    }
+
+
+def _numbers(values: Any) -> list[float | None]:
+    return [float(v) if math.isfinite(v) else None for v in np.asarray(values, dtype=float)]
+
+
+def _rgba(color: str, alpha: float) -> str:
+    red, green, blue = (int(color[i : i + 2], 16) for i in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{alpha})"
+
+
+def _draw(
+    mark: Mark,
+    suffix: str,
+    data: list[dict[str, Any]],
+    layout: dict[str, Any],
+    look: Theme,
+) -> None:
+    axes = {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"}
+    match mark:
+        case Line():
+            line = {"color": look.color(mark.color), "width": mark.width, "dash": DASHES[mark.dash]}
+            data.append(_trace(mark.x, mark.y, mark.label, axes) | {"mode": "lines", "line": line})
+        case Points():
+            data.append(_points(mark, axes, look))
+        case Band():
+            x = np.concatenate([mark.x, mark.x[::-1]])
+            y = np.concatenate([mark.high, mark.low[::-1]])
+            shape = {"mode": "lines", "line": {"width": 0}, "fill": "toself", "hoverinfo": "skip"}
+            fill = {"fillcolor": _rgba(look.color(mark.color), 0.2)}
+            data.append(_trace(x, y, mark.label, axes) | shape | fill)
+        case Span():
+            box = {"x0": mark.low, "x1": mark.high, "y0": 0, "y1": 1, "layer": "below"}
+            color = {"fillcolor": _rgba(look.color(mark.color), 0.25), "line": {"width": 0}}
+            refs = {"xref": f"x{suffix}", "yref": f"y{suffix} domain"}
+            layout["shapes"].append({"type": "rect", **box, **color, **refs})
+            square = {"symbol": "square", "size": 12, "color": color["fillcolor"]}
+            data.append(
+                _trace([None], [None], mark.label, axes) | {"mode": "markers", "marker": square}
+            )
+        case Rule():
+            _rule(mark, axes, suffix, data, layout, look)
+        case Bars():
+            data.append(
+                {
+                    "type": "bar",
+                    "orientation": "h",
+                    "x": _numbers(mark.values),
+                    "y": list(range(mark.values.size)),
+                    "text": list(mark.texts),
+                    "textposition": "outside",
+                    "cliponaxis": False,
+                    "width": 0.5,
+                    "marker": {"color": [look.color(c) for c in mark.colors]},
+                    "showlegend": False,
+                    "hoverinfo": "x",
+                    **axes,
+                }
+            )
+        case HeatMap():
+            _heat(mark, axes, suffix, data, layout, look)
+        case Note():
+            place = {
+                "x": mark.x,
+                "y": mark.y,
+                "xref": f"x{suffix} domain",
+                "yref": f"y{suffix} domain",
+            }
+            font = {"color": look.color(mark.color), "size": 14}
+            layout["annotations"].append(
+                {"text": mark.text, "showarrow": False, "font": font, **place}
+            )
+
+
+def _trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
+    plain = [[None] if list(v) == [None] else _numbers(v) for v in (x, y)]
+    return {
+        "type": "scatter",
+        "x": plain[0],
+        "y": plain[1],
+        "name": label,
+        "showlegend": bool(label),
+        **({"legendgroup": label} if label else {}),
+        **axes,
+    }
+
+
+def _points(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, Any]:
+    color = look.color(mark.color)
+    symbol = "circle-open" if mark.hollow else "circle"
+    trace = _trace(mark.x, mark.y, mark.label, axes)
+    trace |= {
+        "mode": "markers",
+        "marker": {"color": color, "size": 1.5 * mark.size, "symbol": symbol},
+    }
+    if mark.low is not None and mark.high is not None:
+        trace["error_y"] = {
+            "type": "data",
+            "symmetric": False,
+            "array": _numbers(mark.high - mark.y),
+            "arrayminus": _numbers(mark.y - mark.low),
+            "color": color,
+            "thickness": 1,
+            "width": 0,
+        }
+    return trace
+
+
+def _rule(
+    mark: Rule,
+    axes: dict[str, str],
+    suffix: str,
+    data: list[dict[str, Any]],
+    layout: dict[str, Any],
+    look: Theme,
+) -> None:
+    line = {"color": look.color(mark.color), "width": mark.width, "dash": DASHES[mark.dash]}
+    if mark.axis == "x":
+        ends = {"x0": mark.value, "x1": mark.value, "y0": 0, "y1": 1}
+        refs = {"xref": f"x{suffix}", "yref": f"y{suffix} domain"}
+    else:
+        ends = {"x0": 0, "x1": 1, "y0": mark.value, "y1": mark.value}
+        refs = {"xref": f"x{suffix} domain", "yref": f"y{suffix}"}
+    layout["shapes"].append({"type": "line", "line": line, "layer": "below", **ends, **refs})
+    if mark.label:
+        data.append(_trace([None], [None], mark.label, axes) | {"mode": "lines", "line": line})
+
+
+def _heat(
+    mark: HeatMap,
+    axes: dict[str, str],
+    suffix: str,
+    data: list[dict[str, Any]],
+    layout: dict[str, Any],
+    look: Theme,
+) -> None:
+    low, middle, high = look.diverging
+    data.append(
+        {
+            "type": "heatmap",
+            "x": _numbers(mark.x_edges),
+            "y": _numbers(mark.y_edges),
+            "z": [_numbers(row) for row in mark.values],
+            "zmin": -mark.limit,
+            "zmax": mark.limit,
+            "colorscale": [[0, low], [0.5, middle], [1, high]],
+            "colorbar": {
+                "title": {"text": mark.label, "side": "right"},
+                "tickvals": [v for v, _ in mark.ticks],
+                "ticktext": [t for _, t in mark.ticks],
+                "outlinewidth": 0,
+            },
+            "hovertemplate": "2^%{z:.2f} × expected<extra></extra>",
+            **axes,
+        }
+    )
+    for row, column in np.argwhere(mark.marked):
+        box = {
+            "x0": float(mark.x_edges[column]),
+            "x1": float(mark.x_edges[column + 1]),
+            "y0": float(mark.y_edges[row]),
+            "y1": float(mark.y_edges[row + 1]),
+        }
+        refs = {"xref": f"x{suffix}", "yref": f"y{suffix}"}
+        line = {"color": look.text, "width": 1}
+        layout["shapes"].append({"type": "rect", "line": line, **box, **refs})
+
+
+def _name_once(data: list[dict[str, Any]], named: set[str]) -> None:
+    """One entry of the legend a label; a click on it hides all that bear the label."""
+    for trace in data:
+        label = trace.get("name", "")
+        if trace.get("showlegend") and label in named:
+            trace["showlegend"] = False
+        named.add(label)

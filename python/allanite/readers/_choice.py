@@ -1,0 +1,127 @@
+"""Which columns of a log are the samples, the time stamps and the covariates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from allanite.errors import InputError
+from allanite.readers._table import role_of, sensor_kind
+from allanite.recording import find_column
+from allanite.units import parse_unit, rate_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["Choice", "Request", "choose", "unit_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What the caller said about a log."""
+
+    rate: float | None
+    unit: str | None
+    quantity: str | None
+    columns: tuple[str | int, ...]
+    covariates: tuple[str, ...]
+    time_column: str | int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Indices of the columns to use."""
+
+    samples: tuple[int, ...]
+    covariates: tuple[int, ...]
+    time: int | None
+
+    @property
+    def all(self) -> list[int]:
+        """All of them."""
+        return [*self.samples, *self.covariates, *([] if self.time is None else [self.time])]
+
+
+def choose(
+    names: Sequence[str],
+    units: Sequence[str | None],
+    request: Request,
+    where: str,
+    *,
+    stamped: bool = False,
+    time_at: int | None = None,
+) -> Choice:
+    """Choose columns by their names and units.
+
+    Parameters
+    ----------
+    names, units : sequence
+        Of all columns of the log.
+    request : Request
+        What the caller said.
+    where : str
+        Name of the log, for messages.
+    stamped : bool
+        The log keeps its time stamps apart from the columns.
+    time_at : int, optional
+        Column of time stamps, found by its numbers.
+
+    Raises
+    ------
+    InputError
+        An unknown column, or no sensor among them; the columns are listed.
+    """
+    roles = [role_of(name, unit) for name, unit in zip(names, units, strict=True)]
+    apart = stamped and request.time_column in (None, "t", "time")
+    if request.time_column is not None and not apart:
+        time_at = find_column(request.time_column, names, where)
+    elif time_at is None and not apart and "time" in roles:
+        time_at = roles.index("time")
+    if request.columns:
+        found = dict.fromkeys(find_column(name, names, where) for name in request.columns)
+        samples = tuple(found)
+    else:
+        samples = _sensors(names, roles, request.unit, time_at, where)
+    covariates = [i for i, role in enumerate(roles) if role == "temperature" and i not in samples]
+    for name in request.covariates:
+        at = find_column(name, names, where)
+        if at not in covariates and at not in samples:
+            covariates.append(at)
+    return Choice(samples, tuple(covariates), time_at)
+
+
+def _sensors(
+    names: Sequence[str], roles: Sequence[str], unit: str | None, time_at: int | None, where: str
+) -> tuple[int, ...]:
+    found = [i for i, role in enumerate(roles) if role == "sensor" and i != time_at]
+    if unit is not None:
+        # Gyroscopes and accelerometers in one file: a unit given for one kind chooses it.
+        kind = parse_unit(unit).kind if unit != "1" else None
+        kinds = [sensor_kind(names[i]) for i in found]
+        if kind in kinds:
+            found = [i for i, k in zip(found, kinds, strict=True) if k == kind]
+    if not found:
+        raise InputError(
+            f"{where}: no sensor column found among {', '.join(names)}: name it with --column"
+        )
+    return tuple(found)
+
+
+def unit_of(name: str, own: str | None, given: str | None, quantity: str, where: str) -> str:
+    """Return the unit of a column: the file's and the caller's must not contradict each other."""
+    if given is None:
+        if own == "s" and quantity == "rate":
+            raise InputError(f"{where}: column {name} is in s: give --quantity angle for a phase")
+        return own or "1"
+    if own is None:
+        return given
+    try:
+        said = rate_unit(own, quantity)
+    except InputError:
+        return given
+    if said.name != rate_unit(given, quantity).name:
+        raise InputError(
+            f"{where}: column {name} is in {own} by the file, {given} by --unit: leave --unit"
+            " out, or convert with --output-unit"
+        )
+    return given

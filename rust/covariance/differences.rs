@@ -1,0 +1,153 @@
+//! Differences of a power-like kernel at a spacing, without cancellation far from its kink.
+//!
+//! Δ_i^o f(x) = Σ_a (−1)^{o−a} C(o,a) f(x + (a − o/2) i) = (2 sinh(iD/2))^o f: near x = 0 the sum itself, far from it
+//! the series in i/x.
+
+use super::powers::{Powers, TERMS, power};
+
+/// Terms of the series; at x ≥ 4 o i each is at least 64 times smaller than the one before.
+const SERIES: usize = 8;
+
+/// x^p Σ_n (α_n + β_n ln x) x^{−2n}.
+#[derive(Debug, Clone)]
+struct Series {
+    p: f64,
+    terms: [(f64, f64); SERIES],
+}
+
+impl Series {
+    fn at(&self, x: f64) -> f64 {
+        let inverse = 1.0 / (x * x);
+        let (mut plain, mut with_log) = (0.0, 0.0);
+        for (a, b) in self.terms.iter().rev() {
+            plain = plain * inverse + a;
+            with_log = with_log * inverse + b;
+        }
+        if with_log != 0.0 {
+            plain += with_log * x.ln();
+        }
+        plain * power(x, self.p)
+    }
+
+    /// Applies Σ_k g_k D^{first + 2k} to a tail.
+    fn of(kernel: &Powers, first: usize, g: &[f64; SERIES]) -> Self {
+        let mut terms = [(0.0, 0.0); SERIES];
+        for q in 0..TERMS {
+            let mut r = kernel.p - 2.0 * q as f64;
+            let (mut a, mut b) = kernel.tail[q];
+            let mut differentiate = || {
+                (a, b) = (r * a + b, r * b);
+                r -= 1.0;
+                (a, b)
+            };
+            let mut current = (0.0, 0.0);
+            for _ in 0..first {
+                current = differentiate();
+            }
+            for k in 0..SERIES - q {
+                terms[k + q].0 += g[k] * current.0;
+                terms[k + q].1 += g[k] * current.1;
+                differentiate();
+                current = differentiate();
+            }
+        }
+        Self { p: kernel.p - first as f64, terms }
+    }
+}
+
+/// Coefficients of (2 sinh(iD/2))^o / D^o in D².
+fn hyperbolic(i: f64, order: usize) -> [f64; SERIES] {
+    let mut base = [0.0; SERIES];
+    let mut value = i;
+    for (k, slot) in base.iter_mut().enumerate() {
+        *slot = value;
+        value *= (i / 2.0).powi(2) / ((2 * k + 2) * (2 * k + 3)) as f64;
+    }
+    (1..order).fold(base, |product, _| convolve(&product, &base))
+}
+
+fn convolve(a: &[f64; SERIES], b: &[f64; SERIES]) -> [f64; SERIES] {
+    let mut out = [0.0; SERIES];
+    for (i, x) in a.iter().enumerate() {
+        for (j, y) in b.iter().take(SERIES - i).enumerate() {
+            out[i + j] += x * y;
+        }
+    }
+    out
+}
+
+/// Signs and binomial coefficients of a difference.
+pub fn binomial(order: usize) -> &'static [f64] {
+    if order == 2 { &[1.0, -2.0, 1.0] } else { &[-1.0, 3.0, -3.0, 1.0] }
+}
+
+/// The differences of one kernel at one spacing.
+pub struct Spaced<'a> {
+    kernel: &'a Powers,
+    i: f64,
+    order: usize,
+    far: f64,
+    g: [f64; SERIES],
+    series: Series,
+}
+
+impl<'a> Spaced<'a> {
+    pub fn new(kernel: &'a Powers, i: usize, order: usize) -> Self {
+        let i = i as f64;
+        let reach = i * order as f64 / 2.0;
+        let exact = kernel.table.len() as f64 + reach;
+        let far = if kernel.polynomial { exact } else { exact.max(8.0 * reach) };
+        let g = hyperbolic(i, order);
+        Self { kernel, i, order, far, g, series: Series::of(kernel, order, &g) }
+    }
+
+    /// Δ_i^o of the kernel at centre `x`.
+    pub fn at(&self, x: f64) -> f64 {
+        let sign = if x < 0.0 && self.order == 3 { -1.0 } else { 1.0 };
+        let x = x.abs();
+        if x >= self.far {
+            return sign * self.series.at(x);
+        }
+        let start = x - self.i * self.order as f64 / 2.0;
+        let sum: f64 = binomial(self.order)
+            .iter()
+            .enumerate()
+            .map(|(a, c)| c * self.kernel.at(start + a as f64 * self.i))
+            .sum();
+        sign * sum
+    }
+
+    /// Cross-covariance of differences at spacings i and j ≥ i whose centres are `t` ≥ 0 apart.
+    pub fn with(&self, j: usize) -> Crossed<'_> {
+        let j = j as f64;
+        let reach = j * self.order as f64 / 2.0;
+        let far = if self.kernel.polynomial { self.far + reach } else { (self.far + reach).max(8.0 * reach) };
+        let series = Series::of(self.kernel, 2 * self.order, &convolve(&self.g, &hyperbolic(j, self.order)));
+        Crossed { inner: self, j, far, series }
+    }
+}
+
+/// Two spacings together.
+pub struct Crossed<'a> {
+    inner: &'a Spaced<'a>,
+    j: f64,
+    far: f64,
+    series: Series,
+}
+
+impl Crossed<'_> {
+    pub fn at(&self, t: f64) -> f64 {
+        let order = self.inner.order;
+        let sign = if order == 3 { -1.0 } else { 1.0 };
+        if t >= self.far {
+            return sign * self.series.at(t);
+        }
+        let start = t - self.j * order as f64 / 2.0;
+        let sum: f64 = binomial(order)
+            .iter()
+            .enumerate()
+            .map(|(b, c)| c * self.inner.at(start + b as f64 * self.j))
+            .sum();
+        sign * sum
+    }
+}
