@@ -88,7 +88,7 @@ def one_column(x: object) -> NDArray[Any]:
     return array
 
 
-def _array(x: Any) -> NDArray[Any]:  # noqa: ANN401 anything array-like
+def _array(x: Any) -> NDArray[Any]:
     if isinstance(x, np.ma.MaskedArray):
         return np.asarray(x.astype(np.float64).filled(np.nan))
     array = np.asarray(x)

@@ -127,7 +127,9 @@ def fit_gls(
             f"{len(unit_terms)} effects and {m.size} averaging factors: use as many factors as effects"
         )
     if not (np.isfinite(target) & (target > 0)).all():
-        raise InputError("Allan variances must be positive numbers: leave out factors without an estimate")
+        raise InputError(
+            "Allan variances must be positive numbers: leave out factors without an estimate"
+        )
     columns = np.column_stack([_kernels.allan_variances(plain(t), n, m)[0] for t in unit_terms])
     # A first guess: each estimate known in proportion to its size and number of averages.
     covariance = np.diag(target**2 * m)
@@ -142,7 +144,7 @@ def fit_gls(
         ]
         if not mixture:
             raise InputError("no effect of the model fits the curve: all coefficients are 0")
-        expected, covariance = _kernels.allan_covariance(mixture, n, m)
+        _expected, covariance = _kernels.allan_covariance(mixture, n, m)
         before = columns @ squares
         squares, spread, chi2 = _kernels.gls_nonnegative(columns, target, covariance)
         if np.all(np.abs(columns @ squares / before - 1.0) < SETTLED):

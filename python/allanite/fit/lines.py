@@ -42,15 +42,15 @@ class DeviationLike(Protocol):
     """What is needed of an overlapping Allan deviation."""
 
     @property
-    def tau(self) -> NDArray[np.float64]: ...  # noqa: D102
+    def tau(self) -> NDArray[np.float64]: ...
     @property
-    def factors(self) -> NDArray[np.int64]: ...  # noqa: D102
+    def factors(self) -> NDArray[np.int64]: ...
     @property
-    def n(self) -> NDArray[np.int64]: ...  # noqa: D102
+    def n(self) -> NDArray[np.int64]: ...
     @property
-    def deviation(self) -> NDArray[np.float64]: ...  # noqa: D102
+    def deviation(self) -> NDArray[np.float64]: ...
     @property
-    def edf(self) -> NDArray[np.float64]: ...  # noqa: D102
+    def edf(self) -> NDArray[np.float64]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +132,8 @@ def read_lines(deviation: DeviationLike) -> LineReadings:
         Fewer than three averaging times with an estimate.
     """
     tau, m, sigma, edf = (
-        np.asarray(a) for a in (deviation.tau, deviation.factors, deviation.deviation, deviation.edf)
+        np.asarray(a)
+        for a in (deviation.tau, deviation.factors, deviation.deviation, deviation.edf)
     )
     good = np.isfinite(sigma) & (sigma > 0) & np.isfinite(edf)
     if np.count_nonzero(good) < 3:
@@ -180,9 +181,13 @@ def _read(
     sharp = [f[1] <= BLUNT for f in fits]
     if not any(sharp):
         return absent("no local slope is known well enough")
-    holds = [s and abs(f[0] - slope) < TOLERANCE + 2.0 * f[1] for f, s in zip(fits, sharp, strict=True)]
+    holds = [
+        s and abs(f[0] - slope) < TOLERANCE + 2.0 * f[1] for f, s in zip(fits, sharp, strict=True)
+    ]
     if not any(holds):
-        nearest = min((f[0] for f, s in zip(fits, sharp, strict=True) if s), key=lambda v: abs(v - slope))
+        nearest = min(
+            (f[0] for f, s in zip(fits, sharp, strict=True) if s), key=lambda v: abs(v - slope)
+        )
         return absent(f"no stretch of the curve has this slope (nearest {nearest:+.2f})")
     reason = ""
     from scipy.special import chdtri
@@ -236,7 +241,7 @@ def _slope(
 def _level(
     x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64], slope: float
 ) -> tuple[float, float]:
-    """ln of the line at τ = 1 s, and its standard error."""
+    """Ln of the line at τ = 1 s, and its standard error."""
     weights = np.linalg.solve(covariance, np.ones_like(x))
     total = float(weights.sum())
     return float(weights @ (y - slope * x)) / total, total**-0.5
@@ -320,7 +325,11 @@ def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
         k = int(np.argmin(np.abs(slopes - slope)))
         return float(10.0 ** (np.log10(sigma[k]) + slope * np.log10(at / tau[k]))), float(tau[k])
 
-    (n_value, n_tau), (k_value, k_tau), (plateau, b_tau) = read(-0.5, 1.0), read(0.5, 3.0), read(0.0, 1.0)
+    (n_value, n_tau), (k_value, k_tau), (plateau, b_tau) = (
+        read(-0.5, 1.0),
+        read(0.5, 3.0),
+        read(0.0, 1.0),
+    )
     return NearestSlopes(
         tau.copy(), sigma.copy(), n_value, k_value, plateau / FLICKER, n_tau, k_tau, b_tau
     )

@@ -81,7 +81,7 @@ def values_text(values: dict[str, Any], most: int = 2) -> str:
         value = values.get(name)
         if not isinstance(value, Estimate) or len(found) == most:
             continue
-        if name == "sigma" and value == 0.0 or name == "q_c" and values.get("sigma"):
+        if (name == "sigma" and value == 0.0) or (name == "q_c" and values.get("sigma")):
             continue  # one of the two: sigma says more, unless there is only a limit
         symbol = SYMBOLS.get(name, name)
         unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
