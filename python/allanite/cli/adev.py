@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
@@ -91,4 +91,4 @@ class _Measured:
         """Draw the curve with its interval."""
         from allanite.plots import plot_deviation
 
-        plot_deviation(self.deviation, path, recording=self.recording)
+        plot_deviation(self.deviation, path, recording=cast("Recording", self.recording))
