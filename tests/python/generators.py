@@ -1,0 +1,140 @@
+"""Noise of known law, made without the package: recursions, sums and an exact fractional difference.
+
+Every function takes a `numpy.random.Generator`, the number of samples and the rate in Hz first, and returns n samples.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+from scipy.signal import lfilter
+
+
+def white(rng, n, rate, N):
+    """Two-sided density N²."""
+    return N * np.sqrt(rate) * rng.standard_normal(n)
+
+
+def walk(rng, n, rate, K):
+    """Sum of steps of variance K²/rate."""
+    return np.cumsum(K / np.sqrt(rate) * rng.standard_normal(n))
+
+
+def quantization(rng, n, rate, Q):
+    """Derivative of an angle with an independent error of standard deviation Q at every sample."""
+    return np.diff(Q * rng.standard_normal(n + 1)) * rate
+
+
+def gauss_markov(rng, n, rate, q_c, T):
+    """AR(1), started in equilibrium."""
+    phi, sigma = np.exp(-1.0 / (rate * T)), q_c * np.sqrt(T / 2.0)
+    start = sigma * rng.standard_normal()
+    drive = [sigma * np.sqrt(1.0 - phi**2)]
+    return lfilter(drive, [1.0, -phi], rng.standard_normal(n), zi=[phi * start])[0]
+
+
+@lru_cache(maxsize=8)
+def _fractional(order, n, warm_up):
+    """Transform of the taps of (1 − z⁻¹)^(−order), long enough that the last n outputs are exact."""
+    total = n * (1 + warm_up)
+    k = np.arange(1, total)
+    taps = np.concatenate([[1.0], np.cumprod((k - 1 + order) / k)])
+    length = next_fast_len(total + n, real=True)
+    return total, length, rfft(taps, length)
+
+
+def power_law(rng, n, rate, exponent, level, warm_up=3):
+    """Density level²·(2πf)^exponent for −1 ≤ exponent < 1: fractional difference of white noise.
+
+    The record is the end of one 1 + `warm_up` times as long that started from nothing.
+    """
+    total, length, response = _fractional(-exponent / 2.0, n, warm_up)
+    drive = np.zeros(total)
+    drive[:] = rng.standard_normal(total)
+    out = irfft(response * rfft(drive, length), length)[total - n : total]
+    return level * rate ** ((exponent + 1.0) / 2.0) * out
+
+
+def flicker(rng, n, rate, B):
+    """Density B²/(2πf): the half-order difference."""
+    return power_law(rng, n, rate, -1.0, B)
+
+
+def sinusoid(n, rate, frequency, amplitude, phase=0.0):
+    """A line."""
+    return amplitude * np.sin(2.0 * np.pi * frequency * np.arange(n) / rate + phase)
+
+
+def ramp(n, rate, R):
+    """R·t."""
+    return R * np.arange(n) / rate
+
+
+def low_passed(rng, n, rate, N, cutoff):
+    """White noise through a continuous first-order lag, sampled: a fast Gauss-Markov process."""
+    w = 2.0 * np.pi * cutoff
+    return gauss_markov(rng, n, rate, N * w, 1.0 / w)
+
+
+def resonance(rng, n, rate, frequency, damping, rms):
+    """A mass on a spring shaken by white force: its exact two-state recursion, started in equilibrium.
+
+    The transition matrix is that of the oscillator; the covariance of the steps is what keeps diag(1, ω²) rms².
+    """
+    from scipy.linalg import expm
+
+    w = 2.0 * np.pi * frequency
+    step = expm(np.array([[0.0, 1.0], [-(w**2), -2.0 * damping * w]]) / rate)
+    balance = rms**2 * np.diag([1.0, w**2])
+    root = np.linalg.cholesky(balance - step @ balance @ step.T)
+    kicks = root @ rng.standard_normal((2, n))
+    first = np.sqrt(np.diag(balance)) * rng.standard_normal(2)
+    # Position alone obeys x[k+2] = tr(step) x[k+1] − det(step) x[k] + forcing (Cayley-Hamilton).
+    forcing = kicks[0, 1:] + step[0, 1] * kicks[1, :-1] - step[1, 1] * kicks[0, :-1]
+    second = step[0] @ first + kicks[0, 0]
+    poles = [1.0, -np.trace(step), np.linalg.det(step)]
+    zi = [np.trace(step) * second - poles[2] * first[0], -poles[2] * second]
+    return np.concatenate([[first[0], second], lfilter([1.0], poles, forcing, zi=zi)[0]])[:n]
+
+
+def telegraph(rng, n, rate, amplitude, dwell):
+    """Two levels; dwell times are exponential."""
+    count = int(n / rate / dwell * 1.5) + 100
+    switches = np.cumsum(rng.exponential(dwell, count))
+    side = np.searchsorted(switches, np.arange(n) / rate) % 2
+    return amplitude * (1.0 - 2.0 * side) * rng.choice([-1.0, 1.0])
+
+
+def step(n, rate, time, height):
+    """0, then `height`."""
+    return height * (np.arange(n) / rate >= time)
+
+
+def settling(n, rate, time_constant, amplitude):
+    """Exponential from the first sample."""
+    return amplitude * np.exp(-np.arange(n) / rate / time_constant)
+
+
+def louder(samples, rate, start, end, factor):
+    """The samples multiplied by `factor` between `start` and `end` (s)."""
+    time = np.arange(samples.size) / rate
+    return samples * np.where((time >= start) & (time < end), factor, 1.0)
+
+
+def spikes(rng, n, count, size):
+    """Isolated samples of ±size at random places."""
+    out = np.zeros(n)
+    out[rng.choice(n, count, replace=False)] = size * rng.choice([-1.0, 1.0], count)
+    return out
+
+
+def temperature(n, rate, period, swing=5.0):
+    """A day and its harmonics in °C: smooth, and not a sine."""
+    angle = 2.0 * np.pi * np.arange(n) / rate / period
+    return 20.0 + swing * (np.sin(angle) + 0.4 * np.sin(2.3 * angle + 1.0))
+
+
+def lagged(column, rate, lag):
+    """First-order lag of a column, begun in equilibrium."""
+    phi = np.exp(-1.0 / (rate * lag))
+    return lfilter([1.0 - phi], [1.0, -phi], column, zi=[phi * column[0]])[0]
