@@ -99,7 +99,8 @@ def values_text(values: dict[str, Any], most: int = 2) -> str:
 def effect_text(fit: Any, effect: Any) -> str:
     """Name of an effect for this sensor, with the column that it follows."""
     column = getattr(effect, "column", None)
-    return fit.display_name(effect) + (f" {column}" if column else "")
+    name = str(fit.display_name(effect))
+    return f"{name} {column}" if column else name
 
 
 def duration_text(seconds: float) -> str:
