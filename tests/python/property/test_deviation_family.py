@@ -28,7 +28,9 @@ def test_equals_allantools(kind, n):
     x = np.random.default_rng(n).normal(size=n)
     m = np.arange(1, max(2, n // 4))
     with np.errstate(all="ignore"):
-        tau, expected, _, _ = getattr(allantools, kind)(x, rate=1.0, data_type="freq", taus=m.astype(float))
+        tau, expected, _, _ = getattr(allantools, kind)(
+            x, rate=1.0, data_type="freq", taus=m.astype(float)
+        )
     kept = np.isin(m, np.round(tau))
     np.testing.assert_allclose(plain(kind, x, m)[kept], expected, rtol=1e-9)
 
@@ -75,7 +77,9 @@ def test_a_gap_leaves_the_terms_of_both_sides(kind, seed, n, hole):
 def test_integers_equal_their_doubles(kind):
     x = np.random.default_rng(7).integers(-1000, 1000, 500)
     estimator = getattr(deviation, kind)
-    np.testing.assert_allclose(estimator(x).deviation, estimator(x.astype(float)).deviation, rtol=1e-10)
+    np.testing.assert_allclose(
+        estimator(x).deviation, estimator(x.astype(float)).deviation, rtol=1e-10
+    )
 
 
 def test_theo1_takes_seconds_and_even_factors():

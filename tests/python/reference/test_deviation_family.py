@@ -52,7 +52,9 @@ def test_nbs14(kind):
     estimator = getattr(deviation, kind)
     digits = 5e-7 if "tot" in kind else 2e-8  # as many as are printed
     np.testing.assert_allclose(estimator(TEN, factors=[1, 2]).deviation, SHORT[kind], rtol=digits)
-    np.testing.assert_allclose(estimator(TEN / 7.0, factors=[1, 2]).deviation, np.array(SHORT[kind]) / 7, rtol=digits)
+    np.testing.assert_allclose(
+        estimator(TEN / 7.0, factors=[1, 2]).deviation, np.array(SHORT[kind]) / 7, rtol=digits
+    )
     curve = estimator(thousand(), factors=[1, 10, 100])
     np.testing.assert_allclose(curve.deviation, LONG[kind], rtol=digits)
     phase = np.concatenate([[0.0], np.cumsum(TEN - TEN.mean())])
@@ -70,7 +72,9 @@ def test_bias_is_divided_out_and_said():
 
 def test_theo1():
     curve = theo1(thousand(), factors=[10, 100, 1000])
-    np.testing.assert_allclose(curve.deviation, [0.107573989, 0.0317893126, 0.00505239963], rtol=1e-8)
+    np.testing.assert_allclose(
+        curve.deviation, [0.107573989, 0.0317893126, 0.00505239963], rtol=1e-8
+    )
     assert curve.n.tolist() == [4955, 45050, 500]
     np.testing.assert_array_equal(curve.tau, [7.5, 75.0, 750.0])
 
@@ -108,7 +112,13 @@ def test_parabolic_of_sigmatheta():
 @pytest.mark.parametrize(
     ("kind", "factors", "low", "high", "tolerance"),
     [
-        ("mdev", [8, 32, 128], [0.069840, 0.030466, 0.014874], [0.079481, 0.039933, 0.028584], 0.01),
+        (
+            "mdev",
+            [8, 32, 128],
+            [0.069840, 0.030466, 0.014874],
+            [0.079481, 0.039933, 0.028584],
+            0.01,
+        ),
         ("ohdev", [8, 32, 128], [0.10388, 0.040664, 0.023761], [0.11704, 0.051382, 0.041367], 0.01),
         ("adev", [16, 128], [0.056510, 0.026481], [0.070567, 0.055744], 0.02),
         ("hdev", [16, 128], [0.053296, 0.028841], [0.068811, 0.073807], 0.02),
