@@ -1,1 +1,315 @@
-//! (to come)
+//! Overlapping Allan variance of a stream, in constant memory, mergeable.
+//!
+//! Factors m = q·2^l with q < 32 and, above the first level, q ≥ 16. Level l keeps sums of 2^l samples, blocks of a
+//! grid anchored at sample 0 of the stream, and has a term at every block: stride s = 2^l, m/32 < s ≤ m/16 (every
+//! sample while m < 32). Blocks are added in pairs that the grid fixes, so that neither the lengths of the chunks nor
+//! the order of merging changes what is summed; of integers the sums are exact.
+
+use crate::deviation::sums::{self, Group, Width};
+use crate::phase::add_to;
+use crate::{Error, Result};
+
+/// Largest q + 1.
+const TOP: usize = 32;
+/// Blocks that the longest term spans.
+const SPAN: usize = 2 * (TOP - 1);
+/// Blocks that one pass takes.
+const PASS: usize = 4096;
+
+/// Factors of one octave: 16 ≤ q < 32, and those below 16 on the first level.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Grid {
+    low: Vec<usize>,
+    octave: Vec<usize>,
+}
+
+impl Grid {
+    /// `each` factors per octave, 1 … 16.
+    pub fn per_octave(each: usize) -> Result<Self> {
+        if !(1..=16).contains(&each) {
+            return Err(Error::Input(format!("{each} averaging times per octave: give 1 to 16")));
+        }
+        let octave: Vec<usize> = {
+            let mut all: Vec<_> =
+                (0..each).map(|i| (16.0 * 2_f64.powf(i as f64 / each as f64)).round() as usize).collect();
+            all.dedup();
+            all
+        };
+        let mut low: Vec<usize> = (1..=4)
+            .flat_map(|down| octave.iter().filter(move |q| *q % (1 << down) == 0).map(move |q| q >> down))
+            .collect();
+        low.sort_unstable();
+        low.dedup();
+        Ok(Self { low, octave })
+    }
+
+    fn at(&self, level: usize) -> Vec<usize> {
+        let low: &[usize] = if level == 0 { &self.low } else { &[] };
+        low.iter().chain(&self.octave).copied().collect()
+    }
+}
+
+/// One level: blocks not yet used as the first of a term, and the first blocks of the stream for merging.
+#[derive(Clone, Debug)]
+struct Level {
+    /// Grid index of the first block of this stretch.
+    start: u64,
+    /// First blocks, at most `SPAN`.
+    head: Vec<f64>,
+    /// Blocks from grid index `next` on.
+    tail: Vec<f64>,
+    next: u64,
+    sums: Vec<[f64; 2]>,
+    counts: Vec<u64>,
+}
+
+impl Level {
+    fn new(start: u64, factors: usize) -> Self {
+        Self {
+            start,
+            head: vec![],
+            tail: vec![],
+            next: start,
+            sums: vec![[0.0; 2]; factors],
+            counts: vec![0; factors],
+        }
+    }
+
+    fn end(&self) -> u64 {
+        self.next + self.tail.len() as u64
+    }
+
+    fn push(&mut self, blocks: &[f64]) {
+        let room = SPAN.saturating_sub(self.head.len()).min(blocks.len());
+        if self.start + self.head.len() as u64 == self.end() {
+            self.head.extend_from_slice(&blocks[..room]);
+        }
+        self.tail.extend_from_slice(blocks);
+    }
+}
+
+/// A stretch of a stream: everything needed to continue it, to join it with its neighbours, and to read it.
+#[derive(Clone, Debug)]
+pub struct Accumulator {
+    grid: Grid,
+    start: u64,
+    samples: u64,
+    gaps: u64,
+    origin: Option<f64>,
+    levels: Vec<Level>,
+    width: Width,
+}
+
+/// What an accumulator knows: factor, stride, Σ d², number of terms.
+pub type Reading = Vec<(u64, u64, f64, u64)>;
+
+impl Accumulator {
+    /// An empty stretch that begins with sample `start` of its stream.
+    pub fn new(grid: Grid, start: u64) -> Self {
+        let levels = vec![Level::new(start, grid.at(0).len())];
+        Self { grid, start, samples: 0, gaps: 0, origin: None, levels, width: Width::best() }
+    }
+
+    /// Samples taken so far.
+    pub fn len(&self) -> u64 {
+        self.samples
+    }
+
+    /// Whether nothing was taken.
+    pub fn is_empty(&self) -> bool {
+        self.samples == 0
+    }
+
+    /// Missing samples so far.
+    pub fn gaps(&self) -> u64 {
+        self.gaps
+    }
+
+    /// Takes the next samples; NaN marks a missing one.
+    pub fn update(&mut self, samples: &[f64]) -> Result<()> {
+        if let Some(bad) = samples.iter().position(|x| x.is_infinite()) {
+            let at = self.start + self.samples + bad as u64;
+            return Err(Error::Input(format!(
+                "sample {at} is {}: only finite values and NaN (gaps) can be used",
+                samples[bad]
+            )));
+        }
+        // A whole number, so that integers stay integers.
+        let first = samples.iter().find(|x| !x.is_nan()).map(|x| x.round());
+        self.origin = self.origin.or(first);
+        let origin = self.origin.unwrap_or(0.0);
+        let mut blocks = Vec::with_capacity(PASS.min(samples.len()));
+        for chunk in samples.chunks(PASS) {
+            blocks.clear();
+            blocks.extend(chunk.iter().map(|x| x - origin));
+            self.gaps += blocks.iter().map(|x| u64::from(x.is_nan())).sum::<u64>();
+            self.samples += chunk.len() as u64;
+            self.append(0, &blocks);
+        }
+        Ok(())
+    }
+
+    /// Blocks for level `level`, and the pairs they complete for the next.
+    fn append(&mut self, level: usize, blocks: &[f64]) {
+        let mut blocks = blocks.to_vec();
+        for level in level.. {
+            if blocks.is_empty() {
+                return;
+            }
+            let here = &mut self.levels[level];
+            let end = here.end();
+            // An odd end has a left half waiting for its right one, unless the stretch itself began there.
+            let waiting = (end % 2 == 1 && end > here.start).then(|| here.tail.last().copied()).flatten();
+            let skip = usize::from(end % 2 == 1);
+            let mut pairs: Vec<f64> = Vec::with_capacity(blocks.len() / 2 + 1);
+            pairs.extend(waiting.map(|left| left + blocks[0]));
+            pairs.extend(blocks[skip.min(blocks.len())..].chunks_exact(2).map(|pair| pair[0] + pair[1]));
+            here.push(&blocks);
+            self.settle(level, PASS);
+            if !pairs.is_empty() && level + 1 == self.levels.len() {
+                let start = self.levels[level].start.div_ceil(2);
+                self.levels.push(Level::new(start, self.grid.at(level + 1).len()));
+            }
+            blocks = pairs;
+        }
+    }
+
+    /// Sums the terms whose blocks are all there, once at least `least` of them wait.
+    fn settle(&mut self, level: usize, least: usize) {
+        let waiting = self.levels[level].tail.len().saturating_sub(SPAN);
+        if waiting == 0 || waiting < least.min(PASS) / if level == 0 { 1 } else { 4 } {
+            return;
+        }
+        let factors = self.grid.at(level);
+        let here = &mut self.levels[level];
+        add_terms(self.width, &here.tail, waiting, &factors, &mut here.sums, &mut here.counts);
+        here.tail.drain(..waiting);
+        here.next += waiting as u64;
+    }
+
+    /// Joins the stretch that follows this one.
+    pub fn merge(&mut self, other: &Self) -> Result<()> {
+        if other.grid != self.grid {
+            return Err(Error::Input("accumulators with different averaging times cannot be merged".into()));
+        }
+        let end = self.start + self.samples;
+        if other.start != end {
+            return Err(Error::Input(format!(
+                "the other stretch begins at sample {}, this one ends at {end}: give start={end}",
+                other.start
+            )));
+        }
+        let shift = match (self.origin, other.origin) {
+            (Some(ours), Some(theirs)) => theirs - ours,
+            _ => 0.0,
+        };
+        self.origin = self.origin.or(other.origin);
+        self.samples += other.samples;
+        self.gaps += other.gaps;
+        let mut straddling: Option<f64> = None;
+        for level in 0.. {
+            let theirs = other.levels.get(level);
+            if theirs.is_none() && straddling.is_none() {
+                break;
+            }
+            if level == self.levels.len() {
+                let start = self.start.div_ceil(1 << level);
+                self.levels.push(Level::new(start, self.grid.at(level).len()));
+            }
+            let moved = |block: &f64| block + shift * (1_u64 << level) as f64;
+            let ours = &mut self.levels[level];
+            let last = ours.tail.last().copied();
+            // The pair across the border, for the next level; at most one block at each level straddles it.
+            let border = ours.end();
+            let head = theirs.and_then(|l| l.head.first()).map(moved);
+            let (left, right) = match (straddling, border % 2) {
+                (Some(middle), 1) => (last, Some(middle)),
+                (Some(middle), _) => (Some(middle), head),
+                (None, 1) => (last, head),
+                (None, _) => (None, None),
+            };
+            ours.push(straddling.as_slice());
+            if let Some(theirs) = theirs {
+                join(self.width, ours, theirs, &self.grid.at(level), moved);
+            }
+            straddling = left.zip(right).map(|(left, right)| left + right);
+        }
+        Ok(())
+    }
+
+    /// The sums so far.
+    pub fn reading(&self) -> Reading {
+        let mut out = Vec::new();
+        for (level, here) in self.levels.iter().enumerate() {
+            let factors = self.grid.at(level);
+            let (mut sums, mut counts) = (here.sums.clone(), here.counts.clone());
+            let waiting = here.tail.len();
+            add_terms(self.width, &here.tail, waiting, &factors, &mut sums, &mut counts);
+            for ((q, sum), count) in factors.iter().zip(sums).zip(counts) {
+                if count > 0 {
+                    out.push(((*q as u64) << level, 1 << level, sum[0] + sum[1], count));
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Appends a level of the next stretch to the same level of this one.
+fn join(width: Width, ours: &mut Level, theirs: &Level, factors: &[usize], moved: impl Fn(&f64) -> f64) {
+    if theirs.next == theirs.start {
+        ours.push(&theirs.tail.iter().map(moved).collect::<Vec<_>>());
+        return;
+    }
+    // Terms that begin on our side and end on theirs.
+    let begun = ours.tail.len();
+    ours.push(&theirs.head.iter().map(&moved).collect::<Vec<_>>());
+    add_terms(width, &ours.tail, begun, factors, &mut ours.sums, &mut ours.counts);
+    for (to, from) in ours.sums.iter_mut().zip(&theirs.sums) {
+        add_to(to, from[0]);
+        add_to(to, from[1]);
+    }
+    for (to, from) in ours.counts.iter_mut().zip(&theirs.counts) {
+        *to += from;
+    }
+    ours.tail = theirs.tail.iter().map(moved).collect();
+    ours.next = theirs.next;
+}
+
+/// Adds the terms that begin at the first `begun` blocks, as far as their blocks are all there.
+fn add_terms(
+    width: Width,
+    blocks: &[f64],
+    begun: usize,
+    factors: &[usize],
+    sums: &mut [[f64; 2]],
+    counts: &mut [u64],
+) {
+    let mut phase = Vec::with_capacity(blocks.len() + 1);
+    let mut runs = Vec::new();
+    let (mut total, mut open) = (0.0, 0);
+    phase.push(0.0);
+    for (i, block) in blocks.iter().enumerate() {
+        if block.is_nan() {
+            if i > open {
+                runs.push((open, i));
+            }
+            open = i + 1;
+        } else {
+            total += block;
+        }
+        phase.push(total);
+    }
+    if blocks.len() > open {
+        runs.push((open, blocks.len()));
+    }
+    let placed: Vec<_> = factors.iter().copied().enumerate().collect();
+    let groups: Vec<Group> = sums::groups(&placed);
+    let mut found = vec![0.0; factors.len()];
+    sums::add(width, (&phase, 0), (0, begun), &runs, &groups, &mut found);
+    for ((to, sum), (count, m)) in sums.iter_mut().zip(found).zip(counts.iter_mut().zip(factors)) {
+        add_to(to, sum);
+        let terms = |run: &(usize, usize)| begun.min((run.1 + 1).saturating_sub(2 * m)).saturating_sub(run.0);
+        *count += runs.iter().map(|run| terms(run) as u64).sum::<u64>();
+    }
+}

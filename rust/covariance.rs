@@ -37,9 +37,9 @@ impl Kind {
             "oadev" => Ok(Self::Allan),
             "mdev" => Ok(Self::Modified),
             "ohdev" | "hdev" => Ok(Self::Hadamard),
-            _ => Err(Error::Input(format!(
-                "covariance of {name:?} is not known; known are oadev, mdev, hdev"
-            ))),
+            _ => {
+                Err(Error::Input(format!("covariance of {name:?} is not known; known are oadev, mdev, hdev")))
+            }
         }
     }
 
@@ -150,10 +150,7 @@ impl Process {
     }
 
     fn waves(&self) -> Vec<Wave> {
-        self.exponentials
-            .iter()
-            .map(|e| Wave { decay: -e.lambda().re, angle: e.lambda().im.abs() })
-            .collect()
+        self.exponentials.iter().map(|e| Wave { decay: -e.lambda().re, angle: e.lambda().im.abs() }).collect()
     }
 
     fn spaced(&self, i: usize, order: usize) -> Spaced<'_> {
@@ -199,8 +196,8 @@ impl Spaced<'_> {
     }
 
     /// Σ_t count(t) R_ij(t)² / (M_i M_j) over all pairs of centres.
-    fn mean_square(&self, j: usize, counts: (usize, usize), kinks: &[usize], waves: &[Wave]) -> f64 {
-        let (order, i) = (self.order, self.i);
+    fn mean_square(&self, other: &Self, counts: (usize, usize), kinks: &[usize], waves: &[Wave]) -> f64 {
+        let (order, i, j) = (self.order, self.i, other.i);
         // Centres are whole numbers apart, or whole numbers and a half.
         let base = if order * (i + j) % 2 == 1 { 0.5 } else { 0.0 };
         let flat = order as f64 * (j - i) as f64 / 2.0;
@@ -218,9 +215,13 @@ impl Spaced<'_> {
     }
 }
 
-/// Expected variance (k,) and covariance of the estimates (k, k), row by row, at `factors` for records of `n` samples.
-pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
-    let process = Process::new(terms, n, kind)?;
+/// The process through every factor, with the number of squares of each.
+fn prepared<'a>(
+    process: &'a Process,
+    n: usize,
+    factors: &[usize],
+    kind: Kind,
+) -> Result<(Vec<Spaced<'a>>, Vec<usize>)> {
     let counts: Vec<usize> = factors.iter().map(|m| kind.count(n, *m)).collect();
     if let Some(k) = counts.iter().zip(factors).position(|(count, m)| *count == 0 || *m == 0) {
         return Err(Error::TooShort(format!(
@@ -229,10 +230,30 @@ pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Re
             (n + kind.level() - 1) / kind.order()
         )));
     }
-    let order = kind.order();
-    let spaced: Vec<Spaced<'_>> = factors.iter().map(|m| process.spaced(*m, order)).collect();
-    let expected: Vec<f64> =
-        spaced.iter().map(|s| s.with(s.i)(0.0) / kind.scale(s.i)).collect();
+    Ok((factors.iter().map(|m| process.spaced(*m, kind.order())).collect(), counts))
+}
+
+/// Expected variance (k,) and variance of the estimates (k,) at `factors` for records of `n` samples.
+pub fn variances(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
+    let process = Process::new(terms, n, kind)?;
+    let (spaced, counts) = prepared(&process, n, factors, kind)?;
+    let waves = process.waves();
+    Ok(spaced
+        .par_iter()
+        .zip(&counts)
+        .map(|(s, count)| {
+            let scale = kind.scale(s.i);
+            let square = s.mean_square(s, (*count, *count), &process.kinks, &waves);
+            (s.with(s.i)(0.0) / scale, 2.0 * square / (scale * scale))
+        })
+        .unzip())
+}
+
+/// Expected variance (k,) and covariance of the estimates (k, k), row by row, at `factors` for records of `n` samples.
+pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
+    let process = Process::new(terms, n, kind)?;
+    let (spaced, counts) = prepared(&process, n, factors, kind)?;
+    let expected: Vec<f64> = spaced.iter().map(|s| s.with(s.i)(0.0) / kind.scale(s.i)).collect();
     let waves = process.waves();
     let k = factors.len();
     let pairs: Vec<(usize, usize)> = (0..k).flat_map(|a| (a..k).map(move |b| (a, b))).collect();
@@ -240,9 +261,9 @@ pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Re
         .par_iter()
         .map(|&(a, b)| {
             let (low, high) = if factors[a] <= factors[b] { (a, b) } else { (b, a) };
-            let (i, j) = (factors[low], factors[high]);
-            let sum = spaced[low].mean_square(j, (counts[low], counts[high]), &process.kinks, &waves);
-            2.0 * sum / (kind.scale(i) * kind.scale(j))
+            let sum =
+                spaced[low].mean_square(&spaced[high], (counts[low], counts[high]), &process.kinks, &waves);
+            2.0 * sum / (kind.scale(factors[a]) * kind.scale(factors[b]))
         })
         .collect();
     let mut matrix = vec![0.0; k * k];

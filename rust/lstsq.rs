@@ -41,17 +41,21 @@ pub fn gls_nonnegative(design: &[f64], target: &[f64], covariance: &[f64]) -> Re
     }
     let scale: Vec<f64> = (0..k).map(|i| covariance[i * k + i].sqrt()).collect();
     if let Some(i) = scale.iter().position(|s| !(*s > 0.0)) {
-        return Err(Error::Input(format!("least squares: variance {} of value {i} is not positive", covariance[i * k + i])));
+        return Err(Error::Input(format!(
+            "least squares: variance {} of value {i} is not positive",
+            covariance[i * k + i]
+        )));
     }
     let correlation = Mat::from_fn(k, k, |a, b| {
         covariance[a * k + b] / (scale[a] * scale[b]) + if a == b { JITTER } else { 0.0 }
     });
     let factor = correlation.llt(Side::Lower).map_err(|_| {
-        Error::Input("least squares: the covariance is not positive definite: use fewer averaging factors".into())
+        Error::Input(
+            "least squares: the covariance is not positive definite: use fewer averaging factors".into(),
+        )
     })?;
-    let norms: Vec<f64> = (0..p)
-        .map(|c| (0..k).map(|r| (design[r * p + c] / scale[r]).powi(2)).sum::<f64>().sqrt())
-        .collect();
+    let norms: Vec<f64> =
+        (0..p).map(|c| (0..k).map(|r| (design[r * p + c] / scale[r]).powi(2)).sum::<f64>().sqrt()).collect();
     if let Some(c) = norms.iter().position(|n| !(*n > 0.0)) {
         return Err(Error::Input(format!("least squares: column {c} of the design is zero")));
     }
@@ -66,9 +70,8 @@ pub fn gls_nonnegative(design: &[f64], target: &[f64], covariance: &[f64]) -> Re
     let normal = system.transpose() * &system;
     let active = active_set(&normal, p);
     let x = solve_active(&normal, p, &active)?;
-    let chi2 = (0..k)
-        .map(|r| (system[(r, p)] - (0..p).map(|c| system[(r, c)] * x[c]).sum::<f64>()).powi(2))
-        .sum();
+    let chi2 =
+        (0..k).map(|r| (system[(r, p)] - (0..p).map(|c| system[(r, c)] * x[c]).sum::<f64>()).powi(2)).sum();
     let gram = normal.submatrix(0, 0, p, p).to_owned();
     let inverse = inverse(&gram)?;
     // Coefficients at the bound take no part in the covariance of the others.
@@ -153,7 +156,8 @@ fn active_set(normal: &Mat<f64>, p: usize) -> Vec<bool> {
             }
             if !left {
                 // Rounding kept the blocking one a hair above zero.
-                let worst = (0..p).filter(|c| active[*c] && trial[*c] <= 0.0).min_by(|a, b| x[*a].total_cmp(&x[*b]));
+                let worst =
+                    (0..p).filter(|c| active[*c] && trial[*c] <= 0.0).min_by(|a, b| x[*a].total_cmp(&x[*b]));
                 if let Some(c) = worst {
                     (active[c], x[c]) = (false, 0.0);
                 }

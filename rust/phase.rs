@@ -106,8 +106,9 @@ macro_rules! large_integer_sample {
                 high as f64 * 4294967296.0 + low as f64
             }
             fn moved(base: $kind, by: f64) -> ($kind, [f64; 2]) {
-                let to = (base as i128 + by.round() as i128).clamp(<$kind>::MIN as i128, <$kind>::MAX as i128);
-                let step = to - base as i128;
+                let limits = (i128::from(<$kind>::MIN), i128::from(<$kind>::MAX));
+                let to = (i128::from(base) + by.round() as i128).clamp(limits.0, limits.1);
+                let step = to - i128::from(base);
                 let high = step as f64;
                 (to as $kind, [high, (step - high as i128) as f64])
             }
@@ -258,12 +259,16 @@ impl<'a, T: Sample> Record<'a, T> {
         if self.quantity == Quantity::Angle {
             self.series.load(start, self.mean, phase);
             let origin = phase.iter().copied().find(|v| !v.is_nan()).unwrap_or(0.0);
-            phase.iter_mut().for_each(|v| *v -= origin);
+            for v in phase.iter_mut() {
+                *v -= origin;
+            }
             return 0.0;
         }
         self.series.load(start, self.mean, &mut phase[..samples]);
         if self.gaps > 0 {
-            phase.iter_mut().for_each(|v| *v = if v.is_nan() { 0.0 } else { *v });
+            for v in phase.iter_mut() {
+                *v = if v.is_nan() { 0.0 } else { *v };
+            }
         }
         phase[samples] = 0.0;
         // Few enough bits that slope · index is exact: `global` adds it back.

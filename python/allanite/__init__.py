@@ -9,6 +9,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from allanite.comparison import Curves, compare
+    from allanite.datasheet import DataSheet, compare_datasheet, read_datasheet
+    from allanite.deviation import Deviation, adev, oadev
     from allanite.effects import CATALOGUE, Effect, Model, parse_model
     from allanite.effects.angle_random_walk import AngleRandomWalk
     from allanite.effects.bandwidth import Bandwidth
@@ -36,6 +39,14 @@ if TYPE_CHECKING:
     from allanite.suggestion import Check, Suggestion
 
 _HOME = {
+    "Deviation": "allanite.deviation",
+    "adev": "allanite.deviation",
+    "oadev": "allanite.deviation",
+    "compare": "allanite.comparison",
+    "Curves": "allanite.comparison",
+    "DataSheet": "allanite.datasheet",
+    "compare_datasheet": "allanite.datasheet",
+    "read_datasheet": "allanite.datasheet",
     "CATALOGUE": "allanite.effects",
     "Effect": "allanite.effects",
     "Model": "allanite.effects",
@@ -82,6 +93,9 @@ __all__ = [
     "BurstNoise",
     "Check",
     "Covariate",
+    "Curves",
+    "DataSheet",
+    "Deviation",
     "Effect",
     "Estimate",
     "Fit",
@@ -103,11 +117,16 @@ __all__ = [
     "TooShortError",
     "WarmUp",
     "__version__",
+    "adev",
+    "compare",
+    "compare_datasheet",
     "fit_model",
     "improve",
+    "oadev",
     "parse_model",
     "psd",
     "read",
+    "read_datasheet",
 ]
 
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 from allanite import _core
 
 __all__ = [
+    "Accumulator",
     "Simulator",
     "TextReader",
     "adjacent_allan",
     "allan_covariance",
     "allan_law",
+    "allan_variances",
     "averaging_factors",
+    "family_variance",
     "cosine_transform",
     "gls_nonnegative",
     "inverse_cosine_transform",
@@ -32,8 +35,10 @@ padded_periodogram = _core.padded_periodogram
 Simulator = _core.Simulator
 simulate = _core.simulate
 # -- deviation
+Accumulator = _core.Accumulator
 adjacent_allan = _core.adjacent_allan
 averaging_factors = _core.averaging_factors
+family_variance = _core.family_variance
 overlapping_allan = _core.overlapping_allan
 
 # -- text
@@ -43,6 +48,7 @@ read_text = _core.read_text
 # -- covariance
 allan_covariance = _core.allan_covariance
 allan_law = _core.allan_law
+allan_variances = _core.allan_variances
 
 # -- lstsq
 gls_nonnegative = _core.gls_nonnegative

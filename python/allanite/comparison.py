@@ -103,19 +103,11 @@ class Curves:
         table = ["  ".join(map(str.rjust, row, widths)) for row in rows]
         return "\n".join([*names, "", *table])
 
-<<<<<<< HEAD
-    def plot(self, path: str | Path) -> None:
-        """Draw all curves on one pair of logarithmic axes."""
-        from allanite.plots import plot_compare
-
-        plot_compare(self, path)
-=======
     def plot(self, path: str | Path | None = None) -> Any:
         """All curves on one pair of logarithmic axes; written to `path` (SVG, PNG, PDF) if given."""
         from allanite.plots import plot_compare
 
         return plot_compare(self, path)
->>>>>>> plots
 
 
 def _ratio(value: float | None, reference: float | None, factor: float) -> str:

@@ -31,7 +31,14 @@ fn series() -> ([f64; SERIES], [f64; SERIES]) {
         c *= 0.25 / ((2 * k + 1) * (2 * k + 2)) as f64;
         s *= 0.25 / ((2 * k + 2) * (2 * k + 3)) as f64;
     }
-    let inverse = divide(&{ let mut one = [0.0; SERIES]; one[0] = 1.0; one }, &sinh);
+    let inverse = divide(
+        &{
+            let mut one = [0.0; SERIES];
+            one[0] = 1.0;
+            one
+        },
+        &sinh,
+    );
     (divide(&cosh, &sinh), multiply(&inverse, &inverse))
 }
 

@@ -7,7 +7,8 @@
 /// Lags taken one by one on either side of a break.
 const SINGLE: usize = 12;
 /// Positive Gauss-Legendre nodes of order eight.
-const GAUSS: [f64; 4] = [0.183_434_642_495_65, 0.525_532_409_916_33, 0.796_666_477_413_63, 0.960_289_856_497_54];
+const GAUSS: [f64; 4] =
+    [0.183_434_642_495_65, 0.525_532_409_916_33, 0.796_666_477_413_63, 0.960_289_856_497_54];
 /// Panels narrower than this are summed lag by lag.
 const NARROW: usize = 20;
 
@@ -126,7 +127,8 @@ mod tests {
 
     #[test]
     fn kinks_and_tails() {
-        let f = |u: f64| (u - 700.0).abs() * (u + 1.0).ln() / (1.0 + u).powi(2) + (0.01 * (u - 3000.0)).atan();
+        let f =
+            |u: f64| (u - 700.0).abs() * (u + 1.0).ln() / (1.0 + u).powi(2) + (0.01 * (u - 3000.0)).atan();
         let exact: f64 = (0..50_000).map(|u| f(f64::from(u))).sum();
         let found = sum(&[700, 3000], 50_000, f);
         assert!((found / exact - 1.0).abs() < 1e-7, "{found} {exact}");
@@ -137,7 +139,10 @@ mod tests {
         for width in NARROW..200 {
             let mut out = Vec::new();
             panel(&mut out, 0, width);
-            assert!(out.iter().all(|(u, w)| *w > 0.0 && u.fract() == 0.0 && *u >= 0.0 && *u < width as f64), "{width}: {out:?}");
+            assert!(
+                out.iter().all(|(u, w)| *w > 0.0 && u.fract() == 0.0 && *u >= 0.0 && *u < width as f64),
+                "{width}: {out:?}"
+            );
         }
     }
 }

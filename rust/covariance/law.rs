@@ -26,7 +26,7 @@ pub fn quantiles(
     if let Some(bad) = probabilities.iter().find(|p| !(**p > 0.0 && **p < 1.0)) {
         return Err(Error::Input(format!("probability {bad} is not between 0 and 1")));
     }
-    let (expected, variance) = super::covariance(terms, n, &[factor], kind)?;
+    let (expected, variance) = super::variances(terms, n, &[factor], kind)?;
     let relative = variance[0] / (expected[0] * expected[0]);
     // White phase noise has a degree of freedom for every sample: among few differences it is but its mean.
     let slow: Vec<Term> = terms.iter().filter(|(name, _)| name != "blue").cloned().collect();
@@ -104,16 +104,28 @@ fn score(eigenvalues: &[f64], pole: f64, y: f64) -> (f64, f64) {
 /// Inverse of the normal distribution function (Acklam; relative error below 1.2e-9).
 fn normal_quantile(p: f64) -> f64 {
     const A: [f64; 6] = [
-        -3.969683028665376e1, 2.209460984245205e2, -2.759285104469687e2,
-        1.383577518672690e2, -3.066479806614716e1, 2.506628277459239,
+        -3.969683028665376e1,
+        2.209460984245205e2,
+        -2.759285104469687e2,
+        1.383577518672690e2,
+        -3.066479806614716e1,
+        2.506628277459239,
     ];
     const B: [f64; 6] = [
-        -5.447609879822406e1, 1.615858368580409e2, -1.556989798598866e2,
-        6.680131188771972e1, -1.328068155288572e1, 1.0,
+        -5.447609879822406e1,
+        1.615858368580409e2,
+        -1.556989798598866e2,
+        6.680131188771972e1,
+        -1.328068155288572e1,
+        1.0,
     ];
     const C: [f64; 6] = [
-        -7.784894002430293e-3, -3.223964580411365e-1, -2.400758277161838,
-        -2.549732539343734, 4.374664141464968, 2.938163982698783,
+        -7.784894002430293e-3,
+        -3.223964580411365e-1,
+        -2.400758277161838,
+        -2.549732539343734,
+        4.374664141464968,
+        2.938163982698783,
     ];
     const D: [f64; 5] =
         [7.784695709041462e-3, 3.224671290700398e-1, 2.445134137142996, 3.754408661907416, 1.0];
@@ -143,8 +155,16 @@ mod tests {
             (20, 9.59078 / 20.0, 34.1696 / 20.0, 1e-4),
         ] {
             let weights = vec![1.0 / f64::from(k); k as usize];
-            assert!((quantile(&weights, 0.025) / low - 1.0).abs() < tolerance, "{k} low {}", quantile(&weights, 0.025));
-            assert!((quantile(&weights, 0.975) / high - 1.0).abs() < tolerance, "{k} high {}", quantile(&weights, 0.975));
+            assert!(
+                (quantile(&weights, 0.025) / low - 1.0).abs() < tolerance,
+                "{k} low {}",
+                quantile(&weights, 0.025)
+            );
+            assert!(
+                (quantile(&weights, 0.975) / high - 1.0).abs() < tolerance,
+                "{k} high {}",
+                quantile(&weights, 0.975)
+            );
         }
     }
 

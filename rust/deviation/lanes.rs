@@ -160,9 +160,9 @@ pub unsafe fn several<V: Lanes, const T: usize, const U: usize>(
             for u in 0..U {
                 let at = theta.add(k + u * V::WIDTH);
                 let a = V::load(at);
-                for t in 0..T {
-                    let d = V::second_difference(a, V::load(at.add(m[t])), V::load(at.add(2 * m[t])));
-                    sums[t][u] = V::add_square(d, sums[t][u]);
+                for (&m, sums) in m.iter().zip(&mut sums) {
+                    let d = V::second_difference(a, V::load(at.add(m)), V::load(at.add(2 * m)));
+                    sums[u] = V::add_square(d, sums[u]);
                 }
             }
             k += stride;

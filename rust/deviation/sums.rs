@@ -28,6 +28,11 @@ impl Width {
         Self::portable()
     }
 
+    /// Whether the processor has been found to have AVX2 and FMA.
+    pub fn is_wide(self) -> bool {
+        self != Self::portable()
+    }
+
     /// Plain Rust, on any processor.
     pub fn portable() -> Self {
         Self(Unit::Portable)
@@ -76,7 +81,9 @@ pub fn groups(factors: &[(usize, usize)]) -> Vec<Group> {
         if run.len() < 3 {
             run.truncate(1);
         }
-        run.iter().for_each(|&j| free[j] = false);
+        for &j in &run {
+            free[j] = false;
+        }
         let members: Vec<_> = run.iter().map(|&j| factors[j]).collect();
         if members.len() < 3 {
             loose.extend(members);
@@ -197,6 +204,7 @@ unsafe fn dispatch_avx2(theta: *const f64, group: &Group, n: usize) -> [f64; GRO
 
 /// # Safety
 /// The processor has the instructions of `V`; `n + 2·max(m)` doubles are readable from `theta`.
+#[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
 unsafe fn dispatch<V: Lanes>(theta: *const f64, group: &Group, n: usize) -> [f64; GROUP] {
     let m = group.m;

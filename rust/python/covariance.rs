@@ -4,7 +4,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use super::doorway::run_short;
-use crate::covariance::{Kind, Term, covariance, law};
+use crate::covariance::{Kind, Term, covariance, law, variances};
 use crate::{Error, Result};
 
 type Curve<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
@@ -37,6 +37,22 @@ pub fn allan_covariance<'py>(
     let (expected, matrix) =
         run_short(py, || covariance(&terms, n, &positive(&factors)?, Kind::named(kind)?))?;
     Ok((expected.into_pyarray(py), matrix.into_pyarray(py).reshape([k, k])?))
+}
+
+/// Expected variance (k,) and variance of the estimates (k,).
+#[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
+#[pyfunction]
+#[pyo3(signature = (terms, n, factors, kind = "oadev"))]
+pub fn allan_variances<'py>(
+    py: Python<'py>,
+    terms: Vec<Term>,
+    n: usize,
+    factors: PyReadonlyArray1<'py, i64>,
+    kind: &str,
+) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+    let factors = factors.as_array().to_vec();
+    let (expected, own) = run_short(py, || variances(&terms, n, &positive(&factors)?, Kind::named(kind)?))?;
+    Ok((expected.into_pyarray(py), own.into_pyarray(py)))
 }
 
 /// Quantiles of σ̂²/σ² at one factor.

@@ -3,12 +3,15 @@
 use std::sync::atomic::AtomicBool;
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arrays::with_series;
 use super::doorway::{run, run_short};
+use crate::accumulator::{self, Accumulator};
 use crate::averaging::{Grid, factors as grid_factors};
 use crate::deviation::allan::{Means, adjacent, overlapping};
+use crate::deviation::family::{Kind, variances};
 use crate::deviation::identify::exponents;
 use crate::deviation::parallel::default_threads;
 use crate::deviation::sums::Width;
@@ -65,6 +68,39 @@ pub fn adjacent_allan(
     allan(py, samples, &factors, angle, threads, true)
 }
 
+/// Variance (of TIE: the square) of any other estimator, as [`overlapping_allan`].
+#[pyfunction]
+#[pyo3(signature = (kind, samples, factors, angle, threads=0))]
+pub fn family_variance(
+    py: Python<'_>,
+    kind: &str,
+    samples: &Bound<'_, PyAny>,
+    factors: PyReadonlyArray1<'_, i64>,
+    angle: bool,
+    threads: usize,
+) -> PyResult<Found> {
+    let threads = if threads == 0 { default_threads() } else { threads };
+    let kind = Kind::named(kind).ok_or_else(|| PyValueError::new_err(format!("no estimator {kind}")))?;
+    let factors: Vec<usize> = factors.as_array().iter().map(|m| *m as usize).collect();
+    with_series!(samples, series => {
+        let work = |stop: &AtomicBool| {
+            let record = Record::new(series, quantity(angle), threads, stop)?;
+            let means = Means { threads, width: Width::best(), stop };
+            let (variance, count, theta) = variances(&record, kind, &factors, means)?;
+            Ok((variance, count, exponents(&record, &theta, &factors), record.gaps()))
+        };
+        let (variance, count, noise, gaps) =
+            if series.len() > 4096 { run(py, work)? } else { run_short(py, || work(&AtomicBool::new(false)))? };
+        let count = count.into_iter().map(|n| n as i64).collect::<Vec<_>>();
+        Ok((
+            variance.into_pyarray(py).unbind(),
+            count.into_pyarray(py).unbind(),
+            noise.into_pyarray(py).unbind(),
+            gaps,
+        ))
+    })
+}
+
 fn allan(
     py: Python<'_>,
     samples: &Bound<'_, PyAny>,
@@ -98,4 +134,46 @@ fn allan(
             gaps,
         ))
     })
+}
+
+/// `accumulator::Accumulator` for the package's own class.
+#[pyclass(name = "Accumulator", module = "allanite._core", skip_from_py_object)]
+#[derive(Clone)]
+pub struct PyAccumulator(Accumulator);
+
+#[pymethods]
+impl PyAccumulator {
+    #[new]
+    fn new(per_octave: usize, start: u64) -> PyResult<Self> {
+        let grid = accumulator::Grid::per_octave(per_octave).map_err(super::errors::to_python)?;
+        Ok(Self(Accumulator::new(grid, start)))
+    }
+
+    fn update(&mut self, py: Python<'_>, samples: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
+        let samples = samples.as_slice()?;
+        let inner = &mut self.0;
+        run_short(py, || inner.update(samples))
+    }
+
+    fn merge(&mut self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<()> {
+        let (inner, other) = (&mut self.0, &other.0);
+        run_short(py, || inner.merge(other))
+    }
+
+    fn copy(&self) -> Self {
+        self.clone()
+    }
+
+    fn samples(&self) -> u64 {
+        self.0.len()
+    }
+
+    fn gaps(&self) -> u64 {
+        self.0.gaps()
+    }
+
+    /// Factor, stride, sum and number of terms, rising.
+    fn reading(&self) -> Vec<(u64, u64, f64, u64)> {
+        self.0.reading()
+    }
 }

@@ -21,7 +21,9 @@ mod _core {
 
     // deviation
     #[pymodule_export]
-    use super::deviation::{adjacent_allan, averaging_factors, overlapping_allan};
+    use super::deviation::{
+        PyAccumulator, adjacent_allan, averaging_factors, family_variance, overlapping_allan,
+    };
 
     // spectrum
     #[pymodule_export]
@@ -36,7 +38,7 @@ mod _core {
     use super::text::{TextReader, read_text};
     // covariance
     #[pymodule_export]
-    use super::covariance::{allan_covariance, allan_law};
+    use super::covariance::{allan_covariance, allan_law, allan_variances};
 
     // lstsq
     #[pymodule_export]

@@ -71,4 +71,4 @@ class _Measured:
         """Draw the curve with its interval."""
         from allanite.plots import plot_deviation
 
-        plot_deviation(self.deviation, path)
+        plot_deviation(self.deviation, path, recording=self.recording)

@@ -155,7 +155,7 @@ def _power_law_lags(exponent: float, count: int) -> Array:
 
 
 def _power_law_allan(exponent: float, m: Array) -> Array:
-    """Allan variance of (2 sin(w/2))^a: exact to 4·DIRECT, then m^{−1−a} with its 1/m² correction."""
+    """Allan variance of (2 sin(w/2))^a: exact to 4·DIRECT, then its two leading powers of m."""
     m = np.asarray(m, dtype=float)
     reference = 4 * DIRECT
     g = _power_law_lags(round(exponent, 9), 2 * reference)
@@ -168,21 +168,17 @@ def _power_law_allan(exponent: float, m: Array) -> Array:
             / (2.0 * k**2)
         )
 
-    if exponent > 0.5:
-        # Above flat-phase slopes the sum is dominated by the last lags; no asymptote is used.
-        reference = int(max(reference, m.max(initial=1)))
-        g = _power_law_lags(round(exponent, 9), 2 * reference)
-        h = np.arange(g.size)
-        s0, s1 = np.cumsum(g), np.cumsum(h * g)
     small = m <= reference
     out = np.empty(m.shape)
     out[small] = exact(m[small].astype(np.int64))
+    # Beyond, V(m) = A m^{1−a} + D + …: a second power m^{a−1} (or the discreteness, m^{−2}) beside the first.
+    second = max(exponent - 1.0, -2.0)
     top = np.array([reference // 2, reference])
     scaled_top = exact(top) * top ** (1.0 + exponent)
-    curvature = (scaled_top[0] - scaled_top[1]) / (top[0] ** -2.0 - top[1] ** -2.0)
-    limit = scaled_top[1] - curvature * top[1] ** -2.0
+    bend = (scaled_top[0] - scaled_top[1]) / (float(top[0]) ** second - float(top[1]) ** second)
+    limit = scaled_top[1] - bend * float(top[1]) ** second
     large = ~small
-    out[large] = (limit + curvature * m[large] ** -2.0) * m[large] ** (-1.0 - exponent)
+    out[large] = (limit + bend * m[large] ** second) * m[large] ** (-1.0 - exponent)
     return out
 
 

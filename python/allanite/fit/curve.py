@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.deviation import oadev
 from allanite.effects import terms as _terms
+from allanite.effects.outliers import Outliers
 from allanite.fit.whittle import normal_scores
 
 if TYPE_CHECKING:
@@ -96,6 +97,9 @@ def compare_curves(recording: Any, data: Data, model: Model) -> Curve:
     factors = grid(data.n)
     rate = data.rate
     samples = recording.rate_samples()
+    for effect in model:
+        if isinstance(effect, Outliers):
+            samples = np.where(effect.missing(data.n, rate), np.nan, samples)
     measured = oadev(samples, rate=rate, factors=factors)
     terms = data.terms(model)
     noise = expected_variance(terms, factors)

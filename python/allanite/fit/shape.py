@@ -211,8 +211,8 @@ def _polish_slow(
     assert isinstance(effect, Deterministic)
     for name in effect.free_shapes:
 
-        def loss(value: float, name: str = name) -> float:
-            tried = effect.with_values(**{name: value})  # noqa: B023
+        def loss(value: float, name: str = name, base: Deterministic = effect) -> float:
+            tried = base.with_values(**{name: value})
             design = design_of((tried, *others), data)
             variance = density(terms, design.ordinates, data.n)
             return -regress(design.matrix, data.ordinates[design.ordinates], variance).gain

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.spec import Axis, Band, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS
-from allanite.plots.words import bracket, density_unit, in_unit, values_text
+from allanite.plots.words import bracket, density_unit, effect_text, in_unit, values_text
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
@@ -27,7 +27,7 @@ GUIDES = (2.0, 3.5)
 #: Ordinates of a point of the spectrum; with fewer its interval spans decades and hides the curve.
 FEWEST = 4
 #: Where taking the deterministic effects out changed the density by more than this, both are shown.
-CHANGED = 0.03
+CHANGED = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,8 @@ def parts(fit: Fit) -> tuple[Part, ...]:
     for i, effect in enumerate(effects):
         place = next(k for k, e in enumerate(fit.model.effects) if e is effect)
         numbers = values_text(fit.estimates[place])
-        label = f"{fit.display_name(effect)}: {numbers}" if numbers else fit.display_name(effect)
+        name = effect_text(fit, effect)
+        label = f"{name}: {numbers}" if numbers else name
         dash = "solid" if i < len(COMPONENTS) else "dot"
         frequency = (
             getattr(effect, "frequency", None) if effect in fit.model.deterministic else None
@@ -147,7 +148,7 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
     )
     x = log_axis("frequency f (Hz)", frequency)
     label = bracket("density", density_unit(fit.recording.unit))
-    sure = count >= 2 * FEWEST
+    sure = count >= min(2 * FEWEST, count.max())
     y = log_axis(label, measured, model, (measured * high)[sure], 0.5 * measured, *_shown(marks))
     panel = Panel(
         x, y, tuple(marks), 0, column, title="Power spectral density, two-sided", show_x=False

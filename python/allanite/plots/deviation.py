@@ -9,10 +9,12 @@ import numpy as np
 from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
 from allanite.plots.spec import Figure, Line, Panel, Points
-from allanite.plots.words import in_unit
+from allanite.plots.words import in_unit, recording_text
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from allanite.recording import Recording
 
 __all__ = ["NAMES", "plot_deviation"]
 
@@ -27,7 +29,12 @@ NAMES = {
 }
 
 
-def plot_deviation(deviation: Any, path: str | Path | None = None, theme: str = "light") -> Figure:
+def plot_deviation(
+    deviation: Any,
+    path: str | Path | None = None,
+    theme: str = "light",
+    recording: Recording | None = None,
+) -> Figure:
     """A deviation over averaging time with its 95 % interval, on logarithmic axes.
 
     Parameters
@@ -36,6 +43,8 @@ def plot_deviation(deviation: Any, path: str | Path | None = None, theme: str = 
     path : str or Path, optional
         SVG, PNG or PDF, written if given.
     theme : {"light", "dark"}
+    recording : Recording, optional
+        Named in the title.
 
     Raises
     ------
@@ -60,7 +69,12 @@ def plot_deviation(deviation: Any, path: str | Path | None = None, theme: str = 
         log_axis(TAU, tau[kept]), log_axis(in_unit(words, unit), values, low, high), marks
     )
     title = words[0].upper() + words[1:]
-    figure = Figure(title, f"{int(kept.sum())} averaging times", (panel,), kind="deviation")
+    figure = Figure(
+        title,
+        f"{int(kept.sum())} averaging times" if recording is None else recording_text(recording),
+        (panel,),
+        kind="deviation",
+    )
     if path is not None:
         figure.save(path, theme)
     return figure

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from allanite.plots.curves import allan_panels, spectrum_panels
 from allanite.plots.spec import Figure
-from allanite.plots.words import number, recording_text, values_text
+from allanite.plots.words import effect_text, number, recording_text, values_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -84,7 +84,7 @@ def _verdict(check: Check) -> str:
     if check.significant:
         first = check.significant[0]
         numbers = values_text(first.estimates)
-        name = check.fit.display_name(first.effect)
+        name = effect_text(check.fit, first.effect)
         share = f", removes {first.removes_percent:.0f} % of the misfit"
         return f"{text}\nMissing first: {name} ({numbers}){share}"
     if check.adequate:

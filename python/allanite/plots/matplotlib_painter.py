@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import os
 import tempfile
 from pathlib import Path
@@ -35,7 +36,7 @@ WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
 #: Inches that the title and each line of the subtitle take.
 TITLE, LINE_HEIGHT = 0.29, 0.22
 #: Letters in the width of a legend, and of the key before each label.
-LETTERS, KEY = 170, 9
+LETTERS, KEY = 177, 9
 FONT = "DejaVu Sans"  # comes with matplotlib and has every sign that is written here
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
 # What lies over what.
@@ -141,7 +142,7 @@ def _columns(labels: list[str]) -> int:
     for columns in range(len(labels), 1, -1):
         rows, longer = divmod(len(labels), columns)
         starts = [i * rows + min(i, longer) for i in range(columns + 1)]
-        widths = [max(map(len, labels[a:b])) for a, b in zip(starts, starts[1:], strict=False)]
+        widths = [max(map(len, labels[a:b])) for a, b in itertools.pairwise(starts)]
         if sum(widths) + KEY * columns <= LETTERS:
             return columns
     return 1
@@ -320,8 +321,8 @@ def _bars(axes: Any, mark: Bars, panel: Panel, look: Theme) -> None:
 def _heat(canvas: Any, axes: Any, mark: HeatMap, look: Theme) -> None:
     from matplotlib.colors import LinearSegmentedColormap
 
-    colors = LinearSegmentedColormap.from_list("ratio", list(look.diverging))
-    colors.set_bad(look.grid)
+    blank = LinearSegmentedColormap.from_list("ratio", list(look.diverging))
+    colors = blank.with_extremes(bad=look.grid)
     mesh = axes.pcolormesh(
         mark.x_edges,
         mark.y_edges,

@@ -9,7 +9,7 @@ import numpy as np
 from allanite.plots.axes import linear_axis, log_axis, rung_axis
 from allanite.plots.curves import TAU, interval
 from allanite.plots.spec import Band, Bars, Figure, Line, Mark, Panel, Points, Rule
-from allanite.plots.words import in_unit, number, recording_text, values_text
+from allanite.plots.words import effect_text, in_unit, number, recording_text, values_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -64,7 +64,7 @@ def _rung_text(rung: Rung) -> str:
         return f"start\n{rung.fit.model.name}"
     lines = []
     if rung.added is not None:
-        name = rung.fit.display_name(rung.added)
+        name = effect_text(rung.fit, rung.added)
         lines.append(f"+ {name}")
         numbers = values_text(rung.fit.estimates[-1], most=1)
         if numbers and not rung.removed:

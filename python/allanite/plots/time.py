@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.plots.axes import linear_axis, log_axis
-from allanite.plots.spec import Axis, Figure, HeatMap, Mark, Note, Panel, Span
+from allanite.plots.spec import Axis, Figure, HeatMap, Mark, Note, Panel, Rule
 from allanite.plots.words import recording_text
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, sp
     )
     marks: list[Mark] = [heat]
     if worst is not None:
-        marks.append(Span(worst[0] / size, worst[1] / size, "fail", "where the model fails"))
+        marks += [Rule(t / size, "x", "text", "dash", "when the model fails", 1.4) for t in worst]
     x = linear_axis(label, float(times[0]) / size, float(times[-1]) / size, 8)
     y = log_axis("frequency f (Hz)", bands[bands > 0], room=1.0)
     return Panel(x, y, tuple(marks), grid=False)

@@ -7,10 +7,18 @@ from typing import Any
 
 from allanite.parameters import Estimate
 
-__all__ = ["density_unit", "duration_text", "in_unit", "recording_text", "unit_text", "values_text"]
+__all__ = [
+    "density_unit",
+    "duration_text",
+    "effect_text",
+    "in_unit",
+    "recording_text",
+    "unit_text",
+    "values_text",
+]
 
 #: Parameters worth a place in a legend; the rest is in the tables.
-SHOWN = ("N", "B", "K", "R", "Q", "sigma", "correlation_time", "frequency", "amplitude", "exponent", "cutoff", "rms",
+SHOWN = ("N", "B", "K", "R", "Q", "sigma", "q_c", "correlation_time", "frequency", "amplitude", "exponent", "cutoff", "rms",
          "coefficient", "lag", "time", "height", "time_constant", "dwell_time", "factor", "count")  # fmt: skip
 SYMBOLS = {"correlation_time": "T", "sigma": "σ", "frequency": "f", "amplitude": "a", "time_constant": "T",
            "exponent": "α", "cutoff": "f", "dwell_time": "T", "coefficient": "c", "time": "t", "height": "h"}  # fmt: skip
@@ -73,13 +81,25 @@ def values_text(values: dict[str, Any], most: int = 2) -> str:
         value = values.get(name)
         if not isinstance(value, Estimate) or len(found) == most:
             continue
+        if name == "sigma" and value == 0.0 or name == "q_c" and values.get("sigma"):
+            continue  # one of the two: sigma says more, unless there is only a limit
         symbol = SYMBOLS.get(name, name)
         unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
-        if not value.detected and value.interval is not None:
+        size = value.unit not in (
+            "s",
+            "Hz",
+        )  # a time or frequency has no upper limit that says anything
+        if size and not value.detected and value.interval is not None:
             found.append(f"{symbol} < {number(value.interval[1], 2)}{unit}")
         else:
             found.append(f"{symbol} {number(value.value)}{unit}")
     return ", ".join(found)
+
+
+def effect_text(fit: Any, effect: Any) -> str:
+    """Name of an effect for this sensor, with the column that it follows."""
+    column = getattr(effect, "column", None)
+    return fit.display_name(effect) + (f" {column}" if column else "")
 
 
 def duration_text(seconds: float) -> str:

@@ -160,8 +160,8 @@ def screen_outliers(
 ) -> Candidate | None:
     """Samples of the whitened record beyond what n normal ones reach once in a hundred records.
 
-    The scale is that of quantiles, which a few per cent of outliers do not move; the gain is what giving each its own level would raise logL
-    by, less the ln n of choosing it.
+    The scale is that of quantiles, which a few per cent of outliers do not move; the gain is what giving each
+    its own level would raise logL by, less the ln n of choosing it.
     """
     from scipy.special import log_ndtr, ndtri_exp
 

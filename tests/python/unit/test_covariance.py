@@ -50,29 +50,21 @@ def naive(terms, n, factors, kind):
     if kind == "mdev":
         kernel, points = -summed(kernel), n + 2
     c = COEFFICIENTS[order]
-    scale = {"oadev": lambda m: 2 * m**2, "mdev": lambda m: 2 * m**4, "hdev": lambda m: 6 * m**2}[
-        kind
-    ]
-    index = np.arange(points)
-    full = kernel[np.abs(index[:, None] - index[None, :])]
+    scale = {"oadev": lambda m: 2 * m**2, "mdev": lambda m: 2 * m**4, "hdev": lambda m: 6 * m**2}[kind]
 
-    def operator(m):
-        rows = np.zeros((points - order * m, points))
-        for a in range(order + 1):
-            rows[np.arange(rows.shape[0]), np.arange(rows.shape[0]) + a * m] = c[a]
-        return rows
+    def cross(i, j):
+        lag = np.arange(points - order * i)[:, None] - np.arange(points - order * j)[None, :]
+        steps = range(order + 1)
+        return sum(c[a] * c[b] * kernel[np.abs(lag + a * i - b * j)] for a in steps for b in steps)
 
-    operators = [operator(m) for m in factors]
     covariance = np.empty((len(factors), len(factors)))
     expected = np.empty(len(factors))
-    for a, left in enumerate(operators):
-        for b, right in enumerate(operators):
-            cross = (left.astype(np.longdouble) @ full @ right.T.astype(np.longdouble)).astype(
-                float
-            )
-            covariance[a, b] = 2 * np.mean(cross**2) / (scale(factors[a]) * scale(factors[b]))
-            if a == b:
-                expected[a] = cross[0, 0] / scale(factors[a])
+    for a, i in enumerate(factors):
+        for b, j in enumerate(factors[: a + 1]):
+            between = cross(i, j).astype(float)
+            covariance[a, b] = 2 * np.mean(between**2) / (scale(i) * scale(j))
+            covariance[b, a] = covariance[a, b]
+        expected[a] = between[0, 0] / scale(i)
     return expected, covariance
 
 
@@ -140,7 +132,9 @@ def test_agrees_with_the_full_sum_on_any_mixture(names, n, kind, data):
 
 @pytest.mark.parametrize("name", MIXTURES)
 def test_expected_variance_is_that_of_the_effects(name):
-    factors = np.unique(np.round(np.geomspace(1, 300_000, 40)).astype(np.int64))
+    # The closed form of a rising spectrum is itself a sum of 2m terms that cancel: it is good to m ≈ 3000.
+    top = 3000 if "0.8" in name else 300_000
+    factors = np.unique(np.round(np.geomspace(1, top, 20)).astype(np.int64))
     expected, _ = _kernels.allan_covariance(MIXTURES[name], 1_000_000, factors)
     terms = [(kind, tuple(values)) for kind, values in MIXTURES[name]]
     closed = sum(model_terms.allan_variance(t, factors.astype(float)) for t in terms)

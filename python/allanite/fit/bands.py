@@ -1,0 +1,146 @@
+"""Bands of a measured deviation under a known mixture of noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Bands", "bands", "degrees_of_freedom"]
+
+#: Below this a χ² of the right variance has visibly the wrong shape; the eigenvalues of the differences are used.
+FEW = 40.0
+#: Draws for the simultaneous band: its level is known to 0.15 %.
+DRAWS = 20_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bands:
+    """What to multiply a deviation with.
+
+    Attributes
+    ----------
+    low_factor, high_factor : ndarray, shape (k,)
+        Measured deviation times these: the interval of the true deviation, at each τ by itself.
+    low_everywhere, high_everywhere : ndarray, shape (k,)
+        The same for all τ together.
+    edf : ndarray, shape (k,)
+        2σ⁴/var(σ̂²), exact.
+    level : float
+        Probability of either.
+    """
+
+    low_factor: NDArray[np.float64]
+    high_factor: NDArray[np.float64]
+    low_everywhere: NDArray[np.float64]
+    high_everywhere: NDArray[np.float64]
+    edf: NDArray[np.float64]
+    level: float
+
+    def __post_init__(self) -> None:
+        for name in ("low_factor", "high_factor", "low_everywhere", "high_everywhere", "edf"):
+            getattr(self, name).flags.writeable = False
+
+    def of_measured(self, model: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Where a measured deviation lies, at each τ by itself, if `model` is the true one; U, shape (k,) each."""
+        return model / self.high_factor, model / self.low_factor
+
+
+def bands(
+    terms: Sequence[tuple[str, Sequence[float]]],
+    n: int,
+    factors: ArrayLike,
+    level: float = 0.95,
+    kind: str = "oadev",
+) -> Bands:
+    """Pointwise and simultaneous intervals of a deviation whose noise is known.
+
+    Each estimate is a sum of squares of Gaussian numbers: a χ² with the exact equivalent degrees of freedom
+    where there are many, the sum weighted by eigenvalues where there are few. The simultaneous band is the
+    pointwise one of that level at which normal scores with the estimates' correlation stay inside together.
+
+    Parameters
+    ----------
+    terms : sequence of (str, numbers)
+        Primitive processes per sample, as `effects.terms` describes.
+    n : int
+        Samples of the record.
+    factors : array_like of int, shape (k,)
+        Averaging factors.
+    level : float
+        Between 0 and 1.
+    kind : {"oadev", "mdev", "hdev"}
+        Estimator.
+
+    Returns
+    -------
+    Bands
+
+    Raises
+    ------
+    InputError
+        A level outside (0, 1), an unknown term or kind.
+    TooShortError
+        A factor without a complete difference.
+    """
+    if not 0.0 < level < 1.0:
+        raise InputError(f"level {level:g} is not between 0 and 1")
+    plain = [(name, list(values)) for name, values in terms]
+    m = np.atleast_1d(np.asarray(factors, dtype=np.int64))
+    expected, covariance = _kernels.allan_covariance(plain, n, m, kind)
+    variance = np.diag(covariance)
+    edf = 2.0 * expected**2 / variance
+    tail = (1.0 - level) / 2.0
+    together = _tail_together(covariance / np.sqrt(np.outer(variance, variance)), level)
+    low, high = np.empty((2, m.size)), np.empty((2, m.size))
+    for k, freedom in enumerate(edf):
+        probabilities = [tail, 1.0 - tail, together, 1.0 - together]
+        q = _quantiles(plain, n, int(m[k]), float(freedom), probabilities, kind)
+        high[:, k], low[:, k] = 1.0 / np.sqrt(q[0::2]), 1.0 / np.sqrt(q[1::2])
+    return Bands(low[0], high[0], low[1], high[1], edf, level)
+
+
+def degrees_of_freedom(
+    terms: Sequence[tuple[str, Sequence[float]]], n: int, factors: ArrayLike, kind: str = "oadev"
+) -> NDArray[np.float64]:
+    """2σ⁴/var(σ̂²) at each factor, shape (k,): exact, without the covariance between factors."""
+    plain = [(name, list(values)) for name, values in terms]
+    m = np.atleast_1d(np.asarray(factors, dtype=np.int64))
+    expected, variance = _kernels.allan_variances(plain, n, m, kind)
+    return np.asarray(2.0 * expected**2 / variance)
+
+
+def _quantiles(
+    terms: list[tuple[str, list[float]]],
+    n: int,
+    factor: int,
+    edf: float,
+    probabilities: list[float],
+    kind: str,
+) -> NDArray[np.float64]:
+    """Quantiles of σ̂²/σ²."""
+    from scipy.special import gammaincinv
+
+    if edf < FEW and any(name != "blue" for name, _ in terms):
+        return _kernels.allan_law(terms, n, factor, probabilities, kind)
+    return np.asarray(gammaincinv(edf / 2.0, np.asarray(probabilities))) * 2.0 / edf
+
+
+def _tail_together(correlation: NDArray[np.float64], level: float) -> float:
+    """Tail on either side of each normal score at which all of them are inside with probability `level`."""
+    from scipy.special import ndtr
+
+    values, vectors = np.linalg.eigh(correlation)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    draws = np.random.default_rng(0).standard_normal((DRAWS, correlation.shape[0]))
+    largest = np.abs(draws @ root.T).max(axis=1)
+    return float(ndtr(-np.quantile(largest, level)))

@@ -1,0 +1,156 @@
+"""Generalised least squares on the overlapping Allan variance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.effects.terms import scaled
+from allanite.errors import InputError, TooShortError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from allanite.effects.terms import Term
+
+__all__ = ["GlsFit", "fit_gls", "gls_factors"]
+
+#: More than this adds nothing to the information and much to the condition of the covariance.
+PER_DECADE = 8
+ROUNDS = 50
+SETTLED = 1e-7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GlsFit:
+    """Squared coefficients of a sum of effects.
+
+    Attributes
+    ----------
+    squares : ndarray, shape (p,)
+        Squared coefficients, not negative.
+    covariance : ndarray, shape (p, p)
+        Of `squares`. Rows of a square that the constraint holds at 0 are those of the unconstrained solution.
+    chi2 : float
+        Misfit of the whole curve in units of its covariance.
+    dof : int
+        Factors less positive squares.
+    expected : ndarray, shape (k,)
+        Fitted Allan variances.
+    rounds : int
+        Times the covariance was made anew.
+    """
+
+    squares: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    chi2: float
+    dof: int
+    expected: NDArray[np.float64]
+    rounds: int
+
+    def __post_init__(self) -> None:
+        for name in ("squares", "covariance", "expected"):
+            getattr(self, name).flags.writeable = False
+
+    @property
+    def coefficients(self) -> NDArray[np.float64]:
+        """Square roots of `squares`, shape (p,)."""
+        return np.sqrt(self.squares)
+
+    @property
+    def std_errors(self) -> NDArray[np.float64]:
+        """Of `squares`, shape (p,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def intervals(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """95 % interval of each coefficient, shape (p,) each; low is 0 where the square is within 1.96 of its error of 0."""
+        low = np.sqrt(np.maximum(self.squares - 1.959964 * self.std_errors, 0.0))
+        return low, np.sqrt(self.squares + 1.959964 * self.std_errors)
+
+
+def gls_factors(n: int) -> NDArray[np.int64]:
+    """Averaging factors for a fit to `n` samples: eight a decade, to a quarter of the record."""
+    top = max(1, n // 4)
+    return np.unique(
+        np.round(10 ** np.arange(0.0, np.log10(top) + 1e-9, 1 / PER_DECADE)).astype(np.int64)
+    )
+
+
+def fit_gls(
+    allan_variances: ArrayLike,
+    factors: ArrayLike,
+    n: int,
+    unit_terms: Sequence[Sequence[Term]],
+) -> GlsFit:
+    """Squared coefficients by least squares with the covariance that the fitted mixture itself implies.
+
+    The expected variance is linear in the squares. Covariance and squares are found in turn until they
+    settle, which is Fisher scoring of the Gaussian model of the curve.
+
+    Parameters
+    ----------
+    allan_variances : array_like, shape (k,)
+        Measured overlapping Allan variances, U².
+    factors : array_like of int, shape (k,)
+        Their averaging factors; see `gls_factors`.
+    n : int
+        Samples of the record.
+    unit_terms : sequence of p sequences of terms
+        Primitive terms of each effect with its coefficient 1, per sample.
+
+    Returns
+    -------
+    GlsFit
+
+    Raises
+    ------
+    InputError
+        Variances that are not positive, effects that share one curve, shapes that do not fit.
+    TooShortError
+        Fewer factors than effects.
+    """
+    target = np.asarray(allan_variances, dtype=float)
+    m = np.asarray(factors, dtype=np.int64)
+    if target.ndim != 1 or target.shape != m.shape:
+        raise InputError(
+            f"Allan variances of shape {target.shape} and factors of shape {m.shape} do not match"
+        )
+    if not unit_terms:
+        raise InputError("the model has no noise: give it at least one effect")
+    if m.size < len(unit_terms):
+        raise TooShortError(
+            f"{len(unit_terms)} effects and {m.size} averaging factors: use as many factors as effects"
+        )
+    if not (np.isfinite(target) & (target > 0)).all():
+        raise InputError("Allan variances must be positive numbers: leave out factors without an estimate")
+    columns = np.column_stack([_kernels.allan_variances(plain(t), n, m)[0] for t in unit_terms])
+    # A first guess: each estimate known in proportion to its size and number of averages.
+    covariance = np.diag(target**2 * m)
+    squares, _, _ = _kernels.gls_nonnegative(columns, target, covariance)
+    rounds = 0
+    for rounds in range(1, ROUNDS + 1):
+        mixture = [
+            term
+            for s, terms in zip(squares, unit_terms, strict=True)
+            for term in plain(terms, float(s))
+            if s > 0
+        ]
+        if not mixture:
+            raise InputError("no effect of the model fits the curve: all coefficients are 0")
+        expected, covariance = _kernels.allan_covariance(mixture, n, m)
+        before = columns @ squares
+        squares, spread, chi2 = _kernels.gls_nonnegative(columns, target, covariance)
+        if np.all(np.abs(columns @ squares / before - 1.0) < SETTLED):
+            break
+    dof = m.size - int(np.count_nonzero(squares))
+    return GlsFit(squares, spread, chi2, dof, columns @ squares, rounds)
+
+
+def plain(terms: Sequence[Term], factor: float = 1.0) -> list[tuple[str, list[float]]]:
+    """Terms as the core takes them, their variances times `factor`."""
+    return [(name, list(values)) for name, values in (scaled(t, factor) for t in terms)]

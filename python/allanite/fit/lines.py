@@ -1,0 +1,326 @@
+"""The classical reading: straight lines laid on the log-log Allan curve."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.errors import InputError, TooShortError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["LineReading", "LineReadings", "NearestSlopes", "nearest_slopes", "read_lines"]
+
+#: Averaging times a decade that are looked at: neighbours closer than this tell the same.
+PER_DECADE = 8
+#: A slope is judged over this ratio of averaging times.
+SPAN = 4.0
+#: Slopes are half an order apart: a tenth of that may come from the neighbouring lines.
+TOLERANCE = 0.05
+#: A local slope known less well than this does not tell one line from the next.
+BLUNT = 0.125
+#: A line may lie above a measured value only where chance does so once in a thousand.
+ABOVE = 0.999
+
+FLICKER = float(np.sqrt(2.0 * np.log(2.0) / np.pi))
+#: Name, slope, where read (s), line of coefficient 1 there, its unit as a power of s, noise that has this slope.
+LINES = (
+    ("Q", -1.0, float(np.sqrt(3.0)), 1.0, "blue"),
+    ("N", -0.5, 1.0, 1.0, "white"),
+    ("B", 0.0, None, FLICKER, "flicker"),
+    ("K", 0.5, 3.0, 1.0, "random_walk"),
+    # A ramp has no scatter of its own; that of the reddest noise below it is the most careful choice.
+    ("R", 1.0, float(np.sqrt(2.0)), 1.0, "random_walk"),
+)
+
+
+class DeviationLike(Protocol):
+    """What is needed of an overlapping Allan deviation."""
+
+    @property
+    def tau(self) -> NDArray[np.float64]: ...  # noqa: D102
+    @property
+    def factors(self) -> NDArray[np.int64]: ...  # noqa: D102
+    @property
+    def n(self) -> NDArray[np.int64]: ...  # noqa: D102
+    @property
+    def deviation(self) -> NDArray[np.float64]: ...  # noqa: D102
+    @property
+    def edf(self) -> NDArray[np.float64]: ...  # noqa: D102
+
+
+@dataclass(frozen=True, slots=True)
+class LineReading:
+    """One line.
+
+    Attributes
+    ----------
+    name : str
+        ``Q``, ``N``, ``B``, ``K`` or ``R``.
+    slope : float
+        Of the deviation on log-log paper.
+    read_at_s : float or None
+        τ at which the line is read; None for the plateau, which is divided by 0.664.
+    present : bool
+        Whether the curve really has this slope somewhere, with the line nowhere above the curve.
+    value, low, high : float or None
+        Coefficient with its 95 % interval, SI of the samples' unit; None where not present.
+    tau_low_s, tau_high_s : float or None
+        Averaging times between which the slope holds.
+    reason : str
+        Why the line is not present; empty where it is.
+    """
+
+    name: str
+    slope: float
+    read_at_s: float | None
+    present: bool
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+    tau_low_s: float | None = None
+    tau_high_s: float | None = None
+    reason: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class LineReadings:
+    """The five lines, from the steepest fall to the steepest rise."""
+
+    lines: tuple[LineReading, ...]
+
+    def __getitem__(self, name: str) -> LineReading:
+        for line in self.lines:
+            if line.name == name:
+                return line
+        raise KeyError(f"no line {name!r}: Q, N, B, K, R")
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form: a list of lines."""
+        return {"lines": [line.to_dict() for line in self.lines]}
+
+
+def read_lines(deviation: DeviationLike) -> LineReadings:
+    """Lay lines of slope −1, −½, 0, +½, +1 on an Allan curve and read them.
+
+    The local slope is a generalised least squares fit over a factor of 4 in τ, with the covariance that noise
+    of this slope would have. A line is present where the slope differs from its own by less than 0.05 and
+    twice its standard error, is known to 0.125, and where the line, drawn over all τ, nowhere exceeds the
+    measured curve by more than chance allows: a part of the variance cannot be larger than the whole. It is
+    read where its slope holds best.
+
+    Parameters
+    ----------
+    deviation : Deviation
+        Overlapping Allan deviation with `tau`, `factors`, `n`, `deviation`, `edf`.
+
+    Returns
+    -------
+    LineReadings
+
+    Raises
+    ------
+    TooShortError
+        Fewer than three averaging times with an estimate.
+    """
+    tau, m, sigma, edf = (
+        np.asarray(a) for a in (deviation.tau, deviation.factors, deviation.deviation, deviation.edf)
+    )
+    good = np.isfinite(sigma) & (sigma > 0) & np.isfinite(edf)
+    if np.count_nonzero(good) < 3:
+        raise TooShortError(
+            f"{np.count_nonzero(good)} averaging times with an estimate: a slope needs at least 3"
+        )
+    first = int(np.flatnonzero(good)[0])
+    n = int(deviation.n[first] + 2 * m[first] - 1)
+    keep = _thinned(np.where(good & (2 * m <= n), m, 0))
+    tau, m, sigma, edf = tau[keep], m[keep].astype(np.int64), sigma[keep], edf[keep]
+    return LineReadings(tuple(_read(line, tau, m, sigma, edf, n) for line in LINES))
+
+
+def _thinned(m: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Places of factors at least 1/PER_DECADE of a decade apart, as near as they come; 0 marks a bad one."""
+    out: list[int] = []
+    step = 10.0 ** (1.0 / PER_DECADE) * 0.9
+    for k in np.flatnonzero(m > 0):
+        if not out or m[k] >= m[out[-1]] * step:
+            out.append(int(k))
+    return np.array(out, dtype=np.int64)
+
+
+def _read(
+    line: tuple[str, float, float | None, float, str],
+    tau: NDArray[np.float64],
+    m: NDArray[np.int64],
+    sigma: NDArray[np.float64],
+    edf: NDArray[np.float64],
+    n: int,
+) -> LineReading:
+    name, slope, where, unit, noise = line
+
+    def absent(reason: str) -> LineReading:
+        return LineReading(name, slope, where, present=False, reason=reason)
+
+    expected, covariance = _kernels.allan_covariance([(noise, [1.0])], n, m)
+    # Of ln σ̂ = ½ ln σ̂².
+    relative = covariance / np.outer(expected, expected) / 4.0
+    x, y = np.log(tau), np.log(sigma)
+    windows = [w for a in range(tau.size) if (w := _window(tau, a)) is not None]
+    if not windows:
+        return absent("the curve spans less than a factor of 4 in averaging time")
+    fits = [_slope(x[w], y[w], relative[w, w]) for w in windows]
+    sharp = [f[1] <= BLUNT for f in fits]
+    if not any(sharp):
+        return absent("no local slope is known well enough")
+    holds = [s and abs(f[0] - slope) < TOLERANCE + 2.0 * f[1] for f, s in zip(fits, sharp, strict=True)]
+    if not any(holds):
+        nearest = min((f[0] for f, s in zip(fits, sharp, strict=True) if s), key=lambda v: abs(v - slope))
+        return absent(f"no stretch of the curve has this slope (nearest {nearest:+.2f})")
+    reason = ""
+    from scipy.special import chdtri
+
+    largest = y + 0.5 * np.log(edf / chdtri(edf, ABOVE))
+    order = sorted(np.flatnonzero(holds), key=lambda k: abs(fits[k][0] - slope) + fits[k][1])
+    for k in order:
+        level, error = _level(x[windows[k]], y[windows[k]], relative[windows[k], windows[k]], slope)
+        over = level + slope * x - 3.0 * error > largest
+        if over.any():
+            worst = int(np.argmax(np.where(over, level + slope * x - largest, -np.inf)))
+            reason = reason or (
+                f"the slope holds near {tau[windows[k]][0]:.3g} s, but the curve lies below its line at {tau[worst]:.3g} s"
+            )
+            continue
+        low, high = k, k
+        while low > 0 and holds[low - 1]:
+            low -= 1
+        while high < len(windows) - 1 and holds[high + 1]:
+            high += 1
+        at = level + (slope * np.log(where) if where is not None else 0.0) - np.log(unit)
+        return LineReading(
+            name,
+            slope,
+            where,
+            present=True,
+            value=float(np.exp(at)),
+            low=float(np.exp(at - 1.959964 * error)),
+            high=float(np.exp(at + 1.959964 * error)),
+            tau_low_s=float(tau[windows[low]][0]),
+            tau_high_s=float(tau[windows[high]][-1]),
+        )
+    return absent(reason)
+
+
+def _window(tau: NDArray[np.float64], a: int) -> slice | None:
+    b = int(np.searchsorted(tau, tau[a] * SPAN * (1 - 1e-9)))
+    return slice(a, b + 1) if b < tau.size and b - a >= 2 else None
+
+
+def _slope(
+    x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Slope and its standard error."""
+    design = np.column_stack([np.ones_like(x), x])
+    weighted = np.linalg.solve(covariance, design)
+    inverse = np.linalg.inv(design.T @ weighted)
+    return float((inverse @ (weighted.T @ y))[1]), float(np.sqrt(inverse[1, 1]))
+
+
+def _level(
+    x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64], slope: float
+) -> tuple[float, float]:
+    """ln of the line at τ = 1 s, and its standard error."""
+    weights = np.linalg.solve(covariance, np.ones_like(x))
+    total = float(weights.sum())
+    return float(weights @ (y - slope * x)) / total, total**-0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NearestSlopes:
+    """What `nearest_slopes` reads.
+
+    Attributes
+    ----------
+    tau, deviation : ndarray, shape (k,)
+        The curve, s and U.
+    N, K, B : float
+        U·√s, U/√s, U.
+    tau_N_s, tau_K_s, tau_B_s : float
+        Where the point nearest to each slope lies: nothing says that the slope holds there.
+    """
+
+    tau: NDArray[np.float64]
+    deviation: NDArray[np.float64]
+    N: float
+    K: float
+    B: float
+    tau_N_s: float
+    tau_K_s: float
+    tau_B_s: float
+
+    def __post_init__(self) -> None:
+        self.tau.flags.writeable = False
+        self.deviation.flags.writeable = False
+
+    def to_dict(self) -> dict[str, float]:
+        """JSON form, without the curve."""
+        return {
+            name: getattr(self, name) for name in ("N", "K", "B", "tau_N_s", "tau_K_s", "tau_B_s")
+        }
+
+
+def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
+    """N, K and B as the MathWorks example "Inertial Sensor Noise Analysis Using Allan Variance" reads them.
+
+    Exactly as published, slips included: the phase has no leading zero, so the first sample counts for nothing;
+    100 averaging factors, rounded up, to the largest power of two within half the record; each line goes through
+    the one point whose slope to the next is nearest to −½, +½, 0, however noisy it is, and is there whether
+    or not the curve has such a slope. Use `read_lines` for a reading with a judgement.
+
+    Parameters
+    ----------
+    samples : array_like, shape (n,)
+        Rate, U.
+    rate : float
+        Hz.
+
+    Returns
+    -------
+    NearestSlopes
+
+    Raises
+    ------
+    TooShortError
+        Fewer than 8 samples.
+    """
+    from allanite.deviation import oadev
+
+    x = np.asarray(samples, dtype=float)
+    if x.ndim != 1 or not np.isfinite(x).all():
+        raise InputError("the published recipe needs one column of finite samples")
+    if x.size < 8:
+        raise TooShortError(f"{x.size} samples: the published recipe needs at least 8")
+    top = 2.0 ** np.floor(np.log2(x.size / 2))
+    m = np.unique(np.ceil(np.logspace(0.0, np.log10(top), 100)).astype(np.int64))
+    m = m[2 * m < x.size]
+    curve = oadev(np.cumsum(x) / rate, rate=rate, factors=m, quantity="angle")
+    tau, sigma = curve.tau, curve.deviation
+    if not (sigma > 0).all():
+        raise InputError("the samples are constant: there is no slope to read")
+    slopes = np.diff(np.log10(sigma)) / np.diff(np.log10(tau))
+
+    def read(slope: float, at: float) -> tuple[float, float]:
+        k = int(np.argmin(np.abs(slopes - slope)))
+        return float(10.0 ** (np.log10(sigma[k]) + slope * np.log10(at / tau[k]))), float(tau[k])
+
+    (n_value, n_tau), (k_value, k_tau), (plateau, b_tau) = read(-0.5, 1.0), read(0.5, 3.0), read(0.0, 1.0)
+    return NearestSlopes(
+        tau.copy(), sigma.copy(), n_value, k_value, plateau / FLICKER, n_tau, k_tau, b_tau
+    )

@@ -1,0 +1,275 @@
+//! Every other estimator: one loop over (averaging factor, block of terms), the estimators in their own files.
+
+use std::sync::atomic::Ordering;
+
+use super::allan::{Means, Terms};
+use super::parallel::for_each;
+use super::sums::Width;
+use super::{hadamard, modified, modified_total, pages, theo, tie, total};
+use crate::phase::{BLOCK, LOCAL, Quantity, Record, Sample, add_to};
+use crate::{Error, Result};
+
+/// Which statistic of the phase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Third differences at every point.
+    Hadamard,
+    /// Third differences at every m-th point.
+    AdjacentHadamard,
+    /// Second differences of phase averages.
+    Modified,
+    /// Second differences of phase slopes.
+    Parabolic,
+    /// Second differences of the record reflected at its ends.
+    Total,
+    /// Modified variance of every 3m points, reflected.
+    ModifiedTotal,
+    /// Hadamard variance of every 3m rates, reflected.
+    HadamardTotal,
+    /// All strides up to m.
+    Theo1,
+    /// Mean square of the phase gained in m samples.
+    TieRms,
+    /// Largest range of the phase within m samples.
+    Mtie,
+}
+
+impl Kind {
+    /// The estimator of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "ohdev" => Self::Hadamard,
+            "hdev" => Self::AdjacentHadamard,
+            "mdev" => Self::Modified,
+            "pdev" => Self::Parabolic,
+            "totdev" => Self::Total,
+            "mtotdev" => Self::ModifiedTotal,
+            "htotdev" => Self::HadamardTotal,
+            "theo1" => Self::Theo1,
+            "tierms" => Self::TieRms,
+            "mtie" => Self::Mtie,
+            _ => return None,
+        })
+    }
+
+    /// Phase points behind the first one that a term of factor m needs.
+    pub fn reach(self, m: usize) -> usize {
+        match self {
+            Self::Hadamard | Self::AdjacentHadamard | Self::HadamardTotal => 3 * m,
+            Self::Modified | Self::ModifiedTotal => 3 * m - 1,
+            Self::Parabolic => 2 * m,
+            Self::Total => 0,
+            Self::Theo1 | Self::TieRms | Self::Mtie => m,
+        }
+    }
+
+    /// Terms in one block: long ones where a block costs O(m) to begin, short ones where a term costs O(m).
+    fn block(self, m: usize) -> usize {
+        match self {
+            Self::ModifiedTotal | Self::HadamardTotal => 512,
+            Self::Theo1 => 2048,
+            Self::Mtie => usize::MAX / 2,
+            _ => BLOCK.max(m),
+        }
+    }
+
+    /// Terms of single points, of which a missing one is left out by itself.
+    fn pointwise(self) -> bool {
+        matches!(self, Self::Hadamard | Self::AdjacentHadamard | Self::TieRms)
+    }
+
+    /// Needs the phase of the whole record in one piece.
+    fn global(self) -> bool {
+        matches!(self, Self::Total | Self::TieRms | Self::Mtie)
+    }
+
+    /// The variance (of TIE: the square) from a sum of `count` terms, in units of one sample.
+    fn scaled(self, sum: f64, count: u64, m: usize) -> f64 {
+        let (n, m) = (count as f64, m as f64);
+        sum / match self {
+            Self::Hadamard | Self::AdjacentHadamard => 6.0 * m.powi(2) * n,
+            Self::Modified => 2.0 * m.powi(4) * n,
+            Self::Parabolic => m.powi(6) * n / 72.0,
+            Self::Total => 2.0 * m.powi(2) * n,
+            Self::ModifiedTotal => 12.0 * m.powi(5) * n,
+            Self::HadamardTotal => 36.0 * m.powi(3) * n,
+            Self::Theo1 => 0.75 * m.powi(2) * n,
+            Self::TieRms => n,
+            Self::Mtie => f64::from(u8::from(count > 0)),
+        }
+    }
+}
+
+/// What a block of terms is computed from.
+pub struct Piece<'a> {
+    /// Phase points `k .. k + n + reach`.
+    pub theta: &'a [f64],
+    /// Place of the first of them in the record.
+    pub first: usize,
+    /// Number of terms.
+    pub n: usize,
+    /// Averaging factor.
+    pub m: usize,
+    /// Vector unit.
+    pub width: Width,
+}
+
+/// Variances and numbers of terms for rising factors, and the global phase.
+///
+/// At m = 1 the parabolic variance is Allan's and the Hadamard total variance is the overlapping Hadamard variance.
+pub fn variances<T: Sample>(
+    record: &Record<'_, T>,
+    kind: Kind,
+    factors: &[usize],
+    means: Means<'_>,
+) -> Result<(Vec<f64>, Vec<u64>, Vec<f64>)> {
+    let mut theta = global_phase(record, means)?;
+    if matches!(kind, Kind::TieRms | Kind::Mtie) && record.quantity() == Quantity::Rate {
+        remove_slope(&mut theta);
+    }
+    let runs = point_runs(record, kind.pointwise());
+    let points = record.points();
+    let mut items = Vec::new();
+    for (place, &m) in factors.iter().enumerate() {
+        let kind = replaced(kind, m);
+        let block = kind.block(m);
+        let last = (points + 1).saturating_sub(kind.reach(m) + 1);
+        items.extend((0..last).step_by(block).map(|from| (place, m, from, (from + block).min(last))));
+    }
+    let cost: usize = items.iter().map(|&(_, m, from, to)| (to - from) * per_term(kind, m)).sum();
+    let threads = if cost < 1 << 20 { 1 } else { means.threads };
+    let local = record.quantity() == Quantity::Rate && !kind.global();
+    let parts = for_each(
+        threads,
+        items.len(),
+        means.stop,
+        || (Vec::new(), Vec::new()),
+        |scratch, item| {
+            let (place, m, from, to) = items[item];
+            let kind = replaced(kind, m);
+            let reach = kind.reach(m);
+            let (near, work) = scratch;
+            let (phase, origin) = if local && m <= LOCAL {
+                near.resize((to - from + reach).min(points - from), 0.0);
+                record.local(from, near);
+                (near.as_slice(), from)
+            } else {
+                (theta.as_slice(), 0)
+            };
+            let (mut sum, mut count) = (0.0, 0);
+            if kind == Kind::Total || kind == Kind::Mtie {
+                if means.stop.load(Ordering::Relaxed) {
+                    return (place, 0.0, 0);
+                }
+                let found = whole(kind, record, phase, (from, to), m, work);
+                return (place, found.0, found.1);
+            }
+            let first = runs.partition_point(|run| run.1 < from);
+            for &(start, end) in runs[first..].iter().take_while(|run| run.0 < to) {
+                let (from, to) = (from.max(start), to.min((end + 1).saturating_sub(reach)));
+                if from < to {
+                    let theta = &phase[from - origin..to + reach - origin];
+                    let piece = Piece { theta, first: from, n: to - from, m, width: means.width };
+                    let found = one(kind, &piece, work);
+                    sum += found.0;
+                    count += found.1;
+                }
+            }
+            (place, sum, count)
+        },
+    )?;
+    let mut sums = vec![[0.0_f64; 2]; factors.len()];
+    let mut terms = Terms { sum: vec![0.0; factors.len()], count: vec![0; factors.len()] };
+    for (place, sum, count) in parts {
+        if kind == Kind::Mtie {
+            sums[place][0] = sums[place][0].max(sum);
+        } else {
+            add_to(&mut sums[place], sum);
+        }
+        terms.count[place] += count;
+    }
+    let variances = (0..factors.len())
+        .map(|i| replaced(kind, factors[i]).scaled(sums[i][0] + sums[i][1], terms.count[i], factors[i]))
+        .collect();
+    Ok((variances, terms.count, theta))
+}
+
+/// At m = 1 two estimators are defined as, or agreed to be, a simpler one.
+fn replaced(kind: Kind, m: usize) -> Kind {
+    match kind {
+        Kind::HadamardTotal if m == 1 => Kind::Hadamard,
+        Kind::Parabolic if m == 1 => Kind::Modified,
+        other => other,
+    }
+}
+
+fn per_term(kind: Kind, m: usize) -> usize {
+    match kind {
+        Kind::ModifiedTotal | Kind::HadamardTotal => 9 * m,
+        Kind::Theo1 => m / 2,
+        _ => 4,
+    }
+}
+
+fn one(kind: Kind, piece: &Piece<'_>, work: &mut Vec<f64>) -> (f64, u64) {
+    match kind {
+        Kind::Hadamard => hadamard::overlapping(piece),
+        Kind::AdjacentHadamard => hadamard::adjacent(piece),
+        Kind::Modified => modified::averages(piece),
+        Kind::Parabolic => modified::slopes(piece),
+        Kind::ModifiedTotal => modified_total::of_phase(piece, work),
+        Kind::HadamardTotal => modified_total::of_rates(piece, work),
+        Kind::Theo1 => theo::theo1(piece, work),
+        Kind::TieRms => tie::mean_square(piece),
+        Kind::Total | Kind::Mtie => unreachable!("handled by the caller"),
+    }
+}
+
+fn whole<T: Sample>(
+    kind: Kind,
+    record: &Record<'_, T>,
+    theta: &[f64],
+    span: (usize, usize),
+    m: usize,
+    work: &mut Vec<f64>,
+) -> (f64, u64) {
+    if kind == Kind::Mtie {
+        return tie::largest_range(theta, &point_runs(record, false), m, work);
+    }
+    total::reflected(theta, &point_runs(record, false), span, m)
+}
+
+/// Runs of finite phase points as (first, last); `pointwise`: of a phase with gaps, everything.
+fn point_runs<T: Sample>(record: &Record<'_, T>, pointwise: bool) -> Vec<(usize, usize)> {
+    match record.quantity() {
+        Quantity::Rate => record.runs().to_vec(),
+        Quantity::Angle if pointwise => vec![(0, record.points() - 1)],
+        Quantity::Angle => record.runs().iter().map(|run| (run.0, run.1 - 1)).collect(),
+    }
+}
+
+/// The phase of the whole record.
+pub fn global_phase<T: Sample>(record: &Record<'_, T>, means: Means<'_>) -> Result<Vec<f64>> {
+    let points = record.points();
+    let mut theta = pages::zeroed(points);
+    let mut local = vec![0.0; BLOCK];
+    for (block, out) in theta.chunks_mut(BLOCK).enumerate() {
+        if means.stop.load(Ordering::Relaxed) {
+            return Err(Error::Interrupted);
+        }
+        local.truncate(out.len());
+        let slope = record.local(block * BLOCK, &mut local);
+        record.global(block, &local, slope, out);
+    }
+    Ok(theta)
+}
+
+/// Of integers only a whole number was subtracted; the interval error needs the mean itself gone.
+fn remove_slope(theta: &mut [f64]) {
+    if let [_, .., last] = *theta {
+        let slope = last / (theta.len() - 1) as f64;
+        for (k, value) in theta.iter_mut().enumerate() {
+            *value -= slope * k as f64;
+        }
+    }
+}
