@@ -127,9 +127,10 @@ class Effect:
 
     def __str__(self) -> str:
         inside = ", ".join(
-            f"{f.name}={value:.6g}{'!' if f.name in self.held else ''}"
+            f"{f.name}={value if isinstance(value, str) else f'{value:.6g}'}"
+            f"{'!' if f.name in self.held else ''}"
             for f in fields(self)
-            if f.name != "hold" and isinstance(value := getattr(self, f.name), float)
+            if f.name != "hold" and isinstance(value := getattr(self, f.name), (float, str))
         )
         return f"{self.short}({inside})" if inside else self.short
 

@@ -216,6 +216,13 @@ def cosine_variance(term: Term, j: NDArray[np.int64], n: int) -> Array:
         return plain * ratio
     if name == "exponential":
         return _exponential_cosine(complex(v[0], v[1]), complex(v[2], v[3]), w, n)
+    if name == "moving_average":
+        # Without the ends the zeros of the filter would be deeper than any record shows them.
+        h = np.arange(1, min(round(v[1]), n))
+        lags = v[0] * (1.0 - h / round(v[1])) / round(v[1])
+        angle = np.multiply.outer(w, h)
+        ends = (n - h) * np.cos(angle) - np.sin(angle) / np.sin(w)[:, None]
+        return v[0] / round(v[1]) + (2.0 / n) * (ends @ lags)
     return plain
 
 

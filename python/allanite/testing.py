@@ -1,0 +1,287 @@
+"""The contract of an effect, as a test: for the catalogue and for effects that others write.
+
+>>> from allanite.testing import check_effect
+>>> check_effect(GaussMarkov(q_c=1e-3, correlation_time=3.0))
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.effects import (
+    Deterministic,
+    Effect,
+    Model,
+    Modifier,
+    Parameter,
+    Stochastic,
+    find,
+    model_from_dict,
+    model_to_dict,
+    parse_model,
+)
+from allanite.effects import terms as _terms
+from allanite.effects.angle_random_walk import AngleRandomWalk
+from allanite.effects.gauss_markov import GaussMarkov
+from allanite.errors import InputError
+from allanite.simulate import simulate
+from allanite.spectrum import bins_of
+
+__all__ = [
+    "check_amplitudes",
+    "check_declaration",
+    "check_density",
+    "check_effect",
+    "check_round_trip",
+    "check_simulation",
+]
+
+Array = NDArray[np.float64]
+Columns = Mapping[str, Array]
+
+RATE = 50.0
+#: Samples and records of the Monte Carlo part.
+LENGTH, RECORDS = 2048, 384
+#: Standard errors allowed: a few hundred comparisons of normal means reach 4.5 once in a thousand runs.
+SIGMAS = 5.0
+ROLES = {"coefficient", "shape", "choice", "time", "derived"}
+
+
+def _require(fact: object, message: str) -> None:
+    if not fact:
+        raise AssertionError(message)
+
+
+def check_effect(effect: Effect, covariates: Columns | None = None) -> None:
+    """Prove the declared properties of an effect.
+
+    Parameters
+    ----------
+    effect : Effect
+        With all values given, chosen for a record of 2048 samples at 50 Hz (time constants of 0.1…10 s, times
+        within 41 s, frequencies below 25 Hz).
+    covariates : mapping of str to ndarray, shape (2048,), optional
+        Columns that the effect refers to.
+
+    Raises
+    ------
+    AssertionError
+        Names the effect and the property that does not hold.
+    """
+    columns = dict(covariates or {})
+    check_declaration(effect)
+    check_round_trip(effect)
+    if isinstance(effect, Deterministic):
+        check_amplitudes(effect, columns)
+    else:
+        check_density(effect)
+    check_simulation(effect, columns)
+
+
+def check_declaration(effect: Effect) -> None:
+    """What the effect says of itself is complete."""
+    cls = type(effect)
+    for name in ("kind", "short", "title", "physics", "looks_like", "check_by"):
+        text = getattr(cls, name, "")
+        _require(isinstance(text, str) and text.strip(), f"{cls.__name__}: {name} is empty")
+    kind = cls.kind
+    _require(cls.parameters, f"{kind}: no parameters")
+    names = [p.name for p in cls.parameters]
+    _require(len(set(names)) == len(names), f"{kind}: a parameter is declared twice")
+    for p in cls.parameters:
+        _require(isinstance(p, Parameter), f"{kind}: {p!r} is not a Parameter")
+        _require(
+            isinstance(p.unit, float) or (isinstance(p.unit, str) and p.unit),
+            f"{kind}.{p.name}: no unit",
+        )
+        _require(p.description, f"{kind}.{p.name}: no description")
+        _require(p.role in ROLES, f"{kind}.{p.name}: role {p.role!r} is unknown")
+        _require(p.low < p.high, f"{kind}.{p.name}: bounds {p.low} … {p.high}")
+        _require(hasattr(effect, p.name), f"{kind}: declares {p.name}, which it has not")
+        if isinstance(effect.values[p.name], float) and p.role != "derived" and p.low > -np.inf:
+            try:
+                effect.with_values(**{p.name: p.low - 1.0})
+            except InputError:
+                continue
+            _require(False, f"{kind}: {p.name} below its bound {p.low} is taken")
+    _require(kind not in cls.rivals, f"{kind}: is its own rival")
+    if isinstance(effect, Stochastic):
+        _require(effect.coefficient in names, f"{kind}: coefficient is not a parameter")
+    grid = getattr(effect, "grid", None)
+    if grid is not None:
+        for name in effect.free_shapes:
+            p, values = effect.parameter(name), np.asarray(grid(name, 100_000, RATE))
+            _require(values.size > 1, f"{kind}: the grid of {name} is empty")
+            _require(
+                np.isfinite(values).all() and (values >= p.low).all() and (values <= p.high).all(),
+                f"{kind}: the grid of {name} leaves its bounds",
+            )
+
+
+def check_round_trip(effect: Effect) -> None:
+    """Model files keep every bit, model strings six digits (effects outside the catalogue have no string)."""
+    if find(effect.kind) is not type(effect):
+        return
+    model = Model((effect,))
+    back = model_from_dict(json.loads(json.dumps(model_to_dict(model))), effect.kind)
+    _require(back == model, f"{effect.kind}: JSON gives {back}, not {model}")
+    parsed = parse_model(str(model)).effects[0]
+    _require(type(parsed) is type(effect), f"{effect.kind}: {model} is read as {parsed.kind}")
+    for p in effect.parameters:
+        before, after = effect.values[p.name], parsed.values[p.name]
+        if isinstance(before, tuple):  # lists of times are for files
+            continue
+        same = before == after or (
+            isinstance(before, float)
+            and isinstance(after, float)
+            and abs(after - before) <= 1e-5 * abs(before)
+        )
+        _require(same, f"{effect.kind}: {model} is read with {p.name} = {after}, not {before}")
+
+
+def _as_model(effect: Effect) -> Model:
+    return Model((AngleRandomWalk(N=1.0), effect) if isinstance(effect, Modifier) else (effect,))
+
+
+def integrated(density: Array, weight: Array, w: Array, m: float, rate: float) -> float:
+    """∫ S(f)·4 sin⁴(mw/2)/(m² sin²(w/2)) df from a density at nodes `w` with weights in w."""
+    gain = 4.0 * np.sin(m * w / 2.0) ** 4 / (m * np.sin(w / 2.0)) ** 2
+    return float((weight * density * gain).sum() * rate / (2.0 * np.pi))
+
+
+def _nodes(m: int) -> tuple[Array, Array]:
+    """Gauss-Legendre nodes on (0, π): fine at 0, where spectra diverge, and between the zeros of the gain."""
+    x, v = np.polynomial.legendre.leggauss(8)
+    edges = np.unique(
+        np.concatenate([np.geomspace(1e-30, 1e-3, 200), np.linspace(0.0, np.pi, 40 * max(m, 80))])
+    )
+    half = np.diff(edges) / 2.0
+    middle = edges[:-1] + half
+    return (middle[:, None] + half[:, None] * x).ravel(), (half[:, None] * v).ravel()
+
+
+def check_density(effect: Effect) -> None:
+    """The density integrates to the Allan variance at every m; the deviation scales with the coefficient."""
+    model = _as_model(effect)
+    for m in (1, 2, 3, 10, 100):
+        w, weight = _nodes(m)
+        density = model.psd(w * RATE / (2.0 * np.pi), RATE)
+        # A filter may have zeros, which rounding may miss on either side.
+        floor = -1e-12 * float(np.median(density))
+        _require((density > floor).all(), f"{effect.kind}: a density below 0")
+        integral = integrated(density, weight, w, m, RATE)
+        declared = float(model.allan_variance(m / RATE, RATE))
+        _require(
+            abs(integral / declared - 1.0) < 1e-5,
+            f"{effect.kind}: at m = {m} the density integrates to {integral:.8g}, "
+            f"the Allan variance says {declared:.8g}",
+        )
+    if isinstance(effect, Stochastic):
+        name = effect.coefficient
+        louder = effect.with_values(**{name: 3.0 * effect.values[name]})
+        tau = np.array([1, 7, 300]) / RATE
+        ratio = louder.allan_variance(tau, RATE) / effect.allan_variance(tau, RATE)
+        _require(
+            np.allclose(ratio, 9.0, rtol=1e-12),
+            f"{effect.kind}: three times {name} is not three times the deviation",
+        )
+
+
+def check_amplitudes(effect: Deterministic, covariates: Columns | None = None) -> None:
+    """A deterministic effect is linear in its amplitudes and agrees with its own regressors."""
+    columns, kind = dict(covariates or {}), effect.kind
+    time = np.arange(LENGTH) / RATE
+    matrix, amplitudes = effect.regressors(time, columns), effect.amplitudes()
+    _require(matrix.shape == (LENGTH, amplitudes.size), f"{kind}: regressors {matrix.shape}")
+    _require(np.isfinite(matrix).all(), f"{kind}: regressors are not finite")
+    signal = effect.signal(time, columns)
+    _require(np.ptp(signal) > 0.0, f"{kind}: these values give no signal")
+    size = float(np.abs(signal).max())
+    _require(
+        np.allclose(signal, matrix @ amplitudes, atol=1e-12 * size, rtol=0.0),
+        f"{kind}: signal is not regressors @ amplitudes",
+    )
+    for factor in (1.0, 2.0, 0.25):
+        scaled = effect.with_amplitudes(factor * amplitudes)
+        _require(
+            np.allclose(scaled.amplitudes(), factor * amplitudes, rtol=1e-12, atol=1e-300),
+            f"{kind}: with_amplitudes does not keep {factor} × amplitudes",
+        )
+        _require(
+            np.allclose(scaled.signal(time, columns), factor * signal, atol=1e-9 * size, rtol=0.0),
+            f"{kind}: not linear in its amplitudes",
+        )
+    declared = Model((effect,)).allan_variance(FACTORS / RATE, RATE)
+    if declared.any():
+        measured = _allan(signal, FACTORS)
+        # A sampled line is averaged over a number of cycles that is not whole.
+        _require(
+            (np.abs(measured - declared) <= 0.02 * declared.max()).all(),
+            f"{kind}: Allan variance of the signal {measured}, declared {declared}",
+        )
+
+
+FACTORS = np.unique(np.round(np.geomspace(1, LENGTH // 4, 14)).astype(np.int64))
+
+
+def _allan(samples: Array, factors: NDArray[np.int64]) -> Array:
+    """Overlapping Allan variance by its definition, shape (..., factors)."""
+    phase = np.concatenate([np.zeros((*samples.shape[:-1], 1)), np.cumsum(samples, -1)], -1)
+    out = []
+    for m in factors:
+        second = phase[..., 2 * m :] - 2.0 * phase[..., m:-m] + phase[..., : -2 * m]
+        out.append(np.mean(second**2, axis=-1) / (2.0 * m * m))
+    return np.stack(out, axis=-1)
+
+
+def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
+    """Simulated records are seeded, add up, and have the declared Allan variance and density.
+
+    The samples that are judged are the difference of two simulations of the same seed, with the effect and
+    without it.
+    """
+    columns, kind = dict(covariates or {}), effect.kind
+    beside, model = Model((GaussMarkov(q_c=2.0, correlation_time=0.5),)), _as_model(effect)
+
+    def run(what: Model, seed: int) -> Array:
+        found = simulate(what, n=LENGTH, rate=RATE, seed=seed, covariates=columns)
+        return np.asarray(found.samples)
+
+    _require((run(model, 1) == run(model, 1)).all(), f"{kind}: the same seed gives other samples")
+    if isinstance(effect, Deterministic):
+        difference = run(beside + effect, 3) - run(beside, 3)
+        signal = effect.signal(np.arange(LENGTH) / RATE, columns)
+        _require(np.allclose(difference, signal, atol=1e-9), f"{kind}: is not what is added")
+        return
+    _require((run(model, 1) != run(model, 2)).any(), f"{kind}: another seed gives the same samples")
+    records = np.array([run(beside + model, s) - run(beside, s) for s in range(RECORDS)])
+    terms = model.terms(RATE, (0.0, LENGTH / RATE))
+    # What happens for a time only is seen by short averages alike, by long ones not.
+    lasting = all(p.role != "time" for p in effect.parameters)
+    factors = FACTORS if lasting else FACTORS[FACTORS <= LENGTH // 100]
+    declared = sum(_terms.allan_variance(t, factors.astype(float)) for t in terms)
+    _within(_allan(records, factors), np.asarray(declared), f"{kind}: Allan variance at m", factors)
+    bins = bins_of(LENGTH)
+    power = np.array([bins.power(_kernels.cosine_transform(r)) for r in records])
+    expected = bins.mean(
+        np.asarray(sum(_terms.cosine_variance(t, bins.nodes, LENGTH) for t in terms))
+    )
+    seen = bins.edges[:-1] >= (1 if lasting else 64)
+    _within(power[:, seen], expected[seen], f"{kind}: power from ordinate", bins.edges[:-1][seen])
+
+
+def _within(values: Array, expected: Array, what: str, places: NDArray[np.int64]) -> None:
+    """The mean over records agrees with its expectation within `SIGMAS` of its own standard error."""
+    error = values.std(axis=0, ddof=1) / np.sqrt(values.shape[0])
+    z = (values.mean(axis=0) - expected) / error
+    worst = int(np.argmax(np.abs(z)))
+    _require(
+        abs(z[worst]) < SIGMAS,
+        f"{what} {places[worst]}: {values.mean(axis=0)[worst]:.6g} ± {error[worst]:.2g} simulated, "
+        f"{expected[worst]:.6g} declared",
+    )

@@ -1,0 +1,269 @@
+"""Every effect of the catalogue keeps the contract; its processes agree with first principles."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.fft import dct
+
+from allanite import effects as fx
+from allanite import testing
+from allanite.effects import CATALOGUE, find, terms
+from allanite.effects.model import Model
+
+RNG = np.random.default_rng(5)
+COLUMNS = {"temperature": np.cumsum(RNG.standard_normal(testing.LENGTH))}
+
+#: Values for a record of 2048 samples at 50 Hz; every kind of the catalogue at least once.
+VALUES = [
+    ("Q", {"Q": 0.02}),
+    ("N", {"N": 0.3}),
+    ("B", {"B": 0.7}),
+    ("K", {"K": 0.4}),
+    ("R", {"R": -0.02}),
+    ("GM", {"q_c": 0.5, "correlation_time": 2.0}),
+    ("GM", {"q_c": 0.5, "correlation_time": 0.03}),
+    ("SIN", {"frequency": 3.3, "amplitude": 0.5, "phase": 1.0}),
+    ("BW", {"cutoff": 8.0, "order": 1, "design": "sampled"}),
+    ("BW", {"cutoff": 8.0, "order": 2, "design": "sampled"}),
+    ("BW", {"cutoff": 8.0, "order": 1, "design": "digital"}),
+    ("BW", {"cutoff": 8.0, "order": 2, "design": "digital"}),
+    ("BW", {"cutoff": 5.5375, "order": 1, "design": "moving_average"}),
+    ("RES", {"frequency": 4.0, "damping": 0.05, "rms": 0.8}),
+    ("RES", {"frequency": 0.4, "damping": 0.28, "rms": 0.8}),
+    ("PL", {"exponent": -1.4, "level": 0.3}),
+    ("PL", {"exponent": -0.5, "level": 0.3}),
+    ("PL", {"exponent": 0.6, "level": 0.3}),
+    ("COV", {"column": "temperature", "coefficient": 0.3, "lag": 1.5, "quadratic": 0.01}),
+    ("COV", {"column": "temperature", "coefficient": -0.3}),
+    ("STEP", {"time": 11.0, "height": -0.4}),
+    ("WARM", {"time_constant": 5.0, "amplitude": -0.4}),
+    ("RTS", {"amplitude": 0.5, "dwell_time": 1.5}),
+    ("LEVEL", {"start": 10.0, "end": 22.0, "factor": 1.7}),
+    ("OUT", {"count": 2, "times": (3.0, 7.0)}),
+]
+
+
+def of(short, values):
+    return find(short)(**values)
+
+
+def test_every_kind_of_the_catalogue_is_tried():
+    assert {short for short, _ in VALUES} == {e.short for e in CATALOGUE}
+
+
+def test_names_are_unique():
+    names = [n for e in CATALOGUE for n in (e.short, e.kind)]
+    assert len(set(names)) == len(names)
+    kinds = {e.kind for e in CATALOGUE}
+    for e in CATALOGUE:
+        assert set(e.rivals) <= kinds
+
+
+@pytest.mark.parametrize(("short", "values"), VALUES, ids=lambda v: v if isinstance(v, str) else "")
+def test_contract(short, values):
+    testing.check_effect(of(short, values), COLUMNS)
+
+
+def test_the_check_finds_a_wrong_variance(monkeypatch):
+    """A test that cannot fail proves nothing."""
+    true = terms.allan_variance
+    monkeypatch.setattr(terms, "allan_variance", lambda t, m: 1.001 * true(t, m))
+    with pytest.raises(AssertionError, match="integrates to"):
+        testing.check_density(of("GM", {"q_c": 0.5, "correlation_time": 2.0}))
+
+
+def test_the_check_finds_a_wrong_level(monkeypatch):
+    """Flicker 3 % too high in deviation shows in the Monte Carlo part."""
+    true = testing.simulate
+
+    def louder(model, **options):
+        made = true(model, **options)
+        return type(made)(1.03 * made.samples, rate=made.rate)
+
+    monkeypatch.setattr(testing, "simulate", louder)
+    with pytest.raises(AssertionError, match="simulated"):
+        testing.check_simulation(of("B", {"B": 0.7}))
+
+
+# -- limits
+
+
+def test_gauss_markov_of_a_long_time_is_a_random_walk():
+    tau = np.geomspace(0.01, 1000.0, 30)
+    walk = find("K")(K=0.3).allan_variance(tau, 100.0)
+    for time, tolerance in [(1e6, 2e-3), (1e8, 2e-5)]:
+        lag = find("GM")(q_c=0.3, correlation_time=time).allan_variance(tau, 100.0)
+        np.testing.assert_allclose(lag, walk, rtol=tolerance)
+
+
+def test_gauss_markov_of_a_short_time_is_white():
+    tau = np.array([0.1, 1.0, 10.0])
+    # Density q_c²T² at zero frequency; one sample remembers e^{−1/(rate T)} of the last.
+    lag = find("GM")(q_c=1e3, correlation_time=1e-3).allan_variance(tau, 1e5)
+    np.testing.assert_allclose(lag, 1.0 / tau, rtol=0.02)
+
+
+def test_gauss_markov_peak():
+    """IEEE 952-1997 C.1.6: 0.4365 q_c √T at 1.8926 T."""
+    tau = np.linspace(1.5, 2.4, 9001)
+    deviation = np.sqrt(find("GM")(q_c=2.0, correlation_time=1.0).allan_variance(tau, 1e4))
+    assert tau[deviation.argmax()] == pytest.approx(1.8926, abs=2e-3)
+    assert deviation.max() == pytest.approx(0.4365 * 2.0, rel=2e-4)
+
+
+def test_published_levels():
+    """N²/τ, 3Q²/τ², K²τ(2m²+1)/6m², R²τ²/2 and flicker over its plateau at m = 1, 2, 4, 16."""
+    m, rate = np.array([1.0, 2.0, 4.0, 16.0]), 50.0
+    tau = m / rate
+    flicker = find("B")(B=1.0).allan_variance(tau, rate) / (2.0 * np.log(2.0) / np.pi)
+    np.testing.assert_allclose(flicker, [1.44270, 1.15416, 1.05000, 1.00458], atol=1e-5)
+    for effect, expected in [
+        (find("N")(N=2.0), 4.0 / tau),
+        (find("Q")(Q=2.0), 12.0 / tau**2),
+        (find("K")(K=2.0), 4.0 * tau * (2 * m**2 + 1) / (6 * m**2)),
+        (find("R")(R=2.0), 2.0 * tau**2),
+    ]:
+        np.testing.assert_allclose(effect.allan_variance(tau, rate), expected, rtol=1e-12)
+
+
+def test_power_law_passes_through_the_standard_slopes():
+    tau = np.array([1, 3, 50, 4000]) / 10.0
+    for exponent, short, name in [(-1.0, "B", "B"), (-2.0, "K", "K"), (0.0, "N", "N")]:
+        law = find("PL")(exponent=exponent, level=0.4).allan_variance(tau, 10.0)
+        own = find(short)(**{name: 0.4}).allan_variance(tau, 10.0)
+        np.testing.assert_allclose(law, own, rtol=1e-9)
+        near = find("PL")(exponent=exponent + 1e-3, level=0.4).allan_variance(tau, 10.0)
+        # The variance changes with the exponent by at most ln(τ rate)… per unit.
+        np.testing.assert_allclose(near, own, rtol=2e-2)
+
+
+def test_burst_noise_has_the_spectrum_of_a_gauss_markov():
+    """A² e^{−2t/D}: T = D/2, σ = A."""
+    burst = find("RTS")(amplitude=0.3, dwell_time=4.0)
+    lag = find("GM")(q_c=0.3 * np.sqrt(2.0 / 2.0), correlation_time=2.0)
+    f = np.geomspace(1e-3, 20.0, 40)
+    np.testing.assert_allclose(burst.psd(f, 50.0), lag.psd(f, 50.0), rtol=1e-12)
+
+
+def test_bandwidth_of_a_high_cutoff_changes_nothing():
+    white = find("N")(N=0.3)
+    f = np.geomspace(0.01, 24.9, 40)
+    filtered = Model((white, find("BW")(cutoff=5e3, order=1, design="sampled"))).psd(f, 50.0)
+    np.testing.assert_allclose(filtered, white.psd(f, 50.0), rtol=1e-6)
+
+
+@pytest.mark.parametrize("design", [("sampled", 1), ("sampled", 2), ("digital", 1), ("digital", 2)])
+def test_bandwidth_is_down_by_half_at_its_cutoff(design):
+    name, order = design
+    # Sampled designs fold: a cutoff of 1/100 of the rate adds little at the cutoff.
+    model = Model((find("N")(N=1.0), find("BW")(cutoff=0.5, order=order, design=name)))
+    assert model.psd(0.5, 50.0) == pytest.approx(0.5, rel=2e-3)
+    assert model.psd(1e-6, 50.0) == pytest.approx(1.0, rel=1e-9)
+
+
+# -- cosine ordinates: exact expectations
+
+NUMBERS = st.floats(0.05, 5.0)
+SIZES = st.integers(32, 160)
+
+
+def toeplitz(lags):
+    h = np.abs(np.subtract.outer(np.arange(lags.size), np.arange(lags.size)))
+    return lags[h]
+
+
+def ordinates_of(covariance):
+    """Diagonal of the covariance of the orthonormal cosine transform."""
+    return np.diag(dct(dct(covariance, axis=0, norm="ortho"), axis=1, norm="ortho"))[1:]
+
+
+def check_cosine(term, covariance, rtol=1e-8):
+    n = covariance.shape[0]
+    got = terms.cosine_variance(term, np.arange(1, n), n)
+    np.testing.assert_allclose(got, ordinates_of(covariance), rtol=rtol)
+
+
+@given(NUMBERS, SIZES)
+def test_cosine_variance_of_white_and_blue(v, n):
+    check_cosine(("white", (v,)), v * np.eye(n))
+    lags = np.zeros(n)
+    lags[:2] = 2 * v, -v
+    check_cosine(("blue", (v,)), toeplitz(lags))
+
+
+@given(NUMBERS, SIZES)
+def test_cosine_variance_of_a_random_walk(v, n):
+    check_cosine(("random_walk", (v,)), v * np.minimum.outer(np.arange(n), np.arange(n)), 1e-6)
+
+
+@given(st.floats(0.01, 0.999), SIZES)
+def test_cosine_variance_of_a_lag(phi, n):
+    check_cosine(("exponential", (0.7, 0.0, phi, 0.0)), toeplitz(0.7 * phi ** np.arange(n)), 1e-6)
+
+
+@given(st.floats(0.3, 0.999), st.floats(0.05, 3.0), st.floats(-0.9, 0.9), SIZES)
+def test_cosine_variance_of_an_oscillation(radius, angle, imag, n):
+    phi, a = radius * np.exp(1j * angle), 1.0 + 1j * imag * (1 - radius)
+    lags = (a * phi ** np.arange(n)).real
+    term = ("exponential", (a.real, a.imag, phi.real, phi.imag))
+    n_j = terms.cosine_variance(term, np.arange(1, n), n)
+    exact = ordinates_of(toeplitz(lags))
+    # Far from the peak an ordinate is the small difference of large sums.
+    np.testing.assert_allclose(n_j, exact, rtol=1e-6, atol=1e-9 * np.abs(exact).max())
+
+
+@settings(max_examples=20)
+@given(st.sampled_from([-2.5, -1.7, -1.3, -1.0, -0.6, 0.4, 0.8]), st.integers(64, 300))
+def test_cosine_variance_of_a_power_law(exponent, n):
+    """Below −1 the lags are those of a variogram; a constant in the covariance falls out of j ≥ 1."""
+    lags = -terms._power_law_lags(exponent, n)
+    exact = ordinates_of(toeplitz(lags))
+    got = terms.cosine_variance(("power_law", (exponent, 1.0)), np.arange(1, n), n)
+    np.testing.assert_allclose(got[:64], exact[:64], rtol=1e-6)
+    # Beyond the 64 ordinates computed exactly the correction is extrapolated as 1/j.
+    np.testing.assert_allclose(got[64:], exact[64:], rtol=5e-3)
+    if exponent == -1.0:
+        own = terms.cosine_variance(("flicker", (1.0,)), np.arange(1, n), n)
+        np.testing.assert_allclose(own, got, rtol=1e-9)
+
+
+@given(st.integers(1, 12), st.integers(128, 300))
+def test_cosine_variance_of_a_moving_average(length, n):
+    lags = np.zeros(n)
+    lags[:length] = (1.0 - np.arange(length) / length) / length
+    got = terms.cosine_variance(("moving_average", (1.0, float(length))), np.arange(1, n), n)
+    # At the zeros of the filter what is left is the difference of sums of order 1.
+    np.testing.assert_allclose(got, ordinates_of(toeplitz(lags)), rtol=1e-9, atol=1e-13)
+
+
+@given(st.floats(1e-7, 3.0), st.floats(0.3, 3.0))
+def test_spectrum_of_a_lag_keeps_its_digits(rate_times, w):
+    """1 − 2φ cos w + φ² against extended precision for φ → 1."""
+    phi = float(np.exp(-rate_times))
+    got = terms.spectrum(("exponential", (1.0, 0.0, phi, 0.0)), np.array([w * 1e-4]))[0]
+    p, c = np.longdouble(phi), np.cos(np.longdouble(w * 1e-4))
+    assert got == pytest.approx(float((1 - p * p) / (1 - 2 * p * c + p * p)), rel=1e-6)
+
+
+@given(st.floats(0.5, 0.999999), st.integers(1, 4000))
+def test_allan_variance_of_a_lag_is_one_formula(phi, m):
+    """Direct sums, closed form and walk limit agree with extended precision (METHODS formula)."""
+    p, k = np.longdouble(phi), np.longdouble(m)
+    top = k - 3 * p - k * p**2 + 4 * p ** (k + 1) - p ** (2 * k + 1)
+    expected = float(top / (k**2 * (1 - p) ** 2))
+    got = terms.allan_variance(("exponential", (1.0, 0.0, phi, 0.0)), np.array([float(m)]))[0]
+    # The formula itself loses 3 log10(1/(m(1−φ))) of its 19 digits.
+    lost = 1e-18 / max(float(k * (1 - p)), 1e-9) ** 3
+    assert got == pytest.approx(expected, rel=1e-9 + lost, abs=1e-15 / m**2 / (1 - phi) ** 2)
+
+
+def test_sum_is_flat_and_checked():
+    from allanite.errors import InputError
+
+    model = find("N")(N=1.0) + find("K")(K=1.0) + find("GM")(q_c=1.0, correlation_time=2.0)
+    assert [e.short for e in model] == ["N", "K", "GM"]
+    with pytest.raises(InputError, match="twice"):
+        model + find("N")(N=2.0)
+    assert len(model + find("GM")(q_c=1.0, correlation_time=9.0)) == 4
+    assert isinstance(model, fx.Model)
