@@ -23,7 +23,7 @@ __all__ = ["GlsFit", "fit_gls", "gls_factors"]
 #: More than this adds nothing to the information and much to the condition of the covariance.
 PER_DECADE = 8
 ROUNDS = 50
-SETTLED = 1e-7
+SETTLED = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,7 +132,7 @@ def fit_gls(
         )
     columns = np.column_stack([_kernels.allan_variances(plain(t), n, m)[0] for t in unit_terms])
     # A first guess: each estimate known in proportion to its size and number of averages.
-    covariance = np.diag(target**2 * m)
+    covariance: NDArray[np.float64] = np.diag(target**2 * m.astype(np.float64))
     squares, _, _ = _kernels.gls_nonnegative(columns, target, covariance)
     rounds = 0
     for rounds in range(1, ROUNDS + 1):

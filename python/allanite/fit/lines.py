@@ -192,7 +192,9 @@ def _read(
     reason = ""
     from scipy.special import chdtri
 
-    largest = y + 0.5 * np.log(edf / chdtri(edf, ABOVE))
+    # One misjudged noise type must not make a long τ look certain: the wider of two scatters counts.
+    freedom = np.minimum(edf, 0.5 / np.diag(relative))
+    largest = y + 0.5 * np.log(freedom / chdtri(freedom, ABOVE))
     order = sorted(np.flatnonzero(holds), key=lambda k: abs(fits[k][0] - slope) + fits[k][1])
     for k in order:
         level, error = _level(x[windows[k]], y[windows[k]], relative[windows[k], windows[k]], slope)
@@ -241,7 +243,7 @@ def _slope(
 def _level(
     x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64], slope: float
 ) -> tuple[float, float]:
-    """Ln of the line at τ = 1 s, and its standard error."""
+    """Logarithm of the line at τ = 1 s, and its standard error."""
     weights = np.linalg.solve(covariance, np.ones_like(x))
     total = float(weights.sum())
     return float(weights @ (y - slope * x)) / total, total**-0.5
@@ -257,7 +259,7 @@ class NearestSlopes:
         The curve, s and U.
     N, K, B : float
         U·√s, U/√s, U.
-    tau_N_s, tau_K_s, tau_B_s : float
+    tau_n_s, tau_k_s, tau_b_s : float
         Where the point nearest to each slope lies: nothing says that the slope holds there.
     """
 
@@ -266,9 +268,9 @@ class NearestSlopes:
     N: float
     K: float
     B: float
-    tau_N_s: float
-    tau_K_s: float
-    tau_B_s: float
+    tau_n_s: float
+    tau_k_s: float
+    tau_b_s: float
 
     def __post_init__(self) -> None:
         self.tau.flags.writeable = False
@@ -277,7 +279,7 @@ class NearestSlopes:
     def to_dict(self) -> dict[str, float]:
         """JSON form, without the curve."""
         return {
-            name: getattr(self, name) for name in ("N", "K", "B", "tau_N_s", "tau_K_s", "tau_B_s")
+            name: getattr(self, name) for name in ("N", "K", "B", "tau_n_s", "tau_k_s", "tau_b_s")
         }
 
 
