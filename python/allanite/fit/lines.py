@@ -131,10 +131,10 @@ def read_lines(deviation: DeviationLike) -> LineReadings:
     TooShortError
         Fewer than three averaging times with an estimate.
     """
-    tau, m, sigma, edf = (
-        np.asarray(a)
-        for a in (deviation.tau, deviation.factors, deviation.deviation, deviation.edf)
-    )
+    tau: NDArray[np.float64] = np.asarray(deviation.tau, dtype=np.float64)
+    sigma: NDArray[np.float64] = np.asarray(deviation.deviation, dtype=np.float64)
+    edf: NDArray[np.float64] = np.asarray(deviation.edf, dtype=np.float64)
+    m: NDArray[np.int64] = np.asarray(deviation.factors, dtype=np.int64)
     good = np.isfinite(sigma) & (sigma > 0) & np.isfinite(edf)
     if np.count_nonzero(good) < 3:
         raise TooShortError(
@@ -143,8 +143,9 @@ def read_lines(deviation: DeviationLike) -> LineReadings:
     first = int(np.flatnonzero(good)[0])
     n = int(deviation.n[first] + 2 * m[first] - 1)
     keep = _thinned(np.where(good & (2 * m <= n), m, 0))
-    tau, m, sigma, edf = tau[keep], m[keep].astype(np.int64), sigma[keep], edf[keep]
-    return LineReadings(tuple(_read(line, tau, m, sigma, edf, n) for line in LINES))
+    return LineReadings(
+        tuple(_read(line, tau[keep], m[keep], sigma[keep], edf[keep], n) for line in LINES)
+    )
 
 
 def _thinned(m: NDArray[np.int64]) -> NDArray[np.int64]:
