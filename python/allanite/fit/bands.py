@@ -134,7 +134,7 @@ def _quantiles(
 
     if edf < FEW and any(name != "blue" for name, _ in terms):
         return _kernels.allan_law(terms, n, factor, probabilities, kind)
-    return np.asarray(gammaincinv(edf / 2.0, np.asarray(probabilities))) * 2.0 / edf
+    return np.asarray(gammaincinv(edf / 2.0, probabilities), dtype=np.float64) * (2.0 / edf)
 
 
 def _tail_together(correlation: NDArray[np.float64], level: float) -> float:
