@@ -24,7 +24,8 @@ fn noise(n: usize) -> Vec<f64> {
 /// 100 factors, log-spaced, as in the usual example: unique(ceil(logspace(…))).
 fn hundred(n: usize) -> Vec<usize> {
     let top = f64::from((n as f64 / 2.0).log2().floor() as i32);
-    let mut all: Vec<usize> = (0..100).map(|i| 2_f64.powf(top * f64::from(i) / 99.0).ceil() as usize).collect();
+    let mut all: Vec<usize> =
+        (0..100).map(|i| 2_f64.powf(top * f64::from(i) / 99.0).ceil() as usize).collect();
     all.dedup();
     all
 }
@@ -38,7 +39,14 @@ fn allan(c: &mut Criterion) {
         group.bench_function("running sum", |b| {
             b.iter(|| {
                 let mut sum = 0.0;
-                black_box(x.iter().map(|v| { sum += v; sum }).collect::<Vec<f64>>())
+                black_box(
+                    x.iter()
+                        .map(|v| {
+                            sum += v;
+                            sum
+                        })
+                        .collect::<Vec<f64>>(),
+                )
             });
         });
         let octave = averaging::factors(averaging::Grid::Octave, n / 2).unwrap_or_default();
@@ -64,7 +72,9 @@ fn family(c: &mut Criterion) {
     let even: Vec<usize> = factors.iter().copied().filter(|m| *m > 1).collect();
     let mut group = c.benchmark_group("family 20000");
     group.sample_size(10);
-    for kind in [Kind::Hadamard, Kind::Modified, Kind::Total, Kind::ModifiedTotal, Kind::HadamardTotal, Kind::Theo1] {
+    for kind in
+        [Kind::Hadamard, Kind::Modified, Kind::Total, Kind::ModifiedTotal, Kind::HadamardTotal, Kind::Theo1]
+    {
         group.bench_function(format!("{kind:?}"), |b| {
             b.iter(|| {
                 let means = Means { threads: 1, width: Width::best(), stop: &stop };

@@ -292,7 +292,8 @@ fn add_terms(
     let mut phase = Vec::with_capacity(blocks.len() + 1);
     phase.extend_from_slice(blocks);
     phase.push(0.0);
-    let runs = if plain_sum(blocks).is_nan() { runs_between_gaps(&mut phase) } else { vec![(0, blocks.len())] };
+    let runs =
+        if plain_sum(blocks).is_nan() { runs_between_gaps(&mut phase) } else { vec![(0, blocks.len())] };
     running_sum(&mut phase, 0.0);
     let placed: Vec<_> = factors.iter().copied().enumerate().collect();
     let groups: Vec<Group> = sums::groups(&placed);

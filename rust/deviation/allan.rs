@@ -102,7 +102,8 @@ impl<T: Sample> Pass<'_, '_, T> {
     /// Blocks of one partial sum: bounded memory for many factors, fixed whatever the number of threads.
     fn segments(&self) -> (usize, usize) {
         let most = ((1 << 22) / self.factors.len().max(1)).max(16);
-        let size = self.blocks.div_ceil(most).max(1);
+        // Neighbouring blocks on one thread find the phase of the next ones in its own cache.
+        let size = self.blocks.div_ceil(most).max((self.blocks / 32).clamp(1, 8));
         (self.blocks.div_ceil(size), size)
     }
 

@@ -1,6 +1,7 @@
 """The stream equals the batch at its strides."""
 
 import copy
+import itertools
 
 import numpy as np
 import pytest
@@ -31,7 +32,7 @@ def test_any_chunks_and_stretches(n, seed, cuts, taus):
     x = rng.integers(-3000, 5000, n)
     borders = sorted({0, n, *(int(c * n) for c in cuts)})
     stretches = []
-    for start, end in zip(borders, borders[1:], strict=False):
+    for start, end in itertools.pairwise(borders):
         part = Accumulator(10.0, taus, start=start)
         for chunk in np.array_split(x[start:end], rng.integers(1, 5)):
             part.update(chunk)
