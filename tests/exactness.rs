@@ -91,7 +91,7 @@ fn ramp() {
     for n in [1_000_000, 10_000_000] {
         let mut noise = Noise(4);
         let x: Vec<f64> =
-            (0..n).map(|i| -500.0 + 1e3 * i as f64 / n as f64 + 1e-3 * noise.normal()).collect();
+            (0..n).map(|i| -500.0 + 1e3 * f64::from(i) / f64::from(n) + 1e-3 * noise.normal()).collect();
         let all: Vec<usize> = (0..19).step_by(3).map(|i| 1 << i).collect();
         assert!(worst(&x, &all) < 1e-10);
     }
@@ -133,6 +133,7 @@ fn random_walk() {
 #[test]
 fn drifting_counts() {
     let mut noise = Noise(8);
-    let x: Vec<i16> = (0..1_000_000).map(|i| (3e3 * i as f64 / 1e6 + 20.0 * noise.normal()) as i16).collect();
+    let x: Vec<i16> =
+        (0..1_000_000).map(|i| (3e3 * f64::from(i) / 1e6 + 20.0 * noise.normal()) as i16).collect();
     assert!(worst(&x, &factors(x.len())) < 1e-12);
 }
