@@ -15,7 +15,9 @@ fn integers(n: usize, seed: u64) -> Vec<f64> {
 /// Σ d² and number of terms at every `stride`-th sample, in whole numbers.
 fn batch(samples: &[f64], m: usize, stride: usize) -> (i128, u64) {
     let mut theta = vec![0_i128];
-    samples.iter().for_each(|x| theta.push(theta[theta.len() - 1] + if x.is_nan() { 0 } else { *x as i128 }));
+    for x in samples {
+        theta.push(theta[theta.len() - 1] + if x.is_nan() { 0 } else { *x as i128 });
+    }
     let (mut sum, mut count) = (0, 0);
     for k in (0..(samples.len() + 1).saturating_sub(2 * m)).step_by(stride) {
         if samples[k..k + 2 * m].iter().all(|x| !x.is_nan()) {

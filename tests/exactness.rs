@@ -133,6 +133,7 @@ fn random_walk() {
 #[test]
 fn drifting_counts() {
     let mut noise = Noise(8);
-    let x: Vec<i16> = (0..1_000_000).map(|i| (3e3 * f64::from(i) / 1e6 + 20.0 * noise.normal()) as i16).collect();
+    let x: Vec<i16> =
+        (0..1_000_000).map(|i| (3e3 * f64::from(i) / 1e6 + 20.0 * noise.normal()) as i16).collect();
     assert!(worst(&x, &factors(x.len())) < 1e-12);
 }
