@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
+PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
 .PHONY: help demo test test-rust test-python lint bench clean
@@ -15,7 +16,7 @@ $(VENV)/.made:
 	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1' 'maturin>=1.14,<2'
 	touch $@
 
-$(VENV)/.installed: $(VENV)/.made $(RUST) pyproject.toml
+$(VENV)/.installed: $(VENV)/.made $(RUST) $(PYTHON_FILES) pyproject.toml
 	$(BIN)/maturin build --release --quiet --locked --interpreter $(BIN)/python --out target/wheels
 	$(BIN)/python -m pip install --quiet --force-reinstall --no-deps "$$(ls -t target/wheels/*.whl | head -n 1)"
 	$(BIN)/python -m pip install --quiet "$$(ls -t target/wheels/*.whl | head -n 1)[plots]"

@@ -145,12 +145,14 @@ fn normal_quantile(p: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Quantiles of χ²/k from tables.
+    /// Quantiles of χ²/k from tables. The saddle point is good to 1e-3 in probability (2e-3 for one degree of
+    /// freedom), which at the low quantile, where the density of χ²₁ is 12.7 and of χ²₂/2 is 0.975, is 0.16 and
+    /// 0.04 of the quantile.
     #[test]
     fn chi_squared() {
         for (k, low, high, tolerance) in [
             (1, 9.8207e-4, 5.02389, 0.16),
-            (2, 0.0506356 / 2.0, 7.37776 / 2.0, 1e-2),
+            (2, 0.0506356 / 2.0, 7.37776 / 2.0, 4e-2),
             (5, 0.831212 / 5.0, 12.8325 / 5.0, 2e-3),
             (20, 9.59078 / 20.0, 34.1696 / 20.0, 1e-4),
         ] {
