@@ -11,6 +11,7 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::deviation::parallel::for_each;
+use crate::deviation::sums::Width;
 use crate::{Error, Result};
 
 /// Samples (and phases) of one block. The error of the local phase goes as the square of it.
@@ -255,6 +256,25 @@ impl<'a, T: Sample> Record<'a, T> {
     ///
     /// Gaps of a rate count as zeros (terms that touch them are left out by their runs); gaps of a phase stay NaN.
     pub fn local(&self, start: usize, phase: &mut [f64]) -> f64 {
+        #[cfg(target_arch = "x86_64")]
+        if Width::best().is_wide() {
+            // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
+            return unsafe { self.local_avx2(start, phase) };
+        }
+        self.local_plain(start, phase)
+    }
+
+    /// # Safety
+    /// The processor has AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    unsafe fn local_avx2(&self, start: usize, phase: &mut [f64]) -> f64 {
+        self.local_plain(start, phase)
+    }
+
+    #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
+    #[inline(always)]
+    fn local_plain(&self, start: usize, phase: &mut [f64]) -> f64 {
         let Some(samples) = phase.len().checked_sub(1) else { return 0.0 };
         if self.quantity == Quantity::Angle {
             self.series.load(start, self.mean, phase);
@@ -293,6 +313,8 @@ impl<'a, T: Sample> Record<'a, T> {
 }
 
 /// Exclusive running sum of `values − slope`, in place: a chain of one addition per four samples.
+#[allow(clippy::inline_always)] // as above
+#[inline(always)]
 pub(crate) fn running_sum(values: &mut [f64], slope: f64) {
     let mut carry = 0.0;
     let mut quads = values.chunks_exact_mut(4);
@@ -312,6 +334,8 @@ pub(crate) fn running_sum(values: &mut [f64], slope: f64) {
     }
 }
 
+#[allow(clippy::inline_always)] // as above
+#[inline(always)]
 pub(crate) fn plain_sum(values: &[f64]) -> f64 {
     let mut lanes = [0.0; 16];
     let chunks = values.chunks_exact(16);
