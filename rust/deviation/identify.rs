@@ -8,6 +8,8 @@ use crate::phase::{Quantity, Record, Sample};
 
 /// Points used per factor: enough for the noise type, few enough to cost nothing beside the deviation.
 const POINTS: usize = 8192;
+/// Samples summed for one factor where there is no global phase.
+const STRETCH: usize = 1 << 18;
 /// Fewer points than this say too little; the caller keeps the type of the next shorter time.
 const FEWEST: usize = 90;
 
@@ -30,7 +32,9 @@ fn thinned<T: Sample>(record: &Record<'_, T>, theta: &[f64], m: usize) -> Vec<f6
     let longest = record.runs().iter().max_by_key(|run| run.1 - run.0).copied().unwrap_or((0, 0));
     let extra = usize::from(record.quantity() == Quantity::Rate);
     let (start, points) = (longest.0, longest.1 - longest.0 + extra);
-    let count = points.div_ceil(m).min(POINTS);
+    // Without the global phase what is needed of it has to be summed: a short stretch.
+    let most = if theta.is_empty() { (STRETCH / m).clamp(FEWEST, POINTS) } else { POINTS };
+    let count = points.div_ceil(m).min(most);
     let from = start + (points.div_ceil(m) - count) / 2 * m;
     if !theta.is_empty() {
         return (0..count).map(|i| theta[from + i * m]).collect();

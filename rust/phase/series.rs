@@ -1,0 +1,157 @@
+//! Columns of numbers of any type and stride, and what can be subtracted from them exactly.
+
+use super::two_sum;
+
+/// A number type that records come in.
+pub trait Sample: Copy + Send + Sync + 'static {
+    /// What can be subtracted from every sample: exactly for integers, with one rounding for floats.
+    type Base: Copy + Send + Sync;
+    /// Integer samples keep integer bases, so that their phase stays exact.
+    const INTEGER: bool;
+    /// The sample as something to subtract.
+    fn base(self) -> Self::Base;
+    /// `self − base`.
+    fn minus(self, base: Self::Base) -> f64;
+    /// `base + by` rounded to a base, and the step really taken as an unevaluated sum of two doubles.
+    fn moved(base: Self::Base, by: f64) -> (Self::Base, [f64; 2]);
+    /// The sample as a double, for finite checks and messages.
+    fn value(self) -> f64;
+}
+
+macro_rules! float_sample {
+    ($($kind:ty),*) => {$(
+        impl Sample for $kind {
+            type Base = f64;
+            const INTEGER: bool = false;
+            #[inline]
+            #[allow(clippy::cast_lossless, clippy::unnecessary_cast)]
+            fn base(self) -> f64 {
+                self as f64
+            }
+            #[inline]
+            #[allow(clippy::cast_lossless, clippy::unnecessary_cast)]
+            fn minus(self, base: f64) -> f64 {
+                self as f64 - base
+            }
+            fn moved(base: f64, by: f64) -> (f64, [f64; 2]) {
+                let to = base + by;
+                (to, two_sum(to, -base))
+            }
+            #[allow(clippy::cast_lossless, clippy::unnecessary_cast)]
+            fn value(self) -> f64 {
+                self as f64
+            }
+        }
+    )*};
+}
+float_sample!(f32, f64);
+
+macro_rules! small_integer_sample {
+    ($($kind:ty),*) => {$(
+        impl Sample for $kind {
+            type Base = f64; // holds every integer these can reach
+            const INTEGER: bool = true;
+            #[inline]
+            fn base(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn minus(self, base: f64) -> f64 {
+                f64::from(self) - base
+            }
+            fn moved(base: f64, by: f64) -> (f64, [f64; 2]) {
+                (base + by.round(), [by.round(), 0.0])
+            }
+            fn value(self) -> f64 {
+                f64::from(self)
+            }
+        }
+    )*};
+}
+small_integer_sample!(i8, i16, i32, u8, u16, u32);
+
+macro_rules! large_integer_sample {
+    ($($kind:ty),*) => {$(
+        impl Sample for $kind {
+            type Base = $kind;
+            const INTEGER: bool = true;
+            #[inline]
+            fn base(self) -> $kind {
+                self
+            }
+            /// Halves of 32 bits: each difference is exact, so the sum is rounded once, over the whole range.
+            #[inline]
+            #[allow(clippy::unnecessary_cast)]
+            fn minus(self, base: $kind) -> f64 {
+                let high = (self >> 32) as i64 - (base >> 32) as i64;
+                let low = (self & 0xffff_ffff) as i64 - (base & 0xffff_ffff) as i64;
+                high as f64 * 4294967296.0 + low as f64
+            }
+            fn moved(base: $kind, by: f64) -> ($kind, [f64; 2]) {
+                let limits = (i128::from(<$kind>::MIN), i128::from(<$kind>::MAX));
+                let to = (i128::from(base) + by.round() as i128).clamp(limits.0, limits.1);
+                let step = to - i128::from(base);
+                let high = step as f64;
+                (to as $kind, [high, (step - high as i128) as f64])
+            }
+            fn value(self) -> f64 {
+                self as f64
+            }
+        }
+    )*};
+}
+large_integer_sample!(i64, u64);
+
+/// One column of numbers: every `step`-th of `data`, starting at `first`.
+#[derive(Clone, Copy)]
+pub struct Series<'a, T> {
+    data: &'a [T],
+    first: usize,
+    step: isize,
+    len: usize,
+}
+
+impl<'a, T: Sample> Series<'a, T> {
+    /// All of a slice.
+    pub fn new(data: &'a [T]) -> Self {
+        Self { data, first: 0, step: 1, len: data.len() }
+    }
+
+    /// `len` samples at `first`, `first + step`, …; `None` where one would lie outside of `data`.
+    pub fn strided(data: &'a [T], first: usize, step: isize, len: usize) -> Option<Self> {
+        let last = first as i128 + step as i128 * (len as i128 - 1);
+        let inside = len == 0 || (first < data.len() && (0..data.len() as i128).contains(&last));
+        inside.then_some(Self { data, first, step, len })
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are no samples.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Sample `index`.
+    #[inline]
+    pub fn at(&self, index: usize) -> T {
+        self.data[(self.first as isize + index as isize * self.step) as usize]
+    }
+
+    /// Writes `x[start + i] − base` to `out[i]`.
+    #[inline]
+    pub fn load(&self, start: usize, base: T::Base, out: &mut [f64]) {
+        if self.step == 1 {
+            let from = &self.data[self.first + start..][..out.len()];
+            for (slot, value) in out.iter_mut().zip(from) {
+                *slot = value.minus(base);
+            }
+        } else {
+            for (i, slot) in out.iter_mut().enumerate() {
+                *slot = self.at(start + i).minus(base);
+            }
+        }
+    }
+}
