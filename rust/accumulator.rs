@@ -6,7 +6,7 @@
 //! the order of merging changes what is summed; of integers the sums are exact.
 
 use crate::deviation::sums::{self, Group, Width};
-use crate::phase::add_to;
+use crate::phase::{add_to, plain_sum, running_sum};
 use crate::{Error, Result};
 
 /// Largest q + 1.
@@ -127,7 +127,9 @@ impl Accumulator {
 
     /// Takes the next samples; NaN marks a missing one.
     pub fn update(&mut self, samples: &[f64]) -> Result<()> {
-        if let Some(bad) = samples.iter().position(|x| x.is_infinite()) {
+        // One pass in the usual case: only a NaN or an infinity makes the sum of finite numbers not finite.
+        let clean = plain_sum(samples).is_finite();
+        if !clean && let Some(bad) = samples.iter().position(|x| x.is_infinite()) {
             let at = self.start + self.samples + bad as u64;
             return Err(Error::Input(format!(
                 "sample {at} is {}: only finite values and NaN (gaps) can be used",
@@ -142,17 +144,19 @@ impl Accumulator {
         for chunk in samples.chunks(PASS) {
             blocks.clear();
             blocks.extend(chunk.iter().map(|x| x - origin));
-            self.gaps += blocks.iter().map(|x| u64::from(x.is_nan())).sum::<u64>();
+            if !clean {
+                self.gaps += blocks.iter().map(|x| u64::from(x.is_nan())).sum::<u64>();
+            }
             self.samples += chunk.len() as u64;
-            self.append(0, &blocks);
+            self.append(&blocks);
         }
         Ok(())
     }
 
-    /// Blocks for level `level`, and the pairs they complete for the next.
-    fn append(&mut self, level: usize, blocks: &[f64]) {
-        let mut blocks = blocks.to_vec();
-        for level in level.. {
+    /// Blocks for the first level, and the pairs they complete for each next one.
+    fn append(&mut self, blocks: &[f64]) {
+        let mut blocks = std::borrow::Cow::Borrowed(blocks);
+        for level in 0.. {
             if blocks.is_empty() {
                 return;
             }
@@ -170,7 +174,7 @@ impl Accumulator {
                 let start = self.levels[level].start.div_ceil(2);
                 self.levels.push(Level::new(start, self.grid.at(level + 1).len()));
             }
-            blocks = pairs;
+            blocks = pairs.into();
         }
     }
 
@@ -286,23 +290,11 @@ fn add_terms(
     counts: &mut [u64],
 ) {
     let mut phase = Vec::with_capacity(blocks.len() + 1);
-    let mut runs = Vec::new();
-    let (mut total, mut open) = (0.0, 0);
+    phase.extend_from_slice(blocks);
     phase.push(0.0);
-    for (i, block) in blocks.iter().enumerate() {
-        if block.is_nan() {
-            if i > open {
-                runs.push((open, i));
-            }
-            open = i + 1;
-        } else {
-            total += block;
-        }
-        phase.push(total);
-    }
-    if blocks.len() > open {
-        runs.push((open, blocks.len()));
-    }
+    let runs =
+        if plain_sum(blocks).is_nan() { runs_between_gaps(&mut phase) } else { vec![(0, blocks.len())] };
+    running_sum(&mut phase, 0.0);
     let placed: Vec<_> = factors.iter().copied().enumerate().collect();
     let groups: Vec<Group> = sums::groups(&placed);
     let mut found = vec![0.0; factors.len()];
@@ -312,4 +304,20 @@ fn add_terms(
         let terms = |run: &(usize, usize)| begun.min((run.1 + 1).saturating_sub(2 * m)).saturating_sub(run.0);
         *count += runs.iter().map(|run| terms(run) as u64).sum::<u64>();
     }
+}
+
+/// Runs of finite blocks; the others, and the last value, which closes the phase, become zeros.
+fn runs_between_gaps(blocks: &mut [f64]) -> Vec<(usize, usize)> {
+    let last = blocks.len() - 1;
+    let mut runs = Vec::new();
+    let mut open = 0;
+    for (i, block) in blocks[..last].iter_mut().enumerate() {
+        if block.is_nan() {
+            *block = 0.0;
+            runs.extend((i > open).then_some((open, i)));
+            open = i + 1;
+        }
+    }
+    runs.extend((last > open).then_some((open, last)));
+    runs
 }

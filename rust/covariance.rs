@@ -5,6 +5,8 @@
 //! cov(σ̂²_i, σ̂²_j) = 2/(c_i c_j M_i M_j) Σ_t count(t) R_ij(t)² (Greenhall and Riley 2003, eq. 7), R_ij(t) the covariance of
 //! two differences whose centres are t apart, which is Δ_i^o Δ_j^o of the generalised covariance of y.
 
+#![expect(clippy::doc_markdown, reason = "formulas read better plain")]
+
 mod differences;
 mod exponential;
 mod lags;

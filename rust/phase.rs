@@ -293,7 +293,7 @@ impl<'a, T: Sample> Record<'a, T> {
 }
 
 /// Exclusive running sum of `values − slope`, in place: a chain of one addition per four samples.
-fn running_sum(values: &mut [f64], slope: f64) {
+pub(crate) fn running_sum(values: &mut [f64], slope: f64) {
     let mut carry = 0.0;
     let mut quads = values.chunks_exact_mut(4);
     for quad in &mut quads {
@@ -312,7 +312,7 @@ fn running_sum(values: &mut [f64], slope: f64) {
     }
 }
 
-fn plain_sum(values: &[f64]) -> f64 {
+pub(crate) fn plain_sum(values: &[f64]) -> f64 {
     let mut lanes = [0.0; 16];
     let chunks = values.chunks_exact(16);
     let rest: f64 = chunks.remainder().iter().sum();

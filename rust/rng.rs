@@ -10,7 +10,8 @@
 //! and runs eight lanes at a time. The same operations in the same order, fused multiply-adds included, run on
 //! every machine: the bits are the same with and without wide registers.
 
-#![allow(clippy::inline_always, reason = "compiled again inside the caller with its wider registers")]
+#[cfg(target_arch = "x86_64")]
+mod wide;
 
 /// Interleaved generators of one stream.
 const LANES: usize = 8;
@@ -65,9 +66,9 @@ impl Stream {
     /// one would get.
     pub fn normals(&mut self, out: &mut [f64]) {
         #[cfg(target_arch = "x86_64")]
-        if wide() {
-            // SAFETY: `wide` has just found AVX2 and FMA on this machine.
-            unsafe { normals_wide(&mut self.state, out) };
+        if is_wide() {
+            // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
+            unsafe { wide::normals(&mut self.state, out) };
             return;
         }
         normals_body(&mut self.state, out);
@@ -86,17 +87,10 @@ impl Stream {
 
 /// Whether the machine has the wide registers and the fused multiply-add that the hot loops are compiled for.
 #[cfg(target_arch = "x86_64")]
-pub(crate) fn wide() -> bool {
+pub(crate) fn is_wide() -> bool {
     std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn normals_wide(state: &mut [Lanes; 4], out: &mut [f64]) {
-    normals_body(state, out);
-}
-
-#[inline(always)]
 fn normals_body(state: &mut [Lanes; 4], out: &mut [f64]) {
     let mut local = *state;
     let (groups, rest) = out.as_chunks_mut::<GROUP>();
@@ -111,7 +105,6 @@ fn normals_body(state: &mut [Lanes; 4], out: &mut [f64]) {
 }
 
 /// One step of xoshiro256+ in every lane.
-#[inline(always)]
 fn next(state: &mut [Lanes; 4]) -> Lanes {
     let mut out = [0; LANES];
     let [s0, s1, s2, s3] = state;
@@ -128,10 +121,16 @@ fn next(state: &mut [Lanes; 4]) -> Lanes {
     out
 }
 
+/// Bits of 1.
 const ONE: u64 = 0x3ff0_0000_0000_0000;
+/// Bits of √½.
+const ROOT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
+/// Bits of 2^52: an integer k in the low bits makes the float 2^52 + k.
+const MAGIC: u64 = 0x4330_0000_0000_0000;
+/// Keeps that k positive.
+const BIAS: u64 = 1024;
 
 /// (0, 1] from the upper 52 bits.
-#[inline(always)]
 fn uniform(word: u64) -> f64 {
     2.0 - f64::from_bits(ONE | (word >> 12))
 }
@@ -159,7 +158,6 @@ const COS: [f64; 7] = [
     0.0018399894372694043,
 ];
 
-#[inline(always)]
 fn polynomial<const N: usize>(coefficients: &[f64; N], x: f64) -> f64 {
     let mut sum = coefficients[N - 1];
     for i in (0..N - 1).rev() {
@@ -169,12 +167,7 @@ fn polynomial<const N: usize>(coefficients: &[f64; N], x: f64) -> f64 {
 }
 
 /// −2 ln u for u in (0, 1], u = 2^e·m with m in [√½, √2): −2e ln 2 − 4 artanh((m−1)/(m+1)).
-#[inline(always)]
 fn minus_two_log(u: f64) -> f64 {
-    const ROOT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
-    // An integer k in the low bits of 2^52 makes the float 2^52 + k; the bias keeps k positive.
-    const MAGIC: u64 = 0x4330_0000_0000_0000;
-    const BIAS: u64 = 1024;
     let bits = u.to_bits();
     let shifted = bits.wrapping_sub(ROOT_HALF).wrapping_add(BIAS << 52) >> 52;
     let m = f64::from_bits(bits.wrapping_sub(shifted.wrapping_sub(BIAS) << 52));
@@ -185,7 +178,6 @@ fn minus_two_log(u: f64) -> f64 {
 
 /// Sixteen normals: r cos πv in the first eight places, r sin πv in the last, r with a random sign so that
 /// v in [−½, ½) covers the circle.
-#[inline(always)]
 fn pair(state: &mut [Lanes; 4]) -> [f64; GROUP] {
     let radius = next(state);
     let angle = next(state);

@@ -9,9 +9,25 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from allanite.accumulator import Accumulator
     from allanite.comparison import Curves, compare
     from allanite.datasheet import DataSheet, compare_datasheet, read_datasheet
-    from allanite.deviation import Deviation, adev, oadev
+    from allanite.deviation import (
+        Deviation,
+        adev,
+        hdev,
+        htotdev,
+        mdev,
+        mtie,
+        mtotdev,
+        oadev,
+        ohdev,
+        pdev,
+        tdev,
+        tierms,
+        totdev,
+        ttotdev,
+    )
     from allanite.effects import CATALOGUE, Effect, Model, parse_model
     from allanite.effects.angle_random_walk import AngleRandomWalk
     from allanite.effects.bandwidth import Bandwidth
@@ -42,6 +58,18 @@ _HOME = {
     "Deviation": "allanite.deviation",
     "adev": "allanite.deviation",
     "oadev": "allanite.deviation",
+    "hdev": "allanite.deviation",
+    "htotdev": "allanite.deviation",
+    "mdev": "allanite.deviation",
+    "mtie": "allanite.deviation",
+    "mtotdev": "allanite.deviation",
+    "ohdev": "allanite.deviation",
+    "pdev": "allanite.deviation",
+    "tdev": "allanite.deviation",
+    "tierms": "allanite.deviation",
+    "totdev": "allanite.deviation",
+    "ttotdev": "allanite.deviation",
+    "Accumulator": "allanite.accumulator",
     "compare": "allanite.comparison",
     "Curves": "allanite.comparison",
     "DataSheet": "allanite.datasheet",
@@ -85,6 +113,7 @@ _HOME = {
 
 __all__ = [
     "CATALOGUE",
+    "Accumulator",
     "AllaniteError",
     "AngleRandomWalk",
     "Bandwidth",
@@ -121,12 +150,23 @@ __all__ = [
     "compare",
     "compare_datasheet",
     "fit_model",
+    "hdev",
+    "htotdev",
     "improve",
+    "mdev",
+    "mtie",
+    "mtotdev",
     "oadev",
+    "ohdev",
     "parse_model",
+    "pdev",
     "psd",
     "read",
     "read_datasheet",
+    "tdev",
+    "tierms",
+    "totdev",
+    "ttotdev",
 ]
 
 

@@ -88,9 +88,9 @@ def one_column(x: object) -> NDArray[Any]:
     return array
 
 
-def _array(x: Any) -> NDArray[Any]:  # noqa: ANN401 anything array-like
+def _array(x: Any) -> NDArray[Any]:
     if isinstance(x, np.ma.MaskedArray):
-        return np.asarray(x.astype(np.float64).filled(np.nan))
+        return np.ma.filled(x.astype(np.float64), np.nan)
     array = np.asarray(x)
     if array.dtype.kind == "b":
         return array.astype(np.int8)
@@ -135,17 +135,17 @@ def _given(
     """Whole factors of given times or factors, rising, each once."""
     try:
         wanted = np.atleast_1d(np.asarray(values))
-        if not seconds and wanted.dtype.kind == "i" and wanted.ndim == 1 and wanted.size:
-            if (wanted[1:] > wanted[:-1]).all():  # the usual case, quickly
-                return wanted.astype(np.int64), ()
+        whole = not seconds and wanted.dtype.kind == "i" and wanted.ndim == 1 and wanted.size > 0
+        if whole and (wanted[1:] > wanted[:-1]).all():  # the usual case, quickly
+            return wanted.astype(np.int64), ()
         wanted = wanted.astype(np.float64)
     except (TypeError, ValueError):
         raise InputError(f"averaging times must be numbers, found {values!r}") from None
     if wanted.ndim != 1 or wanted.size == 0 or not np.isfinite(wanted).all():
         raise InputError("averaging times must be a list of finite numbers")
     exact = wanted * source.rate if seconds else wanted
-    whole = np.round(exact)
-    moved = np.abs(whole - exact) > 1e-6 * np.maximum(exact, 1.0)
+    near = np.round(exact)
+    moved = np.abs(near - exact) > 1e-6 * np.maximum(exact, 1.0)
     notes = []
     if moved.any():
         if not seconds:
@@ -154,7 +154,7 @@ def _given(
             f"{np.count_nonzero(moved)} averaging times were rounded to multiples of"
             f" {1 / source.rate:g} s"
         )
-    found = np.unique(np.clip(whole, 0.0, 2.0**62)).astype(np.int64)
+    found = np.unique(np.clip(near, 0.0, 2.0**62)).astype(np.int64)
     if found.size < wanted.size:
         notes.append(f"{wanted.size - found.size} averaging times fell together")
     return found, tuple(notes)

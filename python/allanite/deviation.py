@@ -120,7 +120,10 @@ def mdev(
     factors: ArrayLike | None = None,
     quantity: str = "rate",
 ) -> Deviation:
-    """Modified Allan deviation, which tells white from flicker phase noise: NIST SP 1065 eq. 14; parameters as of `oadev`."""
+    """Modified Allan deviation, which tells white from flicker phase noise: NIST SP 1065 eq. 14.
+
+    Parameters as of `oadev`.
+    """
     return _estimate("mdev", source(x, rate, quantity), taus, factors)
 
 

@@ -11,8 +11,11 @@ from allanite.identification import interval
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from numpy.typing import NDArray
+
+    from allanite.plots import Figure
 
 __all__ = ["Deviation"]
 
@@ -38,7 +41,7 @@ class Deviation:
     rate : float
         Sampling rate, Hz.
     unit : str
-        Unit of the deviation.
+        Unit of the samples as a rate; time deviations and interval errors are in that times s.
     diagnostics : tuple of str
         What to know before trusting it.
     """
@@ -86,6 +89,12 @@ class Deviation:
 
     def __len__(self) -> int:
         return self.tau.size
+
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """Figure of the deviation with its interval; see `allanite.plots.plot_deviation`."""
+        from allanite.plots import plot_deviation
+
+        return plot_deviation(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON form: `kind` and `points`; null for what is not known."""

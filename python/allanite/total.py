@@ -80,6 +80,8 @@ def _freedom(kind: str, alpha: float, m: int, count: int, points: int) -> float:
         return degrees_of_freedom(alpha, m, count, order=3, stride=m if kind == "hdev" else 1)
     if kind in ("mdev", "pdev"):
         return degrees_of_freedom(alpha, m, count, summed=True)
+    if kind == "theo1":
+        return _theo1_freedom(min(max(law, -2), 2), points, 0.75 * m)
     if kind == "totdev":
         if law > 0:
             return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
@@ -94,3 +96,21 @@ def _freedom(kind: str, alpha: float, m: int, count: int, points: int) -> float:
     # The published line is for long τ; at short ones reflection adds nothing to the terms.
     most = degrees_of_freedom(alpha, m, points - 2, summed=kind == "mtotdev")
     return max(1.0, min(b * ratio - c, most))
+
+
+def _theo1_freedom(law: int, n: int, tau: float) -> float:
+    """NIST SP 1065 table 12: of n phase points, effective τ in samples."""
+    if law == 2:
+        edf = 0.86 * (n + 1) * (n - 4 * tau / 3) / (n - tau) * tau / (tau + 1.14)
+    elif law == 1:
+        edf = 4.798 * n**2 - 6.374 * n * tau + 12.387 * tau
+        edf *= tau / (tau + 0.3) / (np.sqrt(tau + 36.6) * (n - tau))
+    elif law == 0:
+        edf = ((4.1 * n + 0.8) / tau - (3.1 * n + 6.5) / n) * tau**1.5 / (tau**1.5 + 5.2)
+    elif law == -1:
+        edf = (2.0 * n**2 - 1.3 * n * tau - 3.5 * tau) / (n * tau) * tau**3 / (tau**3 + 2.3)
+    else:
+        edf = (4.4 * n - 2.0) / (2.9 * tau)
+        edf *= (4.4 * n - 1.0) ** 2 - 8.6 * tau * (4.4 * n - 1.0) + 11.4 * tau**2
+        edf /= (4.4 * n - 3.0) ** 2
+    return float(max(1.0, edf))

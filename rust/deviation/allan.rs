@@ -14,6 +14,10 @@ use super::sums::{self, Group, Width};
 use crate::Result;
 use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
 
+/// Largest factors of the passes over the global phase. What a pass reads between θ[k] and θ[k+2m] stays in the
+/// second-level cache, in the third, in neither: the streams of the next tier would throw it out.
+const TIERS: [usize; 3] = [1 << 15, 1 << 19, usize::MAX];
+
 /// Sums of squared second differences, one per factor, in units of one sample (phase: of one point).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms {
@@ -78,8 +82,13 @@ fn terms<T: Sample>(
     let mut theta = pages::zeroed(if far.is_empty() { 0 } else { points });
     let pass = Pass { record, factors, means, adjacent, blocks: points.div_ceil(BLOCK) };
     let mut terms = pass.near(near, &mut theta)?;
-    if !far.is_empty() {
-        pass.far(far, &theta, &mut terms)?;
+    let mut rest = far;
+    for most in TIERS {
+        let (tier, beyond) = rest.split_at(rest.partition_point(|factor| factor.1 <= most));
+        rest = beyond;
+        if !tier.is_empty() {
+            pass.far(tier, &theta, &mut terms)?;
+        }
     }
     pass.count(&mut terms);
     Ok((terms, theta))
@@ -102,7 +111,8 @@ impl<T: Sample> Pass<'_, '_, T> {
     /// Blocks of one partial sum: bounded memory for many factors, fixed whatever the number of threads.
     fn segments(&self) -> (usize, usize) {
         let most = ((1 << 22) / self.factors.len().max(1)).max(16);
-        let size = self.blocks.div_ceil(most).max(1);
+        // Neighbouring blocks on one thread find the phase of the next ones in its own cache.
+        let size = self.blocks.div_ceil(most).max((self.blocks / 32).clamp(1, 8));
         (self.blocks.div_ceil(size), size)
     }
 

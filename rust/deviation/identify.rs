@@ -9,13 +9,20 @@ use crate::phase::{Quantity, Record, Sample};
 /// Points used per factor: enough for the noise type, few enough to cost nothing beside the deviation.
 const POINTS: usize = 8192;
 /// Fewer points than this say too little; the caller keeps the type of the next shorter time.
-const FEWEST: usize = 48;
+const FEWEST: usize = 90;
 
-/// α (not rounded) for every factor; NaN where the record is too short, constant, or full of gaps.
+/// α (not rounded) for every factor, taken anew every half octave; NaN where the record is too short, constant, or full of gaps.
 ///
 /// `theta` is the global phase, or empty: then it is made, thinned, from the record.
 pub fn exponents<T: Sample>(record: &Record<'_, T>, theta: &[f64], factors: &[usize]) -> Vec<f64> {
-    factors.iter().map(|m| exponent(&thinned(record, theta, *m))).collect()
+    let (mut last, mut known) = (0, f64::NAN);
+    let each = factors.iter().map(|&m| {
+        if 2 * m >= 3 * last {
+            (last, known) = (m, exponent(&thinned(record, theta, m)));
+        }
+        known
+    });
+    each.collect()
 }
 
 /// Phase every m points, from the longest run without gaps; of long records a stretch in the middle.

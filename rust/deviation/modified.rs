@@ -2,7 +2,7 @@
 
 use super::family::Piece;
 
-/// Modified Allan variance, NIST SP 1065 eq. 14: Σ_k (Σ_{i=k}^{k+m−1} (θ[i+2m] − 2θ[i+m] + θ[i]))².
+/// Modified Allan variance, NIST SP 1065 eq. 14: `Σ_k (Σ_{i=k}^{k+m−1} (θ[i+2m] − 2θ[i+m] + θ[i]))²`.
 pub fn averages(piece: &Piece<'_>) -> (f64, u64) {
     let (n, m, theta) = (piece.n, piece.m, piece.theta);
     let mut window: f64 = (0..m).map(|i| (theta[i] + theta[i + 2 * m]) - 2.0 * theta[i + m]).sum();
@@ -14,7 +14,7 @@ pub fn averages(piece: &Piece<'_>) -> (f64, u64) {
     (sum, n as u64)
 }
 
-/// Parabolic variance, Vernotte et al. 2016 eq. 9: Σ_k (Σ_{i<m} ((m−1)/2 − i)(θ[k+i] − θ[k+i+m]))².
+/// Parabolic variance, Vernotte et al. 2016 eq. 9: `Σ_k (Σ_{i<m} ((m−1)/2 − i)(θ[k+i] − θ[k+i+m]))²`.
 pub fn slopes(piece: &Piece<'_>) -> (f64, u64) {
     let (n, m, theta) = (piece.n, piece.m, piece.theta);
     let gain = |j: usize| theta[j] - theta[j + m];

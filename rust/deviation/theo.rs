@@ -3,7 +3,7 @@
 use super::family::Piece;
 use super::sums::Width;
 
-/// Σ_i Σ_{δ<m/2} (x[i] − x[i−δ+m/2] + x[i+m] − x[i+δ+m/2])² / (m/2 − δ), and the number of i.
+/// `Σ_i Σ_{δ<m/2} (x[i] − x[i−δ+m/2] + x[i+m] − x[i+δ+m/2])² / (m/2 − δ)`, and the number of i.
 pub fn theo1(piece: &Piece<'_>, work: &mut Vec<f64>) -> (f64, u64) {
     let (n, m, theta) = (piece.n, piece.m, piece.theta);
     work.clear();

@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | `white` | sd | sd² | [`simple`] |
 //! | `blue` | sd | 4 sd² sin²(w/2) | [`simple`] |
-//! | `random_walk` | step sd | sd²/(4 sin²(w/2)), first sample 0 | [`simple`] |
+//! | `random_walk` | step sd | sd²/(4 sin²(w/2)), first sample 0 | [`section`] |
 //! | `flicker` | B | B²/(2 sin(w/2)) | [`power_law`] |
 //! | `power_law` | exponent a in (−3, 1], level | level² (2 sin(w/2))^a | [`power_law`] |
 //! | `gauss_markov` | σ, φ | `σ²(1−φ²)/(1−2φ cos w+φ²)` | [`section`] |
@@ -22,6 +22,8 @@ mod least_squares;
 pub mod power_law;
 pub mod section;
 pub mod simple;
+#[cfg(target_arch = "x86_64")]
+mod wide;
 
 pub use bank::power_law_bank;
 pub use generator::Generator;
@@ -29,11 +31,30 @@ pub use generator::Generator;
 use crate::rng::{START, Stream, StreamKey};
 use crate::{Error, Result};
 
+/// Independent deviates that feed a process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Deviates {
+    /// Standard normal.
+    Normal,
+    /// Uniform in (0, 1].
+    Uniform,
+}
+
+impl Deviates {
+    /// Fills a block.
+    fn draw(self, stream: &mut Stream, block: &mut [f64]) {
+        match self {
+            Self::Normal => stream.normals(block),
+            Self::Uniform => stream.uniforms(block),
+        }
+    }
+}
+
 /// A recursion that turns independent deviates into samples of one process.
 pub trait Process: Send {
-    /// Draws the deviates of one block: standard normals unless the process needs others.
-    fn draw(&self, stream: &mut Stream, deviates: &mut [f64]) {
-        stream.normals(deviates);
+    /// What it is fed.
+    fn deviates(&self) -> Deviates {
+        Deviates::Normal
     }
 
     /// Turns the deviates of the next samples, in place, into these samples. Their number is a multiple of 8.
@@ -49,10 +70,10 @@ pub fn process(name: &str, values: &[f64], n: usize, key: StreamKey) -> Result<B
     Ok(match (name, values) {
         ("white", &[sd]) => Box::new(simple::White::new(sd)),
         ("blue", &[sd]) => Box::new(simple::Blue::new(sd, start)),
-        ("random_walk", &[step]) => Box::new(simple::RandomWalk::new(step)),
+        ("random_walk", &[step]) => Box::new(section::Lag::random_walk(step)),
         ("flicker", &[level]) => power_law::new(-1.0, level, n, start)?,
         ("power_law", &[exponent, level]) => power_law::new(exponent, level, n, start)?,
-        ("gauss_markov", &[sigma, phi]) => Box::new(section::GaussMarkov::new(sigma, phi, start)?),
+        ("gauss_markov", &[sigma, phi]) => Box::new(section::Lag::gauss_markov(sigma, phi, start)?),
         ("filtered", &[sd, b0, b1, b2, a1, a2]) => {
             Box::new(section::Filtered::new(sd, [b0, b1, b2], [a1, a2], start)?)
         }

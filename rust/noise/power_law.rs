@@ -2,14 +2,10 @@
 
 use super::Process;
 use super::bank::Ladder;
-use super::simple::{RandomWalk, White};
+use super::section::Lag;
+use super::simple::White;
 use crate::rng::Stream;
 use crate::{Error, Result};
-
-/// Samples advanced at a time.
-const STEP: usize = 8;
-/// Sections advanced at a time.
-const GROUP: usize = 4;
 
 /// Spectrum level² (2 sin(w/2))^exponent for an exponent in (−3, 1], for records of `n` samples.
 pub fn new(exponent: f64, level: f64, n: usize, start: &mut Stream) -> Result<Box<dyn Process>> {
@@ -19,7 +15,7 @@ pub fn new(exponent: f64, level: f64, n: usize, start: &mut Stream) -> Result<Bo
     let d = -0.5 * exponent;
     #[expect(clippy::float_cmp, reason = "only the exact whole orders have no ladder")]
     if d == 1.0 {
-        return Ok(Box::new(RandomWalk::new(level)));
+        return Ok(Box::new(Lag::random_walk(level)));
     }
     if d == 0.0 {
         return Ok(Box::new(White::new(level)));
@@ -35,44 +31,47 @@ pub fn new(exponent: f64, level: f64, n: usize, start: &mut Stream) -> Result<Bo
     })
 }
 
-/// A ladder that advances eight samples at a time. For section φ the state is z = Σ_{l≥1} φ^l e_{k−l}.
+/// Sections side by side in a register.
+pub(super) const LANES: usize = 4;
+
+/// Sections s ← φ s + e, all driven by the same normals; the sample is Σ w s + direct·e.
 pub struct Bank {
-    /// w φ^i of four sections: how their states reach sample i of a step.
-    readout: Vec<[[f64; STEP]; GROUP]>,
-    /// φ^(8−i): how the normal of sample i reaches the next states.
-    drive: Vec<[[f64; GROUP]; STEP]>,
-    /// φ⁸.
-    decay: Vec<[f64; GROUP]>,
-    state: Vec<[f64; GROUP]>,
-    /// Response of the whole ladder to an impulse.
-    impulse: [f64; STEP],
+    pub(super) phi: Vec<[f64; LANES]>,
+    pub(super) weight: Vec<[f64; LANES]>,
+    pub(super) state: Vec<[f64; LANES]>,
+    pub(super) direct: f64,
 }
 
 impl Bank {
     fn new(ladder: &Ladder, level: f64, start: &mut Stream) -> Self {
-        let count = ladder.gaps.len();
-        let initial = stationary(&ladder.gaps, start);
-        let groups = count.div_ceil(GROUP);
-        let mut this = Self {
-            readout: vec![[[0.0; STEP]; GROUP]; groups],
-            drive: vec![[[0.0; GROUP]; STEP]; groups],
-            decay: vec![[0.0; GROUP]; groups],
-            state: vec![[0.0; GROUP]; groups],
-            impulse: [0.0; STEP],
+        let groups = |values: Vec<f64>| -> Vec<[f64; LANES]> {
+            values
+                .chunks(LANES)
+                .map(|part| std::array::from_fn(|q| part.get(q).copied().unwrap_or(0.0)))
+                .collect()
         };
-        for (j, (gap, weight)) in ladder.gaps.iter().zip(&ladder.weights).enumerate() {
-            let (group, place) = (j / GROUP, j % GROUP);
-            let power = |i: usize| (i as f64 * (-gap).ln_1p()).exp();
-            for i in 0..STEP {
-                this.readout[group][place][i] = level * weight * power(i);
-                this.drive[group][i][place] = power(STEP - i);
-                this.impulse[i] += level * weight * power(i);
-            }
-            this.decay[group][place] = power(STEP);
-            this.state[group][place] = (1.0 - gap) * initial[j];
+        Self {
+            phi: groups(ladder.gaps.iter().map(|gap| 1.0 - gap).collect()),
+            weight: groups(ladder.weights.iter().map(|weight| level * weight).collect()),
+            state: groups(stationary(&ladder.gaps, start)),
+            direct: level * ladder.direct,
         }
-        this.impulse[0] += level * ladder.direct;
-        this
+    }
+
+    /// One section after the other: what the wide path does, operation for operation.
+    fn narrow(&mut self, samples: &mut [f64]) {
+        for x in samples {
+            let e = *x;
+            let mut sums = [0.0; LANES];
+            for ((phi, weight), state) in self.phi.iter().zip(&self.weight).zip(&mut self.state) {
+                for q in 0..LANES {
+                    state[q] = phi[q].mul_add(state[q], e);
+                    sums[q] = weight[q].mul_add(state[q], sums[q]);
+                }
+            }
+            let [a, b, c, d] = sums;
+            *x = self.direct.mul_add(e, (a + b) + (c + d));
+        }
     }
 }
 
@@ -101,58 +100,13 @@ fn stationary(gaps: &[f64], start: &mut Stream) -> Vec<f64> {
 impl Process for Bank {
     fn run(&mut self, samples: &mut [f64]) {
         #[cfg(target_arch = "x86_64")]
-        if crate::rng::wide() {
-            // SAFETY: `wide` has just found AVX2 and FMA on this machine.
-            unsafe { advance_wide(self, samples) };
-            return;
-        }
-        advance(self, samples);
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn advance_wide(bank: &mut Bank, samples: &mut [f64]) {
-    advance(bank, samples);
-}
-
-#[expect(clippy::inline_always, reason = "compiled again inside the caller with its wider registers")]
-#[inline(always)]
-fn advance(bank: &mut Bank, samples: &mut [f64]) {
-    let (steps, rest) = samples.as_chunks_mut::<STEP>();
-    debug_assert!(rest.is_empty(), "blocks are whole steps");
-    for step in steps {
-        let e = *step;
-        let mut sums = [[0.0; STEP]; GROUP];
-        for ((readout, drive), (decay, state)) in
-            bank.readout.iter().zip(&bank.drive).zip(bank.decay.iter().zip(&mut bank.state))
-        {
-            let before = *state;
-            for q in 0..GROUP {
-                for i in 0..STEP {
-                    sums[q][i] = readout[q][i].mul_add(before[q], sums[q][i]);
-                }
-            }
-            let mut driven = [0.0; GROUP];
-            for i in 0..STEP {
-                for q in 0..GROUP {
-                    driven[q] = drive[i][q].mul_add(e[i], driven[q]);
-                }
-            }
-            for q in 0..GROUP {
-                state[q] = decay[q].mul_add(before[q], driven[q]);
+        if crate::rng::is_wide() {
+            // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
+            if unsafe { super::wide::advance(self, samples) } {
+                return;
             }
         }
-        let mut y = [0.0; STEP];
-        for i in 0..STEP {
-            y[i] = (sums[0][i] + sums[1][i]) + (sums[2][i] + sums[3][i]);
-        }
-        for (l, normal) in e.iter().enumerate() {
-            for (sum, response) in y[l..].iter_mut().zip(&bank.impulse) {
-                *sum = response.mul_add(*normal, *sum);
-            }
-        }
-        *step = y;
+        self.narrow(samples);
     }
 }
 
@@ -181,10 +135,10 @@ struct Differenced {
 
 impl Differenced {
     fn new(mut inner: Bank, start: &mut Stream) -> Self {
-        let mut before = [0.0; STEP];
+        let mut before = [0.0; 8];
         start.normals(&mut before);
         inner.run(&mut before);
-        Self { inner, last: before[STEP - 1] }
+        Self { inner, last: before[7] }
     }
 }
 
@@ -195,6 +149,29 @@ impl Process for Differenced {
             let new = *x;
             *x = new - self.last;
             self.last = new;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::StreamKey;
+
+    #[test]
+    fn wide_equals_narrow() {
+        let key = StreamKey { seed: 1, replicate: 0, effect: 0, axis: 0 };
+        for n in [1, 100, 10_000, 1_000_000, 100_000_000, 10_000_000_000] {
+            let bank = || Bank::new(&Ladder::new(0.5, n), 1.0, &mut Stream::new(key, 0));
+            let (mut wide, mut narrow) = (bank(), bank());
+            for length in (0..300).step_by(4) {
+                let mut x = vec![0.0; length];
+                Stream::new(key, length as u64).normals(&mut x);
+                let mut y = x.clone();
+                wide.run(&mut x);
+                narrow.narrow(&mut y);
+                assert_eq!(x, y);
+            }
         }
     }
 }

@@ -4,16 +4,29 @@ use super::Process;
 use crate::rng::Stream;
 use crate::{Error, Result};
 
-/// Stationary first-order autoregression.
-pub struct GaussMarkov {
+/// Samples advanced at a time.
+const STEP: usize = 8;
+
+/// x ← φ x + normal, the sample being x before the step: stationary for |φ| < 1, a random walk for φ = 1.
+pub struct Lag {
     phi: f64,
     drive: f64,
     state: f64,
+    /// φ¹ … φ⁸.
+    powers: [f64; STEP],
 }
 
-impl GaussMarkov {
-    /// Standard deviation of the samples and correlation of neighbours.
-    pub fn new(sigma: f64, phi: f64, start: &mut Stream) -> Result<Self> {
+impl Lag {
+    fn new(phi: f64, drive: f64, state: f64) -> Self {
+        let mut powers = [phi; STEP];
+        for i in 1..STEP {
+            powers[i] = powers[i - 1] * phi;
+        }
+        Self { phi, drive, state, powers }
+    }
+
+    /// Stationary, of a standard deviation and a correlation of neighbours.
+    pub fn gauss_markov(sigma: f64, phi: f64, start: &mut Stream) -> Result<Self> {
         if phi.abs() >= 1.0 {
             return Err(Error::Input(format!(
                 "noise process gauss_markov: phi = {phi} must lie between -1 and 1"
@@ -21,17 +34,50 @@ impl GaussMarkov {
         }
         let mut first = [0.0];
         start.normals(&mut first);
-        Ok(Self { phi, drive: sigma * ((1.0 - phi) * (1.0 + phi)).sqrt(), state: sigma * first[0] })
+        Ok(Self::new(phi, sigma * ((1.0 - phi) * (1.0 + phi)).sqrt(), sigma * first[0]))
+    }
+
+    /// From zero, with steps of a standard deviation.
+    pub fn random_walk(step: f64) -> Self {
+        Self::new(1.0, step, 0.0)
+    }
+
+    /// Eight samples from a zero state, which do not wait for the step before, then what its state adds.
+    #[expect(clippy::inline_always, reason = "compiled again inside `wide` with its registers")]
+    #[inline(always)]
+    fn advance(&mut self, samples: &mut [f64]) {
+        let (steps, rest) = samples.as_chunks_mut::<STEP>();
+        debug_assert!(rest.is_empty(), "blocks are whole steps");
+        for step in steps {
+            let mut driven = step.map(|normal| self.drive * normal);
+            for i in 1..STEP {
+                driven[i] = self.phi.mul_add(driven[i - 1], driven[i]);
+            }
+            let state = self.state;
+            self.state = self.powers[STEP - 1].mul_add(state, driven[STEP - 1]);
+            step[0] = state;
+            for i in 1..STEP {
+                step[i] = self.powers[i - 1].mul_add(state, driven[i - 1]);
+            }
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn wide(&mut self, samples: &mut [f64]) {
+        self.advance(samples);
     }
 }
 
-impl Process for GaussMarkov {
+impl Process for Lag {
     fn run(&mut self, samples: &mut [f64]) {
-        for x in samples {
-            let here = self.state;
-            self.state = self.phi.mul_add(here, self.drive * *x);
-            *x = here;
+        #[cfg(target_arch = "x86_64")]
+        if crate::rng::is_wide() {
+            // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
+            unsafe { self.wide(samples) };
+            return;
         }
+        self.advance(samples);
     }
 }
 

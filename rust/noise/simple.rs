@@ -1,6 +1,6 @@
-//! White, differenced and summed white noise, and the random telegraph.
+//! White noise, its difference, and the random telegraph.
 
-use super::Process;
+use super::{Deviates, Process};
 use crate::rng::Stream;
 use crate::{Error, Result};
 
@@ -49,29 +49,6 @@ impl Process for Blue {
     }
 }
 
-/// Sum of independent normals, from zero.
-pub struct RandomWalk {
-    step: f64,
-    position: f64,
-}
-
-impl RandomWalk {
-    /// Standard deviation of a step.
-    pub fn new(step: f64) -> Self {
-        Self { step, position: 0.0 }
-    }
-}
-
-impl Process for RandomWalk {
-    fn run(&mut self, samples: &mut [f64]) {
-        for x in samples {
-            let here = self.position;
-            self.position += self.step * *x;
-            *x = here;
-        }
-    }
-}
-
 /// Two levels; each sample keeps the level of the one before with probability 1−p.
 pub struct Telegraph {
     level: f64,
@@ -93,8 +70,8 @@ impl Telegraph {
 }
 
 impl Process for Telegraph {
-    fn draw(&self, stream: &mut Stream, deviates: &mut [f64]) {
-        stream.uniforms(deviates);
+    fn deviates(&self) -> Deviates {
+        Deviates::Uniform
     }
 
     fn run(&mut self, samples: &mut [f64]) {

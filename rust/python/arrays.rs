@@ -1,4 +1,4 @@
-//! NumPy arrays of any numeric type as series, without a copy.
+//! `NumPy` arrays of any numeric type as series, without a copy.
 
 use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;

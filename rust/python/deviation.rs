@@ -1,4 +1,7 @@
-//! Deviations, from NumPy arrays.
+//! Deviations, from `NumPy` arrays.
+
+// The macros of pyo3 hand arguments over by value.
+#![allow(clippy::needless_pass_by_value)]
 
 use std::sync::atomic::AtomicBool;
 

@@ -6,6 +6,7 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 
 use super::doorway::run;
+use crate::deviation::pages::zeroed;
 use crate::noise::Generator;
 use crate::{Error, Result};
 
@@ -13,12 +14,10 @@ type Processes = Vec<(String, Vec<f64>)>;
 
 /// An array of `n` zeros, or an error where the machine refuses instead of an abort.
 fn zeros(n: usize) -> Result<Vec<f64>> {
-    let mut samples = Vec::new();
-    samples
+    Vec::<f64>::new()
         .try_reserve_exact(n)
         .map_err(|_| Error::Input(format!("{n} samples do not fit into memory: simulate in chunks")))?;
-    samples.resize(n, 0.0);
-    Ok(samples)
+    Ok(zeroed(n))
 }
 
 /// Samples of a sum of processes.
@@ -34,9 +33,8 @@ pub fn simulate(
     axis: u64,
     threads: usize,
 ) -> PyResult<Bound<'_, PyArray1<f64>>> {
-    let _ = threads;
     let samples = run(py, |stop| {
-        let mut generator = Generator::new(&processes, n, seed, replicate, axis)?;
+        let mut generator = Generator::new(&processes, n, seed, replicate, axis, threads)?;
         let mut samples = zeros(n)?;
         generator.fill(&mut samples, stop)?;
         Ok(samples)
@@ -57,7 +55,7 @@ impl Simulator {
     #[pyo3(signature = (processes, seed, replicate, axis, total))]
     fn new(processes: Processes, seed: u64, replicate: u64, axis: u64, total: usize) -> PyResult<Self> {
         let generator =
-            Generator::new(&processes, total, seed, replicate, axis).map_err(super::errors::to_python)?;
+            Generator::new(&processes, total, seed, replicate, axis, 0).map_err(super::errors::to_python)?;
         Ok(Self { generator: Mutex::new(generator) })
     }
 

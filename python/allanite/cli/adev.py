@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
 from allanite.cli.options import LogOptions, log_options, plot_option
+from allanite.cli.pipe import PIPE
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from allanite.cli.stream import Stream
     from allanite.deviation import Deviation
     from allanite.recording import Recording
 
-KINDS = ("oadev", "adev", "mdev", "hdev", "tdev", "totdev")
+KINDS = ("oadev", "adev", "mdev", "hdev", "ohdev", "tdev", "totdev", "pdev")
 
 
 @click.command("adev")
@@ -35,24 +37,42 @@ KINDS = ("oadev", "adev", "mdev", "hdev", "tdev", "totdev")
 def command(log: str, kind: str, taus: str, plot: str | None, options: LogOptions) -> None:
     """Allan deviation of LOG: tau, deviation, 95 % interval."""
     from allanite.cli import output
+
+    output.check_targets(plot)
+    piped = _streams(log, kind, taus, options)
+    results = _stream(options, taus) if piped else _whole(log, kind, taus, options)
+    output.plot(results, [r.recording.columns[0] for r in results], plot)
+    output.notes([r.recording for r in results], options)
+    output.show(results, options)
+
+
+def _streams(log: str, kind: str, taus: str, options: LogOptions) -> bool:
+    """Tell whether standard input can be taken as it comes, without being kept."""
+    simple = options.trim is None and options.decimate is None
+    return log == PIPE and kind == "oadev" and simple and (taus.isdigit() or taus == "octave")
+
+
+def _stream(options: LogOptions, taus: str) -> list[_Measured]:
+    from allanite.cli.stream import deviations
+
+    return [_Measured(stream, deviation) for stream, deviation in deviations(options, taus)]
+
+
+def _whole(log: str, kind: str, taus: str, options: LogOptions) -> list[_Measured]:
     from allanite.cli.options import columns_of
 
     columns = columns_of(log, options)
-    output.check_targets(plot)
     from allanite import deviation
 
     grid = int(taus) if taus.isdigit() else taus
-    results = [_Measured(column, getattr(deviation, kind)(column, taus=grid)) for column in columns]
-    output.plot(results, [c.columns[0] for c in columns], plot)
-    output.notes(columns, options)
-    output.show(results, options)
+    return [_Measured(column, getattr(deviation, kind)(column, taus=grid)) for column in columns]
 
 
 @dataclass(frozen=True, slots=True)
 class _Measured:
     """A deviation with the recording it is of."""
 
-    recording: Recording
+    recording: Recording | Stream
     deviation: Deviation
 
     def to_dict(self) -> dict[str, Any]:
@@ -71,4 +91,4 @@ class _Measured:
         """Draw the curve with its interval."""
         from allanite.plots import plot_deviation
 
-        plot_deviation(self.deviation, path, recording=self.recording)
+        plot_deviation(self.deviation, path, recording=cast("Recording", self.recording))

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from allanite.cli.options import LogOptions
+    from allanite.cli.stream import Stream
     from allanite.recording import Recording
 
 __all__ = [
@@ -65,7 +66,7 @@ def show(results: Sequence[Any], options: LogOptions) -> None:
         click.echo(str(result))
 
 
-def notes(columns: Sequence[Recording], options: LogOptions) -> None:
+def notes(columns: Sequence[Recording | Stream], options: LogOptions) -> None:
     """Print what the audit found, each remark once; JSON carries it in the document instead."""
     if options.as_json or options.quiet:
         return

@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Model
     from allanite.recording import Recording
 
-__all__ = ["Error", "Fit", "Misfit", "fit_model"]
+__all__ = ["METHODS", "Error", "Fit", "Misfit", "fit_model"]
+
+METHODS = ("whittle", "gls", "lines")
 
 
 def fit_model(recording: Recording, model: Model | Effect | str, method: str = "whittle") -> Fit:
@@ -26,8 +28,9 @@ def fit_model(recording: Recording, model: Model | Effect | str, method: str = "
         One column; see `Recording.column`.
     model : Model, Effect or str
         Values are starting values, held ones stay, None is found.
-    method : {"whittle"}
-        Whittle likelihood of the cosine ordinates (METHODS §3).
+    method : {"whittle", "gls", "lines"}
+        Whittle likelihood of the cosine ordinates; generalised least squares on the overlapping Allan
+        variance with its covariance under the fitted mixture; or the classical reading of straight lines.
 
     Returns
     -------
@@ -47,8 +50,8 @@ def fit_model(recording: Recording, model: Model | Effect | str, method: str = "
         model = parse_model(model)
     if not isinstance(model, _Model):
         model = _Model((model,))
-    if method != "whittle":
-        raise InputError(f"method {method!r} is unknown (known: whittle)")
+    if method not in METHODS:
+        raise InputError(f"method {method!r} is unknown (known: {', '.join(METHODS)})")
     if len(recording.columns) != 1:
         raise InputError(
             f"a fit needs one column, the recording has {', '.join(recording.columns)}: choose with .column(name)"
@@ -64,4 +67,9 @@ def fit_model(recording: Recording, model: Model | Effect | str, method: str = "
     mask = None if outliers is None else outliers.missing(recording.n, recording.rate)
     data = prepare(recording, mask)
     solution = solve(data, model)
-    return Fit(recording, solution.model, method, data, solution)
+    fit = Fit(recording, solution.model, "whittle", data, solution)
+    if method == "whittle":
+        return fit
+    from allanite.fit.classical import refit
+
+    return refit(fit, method)

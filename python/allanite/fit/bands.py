@@ -50,7 +50,9 @@ class Bands:
         for name in ("low_factor", "high_factor", "low_everywhere", "high_everywhere", "edf"):
             getattr(self, name).flags.writeable = False
 
-    def of_measured(self, model: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def of_measured(
+        self, model: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Where a measured deviation lies, at each τ by itself, if `model` is the true one; U, shape (k,) each."""
         return model / self.high_factor, model / self.low_factor
 
@@ -132,7 +134,7 @@ def _quantiles(
 
     if edf < FEW and any(name != "blue" for name, _ in terms):
         return _kernels.allan_law(terms, n, factor, probabilities, kind)
-    return np.asarray(gammaincinv(edf / 2.0, np.asarray(probabilities))) * 2.0 / edf
+    return np.asarray(gammaincinv(edf / 2.0, probabilities), dtype=np.float64) * (2.0 / edf)
 
 
 def _tail_together(correlation: NDArray[np.float64], level: float) -> float:

@@ -147,7 +147,6 @@ def degrees_of_freedom(
     terms: tuple[Term, ...], n: int, factors: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """2σ⁴/var of each estimate under the model's own mixture."""
-    expected, covariance = _kernels.allan_covariance(
-        [(name, list(values)) for name, values in terms], n, factors, "oadev"
-    )
-    return np.maximum(2.0 * expected**2 / np.diag(covariance), 1.0)
+    plain = [(name, list(values)) for name, values in terms]
+    expected, variance = _kernels.allan_variances(plain, n, factors)
+    return np.maximum(2.0 * expected**2 / variance, 1.0)

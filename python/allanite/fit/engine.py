@@ -22,7 +22,7 @@ from allanite.fit.whittle import Maximum, log_likelihood, maximise
 if TYPE_CHECKING:
     from allanite.fit.data import Data
 
-__all__ = ["Solution", "solve"]
+__all__ = ["Solution", "solve", "with_coefficients"]
 
 Array = NDArray[np.float64]
 
@@ -119,7 +119,7 @@ def solve(data: Data, model: Model, *, polish: bool = True, rounds: int = 8) -> 
             polish=polish,
         )
         best, matrix = _maximise(model, power, count, data)
-        model = _with_coefficients(model, best.theta)
+        model = with_coefficients(model, best.theta)
         if not model.deterministic:
             break
         model = _shape.fit_deterministic_shapes(model, data, slow=polish and turn < 2)
@@ -158,7 +158,8 @@ def _with_white(model: Model) -> Model:
     return model
 
 
-def _with_coefficients(model: Model, theta: Array) -> Model:
+def with_coefficients(model: Model, theta: Array) -> Model:
+    """The model with these squared coefficients; held ones stay."""
     values = iter(theta)
     effects: list[Effect] = []
     for effect in model.effects:

@@ -23,7 +23,7 @@ __all__ = ["GlsFit", "fit_gls", "gls_factors"]
 #: More than this adds nothing to the information and much to the condition of the covariance.
 PER_DECADE = 8
 ROUNDS = 50
-SETTLED = 1e-7
+SETTLED = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,7 +68,7 @@ class GlsFit:
         return np.sqrt(np.diag(self.covariance))
 
     def intervals(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """95 % interval of each coefficient, shape (p,) each; low is 0 where the square is within 1.96 of its error of 0."""
+        """95 % interval of each coefficient, shape (p,) each; low is 0 where the record cannot tell it from 0."""
         low = np.sqrt(np.maximum(self.squares - 1.959964 * self.std_errors, 0.0))
         return low, np.sqrt(self.squares + 1.959964 * self.std_errors)
 
@@ -127,13 +127,16 @@ def fit_gls(
             f"{len(unit_terms)} effects and {m.size} averaging factors: use as many factors as effects"
         )
     if not (np.isfinite(target) & (target > 0)).all():
-        raise InputError("Allan variances must be positive numbers: leave out factors without an estimate")
+        raise InputError(
+            "Allan variances must be positive numbers: leave out factors without an estimate"
+        )
     columns = np.column_stack([_kernels.allan_variances(plain(t), n, m)[0] for t in unit_terms])
     # A first guess: each estimate known in proportion to its size and number of averages.
-    covariance = np.diag(target**2 * m)
+    covariance: NDArray[np.float64] = np.diag(target**2 * m.astype(np.float64))
     squares, _, _ = _kernels.gls_nonnegative(columns, target, covariance)
-    rounds = 0
-    for rounds in range(1, ROUNDS + 1):
+    rounds, settled = 0, False
+    while not settled and rounds < ROUNDS:
+        rounds += 1
         mixture = [
             term
             for s, terms in zip(squares, unit_terms, strict=True)
@@ -142,11 +145,10 @@ def fit_gls(
         ]
         if not mixture:
             raise InputError("no effect of the model fits the curve: all coefficients are 0")
-        expected, covariance = _kernels.allan_covariance(mixture, n, m)
+        _expected, covariance = _kernels.allan_covariance(mixture, n, m)
         before = columns @ squares
         squares, spread, chi2 = _kernels.gls_nonnegative(columns, target, covariance)
-        if np.all(np.abs(columns @ squares / before - 1.0) < SETTLED):
-            break
+        settled = bool(np.all(np.abs(columns @ squares / before - 1.0) < SETTLED))
     dof = m.size - int(np.count_nonzero(squares))
     return GlsFit(squares, spread, chi2, dof, columns @ squares, rounds)
 

@@ -42,15 +42,15 @@ class DeviationLike(Protocol):
     """What is needed of an overlapping Allan deviation."""
 
     @property
-    def tau(self) -> NDArray[np.float64]: ...  # noqa: D102
+    def tau(self) -> NDArray[np.float64]: ...
     @property
-    def factors(self) -> NDArray[np.int64]: ...  # noqa: D102
+    def factors(self) -> NDArray[np.int64]: ...
     @property
-    def n(self) -> NDArray[np.int64]: ...  # noqa: D102
+    def n(self) -> NDArray[np.int64]: ...
     @property
-    def deviation(self) -> NDArray[np.float64]: ...  # noqa: D102
+    def deviation(self) -> NDArray[np.float64]: ...
     @property
-    def edf(self) -> NDArray[np.float64]: ...  # noqa: D102
+    def edf(self) -> NDArray[np.float64]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,9 +131,10 @@ def read_lines(deviation: DeviationLike) -> LineReadings:
     TooShortError
         Fewer than three averaging times with an estimate.
     """
-    tau, m, sigma, edf = (
-        np.asarray(a) for a in (deviation.tau, deviation.factors, deviation.deviation, deviation.edf)
-    )
+    tau: NDArray[np.float64] = np.asarray(deviation.tau, dtype=np.float64)
+    sigma: NDArray[np.float64] = np.asarray(deviation.deviation, dtype=np.float64)
+    edf: NDArray[np.float64] = np.asarray(deviation.edf, dtype=np.float64)
+    m: NDArray[np.int64] = np.asarray(deviation.factors, dtype=np.int64)
     good = np.isfinite(sigma) & (sigma > 0) & np.isfinite(edf)
     if np.count_nonzero(good) < 3:
         raise TooShortError(
@@ -142,8 +143,9 @@ def read_lines(deviation: DeviationLike) -> LineReadings:
     first = int(np.flatnonzero(good)[0])
     n = int(deviation.n[first] + 2 * m[first] - 1)
     keep = _thinned(np.where(good & (2 * m <= n), m, 0))
-    tau, m, sigma, edf = tau[keep], m[keep].astype(np.int64), sigma[keep], edf[keep]
-    return LineReadings(tuple(_read(line, tau, m, sigma, edf, n) for line in LINES))
+    return LineReadings(
+        tuple(_read(line, tau[keep], m[keep], sigma[keep], edf[keep], n) for line in LINES)
+    )
 
 
 def _thinned(m: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -180,14 +182,20 @@ def _read(
     sharp = [f[1] <= BLUNT for f in fits]
     if not any(sharp):
         return absent("no local slope is known well enough")
-    holds = [s and abs(f[0] - slope) < TOLERANCE + 2.0 * f[1] for f, s in zip(fits, sharp, strict=True)]
+    holds = [
+        s and abs(f[0] - slope) < TOLERANCE + 2.0 * f[1] for f, s in zip(fits, sharp, strict=True)
+    ]
     if not any(holds):
-        nearest = min((f[0] for f, s in zip(fits, sharp, strict=True) if s), key=lambda v: abs(v - slope))
+        nearest = min(
+            (f[0] for f, s in zip(fits, sharp, strict=True) if s), key=lambda v: abs(v - slope)
+        )
         return absent(f"no stretch of the curve has this slope (nearest {nearest:+.2f})")
     reason = ""
     from scipy.special import chdtri
 
-    largest = y + 0.5 * np.log(edf / chdtri(edf, ABOVE))
+    # One misjudged noise type must not make a long τ look certain: the wider of two scatters counts.
+    freedom = np.minimum(edf, 0.5 / np.diag(relative))
+    largest = y + 0.5 * np.log(freedom / chdtri(freedom, ABOVE))
     order = sorted(np.flatnonzero(holds), key=lambda k: abs(fits[k][0] - slope) + fits[k][1])
     for k in order:
         level, error = _level(x[windows[k]], y[windows[k]], relative[windows[k], windows[k]], slope)
@@ -236,7 +244,7 @@ def _slope(
 def _level(
     x: NDArray[np.float64], y: NDArray[np.float64], covariance: NDArray[np.float64], slope: float
 ) -> tuple[float, float]:
-    """ln of the line at τ = 1 s, and its standard error."""
+    """Logarithm of the line at τ = 1 s, and its standard error."""
     weights = np.linalg.solve(covariance, np.ones_like(x))
     total = float(weights.sum())
     return float(weights @ (y - slope * x)) / total, total**-0.5
@@ -252,7 +260,7 @@ class NearestSlopes:
         The curve, s and U.
     N, K, B : float
         U·√s, U/√s, U.
-    tau_N_s, tau_K_s, tau_B_s : float
+    tau_n_s, tau_k_s, tau_b_s : float
         Where the point nearest to each slope lies: nothing says that the slope holds there.
     """
 
@@ -261,9 +269,9 @@ class NearestSlopes:
     N: float
     K: float
     B: float
-    tau_N_s: float
-    tau_K_s: float
-    tau_B_s: float
+    tau_n_s: float
+    tau_k_s: float
+    tau_b_s: float
 
     def __post_init__(self) -> None:
         self.tau.flags.writeable = False
@@ -272,7 +280,7 @@ class NearestSlopes:
     def to_dict(self) -> dict[str, float]:
         """JSON form, without the curve."""
         return {
-            name: getattr(self, name) for name in ("N", "K", "B", "tau_N_s", "tau_K_s", "tau_B_s")
+            name: getattr(self, name) for name in ("N", "K", "B", "tau_n_s", "tau_k_s", "tau_b_s")
         }
 
 
@@ -320,7 +328,11 @@ def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
         k = int(np.argmin(np.abs(slopes - slope)))
         return float(10.0 ** (np.log10(sigma[k]) + slope * np.log10(at / tau[k]))), float(tau[k])
 
-    (n_value, n_tau), (k_value, k_tau), (plateau, b_tau) = read(-0.5, 1.0), read(0.5, 3.0), read(0.0, 1.0)
+    (n_value, n_tau), (k_value, k_tau), (plateau, b_tau) = (
+        read(-0.5, 1.0),
+        read(0.5, 3.0),
+        read(0.0, 1.0),
+    )
     return NearestSlopes(
         tau.copy(), sigma.copy(), n_value, k_value, plateau / FLICKER, n_tau, k_tau, b_tau
     )

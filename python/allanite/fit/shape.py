@@ -58,10 +58,10 @@ def fit_shapes(
         missing = [n for n in names if effect.values[n] is None]
         variants = getattr(effect, "variants", None)
         if missing or (variants is not None and _undecided(effect)):
-            choices = [
-                _scan(_replace(model, place, **v.values), place, missing or names, maximise, data)
-                for v in (variants() if variants is not None else (effect,))
-            ]
+            starts = [model]
+            if variants is not None:
+                starts = [_replace(model, place, **v.values) for v in variants()]
+            choices = [_scan(m, place, missing or names, maximise, data) for m in starts]
             model = max(choices, key=lambda m: maximise(m).log_likelihood)
         free += [(place, n) for n in names]
     if not free or not polish:

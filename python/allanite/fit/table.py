@@ -31,6 +31,8 @@ def _cells(value: Any) -> tuple[str, str]:
         return (f"{len(value)} times" if isinstance(value, tuple) else str(value)), ""
     if not value.detected and value.interval is not None:
         return "not detected", f"< {value.interval[1]:.3g} {value.unit}"
+    if not value.detected:
+        return "not present", ""
     text = f"{float(value):.5g} {'' if value.unit == '1' else value.unit}".rstrip()
     if value.interval is None:
         return text, ""

@@ -149,7 +149,15 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
     x = log_axis("frequency f (Hz)", frequency)
     label = bracket("density", density_unit(fit.recording.unit))
     sure = count >= min(2 * FEWEST, count.max())
-    y = log_axis(label, measured, model, (measured * high)[sure], 0.5 * measured, *_shown(marks))
+    y = log_axis(
+        label,
+        measured,
+        model,
+        (measured * high)[sure],
+        (measured * low)[sure],
+        0.5 * measured,
+        *_shown(marks),
+    )
     panel = Panel(
         x, y, tuple(marks), 0, column, title="Power spectral density, two-sided", show_x=False
     )

@@ -81,7 +81,7 @@ def values_text(values: dict[str, Any], most: int = 2) -> str:
         value = values.get(name)
         if not isinstance(value, Estimate) or len(found) == most:
             continue
-        if name == "sigma" and value == 0.0 or name == "q_c" and values.get("sigma"):
+        if (name == "sigma" and value == 0.0) or (name == "q_c" and values.get("sigma")):
             continue  # one of the two: sigma says more, unless there is only a limit
         symbol = SYMBOLS.get(name, name)
         unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
@@ -99,7 +99,8 @@ def values_text(values: dict[str, Any], most: int = 2) -> str:
 def effect_text(fit: Any, effect: Any) -> str:
     """Name of an effect for this sensor, with the column that it follows."""
     column = getattr(effect, "column", None)
-    return fit.display_name(effect) + (f" {column}" if column else "")
+    name = str(fit.display_name(effect))
+    return f"{name} {column}" if column else name
 
 
 def duration_text(seconds: float) -> str:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read"]
+__all__ = ["read", "split_header"]
 
 
 def read(path: Path, pick: Picker) -> Table:
@@ -39,7 +39,7 @@ def read(path: Path, pick: Picker) -> Table:
         header = _kernels.TextReader(str(path), delimiter=delimiter).header
     wanted = None
     if header is not None:
-        names, units = _split(header)
+        names, units = split_header(header)
         wanted = sorted(set(pick(names, units)))
     _, columns, _ = _kernels.read_text(str(path), delimiter=delimiter, columns=wanted)
     if header is None or wanted is None:
@@ -49,6 +49,7 @@ def read(path: Path, pick: Picker) -> Table:
     return Table(names, tuple(found.get(i) for i in range(len(names))), units)
 
 
-def _split(header: list[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
+def split_header(header: list[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
+    """Split header cells into names and units."""
     pairs = [split_unit(cell) for cell in header]
     return tuple(name for name, _ in pairs), tuple(unit for _, unit in pairs)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from allanite.cli import COMMANDS, main
+from allanite.cli.adev import KINDS
 
 RNG = np.random.default_rng(7)
 LOG_COMMANDS = ["adev", "fit", "check", "improve", "compare"]
@@ -405,6 +406,43 @@ def test_a_log_from_a_pipe(run, log, tmp_path):
     code, out, _ = piped((tmp_path / "x.npy").read_bytes(), "fit", "-", "--model", "N", "--rate", 5)
     assert code == 0
     assert "300 samples at 5 Hz" in out
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_deviation(run, log, kind):
+    if not hasattr(needs("deviation"), kind):
+        pytest.skip(f"no {kind}")
+    document = strict(run("adev", log, "--kind", kind, "--json")[1])
+    assert document["kind"] == kind
+    assert document["points"][0]["deviation"] > 0
+
+
+def test_adev_of_a_pipe_needs_no_memory_of_it(run, log):
+    needs("accumulator")
+    code, out, err = piped(log.read_bytes(), "adev", "-", "--json")
+    assert (code, err) == (0, "")
+    streamed = strict(out)
+    direct = strict(run("adev", log, "--json")[1])
+    assert streamed["recording"]["n"] == direct["recording"]["n"] == 4000
+    assert streamed["recording"]["column"] == "gyro_x"
+    assert streamed["recording"]["rate_hz"] == pytest.approx(100)
+    whole = {p["m"]: p["deviation"] for p in direct["points"]}
+    for point in streamed["points"]:
+        # Below m = 32 the stream has every term; above, its terms are a subset.
+        if point["m"] < 32 and point["m"] in whole:
+            assert point["deviation"] == pytest.approx(whole[point["m"]], rel=1e-9)
+    rad = strict(piped(log.read_bytes(), "adev", "-", "--json", "--output-unit", "rad/s")[1])
+    ratio = rad["points"][0]["deviation"] / streamed["points"][0]["deviation"]
+    assert ratio == pytest.approx(np.pi / 180)
+    phase = np.cumsum(RNG.standard_normal(1000))
+    text = "\n".join(map(repr, phase.tolist())).encode()
+    options = ["--rate", 1, "--quantity", "angle", "--json"]
+    piped_phase = strict(piped(text, "adev", "-", *options)[1])
+    expected = np.sqrt(np.mean(np.diff(phase, n=2) ** 2) / 2)
+    assert piped_phase["points"][0]["deviation"] == pytest.approx(expected)
+    refused(piped(b"x\n1\n2\n3\n4\n", "adev", "-"), 2, "standard input", "--rate")
+    refused(piped(b"x\n1\n2\nthree\n", "adev", "-", "--rate", 1), 2, "three")
+    refused(piped(b"", "adev", "-", "--rate", 1), 2, "standard input")
 
 
 def test_bad_pipes():

@@ -50,7 +50,9 @@ def naive(terms, n, factors, kind):
     if kind == "mdev":
         kernel, points = -summed(kernel), n + 2
     c = COEFFICIENTS[order]
-    scale = {"oadev": lambda m: 2 * m**2, "mdev": lambda m: 2 * m**4, "hdev": lambda m: 6 * m**2}[kind]
+    scale = {"oadev": lambda m: 2 * m**2, "mdev": lambda m: 2 * m**4, "hdev": lambda m: 6 * m**2}[
+        kind
+    ]
 
     def cross(i, j):
         lag = np.arange(points - order * i)[:, None] - np.arange(points - order * j)[None, :]

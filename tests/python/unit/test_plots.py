@@ -35,7 +35,14 @@ from allanite.plots.spec import (
     label_of,
 )
 from allanite.plots.themes import COMPONENTS, theme_of
-from allanite.plots.words import density_unit, duration_text, in_unit, number, unit_text
+from allanite.plots.words import (
+    density_unit,
+    duration_text,
+    in_unit,
+    number,
+    unit_text,
+    values_text,
+)
 from allanite.study import Rung, Study
 from allanite.suggestion import Check
 
@@ -439,3 +446,40 @@ def test_panels_find_marks_by_kind():
     panel = Panel(axis, axis, (Span(0.1, 0.2, "fail"), Note(0.5, 0.5, "words")))
     assert len(panel.find(Span)) == 1
     assert panel.find(Line) == ()
+
+
+def test_legend_gives_the_values_that_say_most():
+    def estimate(value, unit, interval=None, detected=True):
+        return al.Estimate(value, None, interval, unit, detected)
+
+    lag = {"correlation_time": estimate(30.0, "s"), "q_c": estimate(0.002, "rad/s/s^½")}
+    assert values_text(lag | {"sigma": estimate(0.0077, "rad/s")}) == "σ 0.0077 rad/s, T 30 s"
+    nothing = estimate(0.0, "rad/s/s^½", (0.0, 0.001), detected=False)
+    assert values_text(lag | {"q_c": nothing, "sigma": estimate(0.0, "rad/s")}).startswith("q_c < ")
+    line = {
+        "frequency": estimate(3.0, "Hz", (2.9, 3.1), detected=False),
+        "amplitude": estimate(0.1, "deg/s", (0.0, 0.2), detected=False),
+    }
+    assert values_text(line) == "f 3 Hz, a < 0.2 °/s"
+
+
+def test_a_covariate_is_named_by_its_column():
+    rng = np.random.default_rng(4)
+    temperature = 20.0 + np.cumsum(rng.standard_normal(4000)) * 0.01
+    samples = rng.standard_normal(4000) + 5.0 * temperature
+    log = al.Recording(samples, rate=10.0, unit="mg", covariates={"temperature": temperature})
+    figure = plot_fit(al.fit_model(log, "N+COV(column=temperature)"))
+    labels = [label_of(m) for m in figure.legend()]
+    assert any("temperature: c " in label for label in labels)
+
+
+def test_the_shortest_record_has_a_figure():
+    samples = np.random.default_rng(5).standard_normal(40)
+    figure = plot_fit(al.fit_model(al.Recording(samples, rate=1.0, unit="1"), "N"))
+    spectrum = figure.panels[2]
+    (points,) = marks(spectrum, Points, "measured")
+    assert np.all((spectrum.y.low < points.y) & (points.y < spectrum.y.high))
+    # The interval of the best known point is seen whole.
+    best = np.argmin(points.high / points.low)
+    assert spectrum.y.low < points.low[best]
+    assert points.high[best] < spectrum.y.high

@@ -1,0 +1,51 @@
+//! Noise: deviates, each process, the usual sum.
+
+use std::hint::black_box;
+use std::sync::atomic::AtomicBool;
+
+use allanite::noise::Generator;
+use allanite::rng::{Stream, StreamKey};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+
+const N: usize = 1 << 20;
+
+fn processes(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("noise");
+    group.sample_size(10).throughput(Throughput::Elements(N as u64));
+    let mut samples = vec![0.0; N];
+    let key = StreamKey { seed: 1, replicate: 0, effect: 0, axis: 0 };
+    group.bench_function("normals", |bencher| {
+        bencher.iter(|| {
+            for (block, part) in samples.chunks_mut(4096).enumerate() {
+                Stream::new(key, block as u64).normals(part);
+            }
+            black_box(&samples);
+        });
+    });
+    let white = ("white", vec![1.0]);
+    let flicker = ("flicker", vec![1.0]);
+    let walk = ("random_walk", vec![1.0]);
+    let markov = ("gauss_markov", vec![1.0, 0.99]);
+    let lists = [
+        ("white", vec![white.clone()]),
+        ("flicker", vec![flicker.clone()]),
+        ("random_walk", vec![walk.clone()]),
+        ("gauss_markov", vec![markov.clone()]),
+        ("telegraph", vec![("telegraph", vec![1.0, 0.01])]),
+        ("filtered", vec![("filtered", vec![1.0, 0.02, 0.04, 0.02, -1.56, 0.64])]),
+        ("white+flicker+walk+markov", vec![white, flicker, walk, markov]),
+    ];
+    for (name, list) in lists {
+        for threads in [1, 2] {
+            let stop = AtomicBool::new(false);
+            let mut generator = Generator::new(&list, 10_000_000, 1, 0, 0, threads).unwrap();
+            group.bench_function(format!("{name}, {threads} threads"), |bencher| {
+                bencher.iter(|| generator.fill(&mut samples, &stop).unwrap());
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, processes);
+criterion_main!(benches);

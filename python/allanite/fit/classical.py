@@ -1,0 +1,136 @@
+"""The classical methods as a `Fit`: generalised least squares on the Allan variance, and straight lines.
+
+Shapes and deterministic effects come from the Whittle fit; the coefficients of the random processes from the method
+asked for. The misfit is always that of the resulting model on the spectrum, so that methods can be compared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.deviation import oadev
+from allanite.effects import Stochastic
+from allanite.errors import InputError
+from allanite.fit.engine import with_coefficients
+from allanite.fit.gls import fit_gls, gls_factors
+from allanite.fit.lines import read_lines
+from allanite.fit.whittle import log_likelihood
+from allanite.parameters import Estimate
+from allanite.units import coefficient_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from allanite.fit.result import Fit
+
+__all__ = ["refit"]
+
+#: Effects that a straight line stands for.
+LINES = {
+    "quantization": "Q",
+    "angle_random_walk": "N",
+    "bias_instability": "B",
+    "rate_random_walk": "K",
+    "rate_ramp": "R",
+}
+
+
+def refit(fit: Fit, method: str) -> Fit:
+    """The Whittle fit with its coefficients read by ``gls`` or ``lines``.
+
+    Raises
+    ------
+    InputError
+        Lines for a model that has other effects than Q, N, B, K, R; held coefficients.
+    """
+    if any(set(e.held) for e in fit.model):
+        raise InputError(f"method {method!r} cannot hold values: use whittle")
+    values = _gls(fit) if method == "gls" else _lines(fit)
+    theta = np.array(
+        [
+            float(v[e.coefficient]) ** 2
+            for e, v in zip(fit.model.effects, values, strict=True)
+            if isinstance(e, Stochastic)
+        ]
+    )
+    model = with_coefficients(fit.model, theta)
+    if method == "lines":
+        model = replace(
+            model,
+            effects=tuple(
+                e.with_values(R=float(v["R"])) if e.kind == "rate_ramp" else e
+                for e, v in zip(model.effects, values, strict=True)
+            ),
+        )
+    solution = fit.solution
+    spectrum = np.maximum(solution.columns @ theta, 1e-300)
+    bins = fit.data.bins
+    changed = replace(
+        solution,
+        model=model,
+        theta=theta,
+        spectrum=spectrum,
+        log_likelihood=log_likelihood(bins.power(solution.ordinates), bins.count, spectrum),
+    )
+    return replace(fit, model=model, method=method, solution=changed, given=values)
+
+
+def _residual(fit: Fit) -> NDArray[np.float64]:
+    samples = np.asarray(fit.data.samples)
+    for effect in fit.model.deterministic:
+        samples = samples - effect.signal(fit.data.time, fit.data.covariates)
+    return samples
+
+
+def _gls(fit: Fit) -> tuple[dict[str, Any], ...]:
+    data, model = fit.data, fit.model
+    factors = gls_factors(data.n)
+    curve = oadev(_residual(fit), rate=data.rate, factors=factors)
+    found = fit_gls(
+        curve.deviation**2,
+        factors,
+        data.n,
+        [data.unit_terms(model, e) for e in model.stochastic],
+    )
+    low, high = found.intervals()
+    place = 0
+    out = []
+    for effect, values in zip(model.effects, fit.estimates, strict=True):
+        own = dict(values)
+        if isinstance(effect, Stochastic):
+            value, square = found.coefficients[place], found.squares[place]
+            error = found.std_errors[place] / (2.0 * value) if value > 0 else None
+            own[effect.coefficient] = Estimate(
+                float(value),
+                None if error is None else float(error),
+                (float(low[place]), float(high[place])),
+                values[effect.coefficient].unit,
+                bool(square > 2.326 * found.std_errors[place]),
+                effect.coefficient,
+            )
+            place += 1
+        out.append(own)
+    return tuple(out)
+
+
+def _lines(fit: Fit) -> tuple[dict[str, Any], ...]:
+    other = [e.kind for e in fit.model if e.kind not in LINES]
+    if other:
+        raise InputError(
+            f"method 'lines' knows Q, N, B, K, R; the model has {other[0]}: use whittle or gls"
+        )
+    data = fit.data
+    readings = read_lines(oadev(data.samples, rate=data.rate, taus=8))
+    out = []
+    for effect in fit.model:
+        name = LINES[effect.kind]
+        line = readings[name]
+        power = effect.parameter(name).unit
+        assert not isinstance(power, str)
+        unit = coefficient_unit(fit.recording.unit, power)
+        interval = None if line.low is None or line.high is None else (line.low, line.high)
+        out.append({name: Estimate(line.value or 0.0, None, interval, unit, line.present, name)})
+    return tuple(out)

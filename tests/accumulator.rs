@@ -1,0 +1,101 @@
+//! A stream is its batch at the same strides, whatever the chunks and the order of merging.
+
+use allanite::accumulator::{Accumulator, Grid};
+use proptest::prelude::*;
+
+fn integers(n: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed | 1;
+    let mut next = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 40) as f64 % 1001.0 - 300.0
+    };
+    (0..n).map(|_| next()).collect()
+}
+
+/// Σ d² and number of terms at every `stride`-th sample, in whole numbers.
+fn batch(samples: &[f64], m: usize, stride: usize) -> (i128, u64) {
+    let mut theta = vec![0_i128];
+    for x in samples {
+        theta.push(theta[theta.len() - 1] + if x.is_nan() { 0 } else { *x as i128 });
+    }
+    let (mut sum, mut count) = (0, 0);
+    for k in (0..(samples.len() + 1).saturating_sub(2 * m)).step_by(stride) {
+        if samples[k..k + 2 * m].iter().all(|x| !x.is_nan()) {
+            sum += (theta[k + 2 * m] - 2 * theta[k + m] + theta[k]).pow(2);
+            count += 1;
+        }
+    }
+    (sum, count)
+}
+
+fn check(samples: &[f64], accumulator: &Accumulator) {
+    let reading = accumulator.reading();
+    assert_eq!(accumulator.len() as usize, samples.len());
+    for (m, stride, sum, count) in reading {
+        assert_eq!(
+            (sum as i128, count),
+            batch(samples, m as usize, stride as usize),
+            "m = {m}, stride {stride}"
+        );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(50) })]
+
+    #[test]
+    fn any_chunks_and_any_merge_tree(
+        n in 0_usize..9000,
+        seed in any::<u64>(),
+        each in 1_usize..9,
+        cuts in prop::collection::vec((0_usize..9000, any::<bool>(), any::<usize>()), 0..14),
+        holes in prop::collection::vec(0_usize..9000, 0..3),
+    ) {
+        let mut x = integers(n, seed);
+        holes.iter().filter(|h| **h < n).for_each(|h| x[*h] = f64::NAN);
+        let mut cuts: Vec<_> = cuts.into_iter().map(|(at, new, pick)| (at.min(n), new, pick)).collect();
+        cuts.sort_unstable();
+        let mut parts = vec![Accumulator::new(Grid::per_octave(each).unwrap(), 0)];
+        let mut from = 0;
+        for (at, new, _) in cuts.iter().chain([&(n, false, 0)]) {
+            parts.last_mut().unwrap().update(&x[from..*at]).unwrap();
+            from = *at;
+            if *new {
+                parts.push(Accumulator::new(Grid::per_octave(each).unwrap(), from as u64));
+            }
+        }
+        for pick in cuts.iter().map(|c| c.2).cycle() {
+            if parts.len() < 2 {
+                break;
+            }
+            let right = 1 + pick % (parts.len() - 1);
+            let other = parts.remove(right);
+            parts[right - 1].merge(&other).unwrap();
+        }
+        check(&x, &parts[0]);
+    }
+}
+
+#[test]
+fn a_merged_stretch_goes_on() {
+    let x = integers(30_000, 5);
+    let grid = || Grid::per_octave(1).unwrap();
+    let mut first = Accumulator::new(grid(), 0);
+    first.update(&x[..5]).unwrap();
+    let mut second = Accumulator::new(grid(), 5);
+    second.update(&x[5..20_003]).unwrap();
+    first.merge(&second).unwrap();
+    first.update(&x[20_003..]).unwrap();
+    check(&x, &first);
+    assert!(first.reading().iter().any(|r| r.0 == 8192));
+}
+
+#[test]
+fn what_does_not_fit_is_an_error() {
+    let mut first = Accumulator::new(Grid::per_octave(1).unwrap(), 0);
+    first.update(&[1.0, 2.0]).unwrap();
+    assert!(first.merge(&Accumulator::new(Grid::per_octave(1).unwrap(), 3)).is_err());
+    assert!(first.merge(&Accumulator::new(Grid::per_octave(2).unwrap(), 2)).is_err());
+    assert!(first.update(&[f64::INFINITY]).is_err());
+    assert!(Grid::per_octave(0).is_err());
+}

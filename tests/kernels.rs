@@ -1,0 +1,189 @@
+//! Every path of the hot loops against the definition, on every short length and every misalignment.
+
+use std::sync::atomic::AtomicBool;
+
+use allanite::averaging::{Grid, factors};
+use allanite::deviation::allan::{Means, adjacent, overlapping};
+use allanite::deviation::family::{Kind, variances};
+use allanite::deviation::sums::{self, Width};
+use allanite::deviation::{identify, naive};
+use allanite::phase::{Quantity, Record, Series};
+use proptest::prelude::*;
+
+fn noise(n: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed.wrapping_mul(2862933555777941757).wrapping_add(3037000493);
+    let mut next = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / 9007199254740992.0 - 0.5
+    };
+    (0..n).map(|_| next()).collect()
+}
+
+fn close(a: f64, b: f64, tolerance: f64) -> bool {
+    (a - b).abs() <= tolerance * a.abs().max(b.abs()) || (a.is_nan() && b.is_nan())
+}
+
+fn definition(theta: &[f64], m: usize, n: usize) -> f64 {
+    (0..n).map(|k| (theta[k + 2 * m] - 2.0 * theta[k + m] + theta[k]).powi(2)).sum()
+}
+
+#[test]
+fn wide_equals_plain_on_every_length_and_misalignment() {
+    let theta = noise(1000, 1);
+    for offset in 0..8 {
+        let theta = &theta[offset..];
+        for n in 0..300 {
+            for m in [1, 3, 8, 31] {
+                let expected = definition(theta, m, n);
+                for width in [Width::portable(), Width::best()] {
+                    assert!(close(sums::one(width, theta, m, n), expected, 1e-13), "n = {n}, m = {m}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn groups_equal_single_factors() {
+    let theta = noise(2000, 2);
+    let sets: [&[usize]; 7] = [
+        &[1],
+        &[1, 2],
+        &[1, 2, 4],
+        &[1, 2, 4, 8],
+        &[1, 2, 3, 4, 5, 6, 7, 8, 16, 32, 64],
+        &[3, 5, 7],
+        &[5, 10, 11, 13, 20, 40, 80, 160, 320],
+    ];
+    for set in sets {
+        let placed: Vec<_> = set.iter().copied().enumerate().collect();
+        let groups = sums::groups(&placed);
+        for n in (0..300).chain([1000]) {
+            for width in [Width::portable(), Width::best()] {
+                let mut found = vec![0.0; set.len()];
+                let runs = [(0, n + 2 * set[0])];
+                sums::add(width, (&theta, 0), (0, n), &runs, &groups, &mut found);
+                for (m, sum) in set.iter().zip(found) {
+                    let terms = (n + 2 * set[0] + 1).saturating_sub(2 * m).min(n);
+                    assert!(close(sum, definition(&theta, *m, terms), 1e-13), "{set:?} {n} {m}");
+                }
+            }
+        }
+    }
+}
+
+fn means(stop: &AtomicBool, threads: usize) -> Means<'_> {
+    Means { threads, width: Width::best(), stop }
+}
+
+#[test]
+fn every_estimator_is_its_definition() {
+    let stop = AtomicBool::new(false);
+    let kinds = [
+        Kind::Hadamard,
+        Kind::AdjacentHadamard,
+        Kind::Modified,
+        Kind::Parabolic,
+        Kind::Total,
+        Kind::ModifiedTotal,
+        Kind::HadamardTotal,
+        Kind::Theo1,
+        Kind::TieRms,
+        Kind::Mtie,
+    ];
+    for n in [12, 13, 40, 101] {
+        let x = noise(n, n as u64);
+        let mean = x.iter().sum::<f64>() / n as f64;
+        let centred: Vec<f64> = x.iter().map(|v| v - mean).collect();
+        let theta = naive::phase(&centred, Quantity::Rate);
+        let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
+        let angles = Record::new(Series::new(&theta), Quantity::Angle, 1, &stop).unwrap();
+        for kind in kinds {
+            let all: Vec<usize> = (2..=n / 3).filter(|m| kind != Kind::Theo1 || m % 2 == 0).collect();
+            let (found, counts, _) = variances(&record, kind, &all, means(&stop, 1)).unwrap();
+            let (again, _, _) = variances(&angles, kind, &all, means(&stop, 3)).unwrap();
+            for (i, m) in all.iter().enumerate() {
+                let (expected, count) = naive::variance(kind, &theta, *m);
+                assert!(close(found[i], expected, 1e-9), "{kind:?} n = {n} m = {m}: {} {expected}", found[i]);
+                assert!(close(again[i], expected, 1e-9), "{kind:?} of a phase");
+                assert_eq!(counts[i], count, "{kind:?} n = {n} m = {m}");
+            }
+        }
+    }
+}
+
+#[test]
+fn blocks_join_without_a_seam() {
+    let stop = AtomicBool::new(false);
+    let x: Vec<f64> = noise(40_000, 9).iter().map(|v| v + 100.0).collect();
+    let centred: Vec<f64> = x.iter().map(|v| v - 100.0).collect();
+    let theta = naive::phase(&centred, Quantity::Rate);
+    let record = Record::new(Series::new(&x), Quantity::Rate, 2, &stop).unwrap();
+    for kind in [Kind::Hadamard, Kind::Modified, Kind::Parabolic, Kind::Total] {
+        let (found, _, _) = variances(&record, kind, &[3, 300, 5000], means(&stop, 2)).unwrap();
+        for (m, value) in [3, 300, 5000].into_iter().zip(found) {
+            assert!(close(value, naive::variance(kind, &theta, m).0, 1e-8), "{kind:?} {m}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+    #[test]
+    fn allan_is_its_definition_with_gaps(
+        n in 3_usize..400, seed in any::<u64>(), holes in prop::collection::vec(0_usize..400, 0..12)
+    ) {
+        let stop = AtomicBool::new(false);
+        let mut x = noise(n, seed);
+        holes.iter().filter(|h| **h + 1 < n).for_each(|h| x[*h] = f64::NAN);
+        prop_assume!(x.iter().any(|v| !v.is_nan()));
+        for quantity in [Quantity::Rate, Quantity::Angle] {
+            let record = Record::new(Series::new(&x), quantity, 1, &stop).unwrap();
+            let all = factors(Grid::All, n / 2).unwrap();
+            let (terms, _) = overlapping(&record, &all, means(&stop, 1)).unwrap();
+            for (i, m) in all.iter().enumerate() {
+                let (sum, count) = naive::second_differences(&x, quantity, *m);
+                prop_assert_eq!(terms.count[i], count);
+                prop_assert!(close(terms.sum[i], sum, 1e-10));
+            }
+            let (terms, _) = adjacent(&record, &all, means(&stop, 1)).unwrap();
+            prop_assert!(terms.count.iter().zip(&all).all(|(c, m)| *c as usize <= n / m));
+        }
+    }
+
+    #[test]
+    fn strides_are_read_as_they_lie(len in 1_usize..200, step in 1_isize..7, seed in any::<u64>()) {
+        let data = noise(len * step.unsigned_abs(), seed);
+        let forward = Series::strided(&data, 0, step, len).unwrap();
+        let backward = Series::strided(&data, (len - 1) * step.unsigned_abs(), -step, len).unwrap();
+        for i in 0..len {
+            prop_assert_eq!(forward.at(i).to_bits(), data[i * step.unsigned_abs()].to_bits());
+            prop_assert_eq!(backward.at(len - 1 - i).to_bits(), forward.at(i).to_bits());
+        }
+        prop_assert!(Series::strided(&data, 0, step, len + 1 + data.len()).is_none());
+        prop_assert!(Series::strided(&data, 0, -1, 2).is_none());
+    }
+}
+
+#[test]
+fn noise_types_are_named() {
+    let stop = AtomicBool::new(false);
+    let white = noise(50_000, 3);
+    let walk = naive::phase(&white, Quantity::Rate);
+    let steps: Vec<f64> = white.windows(2).map(|w| w[1] - w[0]).collect();
+    for (x, expected) in [(steps, 2.0), (white, 0.0), (walk, -2.0)] {
+        let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
+        let (_, theta) = overlapping(&record, &[4, 16, 64], means(&stop, 1)).unwrap();
+        for alpha in identify::exponents(&record, &theta, &[4, 16, 64]) {
+            assert!((alpha - expected).abs() < 0.4, "{alpha} for {expected}");
+        }
+    }
+}
+
+#[test]
+fn an_interrupt_is_heard() {
+    let stop = AtomicBool::new(true);
+    let x = noise(100_000, 4);
+    assert!(Record::new(Series::new(&x), Quantity::Rate, 2, &stop).is_err());
+}

@@ -1,0 +1,78 @@
+//! Whatever the chunks and the threads, the samples are the same bits.
+
+use std::sync::atomic::AtomicBool;
+
+use allanite::noise::Generator;
+use proptest::prelude::*;
+
+const PROCESSES: [(&str, &[f64]); 9] = [
+    ("white", &[1.0]),
+    ("blue", &[0.3]),
+    ("random_walk", &[0.1]),
+    ("flicker", &[2.0]),
+    ("power_law", &[-2.4, 0.01]),
+    ("gauss_markov", &[1.0, 0.999]),
+    ("filtered", &[1.0, 0.02, 0.04, 0.02, -1.56, 0.64]),
+    ("moving_average", &[1.0, 5000.0]),
+    ("telegraph", &[1.0, 0.01]),
+];
+
+fn generator(chosen: &[usize], threads: usize) -> Generator {
+    let list: Vec<_> = chosen.iter().map(|&i| PROCESSES[i]).collect();
+    Generator::new(&list, 1 << 20, 7, 1, 2, threads).unwrap()
+}
+
+fn bits(samples: &[f64]) -> Vec<u64> {
+    samples.iter().map(|x| x.to_bits()).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    #[test]
+    fn chunks_and_threads_change_nothing(
+        chosen in prop::collection::vec(0..PROCESSES.len(), 0..5),
+        sizes in prop::collection::vec(0..200_000_usize, 1..5),
+        threads in prop::sample::select(vec![0, 1, 2, 7]),
+    ) {
+        let stop = AtomicBool::new(false);
+        let n = sizes.iter().sum();
+        let mut whole = vec![0.0; n];
+        generator(&chosen, 1).fill(&mut whole, &stop).unwrap();
+        let mut stream = generator(&chosen, threads);
+        let mut pieces = Vec::new();
+        for size in sizes {
+            let mut piece = vec![0.0; size];
+            stream.fill(&mut piece, &stop).unwrap();
+            pieces.extend(piece);
+        }
+        prop_assert_eq!(bits(&whole), bits(&pieces));
+    }
+}
+
+#[test]
+fn the_sum_is_the_sum() {
+    // The effect's place in the list is part of its stream: zeros before it leave it where it was.
+    let stop = AtomicBool::new(false);
+    let n = 10_000;
+    let run = |list: &[(&str, &[f64])]| {
+        let mut samples = vec![0.0; n];
+        Generator::new(list, n, 1, 0, 0, 1).unwrap().fill(&mut samples, &stop).unwrap();
+        samples
+    };
+    let both = run(&[PROCESSES[3], PROCESSES[5]]);
+    let first = run(&[PROCESSES[3]]);
+    let second = run(&[("white", &[0.0]), PROCESSES[5]]);
+    for ((both, first), second) in both.iter().zip(first).zip(second) {
+        assert!((both - (first + second)).abs() <= 1e-12 * both.abs().max(1.0));
+    }
+}
+
+#[test]
+fn a_stop_is_heard() {
+    let mut samples = vec![0.0; 1 << 20];
+    for threads in [1, 2] {
+        let result = generator(&[0, 3], threads).fill(&mut samples, &AtomicBool::new(true));
+        assert_eq!(result, Err(allanite::Error::Interrupted));
+    }
+}
