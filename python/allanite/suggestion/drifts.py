@@ -85,18 +85,21 @@ def _screen(
 def _refit(
     effect: Deterministic, family: str, base: Solution, data: Data, rival: Solution | None
 ) -> Candidate | None:
-    """The refitted candidate; its gain is the least of what it adds to the model alone and to the rival's."""
+    """The refitted candidate, judged by the least of what it adds to the model alone and to the rival's.
+
+    It is ranked by its whole gain: a random process that takes part of a drift is not the better explanation for that.
+    """
     refitted = solve(data, base.model + effect, rounds=4)
-    gain = refitted.log_likelihood - base.log_likelihood
+    gain = judged = refitted.log_likelihood - base.log_likelihood
     if rival is not None and gain > 0.0:
         beside = solve(data, rival.model + refitted.model.effects[-1], polish=False, rounds=4)
-        gain = min(gain, beside.log_likelihood - rival.log_likelihood)
-    if gain <= 0.0 or (family == "covariate" and not _consistent(refitted, data)):
+        judged = min(gain, beside.log_likelihood - rival.log_likelihood)
+    if judged <= 0.0 or (family == "covariate" and not _consistent(refitted, data)):
         return None
     shapes = sum(p.role in {"shape", "coefficient"} for p in effect.parameters)
     if effect.values.get("quadratic", 0.0) is None:
         shapes -= 1
-    return Candidate(refitted.model.effects[-1], gain, family, refitted, shapes)
+    return Candidate(refitted.model.effects[-1], gain, family, refitted, shapes, judged=judged)
 
 
 def _consistent(solution: Solution, data: Data) -> bool:

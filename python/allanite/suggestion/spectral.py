@@ -40,6 +40,8 @@ class Candidate:
     parameters: int = 1
     #: ln of the chance of such a gain, where the family has its own law.
     log_chance: float | None = None
+    #: The part of `gain` that chance is asked about, where that is not all of it.
+    judged: float | None = None
     #: The record it was refitted to, where samples were taken out.
     data: Data | None = None
 

@@ -24,6 +24,14 @@ __all__ = ["Suggestion", "suggest"]
 RIVAL = 6.0
 #: Random processes that a slow function of time must beat, or explain something beside.
 SLOW = {"rate_random_walk", "bias_instability", "gauss_markov", "power_law"}
+#: The coefficients of IEEE 952: at a tie the record does not ask for anything else.
+STANDARD = {
+    "quantization",
+    "angle_random_walk",
+    "bias_instability",
+    "rate_random_walk",
+    "rate_ramp",
+}
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -165,10 +173,12 @@ def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, 
         *(c for c in single if c is not None),
     )
     ranked = sorted(
-        (_suggestion(fit, c, families) for c in candidates), key=lambda s: s.delta_bic, reverse=True
+        (_suggestion(fit, c, families) for c in candidates),
+        key=lambda s: (s.significant, s.delta_bic),
+        reverse=True,
     )
     progress()
-    return _with_rivals(ranked)
+    return _with_rivals(_ties(ranked))
 
 
 def _suggestion(fit: Fit, candidate: Candidate, families: dict[str, Family]) -> Suggestion:
@@ -177,10 +187,13 @@ def _suggestion(fit: Fit, candidate: Candidate, families: dict[str, Family]) -> 
     solution = candidate.solution
     assert solution is not None
     x = candidate.gain
+    judged = x if candidate.judged is None else candidate.judged
     family = families[candidate.family]
-    chance = candidate.log_chance if candidate.log_chance is not None else log_chance(family, x)
+    chance = candidate.log_chance
+    if chance is None:
+        chance = log_chance(family, judged)
     log_p = min(0.0, chance + np.log(len(families)))
-    single = -x if candidate.family == "line" else float(log_ndtr(-np.sqrt(2.0 * x)))
+    single = -judged if candidate.family == "line" else float(log_ndtr(-np.sqrt(2.0 * judged)))
     penalty = candidate.parameters * np.log(fit.data.bins.count.size)
     if family.width > 0.0:
         penalty += 2.0 * np.log(family.width) - np.log(fit.data.bins.count.size)
@@ -214,6 +227,22 @@ def _removed(fit: Fit, solution: Solution, candidate: Candidate) -> float:
     if excess <= 0.0:
         return 0.0
     return float(np.clip(100.0 * fallen / excess, 0.0, 100.0))
+
+
+def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
+    """Where a standard coefficient explains the record as well as the winner, it goes first."""
+    if not ranked or ranked[0].kind in STANDARD:
+        return ranked
+    top = ranked[0]
+    for other in ranked[1:]:
+        if (
+            other.kind in STANDARD
+            and other.significant == top.significant
+            and top.delta_bic - other.delta_bic < RIVAL
+            and (other.kind in top.effect.rivals or top.kind in other.effect.rivals)
+        ):
+            return [other, *(s for s in ranked if s is not other)]
+    return ranked
 
 
 def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:

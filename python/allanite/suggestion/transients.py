@@ -24,6 +24,8 @@ __all__ = ["screen_bursts", "screen_levels", "screen_outliers"]
 
 #: Stretches of the time axis whose levels are compared, and of the finer axis on which an interval is placed.
 COARSE, FINE = 256, 4096
+#: A lag that is not significant itself has no two levels worth speaking of.
+LEAST_LAG = 12.0
 
 
 def screen_levels(
@@ -201,14 +203,17 @@ def screen_bursts(
     of its share of the variance; of a Gaussian one none.
     """
     found = next((c for c in candidates if c.effect.kind == "gauss_markov"), None)
-    if found is None or found.solution is None:
+    if found is None or found.solution is None or found.gain < LEAST_LAG:
         return None
     time = float(found.effect.values["correlation_time"])
     block = max(1, round(0.2 * time * data.rate))
     count = data.n // block
     if count < 64:
         return None
-    residual = _kernels.inverse_cosine_transform(solution.ordinates)
+    # What is slower than ten correlation times (a drift has few levels, too) does not speak of switching.
+    ordinates = solution.ordinates.copy()
+    ordinates[: int(data.duration / (30.0 * time)) + 1] = 0.0
+    residual = _kernels.inverse_cosine_transform(ordinates)
     means = residual[: count * block].reshape(count, block).mean(axis=1)
     centred = means - means.mean()
     kurtosis = float(np.mean(centred**4) / np.mean(centred**2) ** 2 - 3.0)
