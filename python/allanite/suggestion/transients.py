@@ -190,7 +190,7 @@ def screen_outliers(
     cleaned = without_samples(data, effect.missing(data.n, data.rate))
     refitted = solve(cleaned, Model((*solution.model.effects, effect)), rounds=3)
     return Candidate(
-        refitted.model.effects[-1], gain, "outlier", refitted, 1, min(0.0, largest), cleaned
+        refitted.model.effects[-1], gain, "outlier", refitted, 1, min(0.0, largest), data=cleaned
     )
 
 

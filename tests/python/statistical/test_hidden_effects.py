@@ -7,11 +7,11 @@ true rate of 99 % and 95 % in 0.4 % and 1.2 %.
 
 import functools
 
-import generators as g
 import numpy as np
 import pytest
 
 import allanite as al
+import generators as g
 
 pytestmark = pytest.mark.statistical
 
@@ -76,7 +76,9 @@ kinds = pytest.mark.parametrize("kind", HIDDEN)
 pytestmark = [pytest.mark.statistical, pytest.mark.xdist_group("hidden")]
 
 
-@pytest.mark.parametrize("kind", [pytest.param(k, marks=pytest.mark.xdist_group(k)) for k in HIDDEN])
+@pytest.mark.parametrize(
+    "kind", [pytest.param(k, marks=pytest.mark.xdist_group(k)) for k in HIDDEN]
+)
 def test_hidden_effect(kind):
     found = studies(kind)
     told = "\n".join(f"seed {i}: {_told(s)}" for i, s in enumerate(found))
