@@ -46,7 +46,7 @@ lint: $(VENV)/.developed ## formatting, types, stubs, layers, clippy
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/python -m mypy.stubtest allanite._core --mypy-config-file pyproject.toml
+	$(BIN)/python -m mypy.stubtest allanite._core --mypy-config-file pyproject.toml --allowlist stubtest-allowlist.txt
 	$(BIN)/lint-imports
 
 bench: $(VENV)/.developed ## ratios against other programs, side by side, written to benches/record

@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Error", "Fit", "Misfit"]
 
-#: A model is called inadequate where its whole curve is this improbable.
-ADEQUATE = 0.01
+#: A model is called inadequate where its whole curve is this improbable: its share of the 1 % false alarms of a
+#: check, which looks at about ten families of effects besides.
+ADEQUATE = 0.001
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +114,7 @@ class Fit:
 
     @property
     def adequate(self) -> bool:
-        """Whether the whole curve is compatible with the model at 1 %."""
+        """Whether the whole curve is compatible with the model at 0.1 %."""
         return self.misfit.p_value >= ADEQUATE
 
     def __getitem__(self, name: str) -> Any:

@@ -41,7 +41,7 @@ class Check:
 
     @property
     def adequate(self) -> bool:
-        """Neither the whole curve nor any single effect speaks against the model at 1 %."""
+        """Neither the whole curve nor any effect speaks against the model (1 % false alarms in all)."""
         return self.fit.adequate and not self.significant
 
     def to_dict(self) -> dict[str, Any]:
