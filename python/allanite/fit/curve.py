@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.deviation import oadev
 from allanite.effects import terms as _terms
-from allanite.effects.outliers import Outliers
 from allanite.fit.whittle import normal_scores
 
 if TYPE_CHECKING:
@@ -90,16 +89,16 @@ def grid(n: int) -> NDArray[np.int64]:
     )
 
 
-def compare_curves(recording: Any, data: Data, model: Model) -> Curve:
-    """Curve of a recording against a model with values; deterministic effects add the curve of their own signal."""
+def compare_curves(data: Data, model: Model) -> Curve:
+    """Curve of a record (gaps and outliers bridged, as in the fit) against a model with values.
+
+    Deterministic effects add the curve of their own signal.
+    """
     from scipy.special import chdtri
 
     factors = grid(data.n)
     rate = data.rate
-    samples = recording.rate_samples()
-    for effect in model:
-        if isinstance(effect, Outliers):
-            samples = np.where(effect.missing(data.n, rate), np.nan, samples)
+    samples = data.samples
     measured = oadev(samples, rate=rate, factors=factors)
     terms = data.terms(model)
     noise = expected_variance(terms, factors)

@@ -103,7 +103,7 @@ class Fit:
     @cached_property
     def curve(self) -> _curve.Curve:
         """Measured and modelled Allan deviation."""
-        return _curve.compare_curves(self.recording, self.data, self.model)
+        return _curve.compare_curves(self.data, self.model)
 
     @cached_property
     def error(self) -> Error:
