@@ -111,7 +111,10 @@ def screen_spectral(solution: Solution, data: Data) -> Screen:
         score = unit @ residual
         arcs.append(arc_length(unit))
         families.append(cls.family)
-        order = np.argsort(score)[::-1][:3]
+        # A filter changes the spectrum by orders of magnitude where the score, a slope, says little:
+        # all its designs and cutoffs are refitted.
+        tried = score.size if issubclass(cls, Modifier) else 3
+        order = np.argsort(score)[::-1][:tried]
         if 0.5 * max(score[order[0]], 0.0) ** 2 < LEAST:
             continue
         kept = [p for p, keep in zip(points, usable, strict=True) if keep]
