@@ -98,6 +98,7 @@ class Study:
         for i, rung in enumerate(self.ladder):
             m, e = rung.fit.misfit, rung.fit.error
             added = "(start)" if rung.added is None else "+ " + rung.fit.display_name(rung.added)
+            added += "".join(f" − {kind}" for kind in rung.removed)
             lines.append(
                 f"{i:>2}  {added:22} {m.reduced:8.2f} {m.p_value:9.2g} {_number(e.adev_rms_percent):>11} "
                 f"{_number(e.adev_max_percent):>7} {_number(e.held_out):>9}  {rung.fit.model.name}"
@@ -152,8 +153,10 @@ def improve(
             return Study(recording, tuple(ladder), check, "nothing helps")
         if len(ladder) > limit:
             return Study(recording, tuple(ladder), check, "limit")
-        ladder.append(better)
-        fit = better.fit
+        # What was taken out once and came back is needed.
+        gone = {kind for rung in ladder for kind in rung.removed}
+        ladder.append(_without_needless(better, fit, gone))
+        fit = ladder[-1].fit
 
 
 def _next(fit: Fit, check: Check) -> Rung | None:
@@ -164,3 +167,34 @@ def _next(fit: Fit, check: Check) -> Rung | None:
         if before is None or after is None or after < before:
             return Rung(added, suggestion.effect)
     return None
+
+
+def _without_needless(rung: Rung, before: Fit, gone: set[str]) -> Rung:
+    """The rung without effects that the record showed before the addition and no longer does (a B that was a sum of lags).
+
+    What it never showed stays, as an upper limit: it was asked for.
+    """
+    fit, removed = rung.fit, []
+    places = [
+        place
+        for place, effect in enumerate(before.model)
+        if _shown(before, place) and not _shown(fit, place) and effect.kind not in gone
+    ]
+    for place in reversed(places):
+        without = fit.remove(place)
+        old, new = fit.error.held_out, without.error.held_out
+        if old is None or new is None or new <= old:
+            removed.append(fit.model.effects[place].kind)
+            fit = without
+    return Rung(fit, rung.added, tuple(reversed(removed)))
+
+
+def _shown(fit: Fit, place: int) -> bool:
+    """Whether the record distinguishes the coefficient of an effect from 0."""
+    effect = fit.model.effects[place]
+    values = fit.estimates[place]
+    return all(
+        getattr(values[p.name], "detected", True)
+        for p in effect.parameters
+        if p.role == "coefficient"
+    )

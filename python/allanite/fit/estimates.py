@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit.data import column, density
+from allanite.fit.marginal import slow_amplitudes
 from allanite.fit.whittle import Maximum, information, profile_interval
 from allanite.parameters import Estimate
 from allanite.units import coefficient_unit
@@ -46,18 +47,46 @@ def estimates(solution: Solution, data: Data, unit: str) -> tuple[dict[str, Any]
     """For each effect of the model its values by JSON name, as `Estimate` where they are numbers."""
     shaped = _shape_errors(solution, data)
     out: list[dict[str, Any]] = []
-    place = column_place = 0
+    place = column_place = slow_column = 0
+    slow = None
+    if any(e.kind != "sinusoid" and not _all_held(e) for e in solution.model.deterministic):
+        slow = slow_amplitudes(solution, data)
     for position, effect in enumerate(solution.model.effects):
         if isinstance(effect, Stochastic):
             out.append(_stochastic(solution, effect, place, position, shaped, unit))
             place += 1
         elif isinstance(effect, Deterministic):
-            out.append(_deterministic(solution, effect, column_place, data, unit))
+            values = _deterministic(solution, effect, column_place, data, unit)
+            if slow is not None and effect.kind != "sinusoid":
+                for name in _amplitude_names(effect):
+                    value = values[name]
+                    if value.interval is not None:
+                        error, interval = (
+                            slow.standard_error(slow_column),
+                            slow.interval(slow_column),
+                        )
+                        values[name] = Estimate(
+                            value.value, error, interval, value.unit, value.detected, name
+                        )
+                    slow_column += 1
+            out.append(values)
             column_place += 1
         else:
             mine = {n: s for (p, n), s in shaped.items() if p == position}
             out.append(_modifier(effect, mine, data.rate, unit))
     return tuple(out)
+
+
+def _amplitude_names(effect: Deterministic) -> list[str]:
+    return [
+        p.name
+        for p in effect.parameters
+        if p.role == "coefficient" and effect.values[p.name] is not None
+    ]
+
+
+def _all_held(effect: Deterministic) -> bool:
+    return set(_amplitude_names(effect)) <= set(effect.held)
 
 
 def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float]:
@@ -256,7 +285,11 @@ def _deterministic(
         else:
             error = _amplitude_error(effect, parameter.name, amplitudes, covariance)
         interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)
-        if interval is not None and parameter.low == 0.0:
+        if error is not None and parameter.role == "shape" and parameter.low > 0.0:
+            # Times are known to a factor.
+            factor = float(np.exp(min(NORMAL * error / value, 50.0)))
+            interval = (value / factor, value * factor)
+        elif interval is not None and parameter.low == 0.0:
             interval = (max(0.0, interval[0]), interval[1])
         out[parameter.name] = Estimate(
             float(value), error, interval, own_unit, detected, parameter.name

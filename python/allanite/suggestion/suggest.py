@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite import _kernels
 from allanite.criticism.over_time import whitened_ordinates
+from allanite.effects import Model, Stochastic
+from allanite.fit.engine import solve
 from allanite.fit.result import Fit, group_scores, plain
+from allanite.suggestion.bursts import screen_bursts
 from allanite.suggestion.drifts import screen_covariates, screen_drifts, screen_steps
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.spectral import Candidate, screen_spectral
-from allanite.suggestion.transients import screen_bursts, screen_levels, screen_outliers
+from allanite.suggestion.transients import screen_levels, screen_outliers
 from allanite.suggestion.words import explain
 
 __all__ = ["Suggestion", "suggest"]
@@ -144,7 +148,7 @@ def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, 
         # Outliers crowd by chance; levels are judged once they are out.
         screen_levels(base, data, ordinates) if outliers is None else None,
         outliers,
-        screen_bursts(spectral.candidates, base, data),
+        screen_bursts(spectral.candidates, data),
     )
     progress()
     families = {
@@ -178,7 +182,7 @@ def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, 
         reverse=True,
     )
     progress()
-    return _with_rivals(_ties(ranked))
+    return _with_rivals(_last_resort(_ties(ranked), fit))
 
 
 def _suggestion(fit: Fit, candidate: Candidate, families: dict[str, Family]) -> Suggestion:
@@ -243,6 +247,29 @@ def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
         ):
             return [other, *(s for s in ranked if s is not other)]
     return ranked
+
+
+def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
+    """A power law goes behind two standard coefficients that together explain as much.
+
+    Flicker and random walk missing at once look like one exponent between them.
+    """
+    if not ranked or ranked[0].kind != "power_law":
+        return ranked
+    top, present = ranked[0], {e.kind for e in fit.model}
+    alone = [
+        s
+        for s in ranked[1:]
+        if s.kind in STANDARD and s.kind not in present and isinstance(s.effect, Stochastic)
+    ]
+    best: tuple[float, list[Suggestion]] = (top.delta_bic - RIVAL, [])
+    for pair in combinations(alone, 2):
+        both = solve(fit.data, Model((*fit.model.effects, *(type(s.effect)() for s in pair))))
+        gain = both.log_likelihood - fit.solution.log_likelihood
+        bic = 2.0 * gain - 2.0 * np.log(fit.data.bins.count.size)
+        if bic > best[0] and (both.theta[-2:] > 0.0).all():
+            best = (bic, [s for s in pair if s.significant])
+    return [*best[1], *(s for s in ranked if s not in best[1])]
 
 
 def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:

@@ -1,4 +1,4 @@
-"""Candidates that happen in time: changes of the noise level, isolated outliers, two-level bursts."""
+"""Candidates that happen in time: changes of the noise level, isolated outliers."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite import _kernels
 from allanite.criticism.over_time import band_powers, expected_level
 from allanite.effects import Model
-from allanite.effects.burst_noise import BurstNoise
 from allanite.effects.noise_level_change import NoiseLevelChange
 from allanite.effects.outliers import Outliers
 from allanite.fit.data import density, without_samples
@@ -20,12 +18,10 @@ from allanite.suggestion.spectral import Candidate
 if TYPE_CHECKING:
     from allanite.fit.data import Data
 
-__all__ = ["screen_bursts", "screen_levels", "screen_outliers"]
+__all__ = ["screen_levels", "screen_outliers"]
 
 #: Stretches of the time axis whose levels are compared, and of the finer axis on which an interval is placed.
 COARSE, FINE = 256, 4096
-#: A lag that is not significant itself has no two levels worth speaking of.
-LEAST_LAG = 12.0
 
 
 def screen_levels(
@@ -192,37 +188,3 @@ def screen_outliers(
     return Candidate(
         refitted.model.effects[-1], gain, "outlier", refitted, 1, min(0.0, largest), data=cleaned
     )
-
-
-def screen_bursts(
-    candidates: tuple[Candidate, ...], solution: Solution, data: Data
-) -> Candidate | None:
-    """A Gauss-Markov candidate whose low-passed residual has two levels is burst noise.
-
-    Means over a fifth of the correlation time of a two-level process have negative excess kurtosis, −2 times the square
-    of its share of the variance; of a Gaussian one none.
-    """
-    found = next((c for c in candidates if c.effect.kind == "gauss_markov"), None)
-    if found is None or found.solution is None or found.gain < LEAST_LAG:
-        return None
-    time = float(found.effect.values["correlation_time"])
-    block = max(1, round(0.2 * time * data.rate))
-    count = data.n // block
-    if count < 64:
-        return None
-    # What is slower than ten correlation times (a drift has few levels, too) does not speak of switching.
-    ordinates = solution.ordinates.copy()
-    ordinates[: int(data.duration / (30.0 * time)) + 1] = 0.0
-    residual = _kernels.inverse_cosine_transform(ordinates)
-    means = residual[: count * block].reshape(count, block).mean(axis=1)
-    centred = means - means.mean()
-    kurtosis = float(np.mean(centred**4) / np.mean(centred**2) ** 2 - 3.0)
-    # Successive means are correlated over 2T, i.e. ten blocks: fewer independent ones.
-    spread = np.sqrt(24.0 / max(8.0, data.duration / (2.0 * time)))
-    if kurtosis > -3.0 * spread:
-        return None
-    effect = BurstNoise(amplitude=float(found.effect.values["sigma"]), dwell_time=2.0 * time)
-    refitted = solve(data, solution.model + effect, polish=False, rounds=3)
-    # The same spectrum: what tells them apart is the distribution, worth the kurtosis' own evidence.
-    gain = found.gain + 0.5 * (kurtosis / spread) ** 2
-    return Candidate(refitted.model.effects[-1], gain, "spectral", refitted, found.parameters)

@@ -1,0 +1,185 @@
+"""Intervals of slow amplitudes that know that the spectrum at the slow end is known badly.
+
+The variance of a ramp or a step comes from a dozen of the lowest ordinates, whose spectrum a fit of K and B extrapolates.
+At the fitted coefficients it is too small, most of all where K or B was fitted to zero by chance. Averaged over them
+(flat prior, restricted likelihood: Patterson & Thompson 1971) it holds; the average is an importance sample around the fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.fit.data import density
+from allanite.fit.whittle import information
+
+if TYPE_CHECKING:
+    from allanite.fit.data import Data
+    from allanite.fit.engine import Solution
+
+__all__ = ["Mixture", "slow_amplitudes"]
+
+Array = NDArray[np.float64]
+#: Ordinates looked at one by one: a step has all but a thousandth of its weight there.
+LOW = 1024
+DRAWS, FREEDOM = 400, 5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mixture:
+    """Normal laws of p amplitudes, one for each draw of the coefficients.
+
+    Attributes
+    ----------
+    means : ndarray, shape (draws, p)
+    variances : ndarray, shape (draws, p)
+    weights : ndarray, shape (draws,)
+    """
+
+    means: Array
+    variances: Array
+    weights: Array
+
+    def standard_error(self, i: int) -> float:
+        """Of amplitude i."""
+        mean = self.weights @ self.means[:, i]
+        spread = self.variances[:, i] + (self.means[:, i] - mean) ** 2
+        return float(np.sqrt(self.weights @ spread))
+
+    def interval(self, i: int) -> tuple[float, float]:
+        """The central 95 % of amplitude i."""
+        from scipy.optimize import brentq
+        from scipy.special import ndtr
+
+        m, s = self.means[:, i], np.sqrt(self.variances[:, i])
+
+        def quantile(p: float) -> float:
+            return float(
+                brentq(
+                    lambda x: float(self.weights @ ndtr((x - m) / s)) - p,
+                    float((m - 10.0 * s).min()),
+                    float((m + 10.0 * s).max()),
+                )
+            )
+
+        return quantile(0.025), quantile(0.975)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Record:
+    """The lowest ordinates one by one, the rest in bins."""
+
+    values: Array
+    matrix: Array
+    low: Array  # unit densities at the ordinates, shape (ordinates, effects)
+    high: Array  # unit powers of the bins
+    power: Array
+    count: Array
+
+    def posterior(self, coefficients: Array) -> tuple[Array, Array, Array]:
+        """Means, variances and ln of the restricted likelihood at each row of coefficients."""
+        theta = coefficients**2
+        spectrum = np.maximum(theta @ self.low.T, 1e-300)
+        bins = np.maximum(theta @ self.high.T, 1e-300)
+        weight = 1.0 / spectrum
+        normal = np.einsum("ki,dk,kj->dij", self.matrix, weight, self.matrix, optimize=True)
+        score = weight @ (self.matrix * self.values[:, None])
+        covariance = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
+        means = np.einsum("dij,dj->di", covariance, score)
+        rest = weight @ self.values**2 - np.einsum("di,di->d", score, means)
+        value = -0.5 * (np.log(spectrum).sum(axis=1) + rest)
+        value -= 0.5 * ((np.log(bins) + self.power / bins) @ self.count)
+        value -= 0.5 * np.linalg.slogdet(normal)[1]
+        return means, np.diagonal(covariance, axis1=1, axis2=2), value
+
+
+def slow_amplitudes(solution: Solution, data: Data) -> Mixture:
+    """Law of the amplitudes of all slow deterministic effects (lines, which see many ordinates, excepted).
+
+    Columns are those of the design that belong to slow effects, in order.
+    """
+    design, regression = solution.design, solution.regression
+    assert design is not None
+    assert regression is not None
+    effects = solution.model.deterministic
+    slow = np.array([effects[i].kind != "sinusoid" for i in design.owner])
+    # Bins are not cut: the single ordinates end where a bin does.
+    first = int(np.searchsorted(data.bins.edges, min(LOW, data.n), side="right")) - 1
+    ordinates = np.arange(1, data.bins.edges[first], dtype=np.int64)
+    matrix = design.matrix[np.searchsorted(design.ordinates, ordinates)][:, slow]
+    scale = np.maximum(np.sqrt((matrix**2).sum(axis=0)), 1e-300)
+    stochastic = solution.model.stochastic
+    low = np.column_stack(
+        [density(data.unit_terms(solution.model, e), ordinates, data.n) for e in stochastic]
+    )
+    record = _Record(
+        solution.ordinates[ordinates] + matrix @ regression.amplitudes[slow],
+        matrix / scale,
+        low,
+        solution.columns[first:],
+        solution.power[first:],
+        solution.count[first:],
+    )
+    free = np.array([e.coefficient not in e.held for e in stochastic])
+    means, variances, weights = _sample(record, solution, free)
+    return Mixture(means / scale, variances / scale**2, weights)
+
+
+def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tuple[Array, ...]:
+    """Importance sample from a wide multivariate t about the fit, then twice from the smoothed last sample.
+
+    (Population Monte Carlo, Cappé et al. 2004.) Coefficients may be drawn negative: only their squares matter.
+    """
+    rng = np.random.default_rng(0)
+    fitted = np.sqrt(solution.theta)
+    root = _proposal(solution, free)
+    steps = rng.standard_normal((DRAWS, fitted.size))
+    steps *= np.sqrt(FREEDOM / rng.chisquare(FREEDOM, DRAWS))[:, None]
+    drawn = np.where(free, fitted + steps @ root.T, fitted)
+    proposed = -0.5 * (FREEDOM + fitted.size) * np.log1p((steps**2).sum(axis=1) / FREEDOM)
+    means, variances, weights = _weighed(record, drawn, proposed)
+    for _ in range(2):
+        # A few heavy draws must not shrink the next proposal to themselves.
+        share = np.minimum(weights, 4.0 / DRAWS)
+        share /= share.sum()
+        centres = np.abs(drawn)
+        away = (centres - share @ centres) * free
+        root = 0.6 * _root((away * share[:, None]).T @ away, solution)
+        picked = rng.choice(DRAWS, DRAWS, p=share)
+        drawn = centres[picked] + (rng.standard_normal(drawn.shape) @ root.T) * free
+        apart = np.linalg.solve(root, (drawn[:, None] - centres).reshape(-1, fitted.size).T)
+        square = (apart**2).sum(axis=0).reshape(DRAWS, DRAWS)
+        proposed = np.log(np.maximum(np.exp(-0.5 * square) @ share, 1e-300))
+        means, variances, weights = _weighed(record, drawn, proposed)
+    return means, variances, weights
+
+
+def _weighed(record: _Record, drawn: Array, proposed: Array) -> tuple[Array, Array, Array]:
+    means, variances, value = record.posterior(drawn)
+    value -= proposed
+    weights = np.exp(value - value.max())
+    return means, variances, weights / weights.sum()
+
+
+def _root(covariance: Array, solution: Solution) -> Array:
+    floor = 1e-6 * np.maximum(np.diag(covariance), 1e-12 * float(solution.theta.max()))
+    return np.asarray(np.linalg.cholesky(covariance + np.diag(floor)))
+
+
+def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
+    """Root of the covariance of the coefficients from the Fisher information; at zero, of its own alone."""
+    theta = solution.theta
+    slopes = solution.columns / solution.spectrum[:, None]
+    alone = 1.0 / np.sqrt(np.maximum(np.diag(information(solution.count, slopes)), 1e-300))
+    inside = free & (theta > alone)
+    covariance = np.diag(np.where(free & ~inside, alone, 0.0))
+    if inside.any():
+        inner = information(solution.count, 2.0 * np.sqrt(theta[inside]) * slopes[:, inside])
+        size = np.sqrt(np.diag(inner))
+        covariance[np.ix_(inside, inside)] = np.linalg.pinv(
+            inner / np.outer(size, size), rcond=1e-10, hermitian=True
+        ) / np.outer(size, size)
+    return 1.5 * _root(covariance, solution)

@@ -1,0 +1,140 @@
+"""Burst noise told from a Gauss-Markov process of the same spectrum: two levels or a bell.
+
+The low-passed residual is judged by both laws: the likelihood of a two-state hidden Markov chain seen through white noise
+(Rabiner 1989, Proc. IEEE 77) over that of a Gaussian process of the fitted spectrum.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.effects import Model
+from allanite.effects.burst_noise import BurstNoise
+from allanite.fit.data import density
+from allanite.fit.engine import solve
+from allanite.suggestion.spectral import Candidate
+
+if TYPE_CHECKING:
+    from allanite.fit.data import Data
+    from allanite.fit.engine import Solution
+
+__all__ = ["screen_bursts"]
+
+#: A lag that is not worth speaking of has no two levels either.
+LEAST = 12.0
+#: Blocks to a dwell time, and fewest and most of them in all.
+BLOCKS, FEWEST, MOST = 20, 128, 1 << 18
+#: A chance of 1 in 1000 that a Gaussian process looks like two levels (a likelihood ratio exceeds c by chance 1/c).
+DECIDED = float(np.log(1000.0))
+#: The chain sees the rest of the spectrum as white noise and loses up to some fifteen by that.
+REFUTED = -20.0
+#: Steps of the chain run one after the other; longer records run as several chains.
+CHAIN = 512
+
+
+def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | None:
+    """Burst noise where a Gauss-Markov candidate's residual has two levels, or might have."""
+    found = next((c for c in candidates if c.effect.kind == "gauss_markov"), None)
+    if found is None or found.solution is None or found.gain < LEAST:
+        return None
+    odds = _log_odds(found.solution, data)
+    if odds < REFUTED:
+        return None
+    values = found.effect.values
+    effect = BurstNoise(
+        amplitude=float(values["sigma"]), dwell_time=2.0 * float(values["correlation_time"])
+    )
+    # Between the two limits the record does not decide: a rival, and not put before the Gauss-Markov process.
+    gain = found.gain + (odds if odds > DECIDED else min(odds, 0.0))
+    refitted = solve(
+        data, Model((*found.solution.model.effects[:-1], effect)), polish=False, rounds=3
+    )
+    return Candidate(
+        refitted.model.effects[-1],
+        gain,
+        found.family,
+        refitted,
+        found.parameters,
+        judged=found.gain,
+    )
+
+
+def _log_odds(solution: Solution, data: Data) -> float:
+    """Ln of the likelihood of two levels over that of a Gaussian process, the last effect being Gauss-Markov.
+
+    0 where the record cannot tell.
+    """
+    from scipy.optimize import minimize
+
+    lag = solution.model.effects[-1]
+    time, sigma = float(lag.values["correlation_time"]), float(lag.values["sigma"])
+    length = max(1, round(2.0 * time / BLOCKS * data.rate))
+    count = data.n // length
+    if not FEWEST <= count <= MOST:
+        return 0.0
+    j = np.arange(1, count, dtype=np.int64)
+    total = density(data.terms(solution.model), j, data.n) / length
+    lag_part = (
+        solution.theta[-1] * density(data.unit_terms(solution.model, lag), j, data.n) / length
+    )  # type: ignore[arg-type]
+    rest = np.maximum(total - lag_part, 1e-300)
+    # Where a slow drift is larger than the lag, nothing is seen of the levels.
+    slow = int(np.argmax(lag_part > rest))
+    j, rest, lag_part = j[slow:], rest[slow:], lag_part[slow:]
+    if int((lag_part > rest).sum()) < max(4 * slow, 32):
+        return 0.0
+    ordinates = solution.ordinates.copy()
+    ordinates[: slow + 1] = 0.0
+    series = _kernels.inverse_cosine_transform(ordinates)
+    means = series[: count * length].reshape(count, length).mean(axis=1)
+    expected = rest + lag_part * np.sinc(j / (2.0 * count)) ** 2
+    z = _kernels.cosine_transform(np.ascontiguousarray(means))[slow + 1 :]
+    noise = float(np.median(rest))
+    gaussian = -0.5 * float(np.sum(np.log(2.0 * np.pi * expected) + z**2 / expected))
+
+    def loss(shift: NDArray[np.float64]) -> float:
+        stay = np.exp(-length / data.rate / (2.0 * time * np.exp(shift[1])))
+        variance = noise * float(np.exp(shift[2]))
+        chain = _chain(means - sigma * shift[3], sigma * np.exp(shift[0]), variance, stay)
+        # The ordinates left out are zeros that the chain was given.
+        return -chain - 0.5 * (slow + 1) * float(np.log(2.0 * np.pi * variance))
+
+    start = np.vstack([np.zeros(4), np.diag([0.2, 0.3, 0.2, 0.2])])
+    found: Any = minimize(
+        loss,
+        start[0],
+        method="Nelder-Mead",
+        options={"initial_simplex": start, "maxfev": 100, "fatol": 0.3, "xatol": 0.02},
+    )
+    return -float(found.fun) - gaussian
+
+
+def _chain(means: NDArray[np.float64], level: float, noise: float, stay: float) -> float:
+    """Log-likelihood of blocks of a two-level process ±level in white noise; `stay` is e^{−block/dwell}.
+
+    A block in which it switches lies anywhere between the levels.
+    """
+    from scipy.special import ndtr
+
+    keep = 0.5 * (1.0 + stay**2)
+    segments = -(-means.size // CHAIN)
+    padded = np.full(segments * CHAIN, np.nan)
+    padded[: means.size] = means
+    rows = padded.reshape(segments, CHAIN).T
+    root, spread = stay / np.sqrt(2.0 * np.pi * noise), np.sqrt(noise)
+    between = (1.0 - stay) / (2.0 * level)
+    between = between * (ndtr((rows + level) / spread) - ndtr((rows - level) / spread)) + 1e-290
+    up = root * np.exp(-0.5 * (rows - level) ** 2 / noise) + between
+    down = root * np.exp(-0.5 * (rows + level) ** 2 / noise) + between
+    up, down = (np.where(np.isfinite(rows), x, 1.0) for x in (up, down))
+    share, total = np.full(segments, 0.5), np.zeros(segments)
+    for higher, lower in zip(up, down, strict=True):
+        share = (1.0 - keep) + (2.0 * keep - 1.0) * share
+        seen = share * higher + (1.0 - share) * lower
+        share = share * higher / seen
+        total += np.log(seen)
+    return float(total.sum())
