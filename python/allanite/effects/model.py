@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.effects import terms as _terms
 from allanite.effects._base import Deterministic, Effect, Modifier, Stochastic
+from allanite.effects.sinusoid import Sinusoid
 from allanite.errors import InputError
 
 if TYPE_CHECKING:
@@ -201,8 +202,11 @@ def deterministic_allan_variance(
     tau = m / rate
     if effect.kind == "rate_ramp":
         return np.asarray((values["R"] or 0.0) ** 2 * tau**2 / 2.0)
-    if effect.kind == "sinusoid" and values["frequency"]:
-        f = values["frequency"]
-        gain = np.sin(np.pi * f * tau) ** 4 / (m * np.sin(np.pi * f / rate)) ** 2
-        return np.asarray((values["amplitude"] or 0.0) ** 2 * gain)
+    if isinstance(effect, Sinusoid) and values["frequency"]:
+        total = np.zeros_like(tau)
+        for multiple, amplitude, _ in effect.lines:
+            f = multiple * values["frequency"]
+            gain = np.sin(np.pi * f * tau) ** 4 / (m * np.sin(np.pi * f / rate)) ** 2
+            total += amplitude**2 * gain
+        return total
     return np.zeros_like(tau)

@@ -10,15 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Deterministic, Parameter
+from allanite.errors import InputError
 
 
 @dataclass(frozen=True)
 class Sinusoid(Deterministic):
-    """x(t) = A sin(2πft + φ); σ²(τ) = A² sin⁴(πfτ)/(m sin(πfτ0))². First peak 0.7246 A at τ = 0.371/f."""
+    """x(t) = A sin(2πft + φ); σ²(τ) = A² sin⁴(πfτ)/(m sin(πfτ0))². First peak 0.7246 A at τ = 0.371/f.
+
+    `overtones` are (multiple, amplitude, phase) of each harmonic, one after the other: 2, A₂, φ₂, 3, A₃, φ₃ …
+    """
 
     frequency: float | None = None
     amplitude: float | None = None
     phase: float | None = None
+    overtones: tuple[float, ...] | None = None
 
     kind: ClassVar[str] = "sinusoid"
     short: ClassVar[str] = "SIN"
@@ -29,6 +34,7 @@ class Sinusoid(Deterministic):
         ),
         Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",)),
         Parameter("phase", "rad", "phase at the first sample: A sin(2πft + phase)", low=-np.inf),
+        Parameter("overtones", "text", "multiple, amplitude and phase of each harmonic", "choice"),
     )
     physics: ClassVar[str] = (
         "something turns, hums or swings: a fan, the mains, a building, a pump, a dither or a clock spur"
@@ -42,21 +48,46 @@ class Sinusoid(Deterministic):
     )
     rivals: ClassVar[tuple[str, ...]] = ("resonance",)
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        given = self.overtones or ()
+        if len(given) % 3 or any(m != round(m) or m < 2 for m in given[::3]):
+            raise InputError(
+                f"sinusoid: overtones = {given} must be multiple (2, 3, …), amplitude, phase of each harmonic"
+            )
+
+    @property
+    def lines(self) -> tuple[tuple[int, float, float], ...]:
+        """(multiple of the frequency, amplitude, phase) of the fundamental and each harmonic."""
+        rest = self.overtones or ()
+        first = (1, self.amplitude or 0.0, self.phase or 0.0)
+        return (
+            first,
+            *((round(m), a, p) for m, a, p in zip(*(rest[i::3] for i in range(3)), strict=True)),
+        )
+
     def regressors(
         self,
         time: NDArray[np.float64],
         covariates: Mapping[str, NDArray[np.float64]],
     ) -> NDArray[np.float64]:
-        """Two columns: sin and cos of 2πft."""
+        """Two columns, sin and cos, for each line."""
         angle = 2.0 * np.pi * (self.frequency or 0.0) * time
-        return np.column_stack([np.sin(angle), np.cos(angle)])
+        return np.column_stack([w(m * angle) for m, _, _ in self.lines for w in (np.sin, np.cos)])
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """Amplitude and phase of a sin + b cos."""
-        a, b = float(amplitudes[0]), float(amplitudes[1])
-        return self.with_values(amplitude=float(np.hypot(a, b)), phase=float(np.arctan2(b, a)))
+        """Amplitude and phase of a sin + b cos, line by line."""
+        size = np.hypot(amplitudes[::2], amplitudes[1::2])
+        phase = np.arctan2(amplitudes[1::2], amplitudes[::2])
+        rest = [
+            float(v)
+            for (m, _, _), a, p in zip(self.lines[1:], size[1:], phase[1:], strict=True)
+            for v in (m, a, p)
+        ]
+        return self.with_values(
+            amplitude=float(size[0]), phase=float(phase[0]), overtones=tuple(rest) or None
+        )
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """(A cos φ, A sin φ)."""
-        a, phase = self.amplitude or 0.0, self.phase or 0.0
-        return np.array([a * np.cos(phase), a * np.sin(phase)])
+        """(A cos φ, A sin φ) of each line."""
+        return np.array([a * w(p) for _, a, p in self.lines for w in (np.cos, np.sin)])

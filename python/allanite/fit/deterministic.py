@@ -6,6 +6,7 @@ in the lowest ordinates and lines in a window about their frequency; nothing els
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,13 +14,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.effects.sinusoid import Sinusoid
 from allanite.fit.matched import step_ordinates
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.data import Data
 
-__all__ = ["Design", "Regression", "design_of", "line_ordinates", "regress", "window"]
+__all__ = [
+    "Design",
+    "Regression",
+    "comb_ordinates",
+    "comb_window",
+    "design_of",
+    "line_ordinates",
+    "regress",
+    "window",
+]
 
 #: Ordinates in which slow functions are regressed, and half the window about a line.
 LOW, WINDOW = 8192, 512
@@ -81,18 +92,33 @@ def line_ordinates(frequency: float, j: NDArray[np.int64], data: Data) -> NDArra
     return np.column_stack([sin, cos])
 
 
+def comb_ordinates(
+    frequency: float, multiples: Sequence[int], j: NDArray[np.int64], data: Data
+) -> NDArray[np.float64]:
+    """`line_ordinates` of a line and its harmonics, shape (k, 2·lines)."""
+    return np.hstack([line_ordinates(m * frequency, j, data) for m in multiples])
+
+
+def comb_window(
+    frequency: float, multiples: Sequence[int], data: Data, half: int = WINDOW
+) -> NDArray[np.int64]:
+    """Ordinates about a line and its harmonics."""
+    return np.unique(np.concatenate([window(m * frequency, data, half) for m in multiples]))
+
+
 def design_of(effects: tuple[Deterministic, ...], data: Data) -> Design:
     """Regressors of the effects at their present shapes."""
-    lines = {i: e for i, e in enumerate(effects) if e.kind == "sinusoid"}
+    lines = {i: e for i, e in enumerate(effects) if isinstance(e, Sinusoid)}
     slow = [i for i in range(len(effects)) if i not in lines]
-    parts = [window(e.values["frequency"], data) for e in lines.values()]
+    combs = {i: (e.frequency or 0.0, [m for m, _, _ in e.lines]) for i, e in lines.items()}
+    parts = [comb_window(*comb, data) for comb in combs.values()]
     if slow:
         parts.append(np.arange(1, min(data.n, LOW), dtype=np.int64))
     ordinates = np.unique(np.concatenate(parts))
     matrix, owner = [], []
     for i, effect in enumerate(effects):
         if i in lines:
-            block = line_ordinates(effect.values["frequency"], ordinates, data)
+            block = comb_ordinates(*combs[i], ordinates, data)
         elif effect.kind == "bias_step":
             block = step_ordinates(np.array([effect.values["time"]]), ordinates, data).T
         else:

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Model
+from allanite.effects.sinusoid import Sinusoid
 from allanite.fit.data import column, density
 from allanite.fit.deterministic import line_ordinates, regress, window
 from allanite.fit.engine import solve
 from allanite.fit.shape import ZOOM
 
 if TYPE_CHECKING:
-    from allanite.effects import Effect
     from allanite.fit.data import Data
 
 __all__ = ["held_out"]
@@ -55,18 +55,22 @@ def held_out(data: Data, model: Model, raw: Data | None = None) -> float | None:
     spectrum = np.maximum(column(terms, second), 1e-300)
     loss = float(0.5 * (bins.count @ (np.log(spectrum / saturated) + power / spectrum - 1.0)))
     for effect in fitted.deterministic:
-        if effect.kind == "sinusoid":
-            loss -= _line_gain(effect, terms, second)
+        if isinstance(effect, Sinusoid):
+            for multiple, amplitude, _ in effect.lines:
+                frequency = multiple * (effect.frequency or 0.0)
+                loss -= _line_gain(frequency, amplitude, terms, second)
     times = next((e.values["times"] for e in model if e.kind == "outliers"), None) or ()
     loss += float(np.log(second.n)) * sum(t >= second.start for t in times)
     return loss / bins.count.size
 
 
 def _line_gain(
-    effect: Effect, terms: tuple[tuple[str, tuple[float, ...]], ...], data: Data
+    frequency: float,
+    amplitude: float,
+    terms: tuple[tuple[str, tuple[float, ...]], ...],
+    data: Data,
 ) -> float:
     """Ln p(ordinates | line of this power, any phase) − ln p(ordinates | no line)."""
-    frequency, amplitude = effect.values["frequency"], effect.values["amplitude"] or 0.0
     j = window(frequency, data, ZOOM)
     variance = density(terms, j, data.n)
     matrix = line_ordinates(frequency, j, data)

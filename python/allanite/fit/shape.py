@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model
+from allanite.effects.sinusoid import Sinusoid
 from allanite.fit.data import density
-from allanite.fit.deterministic import design_of, line_ordinates, regress, window
+from allanite.fit.deterministic import comb_ordinates, comb_window, design_of, regress
 from allanite.fit.matched import grid_points, matched_gains
 
 if TYPE_CHECKING:
@@ -138,13 +139,14 @@ def fit_deterministic_shapes(model: Model, data: Data, *, slow: bool) -> Model:
         others = tuple(
             e for i, e in enumerate(model.effects) if i != place and isinstance(e, Deterministic)
         )
-        if effect.kind == "sinusoid":
+        if isinstance(effect, Sinusoid):
             taken = _others_signal(others, data)
             ordinates = data.ordinates if taken is None else data.without(taken)
             start = effect.values["frequency"]
             if start is None:
                 start = strongest_line(ordinates, terms, data)
-            found = polish_line(start, ordinates, terms, data)
+            multiples = [m for m, _, _ in effect.lines]
+            found = polish_line(start, ordinates, terms, data, multiples)
             model = _replace(model, place, frequency=found)
         elif slow or any(effect.values[n] is None for n in effect.free_shapes):
             model = _polish_slow(model, place, others, terms, data)
@@ -173,26 +175,29 @@ def polish_line(
     ordinates: NDArray[np.float64],
     terms: tuple[tuple[str, tuple[float, ...]], ...],
     data: Data,
+    multiples: Sequence[int] = (1,),
 ) -> float:
-    """Frequency near `start` (within 1/T) at which a line explains most, Hz."""
+    """Frequency near `start` (within 1/T) at which a line, with its harmonics, explains most, Hz."""
     from scipy.optimize import minimize_scalar
 
-    j = window(start, data, ZOOM)
+    j = comb_window(start, multiples, data, ZOOM)
     variance = density(terms, j, data.n)
     values = ordinates[j]
     step = data.rate / (2.0 * data.n)
+    # The highest harmonic moves fastest.
+    fine = step / (8.0 * max(multiples))
 
     def loss(f: float) -> float:
-        return -regress(line_ordinates(f, j, data), values, variance).gain
+        return -regress(comb_ordinates(f, multiples, j, data), values, variance).gain
 
-    grid = start + step * np.linspace(-2.0, 2.0, 33)
-    grid = grid[(grid > step) & (grid < data.rate / 2.0 - step)]
+    grid = start + np.arange(-2.0 * step, 2.0 * step + 0.5 * fine, fine)
+    grid = grid[(grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)]
     centre = grid[int(np.argmin([loss(f) for f in grid]))]
     found = minimize_scalar(
         loss,
-        bounds=(centre - step / 8, centre + step / 8),
+        bounds=(centre - fine, centre + fine),
         method="bounded",
-        options={"xatol": 1e-4 * step},
+        options={"xatol": 1e-3 * fine},
     )
     return float(found.x)
 

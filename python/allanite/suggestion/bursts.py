@@ -70,7 +70,7 @@ def _log_odds(solution: Solution, data: Data) -> float:
     """
     from scipy.optimize import minimize
 
-    lag = solution.model.effects[-1]
+    lag = solution.model.stochastic[-1]
     time, sigma = float(lag.values["correlation_time"]), float(lag.values["sigma"])
     length = max(1, round(2.0 * time / BLOCKS * data.rate))
     count = data.n // length
@@ -80,7 +80,7 @@ def _log_odds(solution: Solution, data: Data) -> float:
     total = density(data.terms(solution.model), j, data.n) / length
     lag_part = (
         solution.theta[-1] * density(data.unit_terms(solution.model, lag), j, data.n) / length
-    )  # type: ignore[arg-type]
+    )
     rest = np.maximum(total - lag_part, 1e-300)
     # Where a slow drift is larger than the lag, nothing is seen of the levels.
     slow = int(np.argmax(lag_part > rest))

@@ -7,6 +7,7 @@ spectral candidate (otherwise any slow column explains any random walk: spurious
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,10 +30,18 @@ if TYPE_CHECKING:
 #: Ordinates on which a column's own consistency is judged.
 LOW = 8192
 
-__all__ = ["screen_covariates", "screen_drifts", "screen_steps"]
+__all__ = [
+    "beside_the_best",
+    "column_slopes",
+    "screen_covariates",
+    "screen_drifts",
+    "screen_steps",
+]
 
 #: A matched filter that promises less is not refitted.
 LEAST = 3.0
+#: A rise of logL by which one slow function beats another clearly (6 of BIC).
+CLEAR = 3.0
 
 
 def screen_drifts(solution: Solution, data: Data, rival: Solution | None) -> Screen:
@@ -102,20 +111,54 @@ def _refit(
     return Candidate(refitted.model.effects[-1], gain, family, refitted, shapes, judged=judged)
 
 
+def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
+    """The same screens; a slow function that another one beats clearly is judged by what it adds to that one.
+
+    A step at the start looks like a warm-up and like any temperature that rises from there.
+    """
+    found = [c for screen in screens.values() for c in screen.candidates]
+    if not found:
+        return screens
+    best = max(found, key=lambda c: c.gain)
+    assert best.solution is not None
+
+    def judged(candidate: Candidate) -> Candidate:
+        if candidate.gain > best.gain - CLEAR:
+            return candidate
+        assert best.solution is not None
+        both = solve(data, best.solution.model + candidate.effect, polish=False, rounds=4)
+        left = max(both.log_likelihood - best.solution.log_likelihood, 0.0)
+        before = candidate.gain if candidate.judged is None else candidate.judged
+        return replace(candidate, judged=min(before, left))
+
+    return {
+        name: replace(screen, candidates=tuple(judged(c) for c in screen.candidates))
+        for name, screen in screens.items()
+    }
+
+
 def _consistent(solution: Solution, data: Data) -> bool:
     """Whether a column explains the samples with one sign at slow and at fast time scales.
 
-    The ordinates are split where half the information on the coefficient lies below. A chance likeness of two slow
-    series explains the slow half only, and has any sign in the other.
+    A chance likeness of two slow series explains the slow half only, and has any sign in the other.
+    """
+    slopes = column_slopes(solution, data)
+    if slopes is None:
+        return True
+    (a, b), spread = slopes
+    return bool(a * b > 0.0 or abs(a - b) < 3.0 * spread)
+
+
+def column_slopes(solution: Solution, data: Data) -> tuple[tuple[float, float], float] | None:
+    """Slopes on the last effect's column at slow and at fast time scales, and the standard error of their difference.
+
+    The ordinates are split where half the information on the coefficient lies below. None where one half has none.
     """
     effect = solution.model.deterministic[-1]
     series = np.ascontiguousarray(effect.regressors(data.time, data.covariates)[:, 0])
-    j = np.arange(1, data.n, dtype=np.int64)
-    z = _kernels.cosine_transform(series)[1:]
-    variance = density(data.terms(solution.model), j, data.n) if data.n <= LOW else None
-    if variance is None:
-        j, z = j[:LOW], z[:LOW]
-        variance = density(data.terms(solution.model), j, data.n)
+    j = np.arange(1, min(data.n, LOW), dtype=np.int64)
+    z = _kernels.cosine_transform(series)[j]
+    variance = density(data.terms(solution.model), j, data.n)
     weight = z**2 / variance
     split = int(np.searchsorted(np.cumsum(weight), 0.5 * weight.sum())) + 1
     target = solution.ordinates[j] + z * float(effect.amplitudes()[0])
@@ -124,7 +167,6 @@ def _consistent(solution: Solution, data: Data) -> bool:
         for p in (slice(None, split), slice(split, None))
     )
     if min(slow[1], fast[1]) <= 0.0:
-        return True
-    a, b = slow[0] / slow[1], fast[0] / fast[1]
-    spread = np.sqrt(1.0 / slow[1] + 1.0 / fast[1])
-    return bool(a * b > 0.0 or abs(a - b) < 3.0 * spread)
+        return None
+    slopes = slow[0] / slow[1], fast[0] / fast[1]
+    return slopes, float(np.sqrt(1.0 / slow[1] + 1.0 / fast[1]))

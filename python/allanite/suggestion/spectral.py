@@ -44,6 +44,8 @@ class Candidate:
     judged: float | None = None
     #: The record it was refitted to, where samples were taken out.
     data: Data | None = None
+    #: What else there is to say of it, a clause.
+    note: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,7 +15,12 @@ from allanite.effects import Model, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.result import Fit, group_scores, plain
 from allanite.suggestion.bursts import screen_bursts
-from allanite.suggestion.drifts import screen_covariates, screen_drifts, screen_steps
+from allanite.suggestion.drifts import (
+    beside_the_best,
+    screen_covariates,
+    screen_drifts,
+    screen_steps,
+)
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.spectral import Candidate, screen_spectral
@@ -137,11 +142,14 @@ def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, 
     progress()
     slow = [c for c in spectral.candidates if c.effect.kind in SLOW]
     rival = max(slow, key=lambda c: c.gain).solution if slow else None
-    screens = {
-        "drift": screen_drifts(base, data, rival),
-        "step": screen_steps(base, data, rival),
-        "covariate": screen_covariates(base, data, rival),
-    }
+    screens = beside_the_best(
+        {
+            "drift": screen_drifts(base, data, rival),
+            "step": screen_steps(base, data, rival),
+            "covariate": screen_covariates(base, data, rival),
+        },
+        data,
+    )
     progress()
     outliers = screen_outliers(base, data, samples)
     single = (
@@ -213,7 +221,7 @@ def _suggestion(fit: Fit, candidate: Candidate, families: dict[str, Family]) -> 
         log_p / np.log(10.0),
         float(np.exp(min(log_p - single, 700.0))),
         _removed(fit, solution, candidate),
-        explain(effect, found, fit),
+        explain(effect, found, fit, candidate.note),
         effect.check_by,
         (),
         solution,

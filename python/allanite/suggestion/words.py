@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.effects.sinusoid import Sinusoid
 from allanite.parameters import Estimate
+from allanite.suggestion.drifts import column_slopes
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["explain"]
 
 
-def explain(effect: Effect, found: Fit, before: Fit) -> str:
+def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
     """One or two sentences: name and numbers, where and how much of the deviation, physics."""
     values = found.estimates[-1]
     numbers = ", ".join(
@@ -24,6 +26,8 @@ def explain(effect: Effect, found: Fit, before: Fit) -> str:
         if isinstance(v, Estimate)
     )
     name = before.display_name(effect)
+    if isinstance(effect, Sinusoid) and effect.overtones:
+        name += f" with harmonics {', '.join(str(m) for m, _, _ in effect.lines[1:])}"
     text = f"{name} ({numbers})" if numbers else name
     curve = found.curve
     own = [k for k in curve.components if k.split(" ")[0] == effect.kind]
@@ -41,4 +45,19 @@ def explain(effect: Effect, found: Fit, before: Fit) -> str:
             text += (
                 f": at most {share[top]:.2g} % of the Allan variance (τ = {curve.tau[top]:.3g} s)"
             )
-    return f"{text}. Physically: {effect.physics}."
+    note = f"{note}. " if note else _hysteresis(effect, found)
+    return f"{text}. {note}Physically: {effect.physics}."
+
+
+def _hysteresis(effect: Effect, found: Fit) -> str:
+    """Whether a column acts on slow and fast time scales alike."""
+    if effect.kind != "covariate":
+        return ""
+    slopes = column_slopes(found.solution, found.data)
+    if slopes is None or abs(slopes[0][0] - slopes[0][1]) < 2.0 * slopes[1]:
+        return ""
+    unit = found.estimates[-1]["coefficient"].unit
+    return (
+        f"The slope is {slopes[0][0]:.3g} {unit} at slow and {slopes[0][1]:.3g} at fast time scales: "
+        "more than one lag, hysteresis, or a thermometer in another place. "
+    )
