@@ -1,0 +1,110 @@
+"""Two and three effects hidden at once: the ladder finds all of them and nothing else. And what it must not find."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+import generators as g
+
+pytestmark = pytest.mark.statistical
+
+RATE, LENGTH = 50.0, 180_000
+DURATION = LENGTH / RATE
+N, B, K = 0.0126, 0.002, 9.07e-5
+
+
+def _drift(rng):
+    return g.flicker(rng, LENGTH, RATE, B) + g.walk(rng, LENGTH, RATE, K)
+
+
+def _line(rng, frequency=3.1, amplitude=3e-3):
+    return g.sinusoid(LENGTH, RATE, frequency, amplitude, rng.uniform(0.0, 2.0 * np.pi))
+
+
+def _recording(samples, **covariates):
+    return al.Recording(samples, rate=RATE, unit="rad/s", covariates=covariates)
+
+
+def _lag_and_line(rng):
+    samples = g.white(rng, LENGTH, RATE, N) + _drift(rng) + _line(rng)
+    return _recording(samples + g.gauss_markov(rng, LENGTH, RATE, 4.5e-3, 20.0))
+
+
+def _steps_and_temperature(rng):
+    true = g.temperature(LENGTH, RATE, 1800.0)
+    samples = g.white(rng, LENGTH, RATE, N) + _drift(rng)
+    samples += g.quantization(rng, LENGTH, RATE, 3.5e-4)
+    samples += 5e-3 * g.lagged(true - true.mean(), RATE, 60.0)
+    return _recording(samples, temperature=true + 0.02 * rng.standard_normal(LENGTH))
+
+
+def _flicker_walk_and_line(rng):
+    samples = g.white(rng, LENGTH, RATE, N) + _line(rng)
+    samples += g.flicker(rng, LENGTH, RATE, 6e-3) + g.walk(rng, LENGTH, RATE, 1.2e-3)
+    return _recording(samples)
+
+
+def _louder_and_step(rng):
+    samples = g.louder(g.white(rng, LENGTH, RATE, N), RATE, 1000.0, 1600.0, 1.06) + _drift(rng)
+    return _recording(samples + g.step(LENGTH, RATE, rng.uniform(0.2, 0.8) * DURATION, 0.04))
+
+
+def _comb(rng):
+    samples = g.white(rng, LENGTH, RATE, N) + _drift(rng)
+    for multiple, amplitude in ((1, 3.5e-3), (2, 2.5e-3), (3, 2.5e-3)):
+        samples += _line(rng, 2.1 * multiple, amplitude)
+    return _recording(samples)
+
+
+# Name: (recording, start, kinds that have to be added).
+CASES = {
+    "lag and line": (_lag_and_line, "N+B+K", ["gauss_markov", "sinusoid"]),
+    "quantization and temperature": (
+        _steps_and_temperature,
+        "N+B+K",
+        ["covariate", "quantization"],
+    ),
+    "flicker, random walk and line": (
+        _flicker_walk_and_line,
+        "N",
+        ["bias_instability", "rate_random_walk", "sinusoid"],
+    ),
+    "level and step": (_louder_and_step, "N+B+K", ["bias_step", "noise_level_change"]),
+    "comb": (_comb, "N+B+K", ["sinusoid"]),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_ladder_finds_all_and_nothing_else(case):
+    make, start, kinds = CASES[case]
+    told = []
+    for seed in range(10):
+        study = al.improve(make(np.random.default_rng([seed, *case.encode()])), start)
+        added = [rung.added.kind for rung in study.ladder[1:]]
+        right = sorted(added) == kinds and study.adequate
+        told += [] if right else [f"seed {seed}: {added}, {study.stopped_because}"]
+    # Asked for: 90 %. A true rate of 97 % gives more than one failure in ten in 3.5 % of the cases.
+    assert len(told) <= 1, "\n".join(told)
+
+
+def test_a_temperature_that_has_nothing_to_do_with_it():
+    """Columns of noise, of a random walk of their own and of a smooth day, beside records that drift: 2 % of 200."""
+    false = []
+    for seed in range(200):
+        rng = np.random.default_rng([seed, 4])
+        n, rate = 20_000, 10.0
+        samples = g.white(rng, n, rate, N) + g.flicker(rng, n, rate, B)
+        samples += g.walk(rng, n, rate, 10.0 * K)
+        if seed % 3 == 0:
+            column = 20.0 + 0.1 * rng.standard_normal(n)
+        elif seed % 3 == 1:
+            column = 20.0 + g.walk(rng, n, rate, 0.05)
+        else:
+            column = g.temperature(n, rate, rng.uniform(500.0, 4000.0))
+        recording = al.Recording(
+            samples, rate=rate, unit="rad/s", covariates={"temperature": column}
+        )
+        check = al.fit_model(recording, "N+B+K").check()
+        false += [seed for s in check.significant if s.kind == "covariate"]
+    # 1 % of all checks are allowed a false alarm of any kind.
+    assert len(false) <= 4, false
