@@ -216,7 +216,7 @@ impl<T: Sample> Pass<'_, '_, T> {
         if self.adjacent {
             sums::add_adjacent(theta, span, runs, factors, &mut part.sum, &mut part.count);
         } else if self.masked() {
-            sums::add_with_gaps(theta, span, factors, &mut part.sum, &mut part.count);
+            sums::add_with_gaps(self.means.width, theta, span, factors, &mut part.sum, &mut part.count);
         } else {
             sums::add(self.means.width, theta, span, runs, groups, &mut part.sum);
         }

@@ -63,6 +63,11 @@ impl Kind {
         }
     }
 
+    /// Points behind the first one that a term touches.
+    fn touched(self, m: usize) -> usize {
+        if self == Self::Parabolic { 2 * m - 1 } else { self.reach(m) }
+    }
+
     /// Terms in one block: long ones where a block costs O(m) to begin, short ones where a term costs O(m).
     fn block(self, m: usize) -> usize {
         match self {
@@ -166,9 +171,10 @@ pub fn variances<T: Sample>(
             }
             let first = runs.partition_point(|run| run.1 < from);
             for &(start, end) in runs[first..].iter().take_while(|run| run.0 < to) {
-                let (from, to) = (from.max(start), to.min((end + 1).saturating_sub(reach)));
+                let touched = kind.touched(m);
+                let (from, to) = (from.max(start), to.min((end + 1).saturating_sub(touched)));
                 if from < to {
-                    let theta = &phase[from - origin..to + reach - origin];
+                    let theta = &phase[from - origin..to + touched - origin];
                     let piece = Piece { theta, first: from, n: to - from, m, width: means.width };
                     let found = one(kind, &piece, work);
                     sum += found.0;
@@ -236,7 +242,7 @@ fn whole<T: Sample>(
     if kind == Kind::Mtie {
         return tie::largest_range(theta, &point_runs(record, false), m, work);
     }
-    total::reflected(theta, &point_runs(record, false), span, m)
+    total::reflected(theta, &point_runs(record, true), span, m)
 }
 
 /// Runs of finite phase points as (first, last); `pointwise`: of a phase with gaps, everything.

@@ -148,25 +148,32 @@ pub fn add(
 }
 
 /// Like [`add`] without runs, for a phase with NaN in it: terms that are NaN are left out, the others counted.
+///
+/// A strip whose sum is a number has no NaN in it; only the others are gone through term by term.
 pub fn add_with_gaps(
+    width: Width,
     (theta, origin): (&[f64], usize),
     (from, to): (usize, usize),
     factors: &[(usize, usize)],
     sums: &mut [f64],
     counts: &mut [u64],
 ) {
-    let theta = &theta[from - origin..];
-    for &(place, m) in factors {
-        let n = (to - from).min(theta.len().saturating_sub(2 * m));
-        let (a, b, c) = (&theta[..n], &theta[m.min(theta.len())..], &theta[(2 * m).min(theta.len())..]);
-        let (mut sum, mut count) = (0.0, 0);
-        for ((a, b), c) in a.iter().zip(b).zip(c) {
-            let d = (a + c) - 2.0 * b;
-            sum += if d.is_nan() { 0.0 } else { d * d };
-            count += u64::from(!d.is_nan());
+    for strip in (from..to).step_by(STRIP) {
+        let theta = &theta[strip - origin..];
+        for &(place, m) in factors {
+            let n = STRIP.min(to - strip).min(theta.len().saturating_sub(2 * m));
+            let (mut sum, mut count) = (one(width, theta, m, n), n as u64);
+            if sum.is_nan() {
+                (sum, count) = (0.0, 0);
+                for ((a, b), c) in theta[..n].iter().zip(&theta[m..]).zip(&theta[2 * m..]) {
+                    let d = (a + c) - 2.0 * b;
+                    sum += if d.is_nan() { 0.0 } else { d * d };
+                    count += u64::from(!d.is_nan());
+                }
+            }
+            sums[place] += sum;
+            counts[place] += count;
         }
-        sums[place] += sum;
-        counts[place] += count;
     }
 }
 
@@ -201,6 +208,9 @@ pub fn one(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
 }
 
 fn group_sums(width: Width, theta: &[f64], group: &Group, n: usize) -> [f64; GROUP] {
+    if n == 0 {
+        return [0.0; GROUP];
+    }
     let reach = group.m[..group.len].iter().max().map_or(0, |m| 2 * m);
     assert!(n + reach <= theta.len(), "a term reaches beyond the phase");
     match width.0 {

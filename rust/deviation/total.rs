@@ -4,7 +4,7 @@
 //! N − 2 centres serve every m up to N − 1.
 
 /// Σ (θ*[i−m] − 2θ[i] + θ*[i+m])² over the centres i in `span`; those whose stretch of samples holds a gap are left
-/// out. `runs` are (first, last) finite points.
+/// out, and those that are NaN. `runs` are (first, last) points without a gap between them.
 pub fn reflected(theta: &[f64], runs: &[(usize, usize)], span: (usize, usize), m: usize) -> (f64, u64) {
     let last = theta.len() - 1;
     let (mut sum, mut count) = (0.0, 0);
@@ -26,8 +26,10 @@ pub fn reflected(theta: &[f64], runs: &[(usize, usize)], span: (usize, usize), m
             }
         }
         let d = (left + right) - 2.0 * theta[i];
-        sum += d * d;
-        count += 1;
+        if !d.is_nan() {
+            sum += d * d;
+            count += 1;
+        }
     }
     (sum, count)
 }
