@@ -114,6 +114,29 @@ fn every_estimator_is_its_definition() {
 }
 
 #[test]
+fn long_stretches_are_their_definition() {
+    let stop = AtomicBool::new(false);
+    let white = noise(700, 11);
+    let walk: Vec<f64> = naive::phase(&white, Quantity::Rate).iter().map(|v| v * v - 30.0 * v).collect();
+    let ramp: Vec<f64> = white.iter().enumerate().map(|(i, v)| 1e3 + 5.0 * i as f64 + v).collect();
+    let steps: Vec<f64> = white.windows(2).map(|w| w[1] - w[0]).collect();
+    for x in [white, walk, ramp, steps] {
+        let mean = x.iter().sum::<f64>() / x.len() as f64;
+        let centred: Vec<f64> = x.iter().map(|v| v - mean).collect();
+        let theta = naive::phase(&centred, Quantity::Rate);
+        let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
+        let all = [23, 24, 25, 31, 40, 64, 65, 101, 150, 201, 233];
+        for kind in [Kind::ModifiedTotal, Kind::HadamardTotal] {
+            let (found, _, _) = variances(&record, kind, &all, means(&stop, 1)).unwrap();
+            for (m, value) in all.into_iter().zip(found) {
+                let (expected, _) = naive::variance(kind, &theta, m);
+                assert!(close(value, expected, 1e-9), "{kind:?} m = {m}: {value} {expected}");
+            }
+        }
+    }
+}
+
+#[test]
 fn blocks_join_without_a_seam() {
     let stop = AtomicBool::new(false);
     let x: Vec<f64> = noise(40_000, 9).iter().map(|v| v + 100.0).collect();

@@ -10,6 +10,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.averaging import Source, averaging, source
 from allanite.deviation_result import Deviation
+from allanite.gaps import complete, said
 from allanite.identification import carried
 from allanite.total import corrected, freedom
 
@@ -263,8 +264,10 @@ def _estimate(kind: str, src: Source, taus: Taus, factors: ArrayLike | None) -> 
     else:
         variance, n, alpha, gaps = _kernels.family_variance(core, src.samples, m, src.angle)
     alpha = carried(alpha)
+    lost = complete(core, m, src.points) - n if gaps else np.zeros_like(n)
     if gaps:
-        notes = (*notes, f"{gaps} of {src.samples.size} samples are missing")
+        share = lost / np.maximum(n + lost, 1)
+        notes = (*notes, *said(gaps, src.samples.size, m / src.rate, share))
     variance, more = corrected(core, variance, alpha, m, src.points)
     scale: float | NDArray[np.float64] = src.scale
     if core in ("tierms", "mtie"):
@@ -282,4 +285,5 @@ def _estimate(kind: str, src: Source, taus: Taus, factors: ArrayLike | None) -> 
         src.unit,
         notes + more,
         partial(freedom, core, alpha, m, n, src.points),
+        lost=lost,
     )

@@ -71,7 +71,7 @@ impl Kind {
     /// Terms in one block: long ones where a block costs O(m) to begin, short ones where a term costs O(m).
     fn block(self, m: usize) -> usize {
         match self {
-            Self::ModifiedTotal | Self::HadamardTotal => 512,
+            Self::ModifiedTotal | Self::HadamardTotal => m.max(512),
             Self::Theo1 => 2048,
             Self::Mtie => usize::MAX / 2,
             _ => BLOCK.max(m),
@@ -211,7 +211,7 @@ fn replaced(kind: Kind, m: usize) -> Kind {
 
 fn per_term(kind: Kind, m: usize) -> usize {
     match kind {
-        Kind::ModifiedTotal | Kind::HadamardTotal => 9 * m,
+        Kind::ModifiedTotal | Kind::HadamardTotal => 9 * m.min(64),
         Kind::Theo1 => m / 2,
         _ => 4,
     }
