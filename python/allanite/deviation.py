@@ -159,12 +159,14 @@ def totdev(
     taus: Taus = "octave",
     factors: ArrayLike | None = None,
     quantity: str = "rate",
+    unbiased: bool = True,
 ) -> Deviation:
     """Total deviation, of the record reflected at its ends: NIST SP 1065 eq. 25.
 
-    The bias of flicker and random-walk FM is removed by the published factor (1 − a τ/T). Parameters as of `oadev`.
+    `unbiased` divides by the published bias of flicker and random-walk FM, 1 − a τ/T up to half of the record.
+    Other parameters as of `oadev`.
     """
-    return _estimate("totdev", source(x, rate, quantity), taus, factors)
+    return _estimate("totdev", source(x, rate, quantity), taus, factors, unbiased)
 
 
 def mtotdev(
@@ -173,13 +175,14 @@ def mtotdev(
     taus: Taus = "octave",
     factors: ArrayLike | None = None,
     quantity: str = "rate",
+    unbiased: bool = False,
 ) -> Deviation:
     """Modified total deviation: NIST SP 1065 eq. 27.
 
-    Divided by the root of the published bias (0.73 of white FM in variance). Stable32 1.60 leaves it in:
-    multiply by that root to compare. O(n m). Parameters as of `oadev`.
+    `unbiased` divides by the published bias (0.73 of white FM in variance), which Stable32 1.60 leaves in, as is
+    done by default. O(n). Other parameters as of `oadev`.
     """
-    return _estimate("mtotdev", source(x, rate, quantity), taus, factors)
+    return _estimate("mtotdev", source(x, rate, quantity), taus, factors, unbiased)
 
 
 def ttotdev(
@@ -188,9 +191,10 @@ def ttotdev(
     taus: Taus = "octave",
     factors: ArrayLike | None = None,
     quantity: str = "rate",
+    unbiased: bool = False,
 ) -> Deviation:
-    """Time total deviation, τ/√3 times the modified total deviation: NIST SP 1065 eq. 28; parameters as of `oadev`."""
-    return _estimate("ttotdev", source(x, rate, quantity), taus, factors)
+    """Time total deviation, τ/√3 times the modified total deviation: NIST SP 1065 eq. 28; parameters as of `mtotdev`."""
+    return _estimate("ttotdev", source(x, rate, quantity), taus, factors, unbiased)
 
 
 def htotdev(
@@ -199,12 +203,14 @@ def htotdev(
     taus: Taus = "octave",
     factors: ArrayLike | None = None,
     quantity: str = "rate",
+    unbiased: bool = True,
 ) -> Deviation:
     """Hadamard total deviation; at m = 1 the overlapping Hadamard deviation: NIST SP 1065 eq. 29.
 
-    The published bias is removed for m > 1 (0.995 of white FM in variance). O(n m). Parameters as of `oadev`.
+    `unbiased` divides by the published bias at m > 1 (0.995 of white FM in variance). O(n). Other parameters
+    as of `oadev`.
     """
-    return _estimate("htotdev", source(x, rate, quantity), taus, factors)
+    return _estimate("htotdev", source(x, rate, quantity), taus, factors, unbiased)
 
 
 def tierms(
@@ -253,7 +259,9 @@ _MOST = {
 _TIMES = {"tdev": "mdev", "ttotdev": "mtotdev"}
 
 
-def _estimate(kind: str, src: Source, taus: Taus, factors: ArrayLike | None) -> Deviation:
+def _estimate(
+    kind: str, src: Source, taus: Taus, factors: ArrayLike | None, unbiased: bool = True
+) -> Deviation:
     core = _TIMES.get(kind, kind)
     m, notes = averaging(src, taus, factors, _MOST[core](src.points))
     if core in ("oadev", "adev"):
@@ -268,7 +276,7 @@ def _estimate(kind: str, src: Source, taus: Taus, factors: ArrayLike | None) -> 
     if gaps:
         share = lost / np.maximum(n + lost, 1)
         notes = (*notes, *said(gaps, src.samples.size, m / src.rate, share))
-    variance, more = corrected(core, variance, alpha, m, src.points)
+    variance, more = corrected(core, variance, alpha, m, src.points, unbiased)
     scale: float | NDArray[np.float64] = src.scale
     if core in ("tierms", "mtie"):
         scale = src.scale / src.rate

@@ -56,10 +56,11 @@ def _theo1(src: Source, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviati
     alpha = carried(alpha)
     lost = complete("theo1", m, src.points) - n
     share = lost / np.maximum(n + lost, 1)
-    notes = (*notes, *said(gaps, src.samples.size, 0.75 * m / src.rate, share))
+    tau = np.asarray(0.75 * m / src.rate)
+    notes = (*notes, *said(gaps, src.samples.size, tau, share))
     return Deviation(
         "theo1",
-        np.asarray(0.75 * m / src.rate),
+        tau,
         m,
         n * (m // 2),
         np.sqrt(variance) * src.scale,

@@ -207,6 +207,12 @@ pub fn one(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
     group_sums(width, theta, &Group::new(&[(0, m)], Shape::Several), n)[0]
 }
 
+/// The same by rows where m is long enough for them.
+pub fn one_by_rows(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
+    let shape = if m < ROW { Shape::Several } else { Shape::Rows };
+    group_sums(width, theta, &Group::new(&[(0, m)], shape), n)[0]
+}
+
 fn group_sums(width: Width, theta: &[f64], group: &Group, n: usize) -> [f64; GROUP] {
     if n == 0 {
         return [0.0; GROUP];
