@@ -294,7 +294,7 @@ fn add_terms(
     phase.push(0.0);
     let runs =
         if plain_sum(blocks).is_nan() { runs_between_gaps(&mut phase) } else { vec![(0, blocks.len())] };
-    running_sum(&mut phase, 0.0);
+    running_sum(&mut phase, width);
     let placed: Vec<_> = factors.iter().copied().enumerate().collect();
     let groups: Vec<Group> = sums::groups(&placed);
     let mut found = vec![0.0; factors.len()];

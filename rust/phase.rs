@@ -8,6 +8,7 @@
 //!
 //! Both use **the same rounded μ** as the bases; otherwise the difference, times the block length, is a sawtooth.
 
+mod scan;
 mod series;
 
 use std::sync::atomic::AtomicBool;
@@ -16,6 +17,7 @@ use crate::deviation::parallel::for_each;
 use crate::deviation::sums::Width;
 use crate::{Error, Result};
 
+pub(crate) use scan::sum as plain_sum;
 pub use series::{Sample, Series};
 
 /// Samples (and phases) of one block. The error of the local phase goes as the square of it.
@@ -40,6 +42,7 @@ pub struct Record<'a, T: Sample> {
     quantity: Quantity,
     mean: T::Base,
     bases: Vec<[f64; 2]>,
+    slopes: Vec<f64>,
     gaps: usize,
     runs: Vec<(usize, usize)>,
 }
@@ -65,11 +68,11 @@ impl<'a, T: Sample> Record<'a, T> {
         let looks = look_at_blocks(series, origin, threads, stop)?;
         let gaps = n - looks.iter().map(|look| look.finite).sum::<usize>();
         let runs = if gaps == 0 { vec![(0, n)] } else { find_runs(series, &looks) };
-        let (mean, bases) = match quantity {
+        let (mean, bases, slopes) = match quantity {
             Quantity::Rate => bases::<T>(origin, &looks, n - gaps),
-            Quantity::Angle => (origin, Vec::new()),
+            Quantity::Angle => (origin, Vec::new(), Vec::new()),
         };
-        Ok(Self { series, quantity, mean, bases, gaps, runs })
+        Ok(Self { series, quantity, mean, bases, slopes, gaps, runs })
     }
 
     /// Number of samples, gaps included.
@@ -111,7 +114,7 @@ impl<'a, T: Sample> Record<'a, T> {
             // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
             return unsafe { self.local_avx2(start, phase) };
         }
-        self.local_plain(start, phase)
+        self.local_by(start, phase, scan::plain)
     }
 
     /// # Safety
@@ -119,12 +122,18 @@ impl<'a, T: Sample> Record<'a, T> {
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
     unsafe fn local_avx2(&self, start: usize, phase: &mut [f64]) -> f64 {
-        self.local_plain(start, phase)
+        // SAFETY: the contract of this function is that of the sum.
+        self.local_by(start, phase, |values, slope, carry| unsafe { scan::avx2(values, slope, carry) })
     }
 
     #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
     #[inline(always)]
-    fn local_plain(&self, start: usize, phase: &mut [f64]) -> f64 {
+    fn local_by(
+        &self,
+        start: usize,
+        phase: &mut [f64],
+        running: impl Fn(&mut [f64], f64, f64) -> f64,
+    ) -> f64 {
         let Some(samples) = phase.len().checked_sub(1) else { return 0.0 };
         if self.quantity == Quantity::Angle {
             self.series.load(start, self.mean, phase);
@@ -134,18 +143,17 @@ impl<'a, T: Sample> Record<'a, T> {
             }
             return 0.0;
         }
-        self.series.load(start, self.mean, &mut phase[..samples]);
-        if self.gaps > 0 {
-            for v in phase.iter_mut() {
-                *v = if v.is_nan() { 0.0 } else { *v };
+        let slope = self.slopes[start / BLOCK];
+        let mut carry = 0.0;
+        for at in (0..samples).step_by(CHUNK) {
+            let part = &mut phase[at..samples.min(at + CHUNK)];
+            self.series.load(start + at, self.mean, part);
+            if self.gaps > 0 {
+                part.iter_mut().for_each(|v| *v = if v.is_nan() { 0.0 } else { *v });
             }
+            carry = running(part, slope, carry);
         }
-        phase[samples] = 0.0;
-        // Few enough bits that slope · index is exact: `global` adds it back.
-        let mean = plain_sum(&phase[..samples]) / (samples.max(1)) as f64;
-        let slope = if T::INTEGER { mean.round() } else { f64::from(mean as f32) };
-        let slope = if slope.is_finite() && slope.abs() > 1e-30 { slope } else { 0.0 };
-        running_sum(phase, slope);
+        phase[samples] = carry;
         slope
     }
 
@@ -155,47 +163,42 @@ impl<'a, T: Sample> Record<'a, T> {
             self.series.load(block * BLOCK, self.mean, out);
             return;
         }
-        let [high, low] = self.bases[block];
-        for (i, (slot, value)) in out.iter_mut().zip(local).enumerate() {
-            *slot = high + (low + (slope * i as f64 + value));
+        #[cfg(target_arch = "x86_64")]
+        if Width::best().is_wide() {
+            // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
+            return unsafe { raised_avx2(self.bases[block], local, slope, out) };
         }
+        raised(self.bases[block], local, slope, out);
     }
 }
 
-/// Exclusive running sum of `values − slope`, in place: a chain of one addition per four samples.
-#[allow(clippy::inline_always)] // as above
+/// # Safety
+/// The processor has AVX2 and FMA.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn raised_avx2(base: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {
+    raised(base, local, slope, out);
+}
+
+/// Local phase on its line and its base.
+#[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
-pub(crate) fn running_sum(values: &mut [f64], slope: f64) {
-    let mut carry = 0.0;
-    let mut quads = values.chunks_exact_mut(4);
-    for quad in &mut quads {
-        let (a, b, c, d) = (quad[0] - slope, quad[1] - slope, quad[2] - slope, quad[3] - slope);
-        let ab = a + b;
-        quad[0] = carry;
-        quad[1] = carry + a;
-        quad[2] = carry + ab;
-        quad[3] = carry + (ab + c);
-        carry += ab + (c + d);
-    }
-    for value in quads.into_remainder() {
-        let next = carry + (*value - slope);
-        *value = carry;
-        carry = next;
+fn raised([high, low]: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {
+    for (i, (slot, value)) in out.iter_mut().zip(local).enumerate() {
+        *slot = high + (low + (slope * f64::from(i as u32) + value));
     }
 }
 
-#[allow(clippy::inline_always)] // as above
-#[inline(always)]
-pub(crate) fn plain_sum(values: &[f64]) -> f64 {
-    let mut lanes = [0.0; 16];
-    let chunks = values.chunks_exact(16);
-    let rest: f64 = chunks.remainder().iter().sum();
-    for chunk in chunks {
-        for (lane, value) in lanes.iter_mut().zip(chunk) {
-            *lane += value;
-        }
+/// Exclusive running sum in place, by the widest instructions there are.
+pub(crate) fn running_sum(values: &mut [f64], width: Width) {
+    #[cfg(target_arch = "x86_64")]
+    if width.is_wide() {
+        // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
+        unsafe { scan::avx2(values, 0.0, 0.0) };
+        return;
     }
-    lanes.iter().sum::<f64>() + rest
+    let _ = width;
+    scan::plain(values, 0.0, 0.0);
 }
 
 fn look_at_blocks<T: Sample>(
@@ -218,7 +221,7 @@ fn look_at_blocks<T: Sample>(
             for at in (start..end).step_by(CHUNK) {
                 let values = &mut buffer[..CHUNK.min(end - at)];
                 series.load(at, origin, values);
-                let mut sum = plain_sum(values);
+                let mut sum = scan::sum(values);
                 if !sum.is_finite() {
                     for (i, value) in values.iter_mut().enumerate() {
                         if value.is_nan() && series.at(at + i).value().is_nan() {
@@ -232,7 +235,7 @@ fn look_at_blocks<T: Sample>(
                             )));
                         }
                     }
-                    sum = plain_sum(values);
+                    sum = scan::sum(values);
                 }
                 add_to(&mut look.sum, sum);
             }
@@ -264,8 +267,9 @@ fn find_runs<T: Sample>(series: Series<'_, T>, looks: &[Look]) -> Vec<(usize, us
     runs
 }
 
-/// The mean as a base, and the phase at the start of each block with exactly that base subtracted.
-fn bases<T: Sample>(origin: T::Base, looks: &[Look], finite: usize) -> (T::Base, Vec<[f64; 2]>) {
+/// The mean as a base; the phase at the start of each block with exactly that base subtracted; and each block's own
+/// mean about the base, with few enough bits that its product with an index is exact.
+fn bases<T: Sample>(origin: T::Base, looks: &[Look], finite: usize) -> (T::Base, Vec<[f64; 2]>, Vec<f64>) {
     let mut total = [0.0; 2];
     for look in looks {
         add_to(&mut total, look.sum[0]);
@@ -274,7 +278,11 @@ fn bases<T: Sample>(origin: T::Base, looks: &[Look], finite: usize) -> (T::Base,
     let (mean, step) = T::moved(origin, (total[0] + total[1]) / finite as f64);
     let mut at = [0.0; 2];
     let mut bases = Vec::with_capacity(looks.len() + 1);
+    let mut slopes = Vec::with_capacity(looks.len() + 1);
     for look in looks {
+        let own = (look.sum[0] + look.sum[1]) / look.finite as f64 - step[0];
+        let own = if T::INTEGER { own.round() } else { f64::from(own as f32) };
+        slopes.push(if own.is_finite() && own.abs() > 1e-30 { own } else { 0.0 });
         bases.push(at);
         let count = look.finite as f64;
         add_to(&mut at, look.sum[0]);
@@ -284,8 +292,10 @@ fn bases<T: Sample>(origin: T::Base, looks: &[Look], finite: usize) -> (T::Base,
         add_to(&mut at, -count.mul_add(step[0], -product));
         add_to(&mut at, -count * step[1]);
     }
-    bases.push(at); // of the last phase point, where the record ends with a full block
-    (mean, bases)
+    // Of the last phase point, where the record ends with a full block.
+    bases.push(at);
+    slopes.push(0.0);
+    (mean, bases, slopes)
 }
 
 /// a + b as an unevaluated sum of two doubles (Knuth).

@@ -76,21 +76,22 @@ fn means(stop: &AtomicBool, threads: usize) -> Means<'_> {
     Means { threads, width: Width::best(), stop }
 }
 
+const KINDS: [Kind; 10] = [
+    Kind::Hadamard,
+    Kind::AdjacentHadamard,
+    Kind::Modified,
+    Kind::Parabolic,
+    Kind::Total,
+    Kind::ModifiedTotal,
+    Kind::HadamardTotal,
+    Kind::Theo1,
+    Kind::TieRms,
+    Kind::Mtie,
+];
+
 #[test]
 fn every_estimator_is_its_definition() {
     let stop = AtomicBool::new(false);
-    let kinds = [
-        Kind::Hadamard,
-        Kind::AdjacentHadamard,
-        Kind::Modified,
-        Kind::Parabolic,
-        Kind::Total,
-        Kind::ModifiedTotal,
-        Kind::HadamardTotal,
-        Kind::Theo1,
-        Kind::TieRms,
-        Kind::Mtie,
-    ];
     for n in [12, 13, 40, 101] {
         let x = noise(n, n as u64);
         let mean = x.iter().sum::<f64>() / n as f64;
@@ -98,7 +99,7 @@ fn every_estimator_is_its_definition() {
         let theta = naive::phase(&centred, Quantity::Rate);
         let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
         let angles = Record::new(Series::new(&theta), Quantity::Angle, 1, &stop).unwrap();
-        for kind in kinds {
+        for kind in KINDS {
             let all: Vec<usize> = (2..=n / 3).filter(|m| kind != Kind::Theo1 || m % 2 == 0).collect();
             let (found, counts, _) = variances(&record, kind, &all, means(&stop, 1)).unwrap();
             let (again, _, _) = variances(&angles, kind, &all, means(&stop, 3)).unwrap();
@@ -107,6 +108,29 @@ fn every_estimator_is_its_definition() {
                 assert!(close(found[i], expected, 1e-9), "{kind:?} n = {n} m = {m}: {} {expected}", found[i]);
                 assert!(close(again[i], expected, 1e-9), "{kind:?} of a phase");
                 assert_eq!(counts[i], count, "{kind:?} n = {n} m = {m}");
+            }
+        }
+    }
+}
+
+#[test]
+fn long_stretches_are_their_definition() {
+    let stop = AtomicBool::new(false);
+    let white = noise(700, 11);
+    let walk: Vec<f64> = naive::phase(&white, Quantity::Rate).iter().map(|v| v * v - 30.0 * v).collect();
+    let ramp: Vec<f64> = white.iter().enumerate().map(|(i, v)| 1e3 + 5.0 * i as f64 + v).collect();
+    let steps: Vec<f64> = white.windows(2).map(|w| w[1] - w[0]).collect();
+    for x in [white, walk, ramp, steps] {
+        let mean = x.iter().sum::<f64>() / x.len() as f64;
+        let centred: Vec<f64> = x.iter().map(|v| v - mean).collect();
+        let theta = naive::phase(&centred, Quantity::Rate);
+        let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
+        let all = [23, 24, 25, 31, 40, 64, 65, 101, 150, 201, 233];
+        for kind in [Kind::ModifiedTotal, Kind::HadamardTotal] {
+            let (found, _, _) = variances(&record, kind, &all, means(&stop, 1)).unwrap();
+            for (m, value) in all.into_iter().zip(found) {
+                let (expected, _) = naive::variance(kind, &theta, m);
+                assert!(close(value, expected, 1e-9), "{kind:?} m = {m}: {value} {expected}");
             }
         }
     }
@@ -149,6 +173,28 @@ proptest! {
             }
             let (terms, _) = adjacent(&record, &all, means(&stop, 1)).unwrap();
             prop_assert!(terms.count.iter().zip(&all).all(|(c, m)| *c as usize <= n / m));
+        }
+    }
+
+    #[test]
+    fn every_estimator_leaves_out_what_touches_a_gap(
+        n in 12_usize..150, seed in any::<u64>(), holes in prop::collection::vec(0_usize..150, 0..5)
+    ) {
+        let stop = AtomicBool::new(false);
+        let mut x = noise(n, seed);
+        holes.iter().filter(|h| **h < n).for_each(|h| x[*h] = f64::NAN);
+        for quantity in [Quantity::Rate, Quantity::Angle] {
+            let record = Record::new(Series::new(&x), quantity, 1, &stop).unwrap();
+            for kind in KINDS {
+                let all: Vec<usize> = (2..=n / 3).filter(|m| kind != Kind::Theo1 || m % 2 == 0).collect();
+                let (found, counts, _) = variances(&record, kind, &all, means(&stop, 1)).unwrap();
+                for (i, m) in all.iter().enumerate() {
+                    let (expected, count) = naive::variance_with_gaps(kind, &x, quantity, *m);
+                    prop_assert_eq!(counts[i], count, "{:?} of {:?}, m = {}", kind, quantity, m);
+                    let same = close(found[i], expected, 1e-8) || (count == 0 && kind == Kind::Mtie);
+                    prop_assert!(same, "{kind:?} of {quantity:?}, m = {m}: {} {expected}", found[i]);
+                }
+            }
         }
     }
 

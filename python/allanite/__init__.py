@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         totdev,
         ttotdev,
     )
+    from allanite.dynamic import DynamicDeviation, dynamic_oadev
     from allanite.effects import CATALOGUE, Effect, Model, parse_model
     from allanite.effects.angle_random_walk import AngleRandomWalk
     from allanite.effects.bandwidth import Bandwidth
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from allanite.spectrum import Spectrum, psd
     from allanite.study import Study, improve
     from allanite.suggestion import Check, Suggestion
+    from allanite.theo import theo1, theoh
 
 _HOME = {
     "Deviation": "allanite.deviation",
@@ -69,6 +71,10 @@ _HOME = {
     "tierms": "allanite.deviation",
     "totdev": "allanite.deviation",
     "ttotdev": "allanite.deviation",
+    "DynamicDeviation": "allanite.dynamic",
+    "dynamic_oadev": "allanite.dynamic",
+    "theo1": "allanite.theo",
+    "theoh": "allanite.theo",
     "Accumulator": "allanite.accumulator",
     "compare": "allanite.comparison",
     "Curves": "allanite.comparison",
@@ -125,6 +131,7 @@ __all__ = [
     "Curves",
     "DataSheet",
     "Deviation",
+    "DynamicDeviation",
     "Effect",
     "Estimate",
     "Fit",
@@ -149,6 +156,7 @@ __all__ = [
     "adev",
     "compare",
     "compare_datasheet",
+    "dynamic_oadev",
     "fit_model",
     "hdev",
     "htotdev",
@@ -164,6 +172,8 @@ __all__ = [
     "read",
     "read_datasheet",
     "tdev",
+    "theo1",
+    "theoh",
     "tierms",
     "totdev",
     "ttotdev",

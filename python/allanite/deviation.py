@@ -10,6 +10,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.averaging import Source, averaging, source
 from allanite.deviation_result import Deviation
+from allanite.gaps import complete, said
 from allanite.identification import carried
 from allanite.total import corrected, freedom
 
@@ -158,12 +159,14 @@ def totdev(
     taus: Taus = "octave",
     factors: ArrayLike | None = None,
     quantity: str = "rate",
+    unbiased: bool = True,
 ) -> Deviation:
     """Total deviation, of the record reflected at its ends: NIST SP 1065 eq. 25.
 
-    The bias of flicker and random-walk FM is removed by the published factor (1 − a τ/T). Parameters as of `oadev`.
+    `unbiased` divides by the published bias of flicker and random-walk FM, 1 − a τ/T up to half of the record.
+    Other parameters as of `oadev`.
     """
-    return _estimate("totdev", source(x, rate, quantity), taus, factors)
+    return _estimate("totdev", source(x, rate, quantity), taus, factors, unbiased)
 
 
 def mtotdev(
@@ -172,13 +175,14 @@ def mtotdev(
     taus: Taus = "octave",
     factors: ArrayLike | None = None,
     quantity: str = "rate",
+    unbiased: bool = False,
 ) -> Deviation:
     """Modified total deviation: NIST SP 1065 eq. 27.
 
-    Divided by the root of the published bias (0.73 of white FM in variance). Stable32 1.60 leaves it in:
-    multiply by that root to compare. O(n m). Parameters as of `oadev`.
+    `unbiased` divides by the published bias (0.73 of white FM in variance), which Stable32 1.60 leaves in, as is
+    done by default. O(n). Other parameters as of `oadev`.
     """
-    return _estimate("mtotdev", source(x, rate, quantity), taus, factors)
+    return _estimate("mtotdev", source(x, rate, quantity), taus, factors, unbiased)
 
 
 def ttotdev(
@@ -187,9 +191,10 @@ def ttotdev(
     taus: Taus = "octave",
     factors: ArrayLike | None = None,
     quantity: str = "rate",
+    unbiased: bool = False,
 ) -> Deviation:
-    """Time total deviation, τ/√3 times the modified total deviation: NIST SP 1065 eq. 28; parameters as of `oadev`."""
-    return _estimate("ttotdev", source(x, rate, quantity), taus, factors)
+    """Time total deviation, τ/√3 times the modified total deviation: NIST SP 1065 eq. 28; parameters as of `mtotdev`."""
+    return _estimate("ttotdev", source(x, rate, quantity), taus, factors, unbiased)
 
 
 def htotdev(
@@ -198,12 +203,14 @@ def htotdev(
     taus: Taus = "octave",
     factors: ArrayLike | None = None,
     quantity: str = "rate",
+    unbiased: bool = True,
 ) -> Deviation:
     """Hadamard total deviation; at m = 1 the overlapping Hadamard deviation: NIST SP 1065 eq. 29.
 
-    The published bias is removed for m > 1 (0.995 of white FM in variance). O(n m). Parameters as of `oadev`.
+    `unbiased` divides by the published bias at m > 1 (0.995 of white FM in variance). O(n). Other parameters
+    as of `oadev`.
     """
-    return _estimate("htotdev", source(x, rate, quantity), taus, factors)
+    return _estimate("htotdev", source(x, rate, quantity), taus, factors, unbiased)
 
 
 def tierms(
@@ -252,7 +259,9 @@ _MOST = {
 _TIMES = {"tdev": "mdev", "ttotdev": "mtotdev"}
 
 
-def _estimate(kind: str, src: Source, taus: Taus, factors: ArrayLike | None) -> Deviation:
+def _estimate(
+    kind: str, src: Source, taus: Taus, factors: ArrayLike | None, unbiased: bool = True
+) -> Deviation:
     core = _TIMES.get(kind, kind)
     m, notes = averaging(src, taus, factors, _MOST[core](src.points))
     if core in ("oadev", "adev"):
@@ -263,9 +272,11 @@ def _estimate(kind: str, src: Source, taus: Taus, factors: ArrayLike | None) -> 
     else:
         variance, n, alpha, gaps = _kernels.family_variance(core, src.samples, m, src.angle)
     alpha = carried(alpha)
+    lost = complete(core, m, src.points) - n if gaps else np.zeros_like(n)
     if gaps:
-        notes = (*notes, f"{gaps} of {src.samples.size} samples are missing")
-    variance, more = corrected(core, variance, alpha, m, src.points)
+        share = lost / np.maximum(n + lost, 1)
+        notes = (*notes, *said(gaps, src.samples.size, m / src.rate, share))
+    variance, more = corrected(core, variance, alpha, m, src.points, unbiased)
     scale: float | NDArray[np.float64] = src.scale
     if core in ("tierms", "mtie"):
         scale = src.scale / src.rate
@@ -282,4 +293,5 @@ def _estimate(kind: str, src: Source, taus: Taus, factors: ArrayLike | None) -> 
         src.unit,
         notes + more,
         partial(freedom, core, alpha, m, n, src.points),
+        lost=lost,
     )

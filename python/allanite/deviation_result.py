@@ -44,6 +44,8 @@ class Deviation:
         Unit of the samples as a rate; time deviations and interval errors are in that times s.
     diagnostics : tuple of str
         What to know before trusting it.
+    lost : ndarray of shape (k,)
+        Number of terms left out because they touch missing samples.
     """
 
     kind: str
@@ -57,9 +59,12 @@ class Deviation:
     diagnostics: tuple[str, ...] = ()
     _freedom: Callable[[], NDArray[np.float64]] | None = None
     _bands: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    lost: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __post_init__(self) -> None:
-        for name in ("tau", "factors", "n", "deviation", "alpha"):
+        if self.lost.size != self.n.size:
+            object.__setattr__(self, "lost", np.zeros_like(self.n))
+        for name in ("tau", "factors", "n", "deviation", "alpha", "lost"):
             getattr(self, name).flags.writeable = False
 
     @property

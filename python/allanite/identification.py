@@ -32,13 +32,17 @@ def carried(exponents: NDArray[np.float64]) -> NDArray[np.float64]:
     -------
     ndarray of shape (k,)
     """
-    known = np.isfinite(exponents)
     # A little towards red: mistaking white FM for flicker PM would narrow the interval fivefold.
-    exponents = np.clip(np.round(exponents - 0.15), -2.0, 2.0) + 0.0
-    if not known.any():
-        return np.zeros_like(exponents)
-    last = np.maximum.accumulate(np.where(known, np.arange(exponents.size), -1))
-    return np.where(last >= 0, exponents[np.maximum(last, 0)], exponents[np.argmax(known)])
+    rounded = np.rint(exponents - 0.15)
+    rounded = np.minimum(np.maximum(rounded, -2.0), 2.0) + 0.0
+    unknown = np.isnan(rounded)
+    if not unknown.any():
+        return rounded
+    if unknown.all():
+        return np.zeros_like(rounded)
+    last = np.where(unknown, -1, np.arange(rounded.size))
+    np.maximum.accumulate(last, out=last)
+    return np.where(last >= 0, rounded[np.maximum(last, 0)], rounded[unknown.argmin()])
 
 
 def degrees_of_freedom(

@@ -247,7 +247,8 @@ class Recording:
     def decimate(self, k: int) -> Recording:
         """Averages of k samples (sums of increments, every k-th angle); covariates are averaged.
 
-        Averaging keeps the white level N; skipping samples would alias it up by √k.
+        Averaging keeps the white level N; skipping samples would alias it up by √k. Where samples are
+        missing, those that are there are averaged, if they are at least half; else the average is missing.
         """
         if k < 1 or k > self.n:
             raise InputError(
@@ -258,12 +259,20 @@ class Recording:
         m = self.n // k
 
         def mean(values: NDArray[Any]) -> NDArray[Any]:
-            return values[: m * k].reshape(m, k, *values.shape[1:]).mean(axis=1, dtype=np.float64)
+            groups = values[: m * k].reshape(m, k, *values.shape[1:])
+            found = groups.mean(axis=1, dtype=np.float64)
+            if np.isnan(found).any():
+                there = np.count_nonzero(~np.isnan(groups), axis=1)
+                total = np.nansum(groups, axis=1, dtype=np.float64)
+                found = np.where(2 * there >= k, total / np.maximum(there, 1), np.nan)
+            return found
 
         if self.quantity == "angle":
             samples = self.samples[: m * k : k]
         elif self.quantity == "increment":
             samples = self.samples[: m * k].reshape(m, k, *self.samples.shape[1:]).sum(axis=1)
+            if np.isnan(samples).any():
+                samples = mean(self.samples) * k
         else:
             samples = mean(self.samples)
         extra = {name: locked(mean(values)) for name, values in self.covariates.items()}

@@ -11,6 +11,7 @@ from allanite import _kernels
 from allanite.averaging import Source, averaging, source
 from allanite.deviation_result import Deviation
 from allanite.errors import TooShortError
+from allanite.gaps import complete, said
 from allanite.identification import carried
 from allanite.total import freedom
 
@@ -53,11 +54,13 @@ def theo1(
 def _theo1(src: Source, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
     variance, n, alpha, gaps = _kernels.family_variance("theo1", src.samples, m, src.angle)
     alpha = carried(alpha)
-    if gaps:
-        notes = (*notes, f"{gaps} of {src.samples.size} samples are missing")
+    lost = complete("theo1", m, src.points) - n
+    share = lost / np.maximum(n + lost, 1)
+    tau = np.asarray(0.75 * m / src.rate)
+    notes = (*notes, *said(gaps, src.samples.size, tau, share))
     return Deviation(
         "theo1",
-        np.asarray(0.75 * m / src.rate),
+        tau,
         m,
         n * (m // 2),
         np.sqrt(variance) * src.scale,
@@ -66,6 +69,7 @@ def _theo1(src: Source, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviati
         src.unit,
         notes,
         partial(freedom, "theo1", alpha, m, n, src.points),
+        lost=lost * (m // 2),
     )
 
 
@@ -114,10 +118,21 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
         second = freedom("theo1", laws[split:], far, counts[split:], src.points)
         return np.concatenate([first, second])
 
-    if gaps:
-        notes = (*notes, f"{gaps} of {src.samples.size} samples are missing")
-    notes = (*notes, f"Theo1 beyond {near[-1] / src.rate:g} s, its bias {bias:.4g} removed")
     tau = np.concatenate([near, 0.75 * far]) / src.rate
+    whole_n = [complete("oadev", near, src.points), complete("theo1", far, src.points)]
+    lost = np.concatenate(whole_n) - counts
+    notes = (*notes, *said(gaps, src.samples.size, tau, lost / np.maximum(counts + lost, 1)))
+    notes = (*notes, f"Theo1 beyond {near[-1] / src.rate:g} s, its bias {bias:.4g} removed")
     return Deviation(
-        "theoh", tau, m, counts, np.sqrt(values) * src.scale, laws, src.rate, src.unit, notes, edf
+        "theoh",
+        tau,
+        m,
+        counts,
+        np.sqrt(values) * src.scale,
+        laws,
+        src.rate,
+        src.unit,
+        notes,
+        edf,
+        lost=lost,
     )

@@ -36,20 +36,38 @@ def corrected(
     alpha: NDArray[np.float64],
     m: NDArray[np.int64],
     points: int,
+    unbiased: bool,
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Variance without the published bias of the total estimators, and a word about it."""
+    """Variance with or without the published bias of the total estimators, and a word about it.
+
+    Parameters
+    ----------
+    kind : str
+        Estimator; those without a published bias come back as they are.
+    variance, alpha, m : ndarray of shape (k,)
+        Estimates, exponents of the noise and averaging factors.
+    points : int
+        Phase points of the record.
+    unbiased : bool
+        Whether to divide the bias out.
+    """
     if kind not in ("totdev", "mtotdev", "htotdev"):
         return variance, ()
     bias = np.array([_bias(kind, int(a), int(f), points) for a, f in zip(alpha, m, strict=True)])
     if (bias == 1.0).all():
         return variance, ()
+    if not unbiased:
+        note = f"published bias of {kind} left in: {bias.min():.3g} to {bias.max():.3g} in variance"
+        return variance, (note,)
     note = f"published bias of {kind} for the noise identified at each τ has been divided out"
     return variance / bias, (note,)
 
 
 def _bias(kind: str, alpha: int, m: int, points: int) -> float:
     if kind == "totdev":
-        return 1.0 - TOTAL_BIAS.get(alpha, 0.0) * m / (points - 1)
+        # Published for τ up to half of the record.
+        share = m / (points - 1)
+        return 1.0 - TOTAL_BIAS.get(alpha, 0.0) * share if share <= 0.5 else 1.0
     if kind == "mtotdev":
         return MODIFIED_TOTAL_BIAS[min(max(alpha, -2), 2)]
     return 1.0 if m == 1 else HADAMARD_TOTAL_BIAS[min(max(alpha, -2), 0)]

@@ -14,9 +14,9 @@ use super::sums::{self, Group, Width};
 use crate::Result;
 use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
 
-/// Largest factors of the passes over the global phase. What a pass reads between θ[k] and θ[k+2m] stays in the
-/// second-level cache, in the third, in neither: the streams of the next tier would throw it out.
-const TIERS: [usize; 3] = [1 << 15, 1 << 19, usize::MAX];
+/// Tiers of the far factors: the largest of each, and how many terms an item of work has. What a tier reads of an item
+/// stays in the second-level cache, in the third, in neither; where it is large, each item has one group of factors.
+const TIERS: [(usize, usize); 3] = [(1 << 15, 1 << 16), (1 << 19, 1 << 21), (usize::MAX, 1 << 25)];
 
 /// Sums of squared second differences, one per factor, in units of one sample (phase: of one point).
 #[derive(Clone, Debug, PartialEq)]
@@ -83,11 +83,11 @@ fn terms<T: Sample>(
     let pass = Pass { record, factors, means, adjacent, blocks: points.div_ceil(BLOCK) };
     let mut terms = pass.near(near, &mut theta)?;
     let mut rest = far;
-    for most in TIERS {
+    for (most, span) in TIERS {
         let (tier, beyond) = rest.split_at(rest.partition_point(|factor| factor.1 <= most));
         rest = beyond;
         if !tier.is_empty() {
-            pass.far(tier, &theta, &mut terms)?;
+            pass.far(tier, span, &theta, &mut terms)?;
         }
     }
     pass.count(&mut terms);
@@ -174,16 +174,33 @@ impl<T: Sample> Pass<'_, '_, T> {
         })
     }
 
-    fn far(&self, factors: &[(usize, usize)], theta: &[f64], terms: &mut Terms) -> Result<()> {
-        let groups: Vec<Group> = sums::groups(factors);
-        let runs = self.runs();
+    fn far(&self, factors: &[(usize, usize)], span: usize, theta: &[f64], terms: &mut Terms) -> Result<()> {
         let points = self.record.points();
-        let more = self.segmented(self.threads_for(points * factors.len()), |_, block, part| {
-            let span = (block * BLOCK, ((block + 1) * BLOCK).min(points));
-            self.add((theta, 0), span, &runs, factors, &groups, part);
-        })?;
-        more.sum.iter().zip(&mut terms.sum).for_each(|(sum, to)| *to += sum);
-        more.count.iter().zip(&mut terms.count).for_each(|(count, to)| *to += count);
+        let groups: Vec<Group> = sums::groups(factors);
+        let apart = if span > 1 << 16 && !self.adjacent && !self.masked() { groups.len() } else { 1 };
+        let runs = self.runs();
+        let parts = for_each(
+            self.threads_for(points * factors.len()),
+            points.div_ceil(span) * apart,
+            self.means.stop,
+            || (),
+            |(), item| {
+                let from = item / apart * span;
+                let part = if apart > 1 { &groups[item % apart..][..1] } else { &groups };
+                let mut found = Terms::new(self.factors.len());
+                let within = (from, (from + span).min(points));
+                self.add((theta, 0), within, &runs, factors, part, &mut found);
+                found
+            },
+        )?;
+        for &(place, _) in factors {
+            let mut sum = [terms.sum[place], 0.0];
+            for part in &parts {
+                phase::add_to(&mut sum, part.sum[place]);
+                terms.count[place] += part.count[place];
+            }
+            terms.sum[place] = sum[0] + sum[1];
+        }
         Ok(())
     }
 
@@ -199,7 +216,7 @@ impl<T: Sample> Pass<'_, '_, T> {
         if self.adjacent {
             sums::add_adjacent(theta, span, runs, factors, &mut part.sum, &mut part.count);
         } else if self.masked() {
-            sums::add_with_gaps(theta, span, factors, &mut part.sum, &mut part.count);
+            sums::add_with_gaps(self.means.width, theta, span, factors, &mut part.sum, &mut part.count);
         } else {
             sums::add(self.means.width, theta, span, runs, groups, &mut part.sum);
         }

@@ -1,13 +1,14 @@
 //! Every other estimator: one loop over (averaging factor, block of terms), the estimators in their own files.
 
+use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use super::allan::{Means, Terms};
 use super::parallel::for_each;
 use super::sums::Width;
 use super::{hadamard, modified, modified_total, pages, theo, tie, total};
+use crate::Result;
 use crate::phase::{BLOCK, LOCAL, Quantity, Record, Sample, add_to};
-use crate::{Error, Result};
 
 /// Which statistic of the phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,10 +64,15 @@ impl Kind {
         }
     }
 
+    /// Points behind the first one that a term touches.
+    fn touched(self, m: usize) -> usize {
+        if self == Self::Parabolic { 2 * m - 1 } else { self.reach(m) }
+    }
+
     /// Terms in one block: long ones where a block costs O(m) to begin, short ones where a term costs O(m).
     fn block(self, m: usize) -> usize {
         match self {
-            Self::ModifiedTotal | Self::HadamardTotal => 512,
+            Self::ModifiedTotal | Self::HadamardTotal => m.max(512),
             Self::Theo1 => 2048,
             Self::Mtie => usize::MAX / 2,
             _ => BLOCK.max(m),
@@ -129,58 +135,40 @@ pub fn variances<T: Sample>(
     }
     let runs = point_runs(record, kind.pointwise());
     let points = record.points();
-    let mut items = Vec::new();
-    for (place, &m) in factors.iter().enumerate() {
-        let kind = replaced(kind, m);
-        let block = kind.block(m);
-        let last = (points + 1).saturating_sub(kind.reach(m) + 1);
-        items.extend((0..last).step_by(block).map(|from| (place, m, from, (from + block).min(last))));
-    }
-    let cost: usize = items.iter().map(|&(_, m, from, to)| (to - from) * per_term(kind, m)).sum();
-    let threads = if cost < 1 << 20 { 1 } else { means.threads };
     let local = record.quantity() == Quantity::Rate && !kind.global();
-    let parts = for_each(
-        threads,
-        items.len(),
-        means.stop,
-        || (Vec::new(), Vec::new()),
-        |scratch, item| {
-            let (place, m, from, to) = items[item];
-            let kind = replaced(kind, m);
-            let reach = kind.reach(m);
-            let (near, work) = scratch;
-            let (phase, origin) = if local && m <= LOCAL {
-                near.resize((to - from + reach).min(points - from), 0.0);
-                record.local(from, near);
-                (near.as_slice(), from)
+    let batches = batches(kind, factors, points, local);
+    let cost: usize = batches.iter().flatten().map(|i| (i.to - i.from) * per_term(kind, i.m)).sum();
+    let threads = if cost < 1 << 20 { 1 } else { means.threads };
+    let make = || (Vec::new(), Vec::new());
+    let parts = for_each(threads, batches.len(), means.stop, make, |(near, work), batch| {
+        let batch = &batches[batch];
+        let from = batch[0].from;
+        let (phase, origin) = if local && batch[0].m <= LOCAL {
+            let end = batch.iter().map(|i| i.to + replaced(kind, i.m).reach(i.m)).max().unwrap_or(from);
+            near.resize(end.min(points) - from, 0.0);
+            record.local(from, near);
+            (near.as_slice(), from)
+        } else {
+            (theta.as_slice(), 0)
+        };
+        let mut found = Vec::with_capacity(batch.len());
+        for item in batch {
+            let kind = replaced(kind, item.m);
+            if means.stop.load(Ordering::Relaxed) {
+                break;
+            }
+            let (sum, count) = if kind == Kind::Total || kind == Kind::Mtie {
+                whole(kind, record, (phase, means.width), (item.from, item.to), item.m, work)
             } else {
-                (theta.as_slice(), 0)
+                between_gaps(kind, (phase, origin), &runs, item, means.width, work)
             };
-            let (mut sum, mut count) = (0.0, 0);
-            if kind == Kind::Total || kind == Kind::Mtie {
-                if means.stop.load(Ordering::Relaxed) {
-                    return (place, 0.0, 0);
-                }
-                let found = whole(kind, record, phase, (from, to), m, work);
-                return (place, found.0, found.1);
-            }
-            let first = runs.partition_point(|run| run.1 < from);
-            for &(start, end) in runs[first..].iter().take_while(|run| run.0 < to) {
-                let (from, to) = (from.max(start), to.min((end + 1).saturating_sub(reach)));
-                if from < to {
-                    let theta = &phase[from - origin..to + reach - origin];
-                    let piece = Piece { theta, first: from, n: to - from, m, width: means.width };
-                    let found = one(kind, &piece, work);
-                    sum += found.0;
-                    count += found.1;
-                }
-            }
-            (place, sum, count)
-        },
-    )?;
+            found.push((item.place, sum, count));
+        }
+        found
+    })?;
     let mut sums = vec![[0.0_f64; 2]; factors.len()];
     let mut terms = Terms { sum: vec![0.0; factors.len()], count: vec![0; factors.len()] };
-    for (place, sum, count) in parts {
+    for (place, sum, count) in parts.into_iter().flatten() {
         if kind == Kind::Mtie {
             sums[place][0] = sums[place][0].max(sum);
         } else {
@@ -194,6 +182,58 @@ pub fn variances<T: Sample>(
     Ok((variances, terms.count, theta))
 }
 
+/// Terms `from..to` of one factor.
+struct Item {
+    place: usize,
+    m: usize,
+    from: usize,
+    to: usize,
+}
+
+/// Items that are done together: those of one block of the local phase, which is then made once.
+fn batches(kind: Kind, factors: &[usize], points: usize, local: bool) -> Vec<Vec<Item>> {
+    let last = |m: usize| points.saturating_sub(replaced(kind, m).reach(m));
+    let shared = |m: usize| local && m <= LOCAL && replaced(kind, m).block(m) == BLOCK;
+    let placed = || factors.iter().copied().enumerate();
+    let near = (0..points).step_by(BLOCK).map(|from| {
+        let item = |(place, m)| Item { place, m, from, to: last(m).min(from + BLOCK) };
+        placed().filter(|(_, m)| shared(*m)).map(item).filter(|item| item.to > from).collect::<Vec<_>>()
+    });
+    let others = placed().filter(|(_, m)| !shared(*m)).flat_map(|(place, m)| {
+        let block = replaced(kind, m).block(m);
+        (0..last(m))
+            .step_by(block)
+            .map(move |from| vec![Item { place, m, from, to: last(m).min(from + block) }])
+    });
+    near.filter(|batch| !batch.is_empty()).chain(others).collect()
+}
+
+/// The terms of an item that touch no gap; `phase[0]` is phase point `origin`.
+fn between_gaps(
+    kind: Kind,
+    (phase, origin): (&[f64], usize),
+    runs: &[(usize, usize)],
+    item: &Item,
+    width: Width,
+    work: &mut Vec<f64>,
+) -> (f64, u64) {
+    let m = item.m;
+    let touched = kind.touched(m);
+    let (mut sum, mut count) = (0.0, 0);
+    let first = runs.partition_point(|run| run.1 < item.from);
+    for &(start, end) in runs[first..].iter().take_while(|run| run.0 < item.to) {
+        let (from, to) = (item.from.max(start), item.to.min((end + 1).saturating_sub(touched)));
+        if from < to {
+            let theta = &phase[from - origin..to + touched - origin];
+            let piece = Piece { theta, first: from, n: to - from, m, width };
+            let found = one(kind, &piece, work);
+            sum += found.0;
+            count += found.1;
+        }
+    }
+    (sum, count)
+}
+
 /// At m = 1 two estimators are defined as, or agreed to be, a simpler one.
 fn replaced(kind: Kind, m: usize) -> Kind {
     match kind {
@@ -205,7 +245,7 @@ fn replaced(kind: Kind, m: usize) -> Kind {
 
 fn per_term(kind: Kind, m: usize) -> usize {
     match kind {
-        Kind::ModifiedTotal | Kind::HadamardTotal => 9 * m,
+        Kind::ModifiedTotal | Kind::HadamardTotal => 9 * m.min(64),
         Kind::Theo1 => m / 2,
         _ => 4,
     }
@@ -228,7 +268,7 @@ fn one(kind: Kind, piece: &Piece<'_>, work: &mut Vec<f64>) -> (f64, u64) {
 fn whole<T: Sample>(
     kind: Kind,
     record: &Record<'_, T>,
-    theta: &[f64],
+    (theta, width): (&[f64], Width),
     span: (usize, usize),
     m: usize,
     work: &mut Vec<f64>,
@@ -236,7 +276,7 @@ fn whole<T: Sample>(
     if kind == Kind::Mtie {
         return tie::largest_range(theta, &point_runs(record, false), m, work);
     }
-    total::reflected(theta, &point_runs(record, false), span, m)
+    total::reflected(width, theta, &point_runs(record, true), span, m)
 }
 
 /// Runs of finite phase points as (first, last); `pointwise`: of a phase with gaps, everything.
@@ -252,15 +292,16 @@ fn point_runs<T: Sample>(record: &Record<'_, T>, pointwise: bool) -> Vec<(usize,
 pub fn global_phase<T: Sample>(record: &Record<'_, T>, means: Means<'_>) -> Result<Vec<f64>> {
     let points = record.points();
     let mut theta = pages::zeroed(points);
-    let mut local = vec![0.0; BLOCK];
-    for (block, out) in theta.chunks_mut(BLOCK).enumerate() {
-        if means.stop.load(Ordering::Relaxed) {
-            return Err(Error::Interrupted);
-        }
-        local.truncate(out.len());
-        let slope = record.local(block * BLOCK, &mut local);
-        record.global(block, &local, slope, out);
-    }
+    let chunks: Vec<_> = theta.chunks_mut(BLOCK).map(Mutex::new).collect();
+    let threads = if points < 1 << 20 { 1 } else { means.threads };
+    let make = || vec![0.0; BLOCK];
+    for_each(threads, chunks.len(), means.stop, make, |local, block| {
+        let mut out = chunks[block].lock().expect("a block is written once");
+        let local = &mut local[..out.len()];
+        let slope = record.local(block * BLOCK, local);
+        record.global(block, local, slope, &mut out);
+    })?;
+    drop(chunks);
     Ok(theta)
 }
 

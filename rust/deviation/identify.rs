@@ -4,12 +4,14 @@
 //! §5.5.6. The phase taken every m points is detrended and differenced until its lag-1 autocorrelation r says
 //! stationary, δ = r/(1+r) < ¼ after d differences; then `S_y` ∝ f^α with α = 2 − 2(δ + d).
 
-use crate::phase::{Quantity, Record, Sample};
+use crate::phase::{Quantity, Record, Sample, plain_sum};
 
 /// Points used per factor: enough for the noise type, few enough to cost nothing beside the deviation.
 const POINTS: usize = 8192;
 /// Samples summed for one factor where there is no global phase.
 const STRETCH: usize = 1 << 18;
+/// Independent partial sums.
+const LANES: usize = 8;
 /// Fewer points than this say too little; the caller keeps the type of the next shorter time.
 const FEWEST: usize = 90;
 
@@ -52,20 +54,39 @@ fn exponent(phase: &[f64]) -> f64 {
     detrend(&mut z);
     let mut d = 0.0;
     loop {
-        let mean = z.iter().sum::<f64>() / z.len() as f64;
-        for v in &mut z {
-            *v -= mean;
-        }
-        let power: f64 = z.iter().map(|v| v * v).sum();
-        let lagged: f64 = z.windows(2).map(|w| w[0] * w[1]).sum();
+        let (power, lagged) = moments(&mut z);
         let r = lagged / power;
         let delta = r / (1.0 + r);
         if !delta.is_finite() || delta < 0.25 || d >= 2.0 {
             return (2.0 - 2.0 * (delta + d)).clamp(-4.0, 2.5);
         }
-        z = z.windows(2).map(|w| w[1] - w[0]).collect();
+        for i in 1..z.len() {
+            z[i - 1] = z[i] - z[i - 1];
+        }
+        z.pop();
         d += 1.0;
     }
+}
+
+/// Removes the mean; the sums of squares and of products of neighbours that are left.
+fn moments(z: &mut [f64]) -> (f64, f64) {
+    let mean = plain_sum(z) / z.len() as f64;
+    z.iter_mut().for_each(|v| *v -= mean);
+    let mut power = [0.0; LANES];
+    let mut lagged = [0.0; LANES];
+    let next = &z[1..];
+    let (here, there) = (z.chunks_exact(LANES), next.chunks_exact(LANES));
+    let whole = next.len() / LANES * LANES;
+    for (a, b) in here.zip(there) {
+        for i in 0..LANES {
+            power[i] += a[i] * a[i];
+            lagged[i] += a[i] * b[i];
+        }
+    }
+    let rest = |f: fn(&[f64]) -> f64| z[whole..].windows(2).map(f).sum::<f64>();
+    let last = z[z.len() - 1];
+    let power = power.iter().sum::<f64>() + rest(|w| w[0] * w[0]) + last * last;
+    (power, lagged.iter().sum::<f64>() + rest(|w| w[0] * w[1]))
 }
 
 /// Removes the least-squares parabola (orthogonal polynomials on an even grid).
@@ -73,17 +94,26 @@ fn detrend(z: &mut [f64]) {
     let n = z.len() as f64;
     let middle = (n - 1.0) / 2.0;
     let square = (n * n - 1.0) / 12.0;
-    for order in 0..3 {
-        let basis = |i: usize| {
-            let t = i as f64 - middle;
-            match order {
-                0 => 1.0,
-                1 => t,
-                _ => t * t - square,
-            }
-        };
-        let norm: f64 = (0..z.len()).map(|i| basis(i) * basis(i)).sum();
-        let along = z.iter().enumerate().map(|(i, v)| v * basis(i)).sum::<f64>() / norm;
-        z.iter_mut().enumerate().for_each(|(i, v)| *v -= along * basis(i));
+    let (mut level, mut tilt, mut bend) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    let mut t: [f64; LANES] = std::array::from_fn(|i| i as f64 - middle);
+    let chunks = z.chunks_exact(LANES);
+    let rest = chunks.remainder();
+    let mut add = |chunk: &[f64]| {
+        for (i, v) in chunk.iter().enumerate() {
+            level[i] += v;
+            tilt[i] += v * t[i];
+            bend[i] += v * (t[i] * t[i] - square);
+            t[i] += LANES as f64;
+        }
+    };
+    chunks.for_each(&mut add);
+    add(rest);
+    let sum = |lanes: [f64; LANES]| lanes.iter().sum::<f64>();
+    let level = sum(level) / n;
+    let tilt = sum(tilt) / (n * square);
+    let bend = sum(bend) / (n * (n * n - 1.0) * (n * n - 4.0) / 180.0);
+    for (i, v) in z.iter_mut().enumerate() {
+        let t = f64::from(i as u32) - middle;
+        *v -= level + t * tilt + (t * t - square) * bend;
     }
 }

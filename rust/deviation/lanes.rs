@@ -1,7 +1,8 @@
 //! The hot loop, once, for every width of vector: `Σ_k (θ[k+2m] − 2θ[k+m] + θ[k])²` of several m in one pass.
 //!
-//! Two shapes. A *chain* m, 2m, 4m, … shares loads: θ[k+2m] of one factor is θ[k+m'] of the next, which reaches
-//! the FMA limit. *Several* arbitrary factors share θ[k] only and are limited by loads.
+//! Three shapes. A *chain* m, 2m, 4m, … shares loads: θ[k+2m] of one factor is θ[k+m'] of the next, which reaches
+//! the FMA limit. *Rows* of one factor, the terms at k, k+m, k+2m, …, share them likewise and serve every m that is
+//! long enough for a row. *Several* short factors share θ[k] only and are limited by loads.
 
 // Instructions of a wider unit may only be inlined into a function that has them enabled.
 #![allow(clippy::inline_always)]
@@ -18,6 +19,13 @@ pub unsafe trait Lanes: Copy {
     /// # Safety
     /// `WIDTH` doubles must be readable from `from`; any alignment.
     unsafe fn load(from: *const f64) -> Self;
+    /// The first `count` < `WIDTH` doubles, zeros behind them.
+    ///
+    /// # Safety
+    /// `count` doubles must be readable from `from`.
+    unsafe fn load_some(from: *const f64, count: usize) -> Self;
+    /// a − b.
+    unsafe fn minus(a: Self, b: Self) -> Self;
     /// a − 2b + c.
     unsafe fn second_difference(a: Self, b: Self, c: Self) -> Self;
     /// d² + sum.
@@ -43,6 +51,15 @@ unsafe impl Lanes for Portable {
         Self(unsafe { from.cast::<[f64; 4]>().read_unaligned() })
     }
     #[inline(always)]
+    unsafe fn load_some(from: *const f64, count: usize) -> Self {
+        // SAFETY: the caller vouches for `count` readable doubles.
+        Self(std::array::from_fn(|i| if i < count { unsafe { from.add(i).read() } } else { 0.0 }))
+    }
+    #[inline(always)]
+    unsafe fn minus(a: Self, b: Self) -> Self {
+        Self(std::array::from_fn(|i| a.0[i] - b.0[i]))
+    }
+    #[inline(always)]
     unsafe fn second_difference(a: Self, b: Self, c: Self) -> Self {
         Self(std::array::from_fn(|i| (a.0[i] + c.0[i]) - 2.0 * b.0[i]))
     }
@@ -59,8 +76,8 @@ unsafe impl Lanes for Portable {
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use std::arch::x86_64::{
-        __m256d, _mm256_add_pd, _mm256_fmadd_pd, _mm256_fnmadd_pd, _mm256_loadu_pd, _mm256_set1_pd,
-        _mm256_setzero_pd, _mm256_storeu_pd,
+        __m256d, _mm256_add_pd, _mm256_fmadd_pd, _mm256_fnmadd_pd, _mm256_loadu_pd, _mm256_loadu_si256,
+        _mm256_maskload_pd, _mm256_set1_pd, _mm256_setzero_pd, _mm256_storeu_pd, _mm256_sub_pd,
     };
 
     /// Four doubles of AVX2 with FMA.
@@ -79,6 +96,18 @@ mod x86 {
         unsafe fn load(from: *const f64) -> Self {
             // SAFETY: four readable doubles (contract of `load`); the load is unaligned.
             Self(unsafe { _mm256_loadu_pd(from) })
+        }
+        #[inline(always)]
+        unsafe fn load_some(from: *const f64, count: usize) -> Self {
+            const MASK: [i64; 8] = [-1, -1, -1, -1, 0, 0, 0, 0];
+            let mask = &MASK[4 - count.min(4)..];
+            // SAFETY: four whole numbers are readable from `mask`; of `from` only the `count` lanes of the mask are.
+            Self(unsafe { _mm256_maskload_pd(from, _mm256_loadu_si256(mask.as_ptr().cast())) })
+        }
+        #[inline(always)]
+        unsafe fn minus(a: Self, b: Self) -> Self {
+            // SAFETY: AVX is there (contract of the trait).
+            Self(unsafe { _mm256_sub_pd(a.0, b.0) })
         }
         #[inline(always)]
         unsafe fn second_difference(a: Self, b: Self, c: Self) -> Self {
@@ -174,5 +203,48 @@ pub unsafe fn several<V: Lanes, const T: usize, const U: usize>(
             }
         }
         out
+    }
+}
+
+/// Sum for one factor m over `blocks` blocks of J rows: k = (block·J + row)·m + i, i = 0..row.
+///
+/// With `row` = m these are the terms k = 0..blocks·J·m, for which J + 2 loads serve J terms.
+///
+/// # Safety
+/// The processor has the instructions of `V`; `(blocks·J + 1)·m + row` doubles are readable from `theta`.
+#[inline(always)]
+pub unsafe fn rows<V: Lanes, const J: usize>(theta: *const f64, m: usize, row: usize, blocks: usize) -> f64 {
+    // SAFETY: the largest index read is ((blocks − 1)·J + J + 1)·m + row − 1; lanes beyond a row are not read.
+    unsafe {
+        let mut sums = [V::zero(); J];
+        let whole = row - row % V::WIDTH;
+        for block in 0..blocks {
+            let start = theta.add(block * J * m);
+            let mut i = 0;
+            while i < whole {
+                let at = start.add(i);
+                let mut last = V::load(at.add(m));
+                let mut gain = V::minus(last, V::load(at));
+                for (j, sum) in sums.iter_mut().enumerate() {
+                    let next = V::load(at.add((j + 2) * m));
+                    let more = V::minus(next, last);
+                    *sum = V::add_square(V::minus(more, gain), *sum);
+                    (last, gain) = (next, more);
+                }
+                i += V::WIDTH;
+            }
+            if whole < row {
+                let (at, count) = (start.add(whole), row - whole);
+                let mut last = V::load_some(at.add(m), count);
+                let mut gain = V::minus(last, V::load_some(at, count));
+                for (j, sum) in sums.iter_mut().enumerate() {
+                    let next = V::load_some(at.add((j + 2) * m), count);
+                    let more = V::minus(next, last);
+                    *sum = V::add_square(V::minus(more, gain), *sum);
+                    (last, gain) = (next, more);
+                }
+            }
+        }
+        sums.iter().map(|sum| sum.total()).sum()
     }
 }

@@ -10,6 +10,7 @@ mod modified_total;
 pub mod naive;
 pub mod pages;
 pub mod parallel;
+mod stretches;
 pub mod sums;
 mod theo;
 mod tie;

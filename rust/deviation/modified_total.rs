@@ -2,20 +2,26 @@
 //!
 //! NIST SP 1065 §5.2.13 and 5.2.14. A stretch reflected evenly at both ends is one period of a sequence of period 6m
 //! that is even about both ends: the 6m second differences of m-point sums are third differences of its running
-//! sum E, which is odd, so that D(i) = D(−3m − i) and half of them suffice. They cost O(1) each from the running sum.
+//! sum E, which is odd, so that D(i) = D(−3m − i) and half of them suffice. They cost O(1) each from the running sum;
+//! of long stretches all are summed together (`stretches.rs`).
 
 use super::family::Piece;
 use super::sums::Width;
+
+/// From this factor on stretches are summed together.
+const LONG: usize = 24;
 
 /// Σ over stretches of Σ D², of the phase itself.
 pub fn of_phase(piece: &Piece<'_>, work: &mut Vec<f64>) -> (f64, u64) {
     let points = piece.n + 3 * piece.m - 1;
     let mut running = Vec::with_capacity(points + 1);
-    let origin = piece.theta[points / 2];
+    // The line through its ends is trend, which no stretch sees.
+    let (origin, last) = (piece.theta[0], piece.theta[points - 1]);
+    let slope = (last - origin) / (points - 1).max(1) as f64;
     let mut sum = 0.0;
     running.push(0.0);
-    running.extend(piece.theta[..points].iter().map(|v| {
-        sum += v - origin;
+    running.extend(piece.theta[..points].iter().enumerate().map(|(i, v)| {
+        sum += (v - origin) - slope * f64::from(i as u32);
         sum
     }));
     (stretches(&running, piece, work), piece.n as u64)
@@ -28,6 +34,9 @@ pub fn of_rates(piece: &Piece<'_>, work: &mut Vec<f64>) -> (f64, u64) {
 
 fn stretches(running: &[f64], piece: &Piece<'_>, work: &mut Vec<f64>) -> f64 {
     let m = piece.m;
+    if m >= LONG {
+        return super::stretches::sum(running, piece.n, m);
+    }
     work.resize(6 * m + 2, 0.0);
     (0..piece.n).map(|k| around(piece.width, &running[k..=k + 3 * m], m, work)).sum()
 }

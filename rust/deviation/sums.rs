@@ -6,6 +6,8 @@ use super::lanes::{self, Lanes, Portable};
 const STRIP: usize = 4096;
 /// Factors in one pass.
 const GROUP: usize = 4;
+/// From this factor on a row of m terms is long enough to be summed by itself.
+const ROW: usize = 48;
 
 /// The vector unit to use. Only [`Width::best`] makes wide ones, after asking the processor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,12 +47,20 @@ pub struct Group {
     m: [usize; GROUP],
     place: [usize; GROUP],
     len: usize,
-    chain: bool,
+    shape: Shape,
+}
+
+/// How a group is summed: see `lanes.rs`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shape {
+    Chain,
+    Several,
+    Rows,
 }
 
 impl Group {
-    fn new(members: &[(usize, usize)], chain: bool) -> Self {
-        let mut group = Self { m: [0; GROUP], place: [0; GROUP], len: members.len(), chain };
+    fn new(members: &[(usize, usize)], shape: Shape) -> Self {
+        let mut group = Self { m: [0; GROUP], place: [0; GROUP], len: members.len(), shape };
         for (i, (place, m)) in members.iter().enumerate() {
             (group.m[i], group.place[i]) = (*m, *place);
         }
@@ -88,10 +98,12 @@ pub fn groups(factors: &[(usize, usize)]) -> Vec<Group> {
         if members.len() < 3 {
             loose.extend(members);
         } else {
-            groups.extend(members.chunks(GROUP).map(|part| Group::new(part, true)));
+            groups.extend(members.chunks(GROUP).map(|part| Group::new(part, Shape::Chain)));
         }
     }
-    groups.extend(loose.chunks(GROUP).map(|part| Group::new(part, false)));
+    let (short, long) = loose.split_at(loose.partition_point(|(_, m)| *m < ROW));
+    groups.extend(short.chunks(GROUP).map(|part| Group::new(part, Shape::Several)));
+    groups.extend(long.iter().map(|part| Group::new(&[*part], Shape::Rows)));
     groups
 }
 
@@ -108,9 +120,16 @@ pub fn add(
     let first = runs.partition_point(|run| run.1 <= from);
     for &(start, end) in runs[first..].iter().take_while(|run| run.0 < to) {
         let from = from.max(start);
+        for group in groups.iter().filter(|group| group.shape == Shape::Rows) {
+            let m = group.m[0];
+            let to = to.min((end + 1).saturating_sub(2 * m));
+            if to > from {
+                sums[group.place[0]] += group_sums(width, &theta[from - origin..], group, to - from)[0];
+            }
+        }
         for strip in (from..to.min(end)).step_by(STRIP) {
             let to = to.min(strip + STRIP);
-            for group in groups {
+            for group in groups.iter().filter(|group| group.shape != Shape::Rows) {
                 let last = |m: usize| to.min((end + 1).saturating_sub(2 * m)).max(strip);
                 let common = group.members().map(|(_, m)| last(m)).min().unwrap_or(strip);
                 if common > strip {
@@ -129,25 +148,32 @@ pub fn add(
 }
 
 /// Like [`add`] without runs, for a phase with NaN in it: terms that are NaN are left out, the others counted.
+///
+/// A strip whose sum is a number has no NaN in it; only the others are gone through term by term.
 pub fn add_with_gaps(
+    width: Width,
     (theta, origin): (&[f64], usize),
     (from, to): (usize, usize),
     factors: &[(usize, usize)],
     sums: &mut [f64],
     counts: &mut [u64],
 ) {
-    let theta = &theta[from - origin..];
-    for &(place, m) in factors {
-        let n = (to - from).min(theta.len().saturating_sub(2 * m));
-        let (a, b, c) = (&theta[..n], &theta[m.min(theta.len())..], &theta[(2 * m).min(theta.len())..]);
-        let (mut sum, mut count) = (0.0, 0);
-        for ((a, b), c) in a.iter().zip(b).zip(c) {
-            let d = (a + c) - 2.0 * b;
-            sum += if d.is_nan() { 0.0 } else { d * d };
-            count += u64::from(!d.is_nan());
+    for strip in (from..to).step_by(STRIP) {
+        let theta = &theta[strip - origin..];
+        for &(place, m) in factors {
+            let n = STRIP.min(to - strip).min(theta.len().saturating_sub(2 * m));
+            let (mut sum, mut count) = (one(width, theta, m, n), n as u64);
+            if sum.is_nan() {
+                (sum, count) = (0.0, 0);
+                for ((a, b), c) in theta[..n].iter().zip(&theta[m..]).zip(&theta[2 * m..]) {
+                    let d = (a + c) - 2.0 * b;
+                    sum += if d.is_nan() { 0.0 } else { d * d };
+                    count += u64::from(!d.is_nan());
+                }
+            }
+            sums[place] += sum;
+            counts[place] += count;
         }
-        sums[place] += sum;
-        counts[place] += count;
     }
 }
 
@@ -178,10 +204,19 @@ pub fn add_adjacent(
 
 /// Σ over k = 0..n for one factor.
 pub fn one(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
-    group_sums(width, theta, &Group::new(&[(0, m)], false), n)[0]
+    group_sums(width, theta, &Group::new(&[(0, m)], Shape::Several), n)[0]
+}
+
+/// The same by rows where m is long enough for them.
+pub fn one_by_rows(width: Width, theta: &[f64], m: usize, n: usize) -> f64 {
+    let shape = if m < ROW { Shape::Several } else { Shape::Rows };
+    group_sums(width, theta, &Group::new(&[(0, m)], shape), n)[0]
 }
 
 fn group_sums(width: Width, theta: &[f64], group: &Group, n: usize) -> [f64; GROUP] {
+    if n == 0 {
+        return [0.0; GROUP];
+    }
     let reach = group.m[..group.len].iter().max().map_or(0, |m| 2 * m);
     assert!(n + reach <= theta.len(), "a term reaches beyond the phase");
     match width.0 {
@@ -211,9 +246,10 @@ unsafe fn dispatch<V: Lanes>(theta: *const f64, group: &Group, n: usize) -> [f64
     let mut out = [0.0; GROUP];
     // SAFETY: the contract of the loops is this function's.
     unsafe {
-        match (group.chain, group.len) {
-            (true, 4) => out = lanes::chain::<V, 4>(theta, m[0], n),
-            (true, 3) => out[..3].copy_from_slice(&lanes::chain::<V, 3>(theta, m[0], n)),
+        match (group.shape, group.len) {
+            (Shape::Rows, _) => out[0] = by_rows::<V>(theta, m[0], n),
+            (Shape::Chain, 4) => out = lanes::chain::<V, 4>(theta, m[0], n),
+            (Shape::Chain, 3) => out[..3].copy_from_slice(&lanes::chain::<V, 3>(theta, m[0], n)),
             (_, 4) => out = lanes::several::<V, 4, 1>(theta, m, n),
             (_, 3) => out[..3].copy_from_slice(&lanes::several::<V, 3, 1>(theta, [m[0], m[1], m[2]], n)),
             (_, 2) => out[..2].copy_from_slice(&lanes::several::<V, 2, 2>(theta, [m[0], m[1]], n)),
@@ -222,4 +258,30 @@ unsafe fn dispatch<V: Lanes>(theta: *const f64, group: &Group, n: usize) -> [f64
         }
     }
     out
+}
+
+/// # Safety
+/// The processor has the instructions of `V`; `n + 2m` doubles are readable from `theta`.
+#[allow(clippy::inline_always)] // as above
+#[inline(always)]
+unsafe fn by_rows<V: Lanes>(theta: *const f64, m: usize, n: usize) -> f64 {
+    let mut sum = 0.0;
+    let mut done = 0;
+    let mut take = |rows: usize| {
+        let (blocks, at) = ((n - done) / (rows * m), done);
+        done += blocks * rows * m;
+        (blocks, at)
+    };
+    // SAFETY: the terms of each call lie within 0..n.
+    unsafe {
+        let (blocks, at) = take(8);
+        sum += lanes::rows::<V, 8>(theta.add(at), m, m, blocks);
+        let (blocks, at) = take(4);
+        sum += lanes::rows::<V, 4>(theta.add(at), m, m, blocks);
+        let (blocks, at) = take(2);
+        sum += lanes::rows::<V, 2>(theta.add(at), m, m, blocks);
+        let (blocks, at) = take(1);
+        sum += lanes::rows::<V, 1>(theta.add(at), m, m, blocks);
+        sum + lanes::rows::<V, 1>(theta.add(done), m, n - done, usize::from(n > done))
+    }
 }

@@ -1,15 +1,44 @@
 //! Total variance: second differences about every inner point of the record reflected at its ends.
 //!
 //! NIST SP 1065 eq. 25: the reflection is odd about the first and the last point, θ*(−j) = 2θ(0) − θ(j), so that all
-//! N − 2 centres serve every m up to N − 1.
+//! N − 2 centres serve every m up to N − 1. Centres farther than m from both ends are those of the Allan variance.
+
+use super::sums::{self, Width};
 
 /// Σ (θ*[i−m] − 2θ[i] + θ*[i+m])² over the centres i in `span`; those whose stretch of samples holds a gap are left
-/// out. `runs` are (first, last) finite points.
-pub fn reflected(theta: &[f64], runs: &[(usize, usize)], span: (usize, usize), m: usize) -> (f64, u64) {
+/// out, and those that are NaN. `runs` are (first, last) points without a gap between them.
+pub fn reflected(
+    width: Width,
+    theta: &[f64],
+    runs: &[(usize, usize)],
+    (from, to): (usize, usize),
+    m: usize,
+) -> (f64, u64) {
+    let last = theta.len() - 1;
+    let (from, to) = (from.max(1), to.min(last));
+    if runs != [(0, last)] {
+        return one_by_one(theta, runs, (from, to), m);
+    }
+    // Whole: the inner centres by the fast loop, if what comes out is a number.
+    let first = from.max(m);
+    let end = to.min((last + 1).saturating_sub(m));
+    if first >= end {
+        return one_by_one(theta, runs, (from, to), m);
+    }
+    let inner = sums::one_by_rows(width, &theta[first - m..], m, end - first);
+    if inner.is_nan() {
+        return one_by_one(theta, runs, (from, to), m);
+    }
+    let (left, left_count) = one_by_one(theta, runs, (from, first), m);
+    let (right, right_count) = one_by_one(theta, runs, (end, to), m);
+    (left + inner + right, left_count + (end - first) as u64 + right_count)
+}
+
+fn one_by_one(theta: &[f64], runs: &[(usize, usize)], (from, to): (usize, usize), m: usize) -> (f64, u64) {
     let last = theta.len() - 1;
     let (mut sum, mut count) = (0.0, 0);
     let mut run = 0;
-    for i in span.0.max(1)..span.1.min(last) {
+    for i in from..to {
         let (lowest, left) =
             if i >= m { (i - m, theta[i.saturating_sub(m)]) } else { (0, 2.0 * theta[0] - theta[m - i]) };
         let over = (i + m).saturating_sub(last);
@@ -26,8 +55,10 @@ pub fn reflected(theta: &[f64], runs: &[(usize, usize)], span: (usize, usize), m
             }
         }
         let d = (left + right) - 2.0 * theta[i];
-        sum += d * d;
-        count += 1;
+        if !d.is_nan() {
+            sum += d * d;
+            count += 1;
+        }
     }
     (sum, count)
 }

@@ -141,7 +141,8 @@ impl<'a, T: Sample> Series<'a, T> {
     }
 
     /// Writes `x[start + i] − base` to `out[i]`.
-    #[inline]
+    #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
+    #[inline(always)]
     pub fn load(&self, start: usize, base: T::Base, out: &mut [f64]) {
         if self.step == 1 {
             let from = &self.data[self.first + start..][..out.len()];

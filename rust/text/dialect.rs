@@ -176,10 +176,12 @@ fn quoted(sample: &[Line]) -> bool {
 }
 
 /// Rows of nothing but numbers weigh most, as many as have the same number of cells; then numbers. A
-/// delimiter that separates nothing weighs nothing.
+/// delimiter that separates nothing weighs nothing; nor does a decimal comma that may as well be a separator in most
+/// lines ("1,2"): one short row must not turn two columns into one.
 fn score(sample: &[Line], delimiter: Delimiter, comma: bool) -> usize {
     let mut numbers = 0;
     let mut widths = BTreeMap::new();
+    let mut either = 0;
     for line in sample {
         let cells = split(line.text, delimiter);
         if cells.len() == 1 && delimiter != Delimiter::Space {
@@ -189,9 +191,13 @@ fn score(sample: &[Line], delimiter: Delimiter, comma: bool) -> usize {
         numbers += good;
         if good == cells.len() {
             *widths.entry(good).or_insert(0) += 1;
+            either += usize::from(comma && good == 1 && cells[0].contains(&b','));
         }
     }
     let rows: usize = widths.into_values().max().unwrap_or(0);
+    if delimiter == Delimiter::Space && 2 * either > rows {
+        return numbers;
+    }
     1_000_000 * rows + numbers
 }
 

@@ -39,23 +39,27 @@ def command(log: str, kind: str, taus: str, plot: str | None, options: LogOption
     from allanite.cli import output
 
     output.check_targets(plot)
-    piped = _streams(log, kind, taus, options)
-    results = _stream(options, taus) if piped else _whole(log, kind, taus, options)
+    passing = _streams(log, kind, taus, options)
+    results = _stream(log, options, taus) if passing else _whole(log, kind, taus, options)
     output.plot(results, [r.recording.columns[0] for r in results], plot)
     output.notes([r.recording for r in results], options)
     output.show(results, options)
 
 
 def _streams(log: str, kind: str, taus: str, options: LogOptions) -> bool:
-    """Tell whether standard input can be taken as it comes, without being kept."""
+    """Tell whether the log is to be taken as it comes, without being kept."""
+    from allanite.cli.stream import too_large
+
     simple = options.trim is None and options.decimate is None
-    return log == PIPE and kind == "oadev" and simple and (taus.isdigit() or taus == "octave")
+    if kind != "oadev" or not simple or not (taus.isdigit() or taus == "octave"):
+        return False
+    return log == PIPE or too_large(log)
 
 
-def _stream(options: LogOptions, taus: str) -> list[_Measured]:
+def _stream(log: str, options: LogOptions, taus: str) -> list[_Measured]:
     from allanite.cli.stream import deviations
 
-    return [_Measured(stream, deviation) for stream, deviation in deviations(options, taus)]
+    return [_Measured(stream, deviation) for stream, deviation in deviations(options, taus, log)]
 
 
 def _whole(log: str, kind: str, taus: str, options: LogOptions) -> list[_Measured]:

@@ -1,9 +1,10 @@
-"""The Allan deviation of a text log that arrives on standard input, in constant memory."""
+"""The Allan deviation of a log that is not kept: standard input, or a file too large for the memory."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from allanite.cli.pipe import NAME, PIPE
 from allanite.errors import InputError, TooShortError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from allanite.accumulator import Accumulator
@@ -19,9 +22,34 @@ if TYPE_CHECKING:
     from allanite.deviation import Deviation
     from allanite.readers._choice import Choice, Request
 
-__all__ = ["Stream", "deviations"]
+    _Header = tuple[tuple[str, ...], tuple[str | None, ...]]
+
+__all__ = ["Stream", "deviations", "too_large"]
 
 ROWS = 1 << 16  # taken at a time
+SHARE = 0.5  # of the free memory that a log may take before it is read in chunks
+
+
+def too_large(path: str) -> bool:
+    """Tell whether a text log or NPY file is better read in chunks than kept."""
+    file = Path(path)
+    if not file.is_file() or file.stat().st_size <= SHARE * free_memory():
+        return False
+    with file.open("rb") as stream:
+        head = stream.read(4096)
+    return head.startswith(NPY) or b"\0" not in head
+
+
+def free_memory() -> float:
+    """Bytes that can be had without pushing others out; infinite where nothing tells."""
+    try:
+        lines = Path("/proc/meminfo").read_text("ascii").splitlines()
+        return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvail"))
+    except (OSError, StopIteration, ValueError, IndexError):
+        return math.inf
+
+
+NPY = b"\x93NUMPY"
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +87,8 @@ class Stream:
         }
 
 
-def deviations(options: LogOptions, taus: str) -> list[tuple[Stream, Deviation]]:
-    """Read standard input to its end and return the deviation of each column.
+def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[Stream, Deviation]]:
+    """Read a log to its end, once, and return the deviation of each column.
 
     Parameters
     ----------
@@ -68,6 +96,8 @@ def deviations(options: LogOptions, taus: str) -> list[tuple[Stream, Deviation]]
         Without --trim and --decimate, which need the log itself.
     taus : str
         ``octave``, or a number of points per decade.
+    log : str
+        Text or NPY file, or ``-``.
 
     Raises
     ------
@@ -76,9 +106,7 @@ def deviations(options: LogOptions, taus: str) -> list[tuple[Stream, Deviation]]
     TooShortError
         Too few rows.
     """
-    from allanite._kernels import TextReader
     from allanite.readers._choice import Request, choose
-    from allanite.readers.text import split_header
 
     request = Request(
         options.rate,
@@ -88,28 +116,60 @@ def deviations(options: LogOptions, taus: str) -> list[tuple[Stream, Deviation]]
         options.covariate,
         options.time_column,
     )
-    reader = TextReader(PIPE)
-    first = reader.next(ROWS)
+    name = NAME if log == PIPE else log
+    header, chunks = _chunks(log)
+    first = next(chunks, None)
     if first is None or len(first) < 3:
-        raise TooShortError(f"{NAME}: too few rows of numbers")
-    if reader.header is None:
-        k = first.shape[1]
-        names: tuple[str, ...] = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
-        units: tuple[str | None, ...] = (None,) * k
-    else:
-        names, units = split_header(reader.header)
-    choice = choose(names, units, request, NAME)
-    rate = _rate(first, choice, names, units, request)
+        raise TooShortError(f"{name}: too few rows of numbers")
+    names, units = header or _nameless(first.shape[1])
+    choice = choose(names, units, request, name)
+    rate = _rate(first, choice, names, units, request, name)
     columns = [
-        _Column(names[i], units[i], i, rate, request, taus, options.output_unit)
+        _Column(names[i], units[i], i, rate, request, taus, options.output_unit, name)
         for i in choice.samples
     ]
     chunk: NDArray[np.float64] | None = first
     while chunk is not None:
         for column in columns:
             column.take(chunk)
-        chunk = reader.next(ROWS)
+        chunk = next(chunks, None)
     return [column.result() for column in columns]
+
+
+def _nameless(k: int) -> _Header:
+    return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k)), (None,) * k
+
+
+def _chunks(log: str) -> tuple[_Header | None, Iterator[NDArray[np.float64]]]:
+    """Names and units where the log has them, and its rows a chunk at a time."""
+    from allanite._kernels import TextReader
+    from allanite.readers.text import split_header
+
+    if log != PIPE:
+        with Path(log).open("rb") as stream:
+            if stream.read(len(NPY)) == NPY:
+                return None, _mapped(log)
+    reader = TextReader(log)
+    header = None if reader.header is None else split_header(reader.header)
+
+    def rows() -> Iterator[NDArray[np.float64]]:
+        while (chunk := reader.next(ROWS)) is not None:
+            yield chunk
+
+    return header, rows()
+
+
+def _mapped(log: str) -> Iterator[NDArray[np.float64]]:
+    """Rows of an array that stays in its file."""
+    data = np.load(log, mmap_mode="r", allow_pickle=False)
+    if data.ndim not in (1, 2) or data.dtype.kind not in "iufb":
+        raise InputError(
+            f"{log}: samples must be numbers of shape (n,) or (n, columns), found {data.dtype} of"
+            f" shape {data.shape}"
+        )
+    for at in range(0, len(data), ROWS):
+        rows = np.asarray(data[at : at + ROWS], np.float64)
+        yield rows if rows.ndim == 2 else rows[:, np.newaxis]
 
 
 def _rate(
@@ -118,6 +178,7 @@ def _rate(
     names: tuple[str, ...],
     units: tuple[str | None, ...],
     request: Request,
+    log: str,
 ) -> float:
     """Sampling rate as given, or of the first rows' time stamps; later gaps are not seen."""
     from allanite.readers._table import time_unit_of
@@ -125,10 +186,10 @@ def _rate(
 
     if request.rate is not None:
         if not (math.isfinite(request.rate) and request.rate > 0):
-            raise InputError(f"{NAME}: the rate must be a positive number of Hz")
+            raise InputError(f"{log}: the rate must be a positive number of Hz")
         return request.rate
     if choice.time is None:
-        raise InputError(f"{NAME}: no sampling rate: give --rate HZ or a time column")
+        raise InputError(f"{log}: no sampling rate: give --rate HZ or a time column")
     at = choice.time
     return read_stamps(first[:, at], time_unit_of(names[at], units[at])).rate
 
@@ -145,13 +206,15 @@ class _Column:
         request: Request,
         taus: str,
         output_unit: str | None,
+        log: str,
     ) -> None:
         from allanite.accumulator import Accumulator
         from allanite.readers._choice import unit_of
         from allanite.units import conversion, parse_unit, rate_unit
 
         quantity = request.quantity or ("angle" if own == "s" else "rate")
-        said = unit_of(name, own, request.unit, quantity, NAME)
+        said = unit_of(name, own, request.unit, quantity, log)
+        self.log = log
         self.name, self.at, self.rate, self.quantity = name, at, rate, quantity
         self.unit = rate_unit(said, quantity).name
         self.factor = 1.0
@@ -179,5 +242,9 @@ class _Column:
     def result(self) -> tuple[Stream, Deviation]:
         """Description and deviation."""
         sums = self.sums
-        stream = Stream(NAME, (self.name,), sums.n, self.rate, self.unit, sums.gaps)
-        return stream, sums.oadev()
+        stream = Stream(self.log, (self.name,), sums.n, self.rate, self.unit, sums.gaps)
+        found = sums.oadev()
+        if self.log != NAME:
+            note = "log read in chunks: it would take more than half of the free memory"
+            found = replace(found, diagnostics=(note, *found.diagnostics))
+        return stream, found

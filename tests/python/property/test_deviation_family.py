@@ -53,7 +53,8 @@ def test_constant_scale_and_direction(kind, seed, n, constant):
         np.testing.assert_allclose(turned.deviation, base.deviation, rtol=1e-8, atol=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["ohdev", "mdev", "pdev", "mtotdev", "htotdev", "theo1", "tierms"])
+# (of the parabolic variance every side would leave its last term out)
+@pytest.mark.parametrize("kind", ["ohdev", "mdev", "mtotdev", "htotdev", "theo1", "tierms"])
 @given(seed=SEEDS, n=st.integers(30, 120), hole=st.integers(1, 28))
 @settings(deadline=None, max_examples=20)
 def test_a_gap_leaves_the_terms_of_both_sides(kind, seed, n, hole):

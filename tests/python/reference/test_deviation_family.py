@@ -1,5 +1,7 @@
 """The family against published numbers: NBS14 (NIST SP 1065 p. 107-109) and Stable32 1.60."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -50,6 +52,8 @@ LONG = {
 @pytest.mark.parametrize("kind", SHORT)
 def test_nbs14(kind):
     estimator = getattr(deviation, kind)
+    if "tot" in kind:
+        estimator = partial(estimator, unbiased=True)
     digits = 5e-7 if "tot" in kind else 2e-8  # as many as are printed
     np.testing.assert_allclose(estimator(TEN, factors=[1, 2]).deviation, SHORT[kind], rtol=digits)
     np.testing.assert_allclose(
@@ -62,12 +66,19 @@ def test_nbs14(kind):
     np.testing.assert_allclose(again.deviation, SHORT[kind], rtol=digits)
 
 
-def test_bias_is_divided_out_and_said():
-    # Stable32 1.60 leaves the bias of the modified total in: 0.206639143 instead of 0.2418528.
+def test_bias_is_a_choice_and_said():
+    # Stable32 1.60 leaves the bias of the modified total in, and so does the default.
     curve = deviation.mtotdev(thousand(), factors=[1, 10, 100])
     expected = [0.206639143, 0.0555288598, 0.0195467513]
+    np.testing.assert_allclose(curve.deviation, expected, rtol=1e-8)
+    assert any("bias of mtotdev left in" in note for note in curve.diagnostics)
+    curve = deviation.mtotdev(thousand(), factors=[1, 10, 100], unbiased=True)
     np.testing.assert_allclose(curve.deviation * np.sqrt(0.73), expected, rtol=1e-8)
-    assert any("bias" in note for note in curve.diagnostics)
+    assert any("divided out" in note for note in curve.diagnostics)
+    # That of the Hadamard total is removed by default, from m = 2 on.
+    raw = deviation.htotdev(thousand(), factors=[1, 10, 100], unbiased=False)
+    np.testing.assert_allclose(raw.deviation, [0.294388329, 0.0959072041, 0.0305044788], rtol=1e-8)
+    assert any("divided out" in note for note in deviation.htotdev(thousand()).diagnostics)
 
 
 def test_theo1():

@@ -417,6 +417,34 @@ def test_every_kind_of_deviation(run, log, kind):
     assert document["points"][0]["deviation"] > 0
 
 
+def test_a_log_larger_than_memory_is_read_in_chunks(run, log, tmp_path, monkeypatch):
+    from allanite.cli import stream
+
+    def adev(*arguments):
+        code, out, err = run("adev", *arguments, "--json")
+        assert code == 0, err
+        return strict(out)
+
+    x = np.cumsum(RNG.standard_normal((3000, 2)), axis=0)
+    np.save(tmp_path / "x.npy", x)
+    for file, options in ((log, ()), (tmp_path / "x.npy", ("--rate", 10, "--column", "x1"))):
+        whole = adev(file, *options)
+        with monkeypatch.context() as patch:
+            patch.setattr(stream, "free_memory", lambda: 1e3)
+            assert stream.too_large(str(file))
+            chunked = adev(file, *options)
+        assert "chunks" in chunked["diagnostics"][0]
+        assert chunked["recording"]["n"] == whole["recording"]["n"]
+        assert chunked["recording"]["column"] == whole["recording"]["column"]
+        same = {p["m"]: p["deviation"] for p in whole["points"]}
+        near = [p for p in chunked["points"] if p["m"] < 32]
+        assert len(near) == 5
+        for point in near:
+            assert point["deviation"] == pytest.approx(same[point["m"]], rel=1e-9)
+    assert not stream.too_large(str(log))
+    assert not stream.too_large("no such file")
+
+
 def test_adev_of_a_pipe_needs_no_memory_of_it(run, log):
     needs("accumulator")
     code, out, err = piped(log.read_bytes(), "adev", "-", "--json")

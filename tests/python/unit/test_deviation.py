@@ -9,10 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from allanite import _kernels
+from allanite import _kernels, deviation
 from allanite.deviation import adev, oadev
 from allanite.errors import InputError, TooShortError
 from allanite.identification import degrees_of_freedom
+from allanite.recording import Recording
+from allanite.theo import theo1
 
 X = np.random.default_rng(0).normal(size=1000)
 
@@ -52,6 +54,37 @@ def test_array_likes():
     masked = np.ma.masked_array(X, mask=np.arange(1000) == 500)
     assert oadev(masked).n[0] == 997
     assert "1 of 1000 samples are missing" in oadev(masked).diagnostics
+
+
+def test_gaps_are_counted_at_every_averaging_time():
+    x = X.copy()
+    x[[300, 301, 700]] = np.nan
+    angle = np.concatenate([[0.0], np.cumsum(X)])
+    angle[[300, 700]] = np.nan
+    for name in ("oadev", "adev", "ohdev", "hdev", "mdev", "pdev", "totdev", "tierms", "mtie"):
+        kind = getattr(deviation, name)
+        for samples, quantity in ((x, "rate"), (angle, "angle")):
+            with_gaps = kind(samples, quantity=quantity)
+            without = kind(np.nan_to_num(samples), quantity=quantity)
+            assert (with_gaps.lost == without.n - with_gaps.n).all()
+            assert (with_gaps.lost > 0).any()
+            assert (without.lost == 0).all()
+            assert "left out" in " ".join(with_gaps.diagnostics)
+    assert (theo1(x).lost == theo1(np.nan_to_num(x)).n - theo1(x).n).all()
+    assert (oadev(x).lost[:3] == [2 + 3, 4 + 4 + 1, 8 + 8 + 1]).all()
+    # Scattered: every 50th sample. A remedy is named, and works.
+    x = X.copy()
+    x[::50] = np.nan
+    assert "decimate" in oadev(x).diagnostics[-1]
+    assert np.isnan(oadev(x).deviation[-1])
+    log = Recording(x, rate=1.0)
+    assert any("decimate" in finding.message for finding in log.audit)
+    averaged = log.decimate(10)
+    assert not np.isnan(averaged.samples).any()
+    assert averaged.samples[5] == pytest.approx(np.nanmean(x[50:60]), rel=1e-14)
+    assert np.isnan(
+        Recording(np.where(np.arange(1000) < 6, np.nan, X), rate=1.0).decimate(10).samples[0]
+    )
 
 
 def test_memory_map(tmp_path):

@@ -238,3 +238,10 @@ def test_what_is_written_is_read(tmp_path_factory, data, width, delimiter, end, 
     expected = np.array([[value for _, value in row] for row in rows])
     np.testing.assert_array_equal(np.column_stack(columns), expected)
     assert meta["missing"] == np.isnan(expected).sum()
+
+
+def test_a_short_row_does_not_make_commas_decimal(tmp_path):
+    log = tmp_path / "log.csv"
+    log.write_text("1,2\n3,4\n5,6\n7\n")
+    with pytest.raises(InputError, match="row 4"):
+        _core.read_text(str(log))

@@ -1,0 +1,66 @@
+"""Terms that missing samples cost."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["complete", "said"]
+
+#: Share of the terms of one averaging time whose loss deserves advice.
+MANY = 0.5
+
+
+def complete(kind: str, m: NDArray[np.int64], points: int) -> NDArray[np.int64]:
+    """Terms of `kind` at each averaging factor of a record of `points` phase points without gaps."""
+    if kind in ("oadev", "pdev"):
+        n = points - 2 * m
+    elif kind == "adev":
+        n = -((2 * m - points) // m)
+    elif kind == "hdev":
+        n = -((3 * m - points) // m)
+    elif kind == "ohdev" or kind == "htotdev":
+        n = points - 3 * m
+    elif kind in ("mdev", "mtotdev"):
+        n = points - 3 * m + 1
+    elif kind == "totdev":
+        n = np.full_like(m, points - 2)
+    else:
+        n = points - m
+    return np.asarray(np.maximum(n, 0), np.int64)
+
+
+def said(
+    missing: int, samples: int, tau: NDArray[np.float64], lost: NDArray[np.float64]
+) -> tuple[str, ...]:
+    """What to know of a curve whose samples are partly missing.
+
+    Parameters
+    ----------
+    missing, samples : int
+        Missing samples, and all of them.
+    tau : ndarray of shape (k,)
+        Averaging times, s.
+    lost : ndarray of shape (k,)
+        Share of the terms that is lost at each.
+    """
+    if not missing:
+        return ()
+    notes = [f"{missing} of {samples} samples are missing"]
+    if lost.size and lost.any():
+        worst = int(np.argmax(lost))
+        notes.append(
+            f"terms that touch them are left out: {lost[0]:.2g} of all at {tau[0]:g} s,"
+            f" {lost[worst]:.2g} at {tau[worst]:g} s"
+        )
+        many = np.flatnonzero(lost > MANY)
+        if many.size:
+            notes.append(
+                f"most terms are lost from {tau[many[0]]:g} s on: decimate the recording first,"
+                " which averages the samples that are there"
+            )
+    return tuple(notes)

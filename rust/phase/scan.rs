@@ -1,0 +1,112 @@
+//! Running sums, several samples at a time.
+
+// Instructions of a wider unit may only be inlined into a function that has them enabled.
+#![allow(clippy::inline_always)]
+
+/// Exclusive running sum of `values − slope` from `carry` on, in place: a chain of one addition per four samples.
+/// Returns the sum behind them.
+#[inline(always)]
+pub fn plain(values: &mut [f64], slope: f64, mut carry: f64) -> f64 {
+    let mut quads = values.chunks_exact_mut(4);
+    for quad in &mut quads {
+        let (a, b, c, d) = (quad[0] - slope, quad[1] - slope, quad[2] - slope, quad[3] - slope);
+        let ab = a + b;
+        quad[0] = carry;
+        quad[1] = carry + a;
+        quad[2] = carry + ab;
+        quad[3] = carry + (ab + c);
+        carry += ab + (c + d);
+    }
+    for value in quads.into_remainder() {
+        let next = carry + (*value - slope);
+        *value = carry;
+        carry = next;
+    }
+    carry
+}
+
+/// The same, eight samples at a time.
+///
+/// # Safety
+/// The processor has AVX2.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+pub unsafe fn avx2(values: &mut [f64], slope: f64, carry: f64) -> f64 {
+    use std::arch::x86_64::{
+        __m256d, _mm256_add_pd, _mm256_cvtsd_f64, _mm256_loadu_pd, _mm256_permute_pd, _mm256_permute2f128_pd,
+        _mm256_set1_pd, _mm256_setzero_pd, _mm256_storeu_pd, _mm256_sub_pd, _mm256_unpacklo_pd,
+    };
+    /// Of [a, b, c, d]: [0, a, a+b, a+b+c] as a sum of two, of which the second needs the longer way; and the total
+    /// in every lane.
+    #[target_feature(enable = "avx2,fma")]
+    fn parts(v: __m256d) -> (__m256d, __m256d, __m256d) {
+        let pairs = _mm256_add_pd(v, _mm256_permute_pd::<0b0101>(v));
+        let others = _mm256_permute2f128_pd::<0x01>(pairs, pairs);
+        let late = _mm256_unpacklo_pd(_mm256_setzero_pd(), v);
+        (late, _mm256_permute2f128_pd::<0x08>(pairs, pairs), _mm256_add_pd(pairs, others))
+    }
+    let slopes = _mm256_set1_pd(slope);
+    let mut carry = _mm256_set1_pd(carry);
+    let mut eights = values.chunks_exact_mut(8);
+    for eight in &mut eights {
+        let (low, high) = eight.split_at_mut(4);
+        // SAFETY: each half is four doubles; the accesses are unaligned.
+        let (a, b) = unsafe { (_mm256_loadu_pd(low.as_ptr()), _mm256_loadu_pd(high.as_ptr())) };
+        let (a, upper_a, total_a) = parts(_mm256_sub_pd(a, slopes));
+        let (b, upper_b, total_b) = parts(_mm256_sub_pd(b, slopes));
+        let between = _mm256_add_pd(carry, total_a);
+        // SAFETY: as above.
+        unsafe {
+            _mm256_storeu_pd(low.as_mut_ptr(), _mm256_add_pd(_mm256_add_pd(carry, upper_a), a));
+            _mm256_storeu_pd(high.as_mut_ptr(), _mm256_add_pd(_mm256_add_pd(between, upper_b), b));
+        }
+        carry = _mm256_add_pd(carry, _mm256_add_pd(total_a, total_b));
+    }
+    let mut carry = _mm256_cvtsd_f64(carry);
+    for value in eights.into_remainder() {
+        let next = carry + (*value - slope);
+        *value = carry;
+        carry = next;
+    }
+    carry
+}
+
+/// Sum in sixteen lanes.
+#[inline(always)]
+pub fn sum(values: &[f64]) -> f64 {
+    let mut lanes = [0.0; 16];
+    let chunks = values.chunks_exact(16);
+    let rest: f64 = chunks.remainder().iter().sum();
+    for chunk in chunks {
+        for (lane, value) in lanes.iter_mut().zip(chunk) {
+            *lane += value;
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn wide_equals_plain_on_every_length() {
+        for n in 0..300_usize {
+            let values: Vec<f64> = (0..n).map(|i| ((i * i * 7919) % 1000) as f64 / 64.0).collect();
+            let mut expected = values.clone();
+            let end = super::plain(&mut expected, 0.25, 3.0); // exact: multiples of 1/64
+            let mut carry = 3.0;
+            for (value, found) in values.iter().zip(&expected) {
+                assert_eq!(carry, *found);
+                carry += value - 0.25;
+            }
+            assert_eq!(carry, end);
+            #[cfg(target_arch = "x86_64")]
+            if crate::deviation::sums::Width::best().is_wide() {
+                let mut wide = values.clone();
+                // SAFETY: a wide `Width` is only made on a processor with AVX2.
+                let found = unsafe { super::avx2(&mut wide, 0.25, 3.0) };
+                assert_eq!(found, end);
+                assert_eq!(wide, expected);
+            }
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! What several tests and benches use.
+
+pub mod exact;
