@@ -98,6 +98,11 @@ fn stationary(gaps: &[f64], start: &mut Stream) -> Vec<f64> {
 }
 
 impl Process for Bank {
+    fn cost(&self) -> f64 {
+        // A register of sections takes half the time of a normal deviate.
+        0.5 * self.state.len() as f64
+    }
+
     fn run(&mut self, samples: &mut [f64]) {
         #[cfg(target_arch = "x86_64")]
         if crate::rng::is_wide() {
@@ -117,6 +122,10 @@ struct Summed {
 }
 
 impl Process for Summed {
+    fn cost(&self) -> f64 {
+        self.inner.cost() + 0.5
+    }
+
     fn run(&mut self, samples: &mut [f64]) {
         self.inner.run(samples);
         for x in samples {
@@ -143,6 +152,10 @@ impl Differenced {
 }
 
 impl Process for Differenced {
+    fn cost(&self) -> f64 {
+        self.inner.cost() + 0.5
+    }
+
     fn run(&mut self, samples: &mut [f64]) {
         self.inner.run(samples);
         for x in samples {
