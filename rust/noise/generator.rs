@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use super::simple::add;
 use super::{Deviates, Process, process};
 use crate::rng::{Stream, StreamKey};
 use crate::{Error, Result};
@@ -224,11 +225,5 @@ fn sum(samples: &[&[f64]], at: usize, out: &mut [f64]) {
                 add(out, &samples[at..][..out.len()]);
             }
         }
-    }
-}
-
-fn add(total: &mut [f64], samples: &[f64]) {
-    for (total, x) in total.iter_mut().zip(samples) {
-        *total += x;
     }
 }

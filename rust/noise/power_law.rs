@@ -106,8 +106,14 @@ impl Process for Bank {
     fn run(&mut self, samples: &mut [f64]) {
         #[cfg(target_arch = "x86_64")]
         if crate::rng::is_wide() {
-            // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
-            if unsafe { super::wide::advance(self, samples) } {
+            let done = if std::arch::is_x86_feature_detected!("avx512vl") {
+                // SAFETY: AVX2, FMA and AVX-512 have just been found on this machine.
+                unsafe { super::wide::advance_512(self, samples) }
+            } else {
+                // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
+                unsafe { super::wide::advance(self, samples) }
+            };
+            if done {
                 return;
             }
         }

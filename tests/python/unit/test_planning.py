@@ -1,5 +1,6 @@
 """Planning: what must hold of powers and plans whatever the numbers, and what is known in closed form."""
 
+import itertools
 import json
 
 import numpy as np
@@ -53,7 +54,7 @@ def test_a_ramp_in_white_noise():
 
 def test_more_record_tells_more():
     powers = [al.power(BASE, LAG, duration=t, rate=20.0) for t in (1800, 3600, 7200, 14400)]
-    for short, long in zip(powers, powers[1:], strict=False):
+    for short, long in itertools.pairwise(powers):
         assert short.probability < long.probability
         assert short.delta_log_likelihood < long.delta_log_likelihood
         for name, error in long.standard_errors.items():
