@@ -49,16 +49,21 @@ impl Voice {
         self.process.run(samples);
     }
 
-    /// Whole blocks of samples into `now`.
-    fn round(&mut self, from: u64, blocks: usize) {
-        let mut now = std::mem::take(&mut self.now);
-        now.resize(blocks * BLOCK, 0.0);
-        for (block, samples) in (from..).zip(now.chunks_exact_mut(BLOCK)) {
+    /// Samples of whole blocks.
+    fn round(&mut self, from: u64, samples: &mut [f64]) {
+        for (block, samples) in (from..).zip(samples.chunks_exact_mut(BLOCK)) {
             let stream = &mut self.stream(block);
             for part in samples.chunks_exact_mut(PART) {
                 self.make(stream, part);
             }
         }
+    }
+
+    /// Samples of whole blocks, into `now`.
+    fn round_apart(&mut self, from: u64, blocks: usize) {
+        let mut now = std::mem::take(&mut self.now);
+        now.resize(blocks * BLOCK, 0.0);
+        self.round(from, &mut now);
         self.now = now;
     }
 }
@@ -179,15 +184,25 @@ impl Generator {
             self.block += blocks as u64;
             let next = self.block;
             let mut voices: Vec<_> = self.voices.iter_mut().map(Some).collect();
+            let length = part.len();
+            // The first to be added needs no room of its own.
+            let direct = !heavy.first().is_none_or(|heavy| *heavy);
+            let mut room = direct.then_some(&mut *part);
             rayon::scope(|scope| {
                 for &i in &order {
                     let Some(voice) = voices[i].take() else { continue };
+                    if i == 0
+                        && let Some(room) = room.take()
+                    {
+                        scope.spawn(move |_| voice.round(from, room));
+                        continue;
+                    }
                     if !heavy[i] {
-                        scope.spawn(move |_| voice.round(from, blocks));
+                        scope.spawn(move |_| voice.round_apart(from, blocks));
                         continue;
                     }
                     std::mem::swap(&mut voice.now, &mut voice.ahead);
-                    voice.now.truncate(part.len());
+                    voice.now.truncate(length);
                     voice.ahead.resize(ROUND * BLOCK, 0.0);
                     let Voice { process, deviates, key, now, ahead } = voice;
                     let (deviates, key) = (*deviates, *key);
@@ -197,8 +212,17 @@ impl Generator {
                     }
                 }
             });
-            let samples: Vec<&[f64]> = self.voices.iter().map(|voice| voice.now.as_slice()).collect();
-            part.par_chunks_mut(BLOCK).enumerate().for_each(|(i, block)| sum(&samples, i * BLOCK, block));
+            let all: Vec<&[f64]> = self.voices.iter().map(|voice| voice.now.as_slice()).collect();
+            part.par_chunks_mut(BLOCK).enumerate().for_each(|(i, block)| {
+                let mut parts = all.iter().skip(usize::from(direct)).map(|now| &now[i * BLOCK..][..BLOCK]);
+                if !direct {
+                    match parts.next() {
+                        None => block.fill(0.0),
+                        Some(first) => block.copy_from_slice(first),
+                    }
+                }
+                parts.for_each(|samples| add(block, samples));
+            });
         }
         Ok(())
     }
@@ -213,17 +237,4 @@ fn draw(deviates: Deviates, key: StreamKey, block: u64, last: u64, out: &mut [f6
 
 fn check(stop: &AtomicBool) -> Result<()> {
     if stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
-}
-
-/// The samples of every process from place `at` on, in the order in which they are added.
-fn sum(samples: &[&[f64]], at: usize, out: &mut [f64]) {
-    match samples {
-        [] => out.fill(0.0),
-        [first, others @ ..] => {
-            out.copy_from_slice(&first[at..][..out.len()]);
-            for samples in others {
-                add(out, &samples[at..][..out.len()]);
-            }
-        }
-    }
 }
