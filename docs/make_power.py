@@ -129,7 +129,17 @@ def measure(records):
     with TABLE.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
         writer.writerow(
-            ["kind", "strength", "expected", "needed", "predicted", "records", "rise", "named", "anything"]
+            [
+                "kind",
+                "strength",
+                "expected",
+                "needed",
+                "predicted",
+                "records",
+                "rise",
+                "named",
+                "anything",
+            ]
         )
         for target in TARGETS:
             for kind, (base, _, _, make) in KINDS.items():
