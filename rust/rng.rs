@@ -12,6 +12,8 @@
 
 #[cfg(target_arch = "x86_64")]
 mod wide;
+#[cfg(target_arch = "x86_64")]
+mod wide512;
 
 /// Interleaved generators of one stream.
 const LANES: usize = 8;
@@ -46,13 +48,8 @@ impl Stream {
     /// The stream of one block.
     pub fn new(key: StreamKey, block: u64) -> Self {
         let words = [key.seed, key.replicate, key.effect, key.axis];
-        let mut state = [[0; LANES]; 4];
-        for lane in 0..LANES {
-            let column = threefry(words, [block, lane as u64, 0, 0]);
-            for (row, word) in state.iter_mut().zip(column) {
-                row[lane] = word;
-            }
-        }
+        let lanes = std::array::from_fn(|lane| lane as u64);
+        let mut state = threefry(words, [[block; LANES], lanes, [0; LANES], [0; LANES]]);
         // The one state that xoshiro cannot leave, excluded for certain rather than almost surely.
         for lane in 0..LANES {
             if state.iter().all(|row| row[lane] == 0) {
@@ -66,7 +63,11 @@ impl Stream {
     /// one would get.
     pub fn normals(&mut self, out: &mut [f64]) {
         #[cfg(target_arch = "x86_64")]
-        if is_wide() {
+        if std::arch::is_x86_feature_detected!("avx512f") {
+            // SAFETY: AVX-512 has just been found on this machine.
+            unsafe { wide512::normals(&mut self.state, out) };
+            return;
+        } else if is_wide() {
             // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
             unsafe { wide::normals(&mut self.state, out) };
             return;
@@ -195,32 +196,70 @@ fn pair(state: &mut [Lanes; 4]) -> [f64; GROUP] {
     out
 }
 
-/// Threefry-4×64 with 20 rounds.
-fn threefry(key: [u64; 4], counter: [u64; 4]) -> [u64; 4] {
+/// Threefry-4×64 with 20 rounds, of every lane's counter.
+fn threefry(key: [u64; 4], counter: [Lanes; 4]) -> [Lanes; 4] {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx512f") {
+        // SAFETY: AVX-512 has just been found on this machine.
+        return unsafe { threefry_wide(key, counter) };
+    }
+    threefry_body(key, counter)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+fn threefry_wide(key: [u64; 4], counter: [Lanes; 4]) -> [Lanes; 4] {
+    threefry_body(key, counter)
+}
+
+/// Inlined, so that it is compiled again inside `threefry_wide` with its registers.
+#[inline(always)]
+fn threefry_body(key: [u64; 4], counter: [Lanes; 4]) -> [Lanes; 4] {
     const ROTATIONS: [[u32; 2]; 8] =
         [[14, 16], [52, 57], [23, 40], [5, 37], [25, 33], [46, 12], [58, 22], [32, 32]];
     let parity = key.iter().fold(0x1BD1_1BDA_A9FC_1A22, |all, word| all ^ word);
     let extended = [key[0], key[1], key[2], key[3], parity];
-    let mut x = counter;
-    for (word, addend) in x.iter_mut().zip(key) {
-        *word = word.wrapping_add(addend);
-    }
+    let [mut x0, mut x1, mut x2, mut x3] = counter;
+    plus(&mut x0, key[0]);
+    plus(&mut x1, key[1]);
+    plus(&mut x2, key[2]);
+    plus(&mut x3, key[3]);
     for round in 0..20 {
         let [first, second] = ROTATIONS[round % 8];
-        let (a, b) = if round % 2 == 0 { (1, 3) } else { (3, 1) };
-        x[0] = x[0].wrapping_add(x[a]);
-        x[a] = x[a].rotate_left(first) ^ x[0];
-        x[2] = x[2].wrapping_add(x[b]);
-        x[b] = x[b].rotate_left(second) ^ x[2];
+        if round % 2 == 0 {
+            mix(&mut x0, &mut x1, first);
+            mix(&mut x2, &mut x3, second);
+        } else {
+            mix(&mut x0, &mut x3, first);
+            mix(&mut x2, &mut x1, second);
+        }
         if round % 4 == 3 {
             let injection = round / 4 + 1;
-            for (i, word) in x.iter_mut().enumerate() {
-                *word = word.wrapping_add(extended[(injection + i) % 5]);
-            }
-            x[3] = x[3].wrapping_add(injection as u64);
+            let word = |i: usize| extended[(injection + i) % 5];
+            plus(&mut x0, word(0));
+            plus(&mut x1, word(1));
+            plus(&mut x2, word(2));
+            plus(&mut x3, word(3).wrapping_add(injection as u64));
         }
     }
-    x
+    [x0, x1, x2, x3]
+}
+
+#[expect(clippy::inline_always, reason = "part of `threefry_body`")]
+#[inline(always)]
+fn plus(x: &mut Lanes, word: u64) {
+    for lane in x {
+        *lane = lane.wrapping_add(word);
+    }
+}
+
+#[expect(clippy::inline_always, reason = "part of `threefry_body`")]
+#[inline(always)]
+fn mix(a: &mut Lanes, b: &mut Lanes, bits: u32) {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a = a.wrapping_add(*b);
+        *b = b.rotate_left(bits) ^ *a;
+    }
 }
 
 #[cfg(test)]
@@ -232,12 +271,17 @@ mod tests {
     #[test]
     fn threefry_known_answers() {
         // Random123's kat_vectors, threefry4x64 20.
+        let one = |key, counter: [u64; 4]| {
+            let all = threefry(key, counter.map(|word| [word; LANES]));
+            assert_eq!(all, threefry_body(key, counter.map(|word| [word; LANES])));
+            all.map(|lanes| lanes[LANES - 1])
+        };
         assert_eq!(
-            threefry([0; 4], [0; 4]),
+            one([0; 4], [0; 4]),
             [0x09218ebde6c85537, 0x55941f5266d86105, 0x4bd25e16282434dc, 0xee29ec846bd2e40b]
         );
         assert_eq!(
-            threefry([u64::MAX; 4], [u64::MAX; 4]),
+            one([u64::MAX; 4], [u64::MAX; 4]),
             [0x29c24097942bba1b, 0x0371bbfb0f6f4e11, 0x3c231ffa33f83a1c, 0xcd29113fde32d168]
         );
     }
@@ -289,6 +333,13 @@ mod tests {
             Stream::new(KEY, 3).normals(&mut wide);
             normals_body(&mut Stream::new(KEY, 3).state, &mut narrow);
             assert_eq!(wide, narrow);
+            // The widest registers of the machine have been tried; now those that most machines have.
+            #[cfg(target_arch = "x86_64")]
+            if is_wide() {
+                // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
+                unsafe { wide::normals(&mut Stream::new(KEY, 3).state, &mut wide) };
+                assert_eq!(wide, narrow);
+            }
         }
     }
 

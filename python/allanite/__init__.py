@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from allanite.errors import AllaniteError, InputError, TooShortError
     from allanite.fit import Fit, fit_model
     from allanite.parameters import Estimate
+    from allanite.planning import Plan, Power, plan, power
     from allanite.readers import read
     from allanite.recording import Recording
     from allanite.spectrum import Spectrum, psd
@@ -107,6 +108,10 @@ _HOME = {
     "Fit": "allanite.fit",
     "fit_model": "allanite.fit",
     "Estimate": "allanite.parameters",
+    "Plan": "allanite.planning",
+    "Power": "allanite.planning",
+    "plan": "allanite.planning",
+    "power": "allanite.planning",
     "read": "allanite.readers",
     "Recording": "allanite.recording",
     "Spectrum": "allanite.spectrum",
@@ -140,6 +145,8 @@ __all__ = [
     "Model",
     "NoiseLevelChange",
     "Outliers",
+    "Plan",
+    "Power",
     "PowerLaw",
     "Quantization",
     "RateRamp",
@@ -168,6 +175,8 @@ __all__ = [
     "ohdev",
     "parse_model",
     "pdev",
+    "plan",
+    "power",
     "psd",
     "read",
     "read_datasheet",

@@ -1,21 +1,25 @@
 //! The sum of several processes, on any number of threads.
 //!
-//! Work goes in rounds of some blocks. While the recursions of one round run, one task a process, the deviates of
-//! the next are drawn, one task a block: the recursions are the shorter half of the work, so two threads are
-//! both busy to the end.
+//! On one thread the samples of all processes are made and added in parts that stay in the nearest cache. On several, work
+//! goes in rounds of some blocks, one task a process; a process that would keep the others waiting has the
+//! deviates of its next round drawn while its recursion runs over this one. The samples of the processes are
+//! added in their order, always.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use super::simple::add;
 use super::{Deviates, Process, process};
 use crate::rng::{Stream, StreamKey};
 use crate::{Error, Result};
 
 /// Samples of a block, each drawn from its own stream.
 pub const BLOCK: usize = 4096;
-/// Blocks of a round.
-const ROUND: usize = 16;
+/// Samples made at a time: with a copy for the sum they fill half of a first-level cache.
+const PART: usize = 1024;
+/// Blocks of a round: the samples of four processes fill the second-level caches of two cores.
+const ROUND: usize = 8;
 /// Fewer blocks are not worth a second thread.
 const FEW: u64 = 2 * ROUND as u64;
 
@@ -23,16 +27,44 @@ struct Voice {
     process: Box<dyn Process>,
     deviates: Deviates,
     key: StreamKey,
-    /// Deviates of this round, which become its samples.
+    /// Samples of this round, or the deviates that become them.
     now: Vec<f64>,
-    /// Deviates of the next round.
+    /// Deviates of the next round, where they are drawn beforehand.
     ahead: Vec<f64>,
 }
 
 impl Voice {
-    fn draw(&mut self, block: u64) {
-        self.now.resize(BLOCK, 0.0);
-        self.deviates.draw(&mut Stream::new(self.key, block), &mut self.now);
+    /// Time of a sample, in that of drawing a deviate.
+    fn cost(&self) -> f64 {
+        1.0 + self.process.cost()
+    }
+
+    fn stream(&self, block: u64) -> Stream {
+        Stream::new(self.key, block)
+    }
+
+    /// The next samples.
+    fn make(&mut self, stream: &mut Stream, samples: &mut [f64]) {
+        self.deviates.draw(stream, samples);
+        self.process.run(samples);
+    }
+
+    /// Samples of whole blocks.
+    fn round(&mut self, from: u64, samples: &mut [f64]) {
+        for (block, samples) in (from..).zip(samples.chunks_exact_mut(BLOCK)) {
+            let stream = &mut self.stream(block);
+            for part in samples.chunks_exact_mut(PART) {
+                self.make(stream, part);
+            }
+        }
+    }
+
+    /// Samples of whole blocks, into `now`.
+    fn round_apart(&mut self, from: u64, blocks: usize) {
+        let mut now = std::mem::take(&mut self.now);
+        now.resize(blocks * BLOCK, 0.0);
+        self.round(from, &mut now);
+        self.now = now;
     }
 }
 
@@ -110,13 +142,21 @@ impl Generator {
 
     /// Whole blocks on this thread.
     fn alone(&mut self, out: &mut [f64], stop: &AtomicBool) -> Result<()> {
-        for part in out.chunks_exact_mut(BLOCK) {
+        let mut scratch = [0.0; PART];
+        for block in out.chunks_exact_mut(BLOCK) {
             check(stop)?;
-            for voice in &mut self.voices {
-                voice.draw(self.block);
-                voice.process.run(&mut voice.now);
+            let mut streams: Vec<_> = self.voices.iter().map(|voice| voice.stream(self.block)).collect();
+            for part in block.chunks_exact_mut(PART) {
+                let mut voices = self.voices.iter_mut().zip(&mut streams);
+                match voices.next() {
+                    None => part.fill(0.0),
+                    Some((voice, stream)) => voice.make(stream, part),
+                }
+                for (voice, stream) in voices {
+                    voice.make(stream, &mut scratch);
+                    add(part, &scratch);
+                }
             }
-            self.samples().sum(0, part);
             self.block += 1;
         }
         Ok(())
@@ -124,69 +164,77 @@ impl Generator {
 
     /// Whole blocks on the threads of the pool this runs in.
     fn rounds(&mut self, out: &mut [f64], stop: &AtomicBool) -> Result<()> {
-        let first = self.block;
-        let last = first + (out.len() / BLOCK) as u64;
-        for voice in &mut self.voices {
-            voice.now.resize(ROUND * BLOCK, 0.0);
-            voice.ahead.resize(ROUND * BLOCK, 0.0);
+        let threads = rayon::current_num_threads();
+        if threads == 1 {
+            return self.alone(out, stop);
         }
-        self.draw_ahead(first, last, false);
+        let last = self.block + (out.len() / BLOCK) as u64;
+        let share = self.voices.iter().map(Voice::cost).sum::<f64>() / threads as f64;
+        let mut order: Vec<usize> = (0..self.voices.len()).collect();
+        // The longest task first: the short ones fill the gaps at the end.
+        order.sort_by(|&i, &j| self.voices[j].cost().total_cmp(&self.voices[i].cost()));
+        let heavy: Vec<bool> = self.voices.iter().map(|voice| voice.cost() > share).collect();
+        for (voice, _) in self.voices.iter_mut().zip(&heavy).filter(|(_, heavy)| **heavy) {
+            voice.ahead.resize(ROUND * BLOCK, 0.0);
+            draw(voice.deviates, voice.key, self.block, last, &mut voice.ahead);
+        }
         for part in out.chunks_mut(ROUND * BLOCK) {
             check(stop)?;
-            for voice in &mut self.voices {
-                std::mem::swap(&mut voice.now, &mut voice.ahead);
-                voice.now.truncate(part.len());
-                voice.ahead.resize(ROUND * BLOCK, 0.0);
-            }
-            self.block += (part.len() / BLOCK) as u64;
-            self.draw_ahead(self.block, last, true);
-            let samples = self.samples();
-            part.par_chunks_mut(BLOCK).enumerate().for_each(|(i, block)| samples.sum(i * BLOCK, block));
+            let (from, blocks) = (self.block, part.len() / BLOCK);
+            self.block += blocks as u64;
+            let next = self.block;
+            let mut voices: Vec<_> = self.voices.iter_mut().map(Some).collect();
+            let length = part.len();
+            // The first to be added needs no room of its own.
+            let direct = !heavy.first().is_none_or(|heavy| *heavy);
+            let mut room = direct.then_some(&mut *part);
+            rayon::scope(|scope| {
+                for &i in &order {
+                    let Some(voice) = voices[i].take() else { continue };
+                    if i == 0
+                        && let Some(room) = room.take()
+                    {
+                        scope.spawn(move |_| voice.round(from, room));
+                        continue;
+                    }
+                    if !heavy[i] {
+                        scope.spawn(move |_| voice.round_apart(from, blocks));
+                        continue;
+                    }
+                    std::mem::swap(&mut voice.now, &mut voice.ahead);
+                    voice.now.truncate(length);
+                    voice.ahead.resize(ROUND * BLOCK, 0.0);
+                    let Voice { process, deviates, key, now, ahead } = voice;
+                    let (deviates, key) = (*deviates, *key);
+                    scope.spawn(move |_| process.run(now));
+                    for (block, part) in (next..last).zip(ahead.chunks_mut(BLOCK)) {
+                        scope.spawn(move |_| draw(deviates, key, block, last, part));
+                    }
+                }
+            });
+            let all: Vec<&[f64]> = self.voices.iter().map(|voice| voice.now.as_slice()).collect();
+            part.par_chunks_mut(BLOCK).enumerate().for_each(|(i, block)| {
+                let mut parts = all.iter().skip(usize::from(direct)).map(|now| &now[i * BLOCK..][..BLOCK]);
+                if !direct {
+                    match parts.next() {
+                        None => block.fill(0.0),
+                        Some(first) => block.copy_from_slice(first),
+                    }
+                }
+                parts.for_each(|samples| add(block, samples));
+            });
         }
         Ok(())
     }
+}
 
-    fn samples(&self) -> Samples<'_> {
-        Samples(self.voices.iter().map(|voice| voice.now.as_slice()).collect())
-    }
-
-    /// Draws the deviates of the round that begins with block `from`; if asked, the recursions of this round
-    /// run at the same time.
-    fn draw_ahead(&mut self, from: u64, last: u64, run: bool) {
-        rayon::scope(|scope| {
-            for voice in &mut self.voices {
-                let Voice { process, deviates, key, now, ahead } = voice;
-                let (deviates, key) = (*deviates, *key);
-                for (block, part) in (from..last).zip(ahead.chunks_mut(BLOCK)) {
-                    scope.spawn(move |_| deviates.draw(&mut Stream::new(key, block), part));
-                }
-                if run {
-                    scope.spawn(move |_| process.run(now));
-                }
-            }
-        });
+/// Deviates of the blocks from `block` on, before `last`.
+fn draw(deviates: Deviates, key: StreamKey, block: u64, last: u64, out: &mut [f64]) {
+    for (block, part) in (block..last).zip(out.chunks_mut(BLOCK)) {
+        deviates.draw(&mut Stream::new(key, block), part);
     }
 }
 
 fn check(stop: &AtomicBool) -> Result<()> {
     if stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
-}
-
-/// The samples of every process, in the order in which they are added.
-struct Samples<'a>(Vec<&'a [f64]>);
-
-impl Samples<'_> {
-    fn sum(&self, at: usize, out: &mut [f64]) {
-        match self.0.as_slice() {
-            [] => out.fill(0.0),
-            [first, others @ ..] => {
-                out.copy_from_slice(&first[at..][..out.len()]);
-                for samples in others {
-                    for (total, x) in out.iter_mut().zip(&samples[at..]) {
-                        *total += x;
-                    }
-                }
-            }
-        }
-    }
 }

@@ -57,6 +57,11 @@ pub trait Process: Send {
         Deviates::Normal
     }
 
+    /// Time that a sample takes, about, in that of drawing a normal deviate.
+    fn cost(&self) -> f64 {
+        0.5
+    }
+
     /// Turns the deviates of the next samples, in place, into these samples. Their number is a multiple of 8.
     fn run(&mut self, samples: &mut [f64]);
 }

@@ -135,6 +135,10 @@ fn product(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
 }
 
 impl Process for Filtered {
+    fn cost(&self) -> f64 {
+        3.0
+    }
+
     fn run(&mut self, samples: &mut [f64]) {
         let ([b0, b1, b2], [a1, a2], [mut z1, mut z2]) = (self.b, self.a, self.z);
         for x in samples {

@@ -17,10 +17,45 @@ impl White {
 }
 
 impl Process for White {
+    fn cost(&self) -> f64 {
+        0.1
+    }
+
     fn run(&mut self, samples: &mut [f64]) {
-        for x in samples {
-            *x *= self.sd;
+        #[cfg(target_arch = "x86_64")]
+        if crate::rng::is_wide() {
+            // SAFETY: `is_wide` has just found AVX2 on this machine.
+            unsafe { super::wide::scale(samples, self.sd) };
+            return;
         }
+        scale_body(samples, self.sd);
+    }
+}
+
+#[expect(clippy::inline_always, reason = "compiled again inside `wide` with its registers")]
+#[inline(always)]
+pub(super) fn scale_body(samples: &mut [f64], factor: f64) {
+    for x in samples {
+        *x *= factor;
+    }
+}
+
+/// total += samples.
+pub(super) fn add(total: &mut [f64], samples: &[f64]) {
+    #[cfg(target_arch = "x86_64")]
+    if crate::rng::is_wide() {
+        // SAFETY: `is_wide` has just found AVX2 on this machine.
+        unsafe { super::wide::add(total, samples) };
+        return;
+    }
+    add_body(total, samples);
+}
+
+#[expect(clippy::inline_always, reason = "compiled again inside `wide` with its registers")]
+#[inline(always)]
+pub(super) fn add_body(total: &mut [f64], samples: &[f64]) {
+    for (total, x) in total.iter_mut().zip(samples) {
+        *total += x;
     }
 }
 

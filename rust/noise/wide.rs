@@ -40,7 +40,38 @@ fn store(register: __m256d, lanes: &mut [f64; LANES]) {
     unsafe { _mm256_storeu_pd(lanes.as_mut_ptr(), register) };
 }
 
+/// `advance` with the thirty-two registers of AVX-512, in which all constants of a ladder stay.
+#[target_feature(enable = "avx2,fma,avx512f,avx512vl")]
+pub fn advance_512(bank: &mut Bank, samples: &mut [f64]) -> bool {
+    match bank.state.len() {
+        1 => ladder::<1>(bank, samples),
+        2 => ladder::<2>(bank, samples),
+        3 => ladder::<3>(bank, samples),
+        4 => ladder::<4>(bank, samples),
+        5 => ladder::<5>(bank, samples),
+        6 => ladder::<6>(bank, samples),
+        7 => ladder::<7>(bank, samples),
+        8 => ladder::<8>(bank, samples),
+        9 => ladder::<9>(bank, samples),
+        _ => return false,
+    }
+    true
+}
+
+/// total += samples.
+#[target_feature(enable = "avx2")]
+pub fn add(total: &mut [f64], samples: &[f64]) {
+    super::simple::add_body(total, samples);
+}
+
+/// samples *= factor.
+#[target_feature(enable = "avx2")]
+pub fn scale(samples: &mut [f64], factor: f64) {
+    super::simple::scale_body(samples, factor);
+}
+
 /// The number of registers is a constant, so that they stay registers.
+#[inline]
 #[target_feature(enable = "avx2,fma")]
 fn ladder<const G: usize>(bank: &mut Bank, samples: &mut [f64]) {
     let mut state = [_mm256_setzero_pd(); G];

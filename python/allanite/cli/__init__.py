@@ -29,6 +29,7 @@ COMMANDS = {
     "improve": "Add the missing effects one by one until nothing helps; prints the ladder.",
     "compare": "Logs, models and data sheets in one table and one figure.",
     "export": "Parameters of a model for a filter or simulator.",
+    "plan": "How long to record, and how fast, to find an effect or to know a coefficient.",
     "simulate": "Samples of a model, seeded, of any length.",
     "demo": "The whole loop on a generated recording with hidden effects.",
 }

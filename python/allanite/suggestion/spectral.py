@@ -5,6 +5,7 @@ Screen by projected score (no refit), then refit the best few of each kind.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
@@ -22,7 +23,7 @@ from allanite.suggestion.evidence import arc_length
 if TYPE_CHECKING:
     from allanite.fit.data import Data
 
-__all__ = ["Candidate", "Screen", "screen_spectral"]
+__all__ = ["Candidate", "Screen", "directions", "screen_spectral"]
 
 #: A candidate whose score promises less is not refitted.
 LEAST = 2.0
@@ -82,17 +83,19 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
     return column(data.unit_terms(model, effect), data)
 
 
-def screen_spectral(solution: Solution, data: Data) -> Screen:
-    """Refitted best candidate of every kind whose score promises something."""
+def directions(
+    solution: Solution, data: Data
+) -> Iterator[tuple[type[Effect], list[Effect], NDArray[np.float64]]]:
+    """Every kind that may be missing, the points of its shape grid, and the way each moves the spectrum.
+
+    Unit vectors of the change of bin power in units of its scatter, shape (points, bins), with what the model can do
+    by itself projected out; points that differ from it in nothing are left out.
+    """
     root = np.sqrt(0.5 * solution.count)
-    residual = root * (solution.power / solution.spectrum - 1.0)
     # Directions that the model can already move in, and into which it will after the refit.
     own = solution.columns[:, solution.theta > 0.0]
     basis, _ = np.linalg.qr((own / solution.spectrum[:, None]) * root[:, None])
     present = {e.kind for e in solution.model.effects}
-    found: list[Candidate] = []
-    arcs: list[float] = []
-    families: list[str] = []
     for cls in CATALOGUE:
         if not issubclass(cls, (Stochastic, Modifier)) or not getattr(cls, "suggested", True):
             continue
@@ -102,14 +105,23 @@ def screen_spectral(solution: Solution, data: Data) -> Screen:
             continue
         points = _points(cls, data)
         tangents = np.stack([_tangent(p, solution, data) for p in points])
-        directions = tangents / solution.spectrum * root
-        size = np.linalg.norm(directions, axis=1)
-        projected = directions - (directions @ basis) @ basis.T
+        moved = tangents / solution.spectrum * root
+        size = np.linalg.norm(moved, axis=1)
+        projected = moved - (moved @ basis) @ basis.T
         norm = np.linalg.norm(projected, axis=1)
         usable = norm > 1e-3 * np.maximum(size, 1e-300)
-        if not usable.any():
-            continue
-        unit = projected[usable] / norm[usable, None]
+        if usable.any():
+            kept = [p for p, keep in zip(points, usable, strict=True) if keep]
+            yield cls, kept, projected[usable] / norm[usable, None]
+
+
+def screen_spectral(solution: Solution, data: Data) -> Screen:
+    """Refitted best candidate of every kind whose score promises something."""
+    residual = np.sqrt(0.5 * solution.count) * (solution.power / solution.spectrum - 1.0)
+    found: list[Candidate] = []
+    arcs: list[float] = []
+    families: list[str] = []
+    for cls, points, unit in directions(solution, data):
         score = unit @ residual
         arcs.append(arc_length(unit))
         families.append(cls.family)
@@ -119,8 +131,7 @@ def screen_spectral(solution: Solution, data: Data) -> Screen:
         order = np.argsort(score)[::-1][:tried]
         if 0.5 * max(score[order[0]], 0.0) ** 2 < LEAST:
             continue
-        kept = [p for p, keep in zip(points, usable, strict=True) if keep]
-        best = _refit([kept[i] for i in order], solution, data)
+        best = _refit([points[i] for i in order], solution, data)
         if best is not None:
             found.append(best)
     return Screen(tuple(found), tuple(arcs), tuple(families))

@@ -1,0 +1,88 @@
+"""allanite plan: how long to record, and how fast."""
+
+from __future__ import annotations
+
+import click
+
+from allanite.cli.options import json_option
+
+
+@click.command("plan")
+@click.option(
+    "--model",
+    required=True,
+    metavar="MODEL",
+    help="What is modelled anyway, with values, or a file.",
+)
+@click.option("--find", metavar="EFFECT", help='Effect to be found, e.g. "GM(T=30,q_c=2e-3)".')
+@click.option("--know", metavar="NAME", help="Number to be known: K, GM.correlation_time.")
+@click.option(
+    "--to",
+    "share",
+    default="10%",
+    show_default=True,
+    metavar="SHARE",
+    help="Its standard error as a share of its value.",
+)
+@click.option(
+    "--power",
+    type=float,
+    default=0.9,
+    show_default=True,
+    metavar="P",
+    help="Probability of finding the effect.",
+)
+@click.option(
+    "--rate", type=float, metavar="HZ", help="Sampling rate; default: rates are compared."
+)
+@click.option(
+    "--duration", type=float, metavar="S", help="Say what a record of this length tells, instead."
+)
+@json_option
+def command(
+    model: str,
+    find: str | None,
+    know: str | None,
+    share: str,
+    power: float,
+    rate: float | None,
+    duration: float | None,
+    as_json: bool,
+) -> None:
+    """How long to record, and at what rate, to find an effect or to know a number of MODEL.
+
+    Computed from the information in the spectrum that the model predicts; nothing is simulated.
+    """
+    from allanite.cli.models import models_of
+    from allanite.cli.output import dumps
+    from allanite.errors import InputError
+    from allanite.planning import plan
+    from allanite.planning import power as power_of
+
+    models = models_of(model)
+    if len(models) > 1:
+        raise InputError(
+            f"{model} holds the models of {len(models)} columns: plan for one at a time"
+        )
+    base = models[0].model
+    result: object
+    if duration is not None:
+        rate = models[0].rate if rate is None else rate
+        if rate is None:
+            raise InputError("no sampling rate: give --rate HZ beside --duration")
+        found = power_of(base, find, duration=duration, rate=rate)
+        document, result = found.to_dict(), found
+    else:
+        planned = plan(base, find=find, know=know, to=_share(share), power=power, rate=rate)
+        document, result = planned.to_dict(), planned
+    click.echo(dumps(document) if as_json else str(result))
+
+
+def _share(text: str) -> float:
+    """``10%`` or ``0.1``."""
+    from allanite.errors import InputError
+
+    try:
+        return float(text.strip().removesuffix("%")) / (100.0 if "%" in text else 1.0)
+    except ValueError:
+        raise InputError(f"--to {text}: a share such as 10% or 0.1") from None

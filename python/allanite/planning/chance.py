@@ -1,0 +1,114 @@
+"""The law of the rise of logL under the truth, and the rise that a check asks for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.suggestion.evidence import FALSE_ALARM, Family, log_chance
+
+__all__ = ["Rise", "needed"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rise:
+    """Law of the rise of logL when the true effect is added, bins independent.
+
+    With S the true power, S₀ what the model without the effect makes of it, s² the squared ordinates of a known
+    function, and I = (s + √S ε)², the rise at these spectra is T = ½ Σ [ln(S₀/S) + I/S₀ − ε²]: a sum of non-central χ²
+    variates. Fitted, S₀ follows the record: with the score U of its coefficients, of covariance V, and the curvature J
+    of its logL there, it wins ½ Uᵀ J⁻¹ U, of which the fit with the effect wins ½ Uᵀ V⁻¹ U as well, and ½χ² of the numbers
+    that the effect adds (White 1982, Econometrica 50, 1). T is split into what U says of it and the rest for the
+    variance of the sum.
+
+    Attributes
+    ----------
+    count : ndarray, shape (bins,)
+        Ordinates of each bin.
+    ratio : ndarray, shape (bins,)
+        S/S₀.
+    signal : ndarray, shape (bins,)
+        Σ s²/S₀ over the ordinates of each bin.
+    slopes : ndarray, shape (bins, p)
+        Change of ln S₀ with each of its free coefficients.
+    added : int
+        Numbers that the effect adds to the model.
+    """
+
+    count: Array
+    ratio: Array
+    signal: Array
+    slopes: Array
+    added: int
+
+    @property
+    def non_centrality(self) -> float:
+        """The rise on the record that is to be expected: what chance adds to is left out."""
+        a = self.ratio - 1.0
+        return float(0.5 * (self.count @ (a - np.log1p(a)) + self.signal.sum()))
+
+    @property
+    def mean(self) -> float:
+        """Expected rise."""
+        _, gain, _ = self._free()
+        return self.non_centrality + 0.5 * self.added - 0.5 * float(np.trace(gain))
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the rise."""
+        weights, gain, unit = self._free()
+        # What is left of T once its part along U is taken out: of ε², and of ε with the signal.
+        along = unit @ weights
+        squares = self.ratio - 1.0 - self.ratio * along
+        linear = self.signal * self.ratio * (1.0 - along) ** 2
+        variance = 0.5 * self.count @ squares**2 + linear.sum() + 0.5 * self.added
+        return float(np.sqrt(variance + weights @ weights + 0.5 * (gain**2).sum()))
+
+    def _free(self) -> tuple[Array, Array, Array]:
+        """Weights of U in T, shape (p,), D = J⁻¹ − V⁻¹, and the slopes, in directions that make V the identity."""
+        none = np.zeros((0, 0))
+        if self.slopes.shape[1] == 0:
+            return np.zeros(0), none, np.zeros((self.count.size, 0))
+        n, ratio, a = self.count, self.ratio, self.ratio - 1.0
+        # Variance of I/S₀ in a bin: 2 n ratio² + 4 ratio Σ s²/S₀ over n².
+        noise = 0.25 * (2.0 * n * ratio**2 + 4.0 * ratio * self.signal)
+        score = self.slopes.T @ (self.slopes * noise[:, None])
+        values, vectors = np.linalg.eigh(score)
+        keep = values > 1e-12 * values.max()
+        whiten = vectors[:, keep] / np.sqrt(values[keep])
+        unit = self.slopes @ whiten
+        curvature = unit.T @ (unit * (n * (ratio - 0.5) + self.signal)[:, None])
+        # T varies with ε² as a and with ε as s√S/S₀, the score as ratio and the same.
+        shared = 0.25 * (2.0 * n * ratio * a + 4.0 * ratio * self.signal)
+        weights = unit.T @ shared
+        gain = np.linalg.pinv(curvature, hermitian=True) - np.eye(unit.shape[1])
+        return weights, gain, unit
+
+    def above(self, x: float) -> float:
+        """Probability that the rise exceeds `x`: gamma law of this mean and spread.
+
+        Exact for an effect that is not there (½χ²); for a strong one normal; never negative, as the rise is.
+        """
+        from scipy.special import gammaincc
+
+        scale = self.spread**2 / self.mean if self.mean > 0.0 else 1.0
+        return float(gammaincc(max(self.mean, 1e-9) / scale, x / scale))
+
+
+def needed(family: Family, families: int) -> float:
+    """The least rise of logL that a check with so many families calls significant."""
+    target = np.log(FALSE_ALARM / families)
+    low, high = 0.5, 50.0
+    while log_chance(family, high) > target:
+        high *= 2.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if log_chance(family, middle) > target:
+            low = middle
+        else:
+            high = middle
+    return high

@@ -1,0 +1,208 @@
+"""How long a record has to be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.errors import InputError
+from allanite.planning import expected as _expected
+from allanite.planning.detection import Power, as_effect, as_model, chance_of
+from allanite.planning.detection import power as power_of
+from allanite.planning.errors import standard_errors
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from allanite.effects import Effect, Model
+    from allanite.planning.expected import Columns
+
+__all__ = ["Plan", "plan"]
+
+#: Longest record that is thought of: ten years.
+LONGEST = 10 * 365.25 * 86400.0
+#: Durations are found to this ratio.
+CLOSE = 1.02
+#: Rates that are compared where none is given, Hz.
+RATES = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
+#: A rate is as good as the best one where the record is longer by less than this.
+AS_GOOD = 1.1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """The shortest record that tells what was asked.
+
+    Attributes
+    ----------
+    duration, rate : float
+        s, Hz.
+    power : Power
+        What that record tells.
+    question : str
+        What was asked for, in words.
+    alternatives : tuple of (float, float or None)
+        Rate in Hz and duration in s of each rate that was compared; None where ten years do not suffice.
+    """
+
+    duration: float
+    rate: float
+    power: Power
+    question: str
+    alternatives: tuple[tuple[float, float | None], ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, schema ``allanite/plan/1``."""
+        return {
+            "schema": "allanite/plan/1",
+            "version": _kernels.version(),
+            "question": self.question,
+            "duration_s": self.duration,
+            "rate_hz": self.rate,
+            "alternatives": [{"rate_hz": r, "duration_s": d} for r, d in self.alternatives],
+            "power": self.power.to_dict(),
+        }
+
+    def __str__(self) -> str:
+        lines = [
+            f"{self.question}: record {spoken(self.duration)} at {self.rate:g} Hz",
+            "",
+            str(self.power),
+        ]
+        if len(self.alternatives) > 1:
+            lines += ["", f"{'rate (Hz)':>12} {'duration':>14}"]
+            lines += [
+                f"{rate:12g} {'not in 10 years' if d is None else spoken(d):>14}"
+                for rate, d in self.alternatives
+            ]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{self}</pre>"
+
+
+def spoken(seconds: float) -> str:
+    """A duration in the unit in which one thinks of it."""
+    for name, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.3g} {name}"
+    return f"{seconds:.3g} s"
+
+
+def plan(
+    model: Model | Effect | str,
+    *,
+    find: Effect | str | None = None,
+    power: float = 0.9,
+    know: str | None = None,
+    to: float = 0.1,
+    rate: float | None = None,
+    covariates: Columns | None = None,
+) -> Plan:
+    """The shortest record in which `check` finds an effect, or in which a number is known well enough.
+
+    Parameters
+    ----------
+    model : Model, Effect or str
+        What is modelled anyway, with values.
+    find : Effect or str, optional
+        The effect to be found, with values. Either this or `know`.
+    power : float
+        Probability with which `check` is to find it.
+    know : str, optional
+        A number of the model (and of `find`): ``K``, ``GM.correlation_time``.
+    to : float
+        Its standard error as a share of its value.
+    rate : float, optional
+        Hz. Without it rates from 0.1 to 1000 Hz are compared (the samples being averages over their interval, so that
+        the densities stay what they are), and the lowest one is taken whose record is within a tenth of the
+        shortest.
+    covariates : mapping of str to callable, optional
+        Expected course of each column as a function of time in s, shape (n,) → (n,).
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    InputError
+        Neither or both of `find` and `know`, numbers out of range, or a question that ten years of record do not
+        answer.
+    """
+    base = as_model(model)
+    effect = None if find is None else as_effect(find)
+    if (effect is None) == (know is None):
+        raise InputError("plan: ask either to find an effect or to know a number")
+    if not 0.0 < power < 1.0:
+        raise InputError(f"power = {power}: a probability between 0 and 1, such as 0.9")
+    if not to > 0.0:
+        raise InputError(f"to = {to}: a positive share of the value, such as 0.1 for 10 %")
+    if rate is not None and not rate > 0.0:
+        raise InputError(f"rate = {rate} Hz: a sampling rate is positive")
+    _expected.require(base if effect is None else base + effect)
+    if know is not None:
+        question = f"to know {know} to {100 * to:g} %"
+        enough = _known_enough(base, know, to, covariates)
+    else:
+        assert effect is not None
+        question = f"to find {effect} with probability {power:g}"
+        enough = _found(base, effect, power, covariates)
+    tried = tuple((r, _shortest(enough, r)) for r in (RATES if rate is None else (float(rate),)))
+    possible = [(d, r) for r, d in tried if d is not None]
+    if not possible:
+        raise InputError(
+            f"plan: ten years of record do not suffice {question}: it cannot be told from the rest of the model"
+        )
+    best = min(possible)[0]
+    duration, chosen = min(((d, r) for d, r in possible if d <= AS_GOOD * best), key=lambda p: p[1])
+    return Plan(
+        duration,
+        chosen,
+        power_of(base, effect, duration=duration, rate=chosen, covariates=covariates),
+        question,
+        tried,
+    )
+
+
+def _found(
+    base: Model, effect: Effect, wanted: float, covariates: Columns | None
+) -> Callable[[float, float], bool]:
+    def enough(duration: float, rate: float) -> bool:
+        data = _expected.blank(round(duration * rate), rate)
+        odds = chance_of(base, effect, data, _expected.coarse(data, covariates))
+        return odds.probability >= wanted
+
+    return enough
+
+
+def _known_enough(
+    base: Model, name: str, wanted: float, covariates: Columns | None
+) -> Callable[[float, float], bool]:
+    value = power_of(base, duration=1e4, rate=1.0, covariates=covariates).value(name)
+
+    def enough(duration: float, rate: float) -> bool:
+        data = _expected.blank(round(duration * rate), rate)
+        found = standard_errors(base, data, _expected.coarse(data, covariates))
+        return found[name] <= wanted * abs(value)
+
+    return enough
+
+
+def _shortest(enough: Callable[[float, float], bool], rate: float) -> float | None:
+    """Bisection in the logarithm, after a search upwards by factors of four."""
+    low = high = 64.0 / rate
+    while not enough(high, rate):
+        if high >= LONGEST:
+            return None
+        low, high = high, min(4.0 * high, LONGEST)
+    while high > CLOSE * low:
+        middle = float(np.sqrt(low * high))
+        if enough(middle, rate):
+            high = middle
+        else:
+            low = middle
+    return high

@@ -1,0 +1,162 @@
+"""Standard errors that a fit is to be expected to give, from the Fisher information of its ordinates."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects import Deterministic, Effect, Model, Stochastic
+from allanite.fit.data import density
+from allanite.fit.whittle import information
+from allanite.planning.expected import (
+    LINES,
+    expected_power,
+    random_part,
+    seen_at,
+    signal_ordinates,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from allanite.fit.data import Data
+
+__all__ = ["labels", "standard_errors"]
+
+Array = NDArray[np.float64]
+
+
+def labels(model: Model) -> list[str]:
+    """What each effect's numbers are called by: ``N``, ``GM``, of a second one ``GM2``."""
+    seen: dict[str, int] = {}
+    out = []
+    for effect in model:
+        seen[effect.short] = seen.get(effect.short, 0) + 1
+        number = seen[effect.short]
+        out.append(effect.short if number == 1 else f"{effect.short}{number}")
+    return out
+
+
+def standard_errors(model: Model, data: Data, grid: Data) -> dict[str, float]:
+    """Standard error of every free number at the values of the model.
+
+    Parameters
+    ----------
+    model : Model
+        The truth.
+    data, grid : Data
+        The record to be taken, and its coarse grid (`expected.blank`, `expected.coarse`).
+
+    Returns
+    -------
+    dict of str to float
+        By ``N``, ``GM.q_c``, ``GM.correlation_time``, in the unit of each number; infinite where the record tells
+        nothing.
+    """
+    names = labels(model)
+    out = _random(model, names, data)
+    for part in _groups(model, names):
+        out |= _known(part, data, grid, random_part(model))
+    return {
+        key: out[key]
+        for label, effect in zip(names, model, strict=True)
+        for p in effect.parameters
+        if (key := _key(label, effect, p.name)) in out
+    }
+
+
+def _key(label: str, effect: Effect, name: str) -> str:
+    return label if name == effect.short and label == name else f"{label}.{name}"
+
+
+def _inverse(fisher: Array) -> Array:
+    """Standard errors from the information; a direction without information gets an infinite one."""
+    scale = np.sqrt(np.diag(fisher))
+    empty = scale <= 0.0
+    scale = np.where(empty, 1.0, scale)
+    unit = fisher / np.outer(scale, scale)
+    unit[empty, empty] = 1.0
+    inverse = np.linalg.pinv(unit, rcond=1e-12, hermitian=True)
+    return np.where(empty, np.inf, np.sqrt(np.maximum(np.diag(inverse), 0.0)) / scale)
+
+
+def _random(model: Model, names: list[str], data: Data) -> dict[str, float]:
+    spectrum = expected_power(model, data)
+    keys: list[str] = []
+    sizes: list[float] = []
+    slopes: list[Array] = []
+
+    def moved(place: int, name: str, value: float) -> Array:
+        effects = list(model.effects)
+        effects[place] = effects[place].with_values(**{name: value})
+        return expected_power(Model(tuple(effects)), data)
+
+    for place, effect in enumerate(model.effects):
+        if isinstance(effect, Deterministic):
+            continue
+        free = list(effect.free_shapes)
+        if isinstance(effect, Stochastic) and effect.coefficient not in effect.held:
+            free.append(effect.coefficient)
+        for name in free:
+            value = float(effect.values[name])
+            if value == 0.0:
+                continue
+            p = effect.parameter(name)
+            step = 1e-3 * abs(value)
+            high, low = min(value + step, p.high), max(value - step, p.low)
+            slopes.append((moved(place, name, high) - moved(place, name, low)) / spectrum)
+            # Slopes of ln S with ln p: numbers of one size, whatever their units.
+            slopes[-1] *= abs(value) / (high - low)
+            keys.append(_key(names[place], effect, name))
+            sizes.append(abs(value))
+    if not keys:
+        return {}
+    relative = _inverse(information(data.bins.count, np.column_stack(slopes)))
+    return dict(zip(keys, map(float, relative * np.array(sizes)), strict=True))
+
+
+def _groups(model: Model, names: list[str]) -> Iterator[list[tuple[str, Deterministic]]]:
+    """Known functions that share ordinates: each line alone, all slow ones together."""
+    known = [(n, e) for n, e in zip(names, model, strict=True) if isinstance(e, Deterministic)]
+    for one in known:
+        if one[1].kind in LINES:
+            yield [one]
+    slow = [one for one in known if one[1].kind not in LINES]
+    if slow:
+        yield slow
+
+
+def _known(
+    effects: list[tuple[str, Deterministic]], data: Data, grid: Data, noise: Model
+) -> dict[str, float]:
+    j = seen_at(effects[0][1], data, grid)
+    root = 1.0 / np.sqrt(density(data.terms(noise), j, data.n))
+    keys, slopes, own = [], [], []
+    for label, effect in effects:
+        for p in effect.parameters:
+            value = effect.values[p.name]
+            if p.role not in {"coefficient", "shape"} or p.name in effect.held:
+                continue
+            if value is None or (p.name in {"lag", "quadratic"} and value == 0.0):
+                continue
+            keys.append(_key(label, effect, p.name))
+            # A change point has no information in Fisher's sense: the effect says what its law is.
+            limit = getattr(effect, "shape_error", None) if p.role == "shape" else None
+            own.append(limit)
+            if limit is not None:
+                slopes.append(np.zeros(j.size))
+                continue
+            step = 1e-3 / data.duration if p.name == "frequency" else 1e-3 * (abs(value) or 1.0)
+            high, low = (effect.with_values(**{p.name: value + s}) for s in (step, -step))
+            up, down = (signal_ordinates(e, j, data, grid) for e in (high, low))
+            slopes.append((up - down) / (2.0 * step) * root)
+    if not keys:
+        return {}
+    matrix = np.column_stack(slopes)
+    errors = _inverse(matrix.T @ matrix)
+    for i, limit in enumerate(own):
+        if limit is not None:
+            errors[i] = limit(keys[i].rpartition(".")[2], float(errors[i + 1]) ** 2, data.duration)
+    return dict(zip(keys, map(float, errors), strict=True))

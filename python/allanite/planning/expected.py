@@ -1,0 +1,172 @@
+"""The record that is to be expected: every bin has exactly the power that the truth gives it.
+
+A fit of this one record (the "Asimov data set" of Cowan, Cranmer, Gross & Vitells 2011, EPJ C 71, 1554) is the limit of
+the fits of many, and the logL that it loses without an effect is the non-centrality of the test for that effect.
+Nothing here has the length of the record: bins are evaluated at their nodes, slow functions of time on a coarse grid
+whose lowest ordinates are the record's.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.effects import Deterministic, Model
+from allanite.errors import InputError, TooShortError
+from allanite.fit.data import SHORTEST, Data, column, columns
+from allanite.fit.deterministic import line_ordinates, window
+from allanite.fit.engine import Solution, with_coefficients
+from allanite.fit.shape import fit_shapes
+from allanite.fit.whittle import Maximum, log_likelihood, maximise
+from allanite.spectrum import bins_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from allanite.effects import Effect
+
+    Columns = Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]]
+
+__all__ = [
+    "LINES",
+    "best_fit",
+    "blank",
+    "coarse",
+    "expected_power",
+    "random_part",
+    "require",
+    "seen_at",
+    "signal_ordinates",
+    "signal_power",
+]
+
+Array = NDArray[np.float64]
+#: Samples of the coarse grid; slow effects have all but 1e-4 of their weight below a quarter of them.
+COARSE = 32768
+#: Known functions that are seen about one frequency only.
+LINES = frozenset({"sinusoid"})
+
+
+def blank(n: int, rate: float) -> Data:
+    """A record of which nothing but length and rate is known; its arrays take no memory.
+
+    Raises
+    ------
+    TooShortError
+        Fewer samples than any fit needs.
+    """
+    if n < SHORTEST:
+        raise TooShortError(f"a record of {n} samples: a fit needs at least {SHORTEST}")
+    nothing = np.broadcast_to(np.float64(0.0), (n,))
+    return Data(nothing, nothing, rate, bins_of(n))
+
+
+def coarse(data: Data, covariates: Columns | None = None) -> Data:
+    """The same time span in at most `COARSE` samples, with the columns that are to be expected."""
+    n = min(data.n, COARSE)
+    rate = n / data.duration
+    # Cells of the coarse grid begin and end where the record's do.
+    start = 0.5 / rate - 0.5 / data.rate
+    time = start + np.arange(n) / rate
+    given = {
+        name: np.ascontiguousarray(make(time), dtype=np.float64)
+        for name, make in (covariates or {}).items()
+    }
+    nothing = np.broadcast_to(np.float64(0.0), (n,))
+    return Data(nothing, nothing, rate, bins_of(n), given, start)
+
+
+def require(model: Model) -> None:
+    """Every number that the spectrum and the signals need has a value."""
+    for effect in model:
+        for p in effect.parameters:
+            optional = p.role in {"derived", "choice"} or p.name in {"phase", "lag", "quadratic"}
+            if not optional and effect.values[p.name] is None:
+                raise InputError(
+                    f"{effect.kind}: {p.name} has no value: planning needs the size that is expected"
+                )
+
+
+def random_part(model: Model) -> Model:
+    """What shapes the spectrum: known functions of time are fitted and taken out beforehand."""
+    return Model(tuple(e for e in model if not isinstance(e, Deterministic)))
+
+
+def seen_at(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.int64]:
+    """Ordinates j of the record at which a known function of time is looked at."""
+    if effect.kind in LINES:
+        return window(effect.values["frequency"], data)
+    last = grid.n // 4 if grid.n < data.n else grid.n
+    return np.arange(1, last, dtype=np.int64)
+
+
+def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, grid: Data) -> Array:
+    """Cosine transform of a known function of time over the record, U, at its `seen_at` ordinates j.
+
+    Raises
+    ------
+    InputError
+        A column that nobody described.
+    """
+    if effect.kind in LINES:
+        return line_ordinates(effect.values["frequency"], j, data) @ effect.amplitudes()
+    if effect.kind == "covariate" and effect.values["column"] not in grid.covariates:
+        raise InputError(
+            f"covariate: column {effect.values['column']!r} is not described: give covariates= with "
+            "its expected course as a function of time in s"
+        )
+    series = np.ascontiguousarray(effect.signal(grid.time, grid.covariates))
+    return np.asarray(_kernels.cosine_transform(series)[j] * np.sqrt(data.n / grid.n))
+
+
+def signal_power(effect: Deterministic, data: Data, grid: Data) -> Array:
+    """Sum of squared ordinates of a known function of time in each bin, shape (bins,)."""
+    j = seen_at(effect, data, grid)
+    values = signal_ordinates(effect, j, data, grid)
+    total = np.zeros(data.bins.count.size)
+    np.add.at(total, np.searchsorted(data.bins.edges, j, side="right") - 1, values**2)
+    return total
+
+
+def best_fit(model: Model, power: Array, data: Data) -> Solution:
+    """The model fitted to expected bin powers; shapes start from their values."""
+    count = data.bins.count
+
+    def coefficients(tried: Model) -> Maximum:
+        effects = tried.stochastic
+        matrix = columns(tried, effects, data)
+        held = np.array([e.coefficient in e.held for e in effects])
+        theta = np.array([_known(e) for e in effects]) ** 2
+        if held.all():
+            spectrum = matrix @ theta
+            return Maximum(theta, spectrum, log_likelihood(power, count, spectrum))
+        offset = matrix[:, held] @ theta[held] if held.any() else None
+        found = maximise(power, count, matrix[:, ~held], offset=offset)
+        theta[~held] = found.theta
+        return Maximum(theta, found.spectrum, found.log_likelihood)
+
+    model = fit_shapes(model, coefficients, data, polish=True)
+    best = coefficients(model)
+    return Solution(
+        with_coefficients(model, best.theta),
+        columns(model, model.stochastic, data),
+        best.theta,
+        best.spectrum,
+        power,
+        count,
+        data.ordinates,
+        best.log_likelihood,
+    )
+
+
+def _known(effect: Effect) -> float:
+    return float(getattr(effect, getattr(effect, "coefficient")) or 0.0)  # noqa: B009
+
+
+def expected_power(model: Model, data: Data) -> Array:
+    """Bin power of the random part of a model with values, shape (bins,)."""
+    noise = random_part(model)
+    return column(data.terms(noise), data)

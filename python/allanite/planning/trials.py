@@ -1,0 +1,73 @@
+"""What `check` will try on a record that has not been taken: the price of its search."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import Deterministic, Effect, Model
+from allanite.effects.bias_step import BiasStep
+from allanite.effects.rate_ramp import RateRamp
+from allanite.effects.warm_up import WarmUp
+from allanite.fit.matched import grid_points, matched_gains
+from allanite.suggestion.evidence import Family, arc_length, line_trials
+from allanite.suggestion.spectral import directions
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.fit.data import Data
+    from allanite.fit.engine import Solution
+
+__all__ = ["family_of"]
+
+#: Stretches whose levels are compared (see `suggestion.transients`).
+CELLS = 256
+
+
+def family_of(
+    base: Model, effect: Effect, null: Solution, data: Data, grid: Data
+) -> tuple[Family, int]:
+    """The family in which the effect is tried, and the number of families that share the false alarms.
+
+    Parameters
+    ----------
+    base : Model
+        What is fitted first.
+    null : Solution
+        Its random part fitted to the record that is to be expected.
+    """
+    arcs: dict[str, list[float]] = {"spectral": []}
+    for cls, _, unit in directions(null, data):
+        arcs.setdefault(cls.family, []).append(arc_length(unit))
+    present = {e.kind for e in base}
+    drifts: list[Deterministic] = [e for e in (RateRamp(), WarmUp()) if e.kind not in present]
+    columns = {e.values["column"] for e in base if e.kind == "covariate"}
+    # Lines, levels, outliers and steps are looked for in every record.
+    families = len(arcs) + 4 + bool(drifts) + bool(set(grid.covariates) - columns)
+    if effect.kind in {"rate_ramp", "warm_up"}:
+        return Family("drift", _arcs(drifts, null, grid), sides=2), families
+    if effect.kind == "bias_step":
+        return Family("step", _arcs([BiasStep()], null, grid), sides=2), families
+    if effect.kind == "covariate":
+        offered = [
+            effect.with_values(column=name, lag=None) for name in set(grid.covariates) - columns
+        ]
+        return Family("covariate", _arcs(offered, null, grid), sides=2), families
+    if effect.kind == "sinusoid":
+        return Family("line", width=line_trials(data.n)), families
+    if effect.kind == "noise_level_change":
+        # All pairs of times: as many single directions.
+        return Family("level", (0.0,), sides=CELLS**2), families
+    return Family(effect.family, tuple(arcs.get(effect.family, ()))), families
+
+
+def _arcs(kinds: Sequence[Effect], null: Solution, grid: Data) -> tuple[float, ...]:
+    out = []
+    for blank in kinds:
+        assert isinstance(blank, Deterministic)
+        nothing = np.zeros(grid.n)
+        _, unit = matched_gains(grid_points(blank, grid), nothing, grid.terms(null.model), grid)
+        out.append(arc_length(unit))
+    return tuple(out)

@@ -1,0 +1,87 @@
+"""What planning says before a record is taken against what fit and check find on many simulated ones."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+import generators as g
+
+pytestmark = pytest.mark.statistical
+
+RATE, N = 100.0, 30_000
+LEVEL, FLICKER, WALK = 0.01, 2e-3, 4e-4
+N_B = f"N(N={LEVEL})+B(B={FLICKER})"
+
+
+def noise(rng):
+    return g.white(rng, N, RATE, LEVEL) + g.flicker(rng, N, RATE, FLICKER)
+
+
+#: effect, its record
+HIDDEN = {
+    "gauss_markov": (
+        "GM(q_c=0.016,T=2)",
+        lambda rng: noise(rng) + g.gauss_markov(rng, N, RATE, 0.016, 2.0),
+    ),
+    "quantization": ("Q(Q=1.7e-4)", lambda rng: noise(rng) + g.quantization(rng, N, RATE, 1.7e-4)),
+    "rate_random_walk": ("K(K=2.4e-3)", lambda rng: noise(rng) + g.walk(rng, N, RATE, 2.4e-3)),
+    "sinusoid": (
+        "SIN(f=3.1,A=4.5e-3)",
+        lambda rng: noise(rng) + g.sinusoid(N, RATE, 3.1, 4.5e-3, rng.uniform(0.0, 2.0 * np.pi)),
+    ),
+}
+RECORDS = 60
+
+
+def recording(kind, seed):
+    rng = np.random.default_rng([seed, 11, *kind.encode()])
+    return al.Recording(HIDDEN[kind][1](rng), rate=RATE, unit="rad/s")
+
+
+@pytest.mark.parametrize("kind", HIDDEN)
+def test_the_rise_of_logl_and_its_spread_are_those_of_fits(kind):
+    effect = HIDDEN[kind][0]
+    told = al.power(N_B, effect, duration=N / RATE, rate=RATE)
+    rises = []
+    for seed in range(RECORDS):
+        record = recording(kind, seed)
+        without = al.fit_model(record, "N+B").solution.log_likelihood
+        rises.append(al.fit_model(record, f"N+B+{effect}").solution.log_likelihood - without)
+    rises = np.array(rises)
+    # Four standard errors of the mean, and a tenth for the quadratic expansion and correlated ordinates; the spread
+    # of a skew law has a relative error of about √((kurtosis + 2)/4n): 15 %, three of them.
+    error = rises.std(ddof=1) / np.sqrt(RECORDS)
+    assert abs(rises.mean() - told.delta_log_likelihood) < 4 * error + 0.1 * rises.mean()
+    assert 0.6 < rises.std(ddof=1) / told.spread < 1.5
+
+
+def test_standard_errors_are_the_scatter_of_fits():
+    truth = {"N": LEVEL, "B": 6e-3, "K": 5e-3, "Q": 4e-4}
+    model = "+".join(f"{k}({k}={v})" for k, v in truth.items())
+    told = al.power(model, duration=N / RATE, rate=RATE)
+    found = {name: [] for name in truth}
+    for seed in range(RECORDS):
+        rng = np.random.default_rng([seed, 12])
+        samples = g.white(rng, N, RATE, LEVEL) + g.flicker(rng, N, RATE, truth["B"])
+        samples += g.walk(rng, N, RATE, truth["K"]) + g.quantization(rng, N, RATE, truth["Q"])
+        fit = al.fit_model(al.Recording(samples, rate=RATE, unit="rad/s"), "N+B+K+Q")
+        for name in truth:
+            found[name].append(float(fit[name]))
+    for name, values in found.items():
+        # The scatter of 60 is known to 1/√118 = 9 %: three of them, and a tenth for what is not quadratic.
+        ratio = np.std(values, ddof=1) / told.standard_errors[name]
+        assert 0.65 < ratio < 1.4, (name, ratio)
+
+
+@pytest.mark.parametrize("kind", ["gauss_markov", "rate_random_walk"])
+def test_the_probability_is_the_rate_at_which_check_names_the_effect(kind):
+    told = al.power(N_B, HIDDEN[kind][0], duration=N / RATE, rate=RATE)
+    records = 24
+    named = 0
+    for seed in range(records):
+        check = al.fit_model(recording(kind, seed), "N+B").check()
+        named += any(s.kind == kind for s in check.significant)
+    # Three standard deviations of the count, and 0.08 for the law of the rise.
+    p = told.probability
+    assert 0.2 < p < 0.95
+    assert abs(named / records - p) < 3 * np.sqrt(p * (1 - p) / records) + 0.08
