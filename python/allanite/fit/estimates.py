@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
 
-__all__ = ["estimates", "free_parameters"]
+__all__ = ["estimates", "free_parameters", "shape_widening"]
 
 NORMAL = 1.959964
 #: A coefficient is detected where leaving it out costs this much logL: 1 % of ½χ²₁.
@@ -201,15 +201,20 @@ def _widened(
     solution: Solution, place: int, value: float, low: float, high: float, relative: float
 ) -> tuple[float, float]:
     """The profile at fixed shapes, widened by what not knowing the shapes adds to the standard error."""
+    factor = shape_widening(solution, place, relative)
+    if low <= 0.0:
+        return 0.0, value * (high / value) ** factor
+    return value * (low / value) ** factor, value * (high / value) ** factor
+
+
+def shape_widening(solution: Solution, place: int, relative: float) -> float:
+    """How much wider the standard error `relative` of ln(coefficient) is than at fixed shapes; at least 1."""
     active = solution.theta > 0.0
     slopes = 2.0 * solution.theta[active] * solution.columns[:, active] / solution.spectrum[:, None]
     fisher = information(solution.count, slopes)
     index = int(active[:place].sum())
     fixed = float(np.sqrt(np.linalg.pinv(fisher, hermitian=True)[index, index]))
-    factor = max(1.0, relative / fixed) if fixed > 0 else 1.0
-    if low <= 0.0:
-        return 0.0, value * (high / value) ** factor
-    return value * (low / value) ** factor, value * (high / value) ** factor
+    return max(1.0, relative / fixed) if fixed > 0 else 1.0
 
 
 def _shape(effect: Effect, name: str, relative: float | None, detected: bool, unit: str) -> Any:

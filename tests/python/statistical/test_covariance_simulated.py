@@ -137,7 +137,7 @@ def test_intervals_of_gls(name):
     scores = []
     for row in s:
         fit = fit_gls(row, factors, n, units)
-        low, high = fit.intervals()
+        low, high, _ = fit.intervals()
         inside += (low**2 <= truth) & (truth <= high**2)
         scores.append(fit.squares)
     # 200 records know a 95 % share to 1.5 %.

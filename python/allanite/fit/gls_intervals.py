@@ -1,0 +1,127 @@
+"""Confidence intervals of squared coefficients read from Allan variances, near zero and beyond.
+
+A value t is inside where the estimate is not improbable if t is true. Under each t the other coefficients are fitted
+anew, the covariance is that of this mixture, and the estimate follows a gamma law with its exact variance and the
+skewness of a sum of squares: its spread grows with t, which a standard error at the estimate knows nothing of.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite import _kernels
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from allanite.fit.mixtures import Mixtures
+
+    Array = NDArray[np.float64]
+
+__all__ = ["interval"]
+
+TAIL = 0.025
+ROUNDS = 6
+
+
+def interval(
+    mixtures: Mixtures, target: Array, squares: Array, index: int
+) -> tuple[float, float, float]:
+    """95 % interval of one squared coefficient.
+
+    Parameters
+    ----------
+    mixtures : Mixtures
+    target : ndarray, shape (k,)
+        Measured Allan variances.
+    squares : ndarray, shape (p,)
+        The estimate.
+    index : int
+        Which coefficient.
+
+    Returns
+    -------
+    tuple of float
+        (low, high, p): limits of the square, low = 0 where 0 is inside and then high one-sided 95 %; and the
+        probability of an estimate as large if the coefficient is 0.
+    """
+    from scipy.optimize import brentq
+    from scipy.special import ndtri
+
+    others = np.delete(np.arange(squares.size), index)
+    rest = squares.copy()
+
+    def below(t: float) -> float:
+        """Probability of a smaller estimate than the one found, if t is true."""
+        nonlocal rest
+        trial = rest.copy()
+        trial[index] = t
+        if others.size:
+            left = target - t * mixtures.columns[:, index]
+            for _ in range(ROUNDS):
+                before = trial[others]
+                if not trial.any():
+                    break
+                trial[others] = _kernels.gls_nonnegative(
+                    mixtures.columns[:, others], left, mixtures.covariance(trial)
+                )[0]
+                moved = mixtures.columns[:, others] @ np.abs(trial[others] - before)
+                if np.all(moved < 1e-3 * (mixtures.columns @ trial)):
+                    break
+        if not trial.any():
+            return 1.0
+        covariance = mixtures.covariance(trial)
+        # Jitter as in the core: neighbouring averaging times are nearly the same number.
+        scale = np.sqrt(np.diag(covariance))
+        white = np.linalg.cholesky(covariance / np.outer(scale, scale) + 1e-9 * np.eye(scale.size))
+        design = np.linalg.solve(white, mixtures.columns / scale[:, None])
+        norm = np.sqrt((design**2).sum(axis=0))
+        inverse = np.linalg.pinv((design / norm).T @ (design / norm), hermitian=True)
+        readout = np.linalg.solve(white.T, (design / norm) @ inverse[index]) / scale / norm[index]
+        rest = trial
+        deviation = float(readout @ (target - mixtures.columns @ trial))
+        return _gamma_law(
+            deviation / np.sqrt(float(readout @ covariance @ readout)),
+            mixtures.skewness(trial, readout),
+        )
+
+    def search(inside: float, outside: float, probability: float) -> float:
+        # In normal scores and square roots the curve is nearly straight.
+        level = float(ndtri(probability))
+
+        def over(root: float) -> float:
+            return float(np.clip(ndtri(below(root**2)), -9.0, 9.0)) - level
+
+        ends = np.sqrt(inside), np.sqrt(outside)
+        if over(ends[0]) * over(ends[1]) >= 0.0:
+            return outside
+        return float(brentq(over, *ends, rtol=1e-4, xtol=1e-4 * max(ends))) ** 2
+
+    centre = float(squares[index])
+    p_zero = 1.0 - below(0.0) if others.size else 0.0
+    above_zero = p_zero < TAIL
+    low = search(centre, 0.0, 1.0 - TAIL) if above_zero else 0.0
+    column = mixtures.columns[:, index]
+    outside = max(centre, float((target / column).min()) * 1e-3) * 2.0
+    for _ in range(60):
+        rest = squares.copy()
+        if below(outside) < TAIL:
+            break
+        outside *= 2.0
+    high = search(centre, outside, TAIL)
+    return min(low, centre), max(high, centre), p_zero
+
+
+def _gamma_law(z: float, skewness: float) -> float:
+    """P(Z ≤ z) of a standardised gamma variable of this skewness, mirrored where it is negative."""
+    from scipy.special import gammainc, gammaincc, ndtr
+
+    if abs(skewness) < 1e-4:
+        return float(ndtr(z))
+    shape = 4.0 / skewness**2
+    x = shape + np.sign(skewness) * z * np.sqrt(shape)
+    if x <= 0.0:
+        return 0.0 if skewness > 0 else 1.0
+    return float(gammainc(shape, x) if skewness > 0 else gammaincc(shape, x))
