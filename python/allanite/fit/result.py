@@ -20,9 +20,12 @@ from allanite.fit.whittle import normal_scores
 from allanite.parameters import Estimate
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from allanite.effects import Effect, Model
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
+    from allanite.fit.simulated import SimulatedCheck
     from allanite.recording import Recording
 
 __all__ = ["Error", "Fit", "Misfit"]
@@ -178,6 +181,33 @@ class Fit:
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
         return self.model.simulate(**options)
+
+    def simulate_check(
+        self, n: int = 200, seed: int = 0, progress: Callable[[int, int], None] | None = None
+    ) -> SimulatedCheck:
+        """Simulate the fitted model and refit, `n` times: the p-value of the misfit, and what the coefficients do.
+
+        Parameters
+        ----------
+        n : int
+            Replicates; the smallest p-value is 1/(n + 1).
+        seed : int
+            The same seed gives the same replicates.
+        progress : callable, optional
+            Called with the number done and `n` after each.
+
+        Returns
+        -------
+        SimulatedCheck
+
+        Raises
+        ------
+        InputError
+            No replicates, or a model with outliers.
+        """
+        from allanite.fit.simulated import simulate_check
+
+        return simulate_check(self, n, seed, progress)
 
     def plot(self, path: str | Path | None = None) -> Any:
         """Allan curve and spectrum with the model; written to `path` (SVG, PNG, PDF) if given."""
