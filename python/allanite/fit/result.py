@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Model
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
+    from allanite.fit.methods import MethodTable
     from allanite.fit.simulated import SimulatedCheck
     from allanite.recording import Recording
 
@@ -208,6 +209,12 @@ class Fit:
         from allanite.fit.simulated import simulate_check
 
         return simulate_check(self, n, seed, progress)
+
+    def compare_methods(self) -> MethodTable:
+        """Coefficients by Whittle likelihood, least squares and straight lines, and where the lines mislead."""
+        from allanite.fit.methods import compare_methods
+
+        return compare_methods(self)
 
     def plot(self, path: str | Path | None = None) -> Any:
         """Allan curve and spectrum with the model; written to `path` (SVG, PNG, PDF) if given."""

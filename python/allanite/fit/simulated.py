@@ -91,8 +91,10 @@ class SimulatedCheck:
     def __str__(self) -> str:
         m = self.simulated_chi2.size
         lines = [
-            (f"{m} records simulated from the fit and refitted: misfit at least as large in "
-            f"{int(np.sum(self.simulated_chi2 >= self.chi2))}, p = {self.p_value:.2g}"),
+            (
+                f"{m} records simulated from the fit and refitted: misfit at least as large in "
+                f"{int(np.sum(self.simulated_chi2 >= self.chi2))}, p = {self.p_value:.2g}"
+            ),
             "",
             f"{'':24} {'fitted':>11} {'bias':>11} {'std. dev.':>11} {'95 % of refits':>25}",
         ]

@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 from allanite.errors import InputError
 
-TRUTH = al.parse_model("N(N=0.1)+K(K=0.002)")
+TRUTH = al.parse_model("N(N=0.1)+K(K=0.006)")
 
 
 def test_the_true_model_is_usual_and_a_wrong_one_is_not():
