@@ -53,8 +53,12 @@ def interval(
     others = np.delete(np.arange(squares.size), index)
     rest = squares.copy()
 
-    def below(t: float) -> float:
-        """Probability of a smaller estimate than the one found, if t is true."""
+    def below(t: float, bounded: bool = True) -> float:
+        """Probability of a smaller estimate than the one found, if t is true.
+
+        Where `bounded`, effects fitted as 0 beside t are taken to be 0; if they are not, the estimate is too large,
+        which makes an upper limit careful and a lower one rash.
+        """
         nonlocal rest
         trial = rest.copy()
         trial[index] = t
@@ -76,10 +80,12 @@ def interval(
         # Jitter as in the core: neighbouring averaging times are nearly the same number.
         scale = np.sqrt(np.diag(covariance))
         white = np.linalg.cholesky(covariance / np.outer(scale, scale) + 1e-9 * np.eye(scale.size))
-        design = np.linalg.solve(white, mixtures.columns / scale[:, None])
+        kept = np.flatnonzero((trial > 0.0) | (not bounded) | (np.arange(trial.size) == index))
+        design = np.linalg.solve(white, mixtures.columns[:, kept] / scale[:, None])
         norm = np.sqrt((design**2).sum(axis=0))
         inverse = np.linalg.pinv((design / norm).T @ (design / norm), hermitian=True)
-        readout = np.linalg.solve(white.T, (design / norm) @ inverse[index]) / scale / norm[index]
+        own = int(np.searchsorted(kept, index))
+        readout = np.linalg.solve(white.T, (design / norm) @ inverse[own]) / scale / norm[own]
         rest = trial
         deviation = float(readout @ (target - mixtures.columns @ trial))
         return _gamma_law(
@@ -92,7 +98,8 @@ def interval(
         level = float(ndtri(probability))
 
         def over(root: float) -> float:
-            return float(np.clip(ndtri(below(root**2)), -9.0, 9.0)) - level
+            score = float(ndtri(below(root**2, bounded=outside > inside)))
+            return float(np.clip(score, -9.0, 9.0)) - level
 
         ends = np.sqrt(inside), np.sqrt(outside)
         if over(ends[0]) * over(ends[1]) >= 0.0:
@@ -100,7 +107,7 @@ def interval(
         return float(brentq(over, *ends, rtol=1e-4, xtol=1e-4 * max(ends))) ** 2
 
     centre = float(squares[index])
-    p_zero = 1.0 - below(0.0) if others.size else 0.0
+    p_zero = 1.0 - below(0.0, bounded=False) if others.size else 0.0
     above_zero = p_zero < TAIL
     low = search(centre, 0.0, 1.0 - TAIL) if above_zero else 0.0
     column = mixtures.columns[:, index]
