@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from allanite.effects.warm_up import WarmUp
     from allanite.errors import AllaniteError, InputError, TooShortError
     from allanite.fit import Fit, fit_model
+    from allanite.fit.many import ManyFits, fit_many
     from allanite.parameters import Estimate
     from allanite.readers import read
     from allanite.recording import Recording
@@ -100,6 +101,8 @@ _HOME = {
     "TooShortError": "allanite.errors",
     "Fit": "allanite.fit",
     "fit_model": "allanite.fit",
+    "ManyFits": "allanite.fit.many",
+    "fit_many": "allanite.fit.many",
     "Estimate": "allanite.parameters",
     "read": "allanite.readers",
     "Recording": "allanite.recording",
@@ -130,6 +133,7 @@ __all__ = [
     "Fit",
     "GaussMarkov",
     "InputError",
+    "ManyFits",
     "Model",
     "NoiseLevelChange",
     "Outliers",
@@ -149,6 +153,7 @@ __all__ = [
     "adev",
     "compare",
     "compare_datasheet",
+    "fit_many",
     "fit_model",
     "hdev",
     "htotdev",
