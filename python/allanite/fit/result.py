@@ -110,6 +110,11 @@ class Fit:
         return _curve.compare_curves(self.data, self.model)
 
     @cached_property
+    def band(self) -> _curve.ChanceBand:
+        """Where chance puts the measured Allan deviation if the model is true, at each τ and at all together."""
+        return _curve.chance_band(self.data, self.model, self.curve)
+
+    @cached_property
     def error(self) -> Error:
         """Errors by which rungs of a ladder are compared."""
         cleaned = any(e.kind == "outliers" for e in self.model)
@@ -223,13 +228,14 @@ class Fit:
         return plot_fit(self, path)
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/fit/1`` of the contract."""
+        """``allanite/fit/1`` of the contract, with the band of the Allan curve beside it."""
         return {
             "schema": "allanite/fit/1",
             "version": _kernels.version(),
             "recording": self.recording.describe(),
             "method": self.method,
             **self.body(),
+            "band": self.band.to_dict(),
         }
 
     def body(self) -> dict[str, Any]:
