@@ -13,6 +13,10 @@ __all__ = ["carried", "degrees_of_freedom", "interval"]
 
 #: Neighbouring nodes of the sum over lags differ by this ratio, or by 1.
 STEP = 1.06
+#: Between the values that the lag-1 estimate of Riley & Greenhall takes for averaged α = −2 … 2. Averages of flicker
+#: and random-walk FM read −1.45 and −2.40 (second differences of h² ln h and h³ at lag 1 over lag 0), single samples
+#: −1 and −2. Towards white PM a little towards red: mistaking white FM for it would narrow the interval fivefold.
+BORDERS = np.array([-1.75, -0.55, 0.65, 1.8])
 #: (−1)^i C(2d, d+i), i = 0 … d: autocovariance of a d-th difference of white noise.
 WEIGHTS = {
     2: np.array([6.0, -4.0, 1.0]),
@@ -33,8 +37,7 @@ def carried(exponents: NDArray[np.float64]) -> NDArray[np.float64]:
     ndarray of shape (k,)
     """
     known = np.isfinite(exponents)
-    # A little towards red: mistaking white FM for flicker PM would narrow the interval fivefold.
-    exponents = np.clip(np.round(exponents - 0.15), -2.0, 2.0) + 0.0
+    exponents = np.asarray(np.digitize(exponents, BORDERS) - 2.0, dtype=np.float64)
     if not known.any():
         return np.zeros_like(exponents)
     last = np.maximum.accumulate(np.where(known, np.arange(exponents.size), -1))
@@ -97,7 +100,8 @@ def _autocovariance(
     lags: NDArray[np.float64], alpha: float, m: int, order: int, summed: bool
 ) -> NDArray[np.float64]:
     """Σ_i w_i g(|lag + i m|), up to a factor; g the generalised covariance of the phase."""
-    d = min(max((2.0 - alpha) / 2.0, 0.0), order - 0.25) + summed
+    # Differences of order o exist for d < o + ½.
+    d = min(max((2.0 - alpha) / 2.0, 0.0), order + 0.25) + summed
     weights = WEIGHTS[order] if not summed else WEIGHTS[3] if order == 2 else _FOURTH
     total = weights[0] * _covariance(lags, d)
     for i, weight in enumerate(weights[1:], start=1):
