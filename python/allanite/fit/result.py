@@ -14,6 +14,7 @@ from allanite import _kernels
 from allanite.errors import InputError
 from allanite.fit import curve as _curve
 from allanite.fit.data import prepare
+from allanite.fit.degeneracy import Correlations, correlations, degeneracies
 from allanite.fit.estimates import estimates, free_parameters
 from allanite.fit.held_out import held_out
 from allanite.fit.whittle import normal_scores
@@ -87,6 +88,16 @@ class Fit:
         if self.given is not None:
             return self.given
         return estimates(self.solution, self.data, self.recording.unit)
+
+    @cached_property
+    def correlations(self) -> Correlations:
+        """Correlations of the fitted numbers of the random effects (by the Whittle likelihood)."""
+        return correlations(self.solution, self.data)
+
+    @property
+    def degeneracies(self) -> list[str]:
+        """One sentence for each pair of numbers, or each effect, that this record cannot tell apart."""
+        return degeneracies(self.correlations, self.model, self.data)
 
     @cached_property
     def z(self) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -236,6 +247,8 @@ class Fit:
             "method": self.method,
             **self.body(),
             "band": self.band.to_dict(),
+            "correlations": self.correlations.to_dict(),
+            "degeneracies": self.degeneracies,
         }
 
     def body(self) -> dict[str, Any]:
