@@ -24,6 +24,8 @@ __all__ = ["interval"]
 
 TAIL = 0.025
 ROUNDS = 6
+#: Added to the unit diagonal of the correlation, the smallest that makes it positive definite.
+JITTERS = (1e-9, 1e-7, 1e-5, 1e-3)
 
 
 def interval(
@@ -77,9 +79,8 @@ def interval(
         if not trial.any():
             return 1.0
         covariance = mixtures.covariance(trial)
-        # Jitter as in the core: neighbouring averaging times are nearly the same number.
         scale = np.sqrt(np.diag(covariance))
-        white = np.linalg.cholesky(covariance / np.outer(scale, scale) + 1e-9 * np.eye(scale.size))
+        white = _root(covariance / np.outer(scale, scale))
         kept = np.flatnonzero((trial > 0.0) | (not bounded) | (np.arange(trial.size) == index))
         design = np.linalg.solve(white, mixtures.columns[:, kept] / scale[:, None])
         norm = np.sqrt((design**2).sum(axis=0))
@@ -119,6 +120,17 @@ def interval(
         outside *= 2.0
     high = search(centre, outside, TAIL)
     return min(low, centre), max(high, centre), p_zero
+
+
+def _root(correlation: Array) -> Array:
+    """Cholesky factor; neighbouring averaging times are nearly the same number, hence a jitter as in the core."""
+    unit = np.eye(correlation.shape[0])
+    for jitter in JITTERS[:-1]:
+        try:
+            return np.asarray(np.linalg.cholesky(correlation + jitter * unit), dtype=np.float64)
+        except np.linalg.LinAlgError:
+            continue
+    return np.asarray(np.linalg.cholesky(correlation + JITTERS[-1] * unit), dtype=np.float64)
 
 
 def _gamma_law(z: float, skewness: float) -> float:
