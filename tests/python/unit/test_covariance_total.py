@@ -59,7 +59,7 @@ def test_means_over_some_centres_are_those_over_all():
     np.testing.assert_allclose(np.diag(found), np.diag(covariance), rtol=0.02)
     spread = np.sqrt(np.diag(covariance))
     np.testing.assert_allclose(
-        found / np.outer(spread, spread), covariance / np.outer(spread, spread), atol=0.01
+        found / np.outer(spread, spread), covariance / np.outer(spread, spread), atol=0.02
     )
 
 
