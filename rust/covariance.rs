@@ -12,6 +12,7 @@ mod exponential;
 mod lags;
 pub mod law;
 mod powers;
+mod total;
 
 use faer::c64;
 use rayon::prelude::*;
@@ -30,6 +31,8 @@ pub enum Kind {
     Modified,
     /// Overlapping Hadamard.
     Hadamard,
+    /// Total, of the record reflected at its ends.
+    Total,
 }
 
 impl Kind {
@@ -39,14 +42,15 @@ impl Kind {
             "oadev" => Ok(Self::Allan),
             "mdev" => Ok(Self::Modified),
             "ohdev" | "hdev" => Ok(Self::Hadamard),
-            _ => {
-                Err(Error::Input(format!("covariance of {name:?} is not known; known are oadev, mdev, hdev")))
-            }
+            "totdev" => Ok(Self::Total),
+            _ => Err(Error::Input(format!(
+                "covariance of {name:?} is not known; known are oadev, mdev, hdev, totdev"
+            ))),
         }
     }
 
     fn order(self) -> usize {
-        if self == Self::Allan { 2 } else { 3 }
+        if matches!(self, Self::Allan | Self::Total) { 2 } else { 3 }
     }
 
     /// How often the samples are summed.
@@ -63,7 +67,7 @@ impl Kind {
     fn scale(self, m: usize) -> f64 {
         let m = m as f64;
         match self {
-            Self::Allan => 2.0 * m * m,
+            Self::Allan | Self::Total => 2.0 * m * m,
             Self::Modified => 2.0 * m.powi(4),
             Self::Hadamard => 6.0 * m * m,
         }
@@ -237,6 +241,9 @@ fn prepared<'a>(
 
 /// Expected variance (k,) and variance of the estimates (k,) at `factors` for records of `n` samples.
 pub fn variances(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
+    if kind == Kind::Total {
+        return total::variances(terms, n, factors);
+    }
     let process = Process::new(terms, n, kind)?;
     let (spaced, counts) = prepared(&process, n, factors, kind)?;
     let waves = process.waves();
@@ -253,6 +260,9 @@ pub fn variances(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Res
 
 /// Expected variance (k,) and covariance of the estimates (k, k), row by row, at `factors` for records of `n` samples.
 pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
+    if kind == Kind::Total {
+        return total::covariance(terms, n, factors);
+    }
     let process = Process::new(terms, n, kind)?;
     let (spaced, counts) = prepared(&process, n, factors, kind)?;
     let expected: Vec<f64> = spaced.iter().map(|s| s.with(s.i)(0.0) / kind.scale(s.i)).collect();

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from allanite.effects.warm_up import WarmUp
     from allanite.errors import AllaniteError, InputError, TooShortError
     from allanite.fit import Fit, fit_model
+    from allanite.fit.many import ManyFits, fit_many
     from allanite.parameters import Estimate
     from allanite.planning import Plan, Power, plan, power
     from allanite.readers import read
@@ -107,6 +108,8 @@ _HOME = {
     "TooShortError": "allanite.errors",
     "Fit": "allanite.fit",
     "fit_model": "allanite.fit",
+    "ManyFits": "allanite.fit.many",
+    "fit_many": "allanite.fit.many",
     "Estimate": "allanite.parameters",
     "Plan": "allanite.planning",
     "Power": "allanite.planning",
@@ -142,6 +145,7 @@ __all__ = [
     "Fit",
     "GaussMarkov",
     "InputError",
+    "ManyFits",
     "Model",
     "NoiseLevelChange",
     "Outliers",
@@ -164,6 +168,7 @@ __all__ = [
     "compare",
     "compare_datasheet",
     "dynamic_oadev",
+    "fit_many",
     "fit_model",
     "hdev",
     "htotdev",

@@ -13,6 +13,10 @@ __all__ = ["carried", "degrees_of_freedom", "interval"]
 
 #: Neighbouring nodes of the sum over lags differ by this ratio, or by 1.
 STEP = 1.06
+#: Between the values that the lag-1 estimate of Riley & Greenhall takes for averaged α = −2 … 2. Averages of flicker
+#: and random-walk FM read −1.45 and −2.40 (second differences of h² ln h and h³ at lag 1 over lag 0), single samples
+#: −1 and −2. Towards white PM a little towards red: mistaking white FM for it would narrow the interval fivefold.
+BORDERS = np.array([-1.75, -0.55, 0.65, 1.8])
 #: (−1)^i C(2d, d+i), i = 0 … d: autocovariance of a d-th difference of white noise.
 WEIGHTS = {
     2: np.array([6.0, -4.0, 1.0]),
@@ -32,17 +36,15 @@ def carried(exponents: NDArray[np.float64]) -> NDArray[np.float64]:
     -------
     ndarray of shape (k,)
     """
-    # A little towards red: mistaking white FM for flicker PM would narrow the interval fivefold.
-    rounded = np.rint(exponents - 0.15)
-    rounded = np.minimum(np.maximum(rounded, -2.0), 2.0) + 0.0
-    unknown = np.isnan(rounded)
+    identified = np.digitize(exponents, BORDERS) - 2.0
+    unknown = np.isnan(exponents)
     if not unknown.any():
-        return rounded
+        return identified
     if unknown.all():
-        return np.zeros_like(rounded)
-    last = np.where(unknown, -1, np.arange(rounded.size))
+        return np.zeros_like(identified)
+    last = np.where(unknown, -1, np.arange(identified.size))
     np.maximum.accumulate(last, out=last)
-    return np.where(last >= 0, rounded[np.maximum(last, 0)], rounded[unknown.argmin()])
+    return np.where(last >= 0, identified[np.maximum(last, 0)], identified[unknown.argmin()])
 
 
 def degrees_of_freedom(
@@ -101,7 +103,8 @@ def _autocovariance(
     lags: NDArray[np.float64], alpha: float, m: int, order: int, summed: bool
 ) -> NDArray[np.float64]:
     """Σ_i w_i g(|lag + i m|), up to a factor; g the generalised covariance of the phase."""
-    d = min(max((2.0 - alpha) / 2.0, 0.0), order - 0.25) + summed
+    # Differences of order o exist for d < o + ½.
+    d = min(max((2.0 - alpha) / 2.0, 0.0), order + 0.25) + summed
     weights = WEIGHTS[order] if not summed else WEIGHTS[3] if order == 2 else _FOURTH
     total = weights[0] * _covariance(lags, d)
     for i, weight in enumerate(weights[1:], start=1):

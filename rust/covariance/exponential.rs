@@ -140,7 +140,8 @@ impl Exponential {
         self.lambda
     }
 
-    fn at(&self, h: f64, reduced: bool) -> c64 {
+    /// Value at |h|; `reduced` leaves out the even powers that differences remove, for h short against the time constant.
+    pub fn at(&self, h: f64, reduced: bool) -> c64 {
         let h = h.abs();
         let (wave, [one, three]) = if reduced {
             (exp_without(self.lambda * h, 2 * self.level + 1), self.reduced)

@@ -26,21 +26,34 @@ pub fn quantiles(
     if let Some(bad) = probabilities.iter().find(|p| !(**p > 0.0 && **p < 1.0)) {
         return Err(Error::Input(format!("probability {bad} is not between 0 and 1")));
     }
+    if kind == Kind::Total {
+        return super::total::quantiles(terms, n, factor, probabilities);
+    }
     let (expected, variance) = super::variances(terms, n, &[factor], kind)?;
     let relative = variance[0] / (expected[0] * expected[0]);
     // White phase noise has a degree of freedom for every sample: among few differences it is but its mean.
     let slow: Vec<Term> = terms.iter().filter(|(name, _)| name != "blue").cloned().collect();
     let eigenvalues = if slow.is_empty() { Vec::new() } else { weights(&slow, n, factor, kind)? };
-    let own: f64 = eigenvalues.iter().map(|l| 2.0 * l * l).sum();
-    if eigenvalues.is_empty() || !(own > 0.0) {
+    if eigenvalues.is_empty() {
         return Err(Error::Input("the law of a variance needs a process slower than quantization".into()));
     }
-    // The few differences lose or gain a per cent of variance against all of them; the exact one is known.
+    Ok(stretched(&eigenvalues, relative, probabilities))
+}
+
+/// Quantiles for eigenvalues of sum 1, stretched to the relative variance: the few differences lose or gain a per cent
+/// of it against all of them, and the exact one is known.
+pub fn stretched(eigenvalues: &[f64], relative: f64, probabilities: &[f64]) -> Vec<f64> {
+    let own: f64 = eigenvalues.iter().map(|l| 2.0 * l * l).sum();
     let stretch = (relative / own).sqrt();
-    Ok(probabilities
-        .iter()
-        .map(|p| (1.0 + (quantile(&eigenvalues, *p) - 1.0) * stretch).max(1e-12))
-        .collect())
+    probabilities.iter().map(|p| (1.0 + (quantile(eigenvalues, *p) - 1.0) * stretch).max(1e-12)).collect()
+}
+
+/// Eigenvalues made non-negative and of sum 1; what is nothing is left out.
+pub fn normalise(found: &mut Vec<f64>) {
+    found.iter_mut().for_each(|l| *l = l.max(0.0));
+    let sum: f64 = found.iter().sum();
+    found.iter_mut().for_each(|l| *l /= sum);
+    found.retain(|l| *l > 1e-9);
 }
 
 /// Eigenvalues, of sum 1, of the covariance of evenly chosen differences.
@@ -57,10 +70,7 @@ fn weights(terms: &[Term], n: usize, factor: usize, kind: Kind) -> Result<Vec<f6
     let mut found = matrix
         .self_adjoint_eigenvalues(Side::Lower)
         .map_err(|_| Error::Input("the eigenvalues of the model's covariance did not converge".into()))?;
-    found.iter_mut().for_each(|l| *l = l.max(0.0));
-    let sum: f64 = found.iter().sum();
-    found.iter_mut().for_each(|l| *l /= sum);
-    found.retain(|l| *l > 1e-9);
+    normalise(&mut found);
     Ok(found)
 }
 

@@ -8,7 +8,7 @@ from allanite.cli.options import LogOptions, log_options, model_option, plot_opt
 
 
 @click.command("fit")
-@click.argument("log")
+@click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @model_option
 @click.option(
     "--method",
@@ -17,24 +17,61 @@ from allanite.cli.options import LogOptions, log_options, model_option, plot_opt
     show_default=True,
     help="How to estimate.",
 )
+@click.option(
+    "--compare-methods",
+    is_flag=True,
+    help="All three methods side by side, and where the straight lines mislead.",
+)
 @click.option("--save", metavar="FILE", help="Write the fitted model as JSON.")
 @plot_option
 @log_options
 def command(
-    log: str, model: str, method: str, save: str | None, plot: str | None, options: LogOptions
+    logs: tuple[str, ...],
+    model: str,
+    method: str,
+    compare_methods: bool,
+    save: str | None,
+    plot: str | None,
+    options: LogOptions,
 ) -> None:
-    """Fit MODEL to LOG: coefficients with 95 % intervals."""
+    """Fit MODEL to LOG: coefficients with 95 % intervals.
+
+    Several logs or columns are fitted one by one, pooled, and tested whether they agree.
+    """
     from allanite.cli import output
     from allanite.cli.options import columns_of
     from allanite.effects.files import parse_model
 
     parsed = parse_model(model)
-    columns = columns_of(log, options)
+    columns = [column for log in logs for column in columns_of(log, options)]
     output.check_targets(plot, save, len(columns))
     fits = [parsed.fit(column, method=method) for column in columns]
     if save is not None:
         with output.whole_file(save) as draft:
             fits[0].save(draft)
-    output.plot(fits, [c.columns[0] for c in columns], plot)
+    names = [c.columns[0] for c in columns]
+    if len(logs) > 1:
+        names = [f"{number}-{name}" for number, name in enumerate(names, start=1)]
+    output.plot(fits, names, plot)
     output.notes(columns, options)
-    output.show(fits, options)
+    results = [fit.compare_methods() for fit in fits] if compare_methods else fits
+    if len(fits) == 1:
+        output.show(results, options)
+        return
+    from allanite.fit.many import of_fits
+
+    units = dict.fromkeys(c.unit for c in columns)
+    groups = [[fit for fit in fits if fit.recording.unit == unit] for unit in units]
+    together = [of_fits(group) for group in groups if len(group) > 1]
+    if options.as_json:
+        documents = [result.to_dict() for result in results]
+        document = {
+            "schema": documents[0]["schema"],
+            "columns": documents,
+            "pooled": [many.pooled_dict() for many in together],
+        }
+        click.echo(output.dumps(document))
+        return
+    output.show(results, options)
+    for many in together:
+        click.echo(f"\n{many}")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
+from allanite.effects.terms import allan_variance
 from allanite.errors import InputError
 
 if TYPE_CHECKING:
@@ -80,8 +81,9 @@ def bands(
         Averaging factors.
     level : float
         Between 0 and 1.
-    kind : {"oadev", "mdev", "hdev"}
-        Estimator.
+    kind : {"oadev", "mdev", "hdev", "totdev"}
+        Estimator; `totdev` as NIST SP 1065 eq. 25 defines it, before its published bias is divided out: the
+        factors hold that of this mixture.
 
     Returns
     -------
@@ -104,11 +106,19 @@ def bands(
     tail = (1.0 - level) / 2.0
     together = _tail_together(covariance / np.sqrt(np.outer(variance, variance)), level)
     low, high = np.empty((2, m.size)), np.empty((2, m.size))
+    bias = np.ones(m.size) if kind != "totdev" else expected / _true_variance(terms, m)
     for k, freedom in enumerate(edf):
         probabilities = [tail, 1.0 - tail, together, 1.0 - together]
-        q = _quantiles(plain, n, int(m[k]), float(freedom), probabilities, kind)
+        q = bias[k] * _quantiles(plain, n, int(m[k]), float(freedom), probabilities, kind)
         high[:, k], low[:, k] = 1.0 / np.sqrt(q[0::2]), 1.0 / np.sqrt(q[1::2])
     return Bands(low[0], high[0], low[1], high[1], edf, level)
+
+
+def _true_variance(
+    terms: Sequence[tuple[str, Sequence[float]]], m: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    variances = [allan_variance((name, tuple(v)), m.astype(np.float64)) for name, v in terms]
+    return np.asarray(np.sum(variances, axis=0), dtype=np.float64)
 
 
 def degrees_of_freedom(

@@ -15,6 +15,7 @@ from allanite.deviation import oadev
 from allanite.effects import Stochastic
 from allanite.errors import InputError
 from allanite.fit.engine import with_coefficients
+from allanite.fit.estimates import shape_widening
 from allanite.fit.gls import fit_gls, gls_factors
 from allanite.fit.lines import read_lines
 from allanite.fit.whittle import log_likelihood
@@ -36,6 +37,9 @@ LINES = {
     "rate_random_walk": "K",
     "rate_ramp": "R",
 }
+
+#: A coefficient is detected where chance alone would give one as large in 1 % of records.
+DETECTED = 0.01
 
 
 def refit(fit: Fit, method: str) -> Fit:
@@ -95,25 +99,48 @@ def _gls(fit: Fit) -> tuple[dict[str, Any], ...]:
         data.n,
         [data.unit_terms(model, e) for e in model.stochastic],
     )
-    low, high = found.intervals()
+    low, high, by_chance = found.intervals()
     place = 0
     out = []
     for effect, values in zip(model.effects, fit.estimates, strict=True):
         own = dict(values)
         if isinstance(effect, Stochastic):
-            value, square = found.coefficients[place], found.squares[place]
-            error = found.std_errors[place] / (2.0 * value) if value > 0 else None
+            value = float(found.coefficients[place])
+            detected = bool(by_chance[place] < DETECTED)
+            ends = float(low[place]) if detected else 0.0, float(high[place])
+            error = float(found.std_errors[place]) / (2.0 * value) if value > 0 else None
+            given = values[effect.coefficient]
+            if effect.free_shapes and detected and given.std_error and error is not None:
+                # Shapes are those of the Whittle fit, and so is what not knowing them adds.
+                factor = shape_widening(
+                    fit.solution, place, given.std_error / max(float(given), 1e-300)
+                )
+                error *= factor
+                ends = value * (ends[0] / value) ** factor, value * (ends[1] / value) ** factor
             own[effect.coefficient] = Estimate(
-                float(value),
-                None if error is None else float(error),
-                (float(low[place]), float(high[place])),
-                values[effect.coefficient].unit,
-                bool(square > 2.326 * found.std_errors[place]),
-                effect.coefficient,
+                value, error, ends, given.unit, detected, effect.coefficient
             )
+            for parameter in effect.parameters:
+                derived = own[parameter.name]
+                if parameter.role == "derived" and isinstance(derived, Estimate) and float(given):
+                    own[parameter.name] = _times(derived, own[effect.coefficient], float(given))
             place += 1
         out.append(own)
     return tuple(out)
+
+
+def _times(derived: Estimate, coefficient: Estimate, before: float) -> Estimate:
+    """What is proportional to a coefficient that was `before`, for its new value and interval."""
+    ratio = float(derived) / before
+    interval = coefficient.interval
+    return Estimate(
+        float(coefficient) * ratio,
+        None,
+        None if interval is None else (interval[0] * ratio, interval[1] * ratio),
+        derived.unit,
+        coefficient.detected,
+        derived.name,
+    )
 
 
 def _lines(fit: Fit) -> tuple[dict[str, Any], ...]:

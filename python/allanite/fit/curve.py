@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.deviation import oadev
 from allanite.effects import terms as _terms
+from allanite.fit.bands import bands
 from allanite.fit.whittle import normal_scores
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.data import Data
 
-__all__ = ["Curve", "compare_curves", "expected_variance"]
+__all__ = ["ChanceBand", "Curve", "chance_band", "compare_curves", "expected_variance"]
 
 PER_DECADE = 8
 #: Below this the deviation itself is uncertain by 22 %; its error says nothing of the model.
@@ -73,6 +74,61 @@ class Curve:
         error = 100.0 * np.abs(self.ratio[keep] - 1.0)
         chance = 100.0 * np.sqrt(np.mean(0.5 / self.edf[keep]))
         return float(np.sqrt(np.mean(error**2))), float(error.max()), float(chance)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChanceBand:
+    """Where chance puts the measured deviation if a model is true.
+
+    Attributes
+    ----------
+    tau : ndarray, shape (k,)
+        s.
+    low, high : ndarray, shape (k,)
+        95 % at each τ by itself, U.
+    low_everywhere, high_everywhere : ndarray, shape (k,)
+        95 % for all τ together, U.
+    edf : ndarray, shape (k,)
+    inside : bool
+        Whether the measured curve stays within the band for all τ.
+    """
+
+    tau: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    low_everywhere: NDArray[np.float64]
+    high_everywhere: NDArray[np.float64]
+    edf: NDArray[np.float64]
+    inside: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        names = ("low", "high", "low_everywhere", "high_everywhere", "edf")
+        points = [
+            {"tau_s": float(t), **{name: float(getattr(self, name)[k]) for name in names}}
+            for k, t in enumerate(self.tau)
+        ]
+        return {"level": 0.95, "inside": self.inside, "points": points}
+
+
+def chance_band(data: Data, model: Model, curve: Curve) -> ChanceBand:
+    """Pointwise and simultaneous band of a measured curve under a model with values.
+
+    From the exact law of the random part (`fit.bands`); known functions of time add their own curve to it.
+    """
+    terms = data.terms(model)
+    noise = expected_variance(terms, curve.factors)
+    known = np.maximum(curve.model**2 - noise, 0.0)
+    found = bands(terms, data.n, curve.factors)
+
+    def at(factor: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(np.sqrt(known + noise / factor**2))
+
+    low, high = at(found.high_everywhere), at(found.low_everywhere)
+    inside = bool(np.all((low <= curve.measured) & (curve.measured <= high)))
+    return ChanceBand(
+        curve.tau, at(found.high_factor), at(found.low_factor), low, high, found.edf, inside
+    )
 
 
 def expected_variance(terms: tuple[Term, ...], factors: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
 
-__all__ = ["estimates", "free_parameters"]
+__all__ = ["estimates", "free_parameters", "joint_covariance", "shape_widening"]
 
 NORMAL = 1.959964
 #: A coefficient is detected where leaving it out costs this much logL: 1 % of ½χ²₁.
@@ -90,9 +90,18 @@ def _all_held(effect: Deterministic) -> bool:
 
 
 def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float]:
-    """Standard errors of ln(shape) (a signed shape: of itself) and, under its own name, of ln(coefficient).
+    """Standard errors of ln(shape) (a signed shape: of itself) and, under its own name, of ln(coefficient)."""
+    names, inverse = joint_covariance(solution, data)
+    return dict(zip(names, map(float, np.sqrt(np.diag(inverse))), strict=True))
 
-    From the Fisher information of all active numbers together; slopes of lnS by central differences.
+
+def joint_covariance(
+    solution: Solution, data: Data
+) -> tuple[list[tuple[int, str]], NDArray[np.float64]]:
+    """Covariance of the logarithms of all active numbers (of a signed shape itself), and whose they are.
+
+    The inverse of their Fisher information; slopes of lnS by central differences. Names are (place of the effect,
+    parameter).
     """
     model, spectrum = solution.model, solution.spectrum
     names: list[tuple[int, str]] = []
@@ -123,12 +132,12 @@ def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float
             names.append((position, name))
             slopes.append((up - down) / width / spectrum)
     if not names:
-        return {}
+        return [], np.zeros((0, 0))
     fisher = information(solution.count, np.column_stack(slopes))
     scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
     inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
-    errors = np.sqrt(np.maximum(np.diag(inverse), 0.0)) / scale
-    return dict(zip(names, map(float, errors), strict=True))
+    np.fill_diagonal(inverse, np.maximum(np.diag(inverse), 0.0))
+    return names, np.asarray(inverse / np.outer(scale, scale))
 
 
 def _total(model: Model, position: int, name: str, value: float, data: Data) -> NDArray[np.float64]:
@@ -201,15 +210,20 @@ def _widened(
     solution: Solution, place: int, value: float, low: float, high: float, relative: float
 ) -> tuple[float, float]:
     """The profile at fixed shapes, widened by what not knowing the shapes adds to the standard error."""
+    factor = shape_widening(solution, place, relative)
+    if low <= 0.0:
+        return 0.0, value * (high / value) ** factor
+    return value * (low / value) ** factor, value * (high / value) ** factor
+
+
+def shape_widening(solution: Solution, place: int, relative: float) -> float:
+    """How much wider the standard error `relative` of ln(coefficient) is than at fixed shapes; at least 1."""
     active = solution.theta > 0.0
     slopes = 2.0 * solution.theta[active] * solution.columns[:, active] / solution.spectrum[:, None]
     fisher = information(solution.count, slopes)
     index = int(active[:place].sum())
     fixed = float(np.sqrt(np.linalg.pinv(fisher, hermitian=True)[index, index]))
-    factor = max(1.0, relative / fixed) if fixed > 0 else 1.0
-    if low <= 0.0:
-        return 0.0, value * (high / value) ** factor
-    return value * (low / value) ** factor, value * (high / value) ** factor
+    return max(1.0, relative / fixed) if fixed > 0 else 1.0
 
 
 def _shape(effect: Effect, name: str, relative: float | None, detected: bool, unit: str) -> Any:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
-from allanite.effects.terms import scaled
 from allanite.errors import InputError, TooShortError
+from allanite.fit.gls_intervals import interval
+from allanite.fit.mixtures import Mixtures
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -44,6 +45,10 @@ class GlsFit:
         Fitted Allan variances.
     rounds : int
         Times the covariance was made anew.
+    target : ndarray, shape (k,)
+        Measured Allan variances.
+    mixtures : Mixtures
+        What other squares would lead to.
     """
 
     squares: NDArray[np.float64]
@@ -52,6 +57,8 @@ class GlsFit:
     dof: int
     expected: NDArray[np.float64]
     rounds: int
+    target: NDArray[np.float64]
+    mixtures: Mixtures
 
     def __post_init__(self) -> None:
         for name in ("squares", "covariance", "expected"):
@@ -67,10 +74,16 @@ class GlsFit:
         """Of `squares`, shape (p,)."""
         return np.sqrt(np.diag(self.covariance))
 
-    def intervals(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """95 % interval of each coefficient, shape (p,) each; low is 0 where the record cannot tell it from 0."""
-        low = np.sqrt(np.maximum(self.squares - 1.959964 * self.std_errors, 0.0))
-        return low, np.sqrt(self.squares + 1.959964 * self.std_errors)
+    def intervals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """95 % interval of each coefficient, and the probability of one as large by chance, shape (p,) each.
+
+        The low end is 0 where the record cannot tell the coefficient from 0; the high one then is an upper limit.
+        """
+        found = [
+            interval(self.mixtures, self.target, self.squares, k) for k in range(self.squares.size)
+        ]
+        low, high, by_chance = np.array(found).T
+        return np.sqrt(low), np.sqrt(high), by_chance
 
 
 def gls_factors(n: int) -> NDArray[np.int64]:
@@ -130,29 +143,20 @@ def fit_gls(
         raise InputError(
             "Allan variances must be positive numbers: leave out factors without an estimate"
         )
-    columns = np.column_stack([_kernels.allan_variances(plain(t), n, m)[0] for t in unit_terms])
+    mixtures = Mixtures.of(unit_terms, n, m, target)
     # A first guess: each estimate known in proportion to its size and number of averages.
     covariance: NDArray[np.float64] = np.diag(target**2 * m.astype(np.float64))
-    squares, _, _ = _kernels.gls_nonnegative(columns, target, covariance)
+    squares, _, _ = _kernels.gls_nonnegative(mixtures.columns, target, covariance)
     rounds, settled = 0, False
     while not settled and rounds < ROUNDS:
         rounds += 1
-        mixture = [
-            term
-            for s, terms in zip(squares, unit_terms, strict=True)
-            for term in plain(terms, float(s))
-            if s > 0
-        ]
-        if not mixture:
+        before = mixtures.columns @ squares
+        if not squares.any():
             raise InputError("no effect of the model fits the curve: all coefficients are 0")
-        _expected, covariance = _kernels.allan_covariance(mixture, n, m)
-        before = columns @ squares
-        squares, spread, chi2 = _kernels.gls_nonnegative(columns, target, covariance)
-        settled = bool(np.all(np.abs(columns @ squares / before - 1.0) < SETTLED))
+        squares, spread, chi2 = _kernels.gls_nonnegative(
+            mixtures.columns, target, mixtures.covariance(squares)
+        )
+        settled = bool(np.all(np.abs(mixtures.columns @ squares / before - 1.0) < SETTLED))
     dof = m.size - int(np.count_nonzero(squares))
-    return GlsFit(squares, spread, chi2, dof, columns @ squares, rounds)
-
-
-def plain(terms: Sequence[Term], factor: float = 1.0) -> list[tuple[str, list[float]]]:
-    """Terms as the core takes them, their variances times `factor`."""
-    return [(name, list(values)) for name, values in (scaled(t, factor) for t in terms)]
+    expected = mixtures.columns @ squares
+    return GlsFit(squares, spread, chi2, dof, expected, rounds, target, mixtures)

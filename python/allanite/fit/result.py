@@ -14,15 +14,20 @@ from allanite import _kernels
 from allanite.errors import InputError
 from allanite.fit import curve as _curve
 from allanite.fit.data import prepare
+from allanite.fit.degeneracy import Correlations, correlations, degeneracies
 from allanite.fit.estimates import estimates, free_parameters
 from allanite.fit.held_out import held_out
 from allanite.fit.whittle import normal_scores
 from allanite.parameters import Estimate
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from allanite.effects import Effect, Model
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
+    from allanite.fit.methods import MethodTable
+    from allanite.fit.simulated import SimulatedCheck
     from allanite.recording import Recording
 
 __all__ = ["Error", "Fit", "Misfit"]
@@ -85,6 +90,16 @@ class Fit:
         return estimates(self.solution, self.data, self.recording.unit)
 
     @cached_property
+    def correlations(self) -> Correlations:
+        """Correlations of the fitted numbers of the random effects (by the Whittle likelihood)."""
+        return correlations(self.solution, self.data)
+
+    @property
+    def degeneracies(self) -> list[str]:
+        """One sentence for each pair of numbers, or each effect, that this record cannot tell apart."""
+        return degeneracies(self.correlations, self.model, self.data)
+
+    @cached_property
     def z(self) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Standard normal score of each spectral bin, shape (bins,)."""
         s = self.solution
@@ -104,6 +119,11 @@ class Fit:
     def curve(self) -> _curve.Curve:
         """Measured and modelled Allan deviation."""
         return _curve.compare_curves(self.data, self.model)
+
+    @cached_property
+    def band(self) -> _curve.ChanceBand:
+        """Where chance puts the measured Allan deviation if the model is true, at each τ and at all together."""
+        return _curve.chance_band(self.data, self.model, self.curve)
 
     @cached_property
     def error(self) -> Error:
@@ -179,6 +199,39 @@ class Fit:
         options.setdefault("unit", self.recording.unit)
         return self.model.simulate(**options)
 
+    def simulate_check(
+        self, n: int = 200, seed: int = 0, progress: Callable[[int, int], None] | None = None
+    ) -> SimulatedCheck:
+        """Simulate the fitted model and refit, `n` times: the p-value of the misfit, and what the coefficients do.
+
+        Parameters
+        ----------
+        n : int
+            Replicates; the smallest p-value is 1/(n + 1).
+        seed : int
+            The same seed gives the same replicates.
+        progress : callable, optional
+            Called with the number done and `n` after each.
+
+        Returns
+        -------
+        SimulatedCheck
+
+        Raises
+        ------
+        InputError
+            No replicates, or a model with outliers.
+        """
+        from allanite.fit.simulated import simulate_check
+
+        return simulate_check(self, n, seed, progress)
+
+    def compare_methods(self) -> MethodTable:
+        """Coefficients by Whittle likelihood, least squares and straight lines, and where the lines mislead."""
+        from allanite.fit.methods import compare_methods
+
+        return compare_methods(self)
+
     def plot(self, path: str | Path | None = None) -> Any:
         """Allan curve and spectrum with the model; written to `path` (SVG, PNG, PDF) if given."""
         from allanite.plots import plot_fit
@@ -186,13 +239,16 @@ class Fit:
         return plot_fit(self, path)
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/fit/1`` of the contract."""
+        """``allanite/fit/1`` of the contract, with the band of the Allan curve beside it."""
         return {
             "schema": "allanite/fit/1",
             "version": _kernels.version(),
             "recording": self.recording.describe(),
             "method": self.method,
             **self.body(),
+            "band": self.band.to_dict(),
+            "correlations": self.correlations.to_dict(),
+            "degeneracies": self.degeneracies,
         }
 
     def body(self) -> dict[str, Any]:

@@ -66,4 +66,4 @@ def fit_table(fit: Fit) -> str:
         "  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
-    return "\n".join([*lines, "", misfit_line(fit)])
+    return "\n".join([*lines, "", misfit_line(fit), *(f"! {s}" for s in fit.degeneracies)])

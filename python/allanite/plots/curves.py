@@ -72,9 +72,13 @@ def allan_panels(
     curve = fit.curve
     low, high = interval(curve.measured, curve.edf)
     marks: list[Mark] = [*_span(worst)]
-    marks.append(
-        Band(curve.tau, curve.low, curve.high, "model", "95 % of chance if the model is true")
-    )
+    band = fit.band
+    marks += [
+        Band(
+            band.tau, band.low_everywhere, band.high_everywhere, "model", "95 %, at all τ together"
+        ),
+        Band(band.tau, band.low, band.high, "model", "95 % of chance if the model is true"),
+    ]
     for part, values in zip(parts(fit), curve.components.values(), strict=True):
         marks.append(Line(curve.tau, values, part.color, part.label, 1.2, part.dash))
     marks.append(Line(curve.tau, curve.model, "model", "model", 2.2))

@@ -53,7 +53,7 @@ def test_exact_curve_gives_exact_coefficients():
     np.testing.assert_allclose(fit.squares, squares, rtol=1e-4)
     assert fit.chi2 < 1e-8
     assert fit.dof == factors.size - 3
-    low, high = fit.intervals()
+    low, high, _ = fit.intervals()
     assert np.all((low < fit.coefficients) & (fit.coefficients < high))
 
 

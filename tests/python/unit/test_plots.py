@@ -107,8 +107,10 @@ def test_fit_shows_measured_model_band_and_every_effect(fits):
     assert np.all(measured.y < measured.high)
     (model,) = marks(allan, Line, "model")
     np.testing.assert_array_equal(model.y, fit.curve.model)
-    (band,) = allan.find(Band)
-    np.testing.assert_array_equal(band.low, fit.curve.low)
+    everywhere, band = allan.find(Band)
+    np.testing.assert_array_equal(band.low, fit.band.low)
+    assert np.all(everywhere.low < band.low)
+    assert np.all(everywhere.high > band.high)
     effects = [m for m in allan.find(Line) if m.color in COMPONENTS]
     assert [m.label.split(":")[0] for m in effects] == [
         "angle random walk",

@@ -1,0 +1,146 @@
+"""Confidence intervals of squared coefficients read from Allan variances, near zero and beyond.
+
+A value t is inside where the estimate is not improbable if t is true. Under each t the other coefficients are fitted
+anew, the covariance is that of this mixture, and the estimate follows a gamma law with its exact variance and the
+skewness of a sum of squares: its spread grows with t, which a standard error at the estimate knows nothing of.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite import _kernels
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from allanite.fit.mixtures import Mixtures
+
+    Array = NDArray[np.float64]
+
+__all__ = ["interval"]
+
+TAIL = 0.025
+ROUNDS = 6
+#: Added to the unit diagonal of the correlation, the smallest that makes it positive definite.
+JITTERS = (1e-9, 1e-7, 1e-5, 1e-3)
+
+
+def interval(
+    mixtures: Mixtures, target: Array, squares: Array, index: int
+) -> tuple[float, float, float]:
+    """95 % interval of one squared coefficient.
+
+    Parameters
+    ----------
+    mixtures : Mixtures
+    target : ndarray, shape (k,)
+        Measured Allan variances.
+    squares : ndarray, shape (p,)
+        The estimate.
+    index : int
+        Which coefficient.
+
+    Returns
+    -------
+    tuple of float
+        (low, high, p): limits of the square, low = 0 where 0 is inside and then high one-sided 95 %; and the
+        probability of an estimate as large if the coefficient is 0.
+    """
+    from scipy.optimize import brentq
+    from scipy.special import ndtri
+
+    others = np.delete(np.arange(squares.size), index)
+    rest = squares.copy()
+
+    def below(t: float, bounded: bool = True) -> float:
+        """Probability of a smaller estimate than the one found, if t is true.
+
+        Where `bounded`, effects fitted as 0 beside t are taken to be 0; if they are not, the estimate is too large,
+        which makes an upper limit careful and a lower one rash.
+        """
+        nonlocal rest
+        trial = rest.copy()
+        trial[index] = t
+        if others.size:
+            left = target - t * mixtures.columns[:, index]
+            for _ in range(ROUNDS):
+                before = trial[others]
+                if not trial.any():
+                    break
+                trial[others] = _kernels.gls_nonnegative(
+                    mixtures.columns[:, others], left, mixtures.covariance(trial)
+                )[0]
+                moved = mixtures.columns[:, others] @ np.abs(trial[others] - before)
+                if np.all(moved < 1e-3 * (mixtures.columns @ trial)):
+                    break
+        if not trial.any():
+            return 1.0
+        covariance = mixtures.covariance(trial)
+        scale = np.sqrt(np.diag(covariance))
+        white = _root(covariance / np.outer(scale, scale))
+        kept = np.flatnonzero((trial > 0.0) | (not bounded) | (np.arange(trial.size) == index))
+        design = np.linalg.solve(white, mixtures.columns[:, kept] / scale[:, None])
+        norm = np.sqrt((design**2).sum(axis=0))
+        inverse = np.linalg.pinv((design / norm).T @ (design / norm), hermitian=True)
+        own = int(np.searchsorted(kept, index))
+        readout = np.linalg.solve(white.T, (design / norm) @ inverse[own]) / scale / norm[own]
+        rest = trial
+        deviation = float(readout @ (target - mixtures.columns @ trial))
+        return _gamma_law(
+            deviation / np.sqrt(float(readout @ covariance @ readout)),
+            mixtures.skewness(trial, readout),
+        )
+
+    def search(inside: float, outside: float, probability: float) -> float:
+        # In normal scores and square roots the curve is nearly straight.
+        level = float(ndtri(probability))
+
+        def over(root: float) -> float:
+            score = float(ndtri(below(root**2, bounded=outside > inside)))
+            return float(np.clip(score, -9.0, 9.0)) - level
+
+        ends = np.sqrt(inside), np.sqrt(outside)
+        if over(ends[0]) * over(ends[1]) >= 0.0:
+            return outside
+        return float(brentq(over, *ends, rtol=1e-4, xtol=1e-4 * max(ends))) ** 2
+
+    centre = float(squares[index])
+    p_zero = 1.0 - below(0.0, bounded=False) if others.size else 0.0
+    above_zero = p_zero < TAIL
+    low = search(centre, 0.0, 1.0 - TAIL) if above_zero else 0.0
+    column = mixtures.columns[:, index]
+    outside = max(centre, float((target / column).min()) * 1e-3) * 2.0
+    for _ in range(60):
+        rest = squares.copy()
+        if below(outside) < TAIL:
+            break
+        outside *= 2.0
+    high = search(centre, outside, TAIL)
+    return min(low, centre), max(high, centre), p_zero
+
+
+def _root(correlation: Array) -> Array:
+    """Cholesky factor; neighbouring averaging times are nearly the same number, hence a jitter as in the core."""
+    unit = np.eye(correlation.shape[0])
+    for jitter in JITTERS[:-1]:
+        try:
+            return np.asarray(np.linalg.cholesky(correlation + jitter * unit), dtype=np.float64)
+        except np.linalg.LinAlgError:
+            continue
+    return np.asarray(np.linalg.cholesky(correlation + JITTERS[-1] * unit), dtype=np.float64)
+
+
+def _gamma_law(z: float, skewness: float) -> float:
+    """P(Z ≤ z) of a standardised gamma variable of this skewness, mirrored where it is negative."""
+    from scipy.special import gammainc, gammaincc, ndtr
+
+    if abs(skewness) < 1e-4:
+        return float(ndtr(z))
+    shape = 4.0 / skewness**2
+    x = shape + np.sign(skewness) * z * np.sqrt(shape)
+    if x <= 0.0:
+        return 0.0 if skewness > 0 else 1.0
+    return float(gammainc(shape, x) if skewness > 0 else gammaincc(shape, x))

@@ -1,0 +1,368 @@
+"""Several recordings of one sensor, or several axes: one model, fitted to each; what they have in common; do they agree?
+
+Coefficients of random processes are compared by likelihood, which needs no normal errors and no coefficient above zero:
+with one coefficient common to all recordings and the rest free in each, twice the loss of logL against free fits follows
+χ² with one degree of freedom a recording less one. Everything else is compared by its standard errors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.effects import Stochastic
+from allanite.errors import InputError
+from allanite.fit.whittle import LEVEL, Maximum, log_likelihood, maximise
+from allanite.parameters import Estimate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from allanite.effects import Effect, Model
+    from allanite.fit.result import Fit
+    from allanite.recording import Recording
+
+__all__ = ["ManyFits", "Pooled", "fit_many", "of_fits"]
+
+#: Below this probability recordings are said to differ, and their mean is one of a population.
+DIFFER = 0.05
+NORMAL = 1.959964
+
+
+@dataclass(frozen=True, slots=True)
+class Pooled:
+    """One number over all recordings.
+
+    Attributes
+    ----------
+    name : str
+        ``N``, ``GM.q_c``, …
+    unit : str
+    value : float
+        The common value where the recordings agree, else the mean over recordings (in logarithms).
+    interval : (float, float)
+        95 %, of that.
+    spread : float or None
+        Standard deviation between recordings beyond what chance gives, relative; None where it cannot be told.
+    p_value : float
+        Of recordings as different as these if the true values are one.
+    agree : bool
+        Whether `p_value` is at least 5 %.
+    """
+
+    name: str
+    unit: str
+    value: float
+    interval: tuple[float, float]
+    spread: float | None
+    p_value: float
+    agree: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {**asdict(self), "interval": list(self.interval)}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ManyFits:
+    """Fits of one model to several recordings.
+
+    Attributes
+    ----------
+    fits : tuple of Fit
+    labels : tuple of str
+        File and column of each.
+    pooled : tuple of Pooled
+    """
+
+    fits: tuple[Fit, ...]
+    labels: tuple[str, ...]
+    pooled: tuple[Pooled, ...]
+
+    def __getitem__(self, name: str) -> Pooled:
+        for row in self.pooled:
+            if row.name == name:
+                return row
+        raise KeyError(f"no {name!r} in the fits: {', '.join(r.name for r in self.pooled)}")
+
+    @property
+    def agree(self) -> bool:
+        """Whether no number differs between recordings at 5 %, divided by how many there are (Holm's first step)."""
+        return min((r.p_value for r in self.pooled), default=1.0) * len(self.pooled) >= DIFFER
+
+    def to_dict(self) -> dict[str, Any]:
+        """``columns`` of the contract, and ``pooled``, one entry a unit."""
+        return {
+            "schema": "allanite/fit/1",
+            "columns": [fit.to_dict() for fit in self.fits],
+            "pooled": [self.pooled_dict()],
+        }
+
+    def pooled_dict(self) -> dict[str, Any]:
+        """JSON form of what the recordings have in common."""
+        return {
+            "recordings": list(self.labels),
+            "agree": self.agree,
+            "parameters": [r.to_dict() for r in self.pooled],
+        }
+
+    def __str__(self) -> str:
+        names = [r.name for r in self.pooled]
+        values = [dict(numbers(fit)) for fit in self.fits]
+        table = [["", *names]]
+        for label, found in zip(self.labels, values, strict=True):
+            table.append([label, *(_cell(found[n]) for n in names)])
+        table.append(["all", *(_pooled_cell(r) for r in self.pooled)])
+        spreads = ("?" if r.spread is None else f"{100 * r.spread:.2g} %" for r in self.pooled)
+        table.append(["between recordings", *spreads])
+        table.append(["they agree, p", *(f"{r.p_value:.2g}" for r in self.pooled)])
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
+        units = ", ".join(f"{r.name} in {r.unit}" for r in self.pooled if r.unit not in ("1", ""))
+        verdict = (
+            "the recordings agree: the last value of each number is common to all"
+            if self.agree
+            else "the recordings differ: "
+            + ", ".join(r.name for r in self.pooled if not r.agree)
+            + " (values are means over recordings)"
+        )
+        return "\n".join([f"model {self.fits[0].model.name}, {units}", "", *lines, "", verdict])
+
+
+def _cell(estimate: Estimate) -> str:
+    if not estimate.detected:
+        return "not detected" if estimate.interval is None else f"< {estimate.interval[1]:.3g}"
+    if estimate.interval is None:
+        return f"{float(estimate):.4g}"
+    low, high = estimate.interval
+    return f"{float(estimate):.4g} ({low:.3g} … {high:.3g})"
+
+
+def _pooled_cell(row: Pooled) -> str:
+    low, high = row.interval
+    return (
+        f"< {high:.3g}" if low <= 0.0 <= row.value else f"{row.value:.4g} ({low:.3g} … {high:.3g})"
+    )
+
+
+def numbers(fit: Fit) -> list[tuple[str, Estimate]]:
+    """Fitted numbers by name, those with an interval, shapes and derived ones included."""
+    seen: dict[str, int] = {}
+    out = []
+    for effect, values in zip(fit.model.effects, fit.estimates, strict=True):
+        seen[effect.short] = seen.get(effect.short, 0) + 1
+        label = effect.short if seen[effect.short] == 1 else f"{effect.short}{seen[effect.short]}"
+        for name, value in values.items():
+            known = isinstance(value, Estimate) and value.interval is not None
+            if known and effect.parameter(name).role != "derived":
+                out.append((name if name == label else f"{label}.{name}", value))
+    return out
+
+
+def fit_many(
+    recordings: Sequence[Recording] | Recording,
+    model: Model | Effect | str,
+    method: str = "whittle",
+) -> ManyFits:
+    """Fit one model to each of several recordings, pool the coefficients and test whether they agree.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording, or Recording of several columns
+        Every column is a recording of its own. All in one unit.
+    model : Model, Effect or str
+    method : {"whittle", "gls", "lines"}
+
+    Returns
+    -------
+    ManyFits
+
+    Raises
+    ------
+    InputError
+        No recordings, or of different units.
+    """
+    from allanite.fit import fit_model
+    from allanite.recording import Recording
+
+    given = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    columns = [column for recording in given for column in recording]
+    if not columns:
+        raise InputError("no recordings: give at least one")
+    return of_fits([fit_model(column, model, method=method) for column in columns])
+
+
+def of_fits(fits: Sequence[Fit]) -> ManyFits:
+    """Fits of one model, pooled.
+
+    Raises
+    ------
+    InputError
+        Recordings of different units.
+    """
+    columns = [fit.recording for fit in fits]
+    units = sorted({c.unit for c in columns})
+    if len(units) > 1:
+        raise InputError(
+            f"the recordings are in {' and '.join(units)}: bring them to one (.to(unit), --output-unit UNIT)"
+        )
+    labels: list[str] = []
+    for number, c in enumerate(columns, start=1):
+        label = " · ".join(part for part in (c.path and str(c.path), c.columns[0]) if part)
+        labels.append(f"{label} [{number}]" if label in labels or not c.path else label)
+    return ManyFits(tuple(fits), tuple(labels), _pool(tuple(fits)) if len(fits) > 1 else ())
+
+
+def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
+    tables = [dict(numbers(fit)) for fit in fits]
+    by_likelihood = _coefficient_places(fits)
+    out = []
+    for name, first in tables[0].items():
+        if not all(name in table for table in tables):
+            continue
+        estimates = [table[name] for table in tables]
+        place = by_likelihood.get(name)
+        if place is not None:
+            out.append(_common(name, estimates, fits, place))
+        elif all(e.std_error is not None for e in estimates):
+            out.append(_by_errors(name, first.unit, estimates))
+    return tuple(out)
+
+
+def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
+    """Column of each coefficient that the likelihood knows: all fits of one form, shapes fixed, nothing held."""
+    out: dict[str, int] = {}
+    if any(fit.method != "whittle" for fit in fits):
+        return out
+    seen: dict[str, int] = {}
+    for place, effect in enumerate(e for e in fits[0].model if isinstance(e, Stochastic)):
+        seen[effect.short] = seen.get(effect.short, 0) + 1
+        label = effect.short if seen[effect.short] == 1 else f"{effect.short}{seen[effect.short]}"
+        if effect.held or effect.free_shapes:
+            continue
+        out[
+            effect.coefficient if effect.coefficient == label else f"{label}.{effect.coefficient}"
+        ] = place
+    held = any(e.held for fit in fits for e in fit.model if isinstance(e, Stochastic))
+    return {} if held else out
+
+
+def _loss(fit: Fit, place: int) -> Callable[[float], float]:
+    """Fall of logL of one fit when a squared coefficient is given and the rest is free."""
+    s = fit.solution
+    best = Maximum(s.theta, s.spectrum, log_likelihood(s.power, s.count, s.spectrum))
+    others = np.delete(s.columns, place, axis=1)
+    rest = np.delete(s.theta, place)
+
+    def loss(square: float) -> float:
+        fixed = s.columns[:, place] * square
+        if others.shape[1] == 0:
+            return best.log_likelihood - log_likelihood(s.power, s.count, np.maximum(fixed, 1e-300))
+        found = maximise(s.power, s.count, others, rest, fixed)
+        return max(0.0, best.log_likelihood - found.log_likelihood)
+
+    return loss
+
+
+def _common(name: str, estimates: list[Estimate], fits: tuple[Fit, ...], place: int) -> Pooled:
+    from scipy.optimize import brentq, minimize_scalar
+    from scipy.special import chdtrc
+
+    losses = [_loss(fit, place) for fit in fits]
+
+    def total(root: float) -> float:
+        return sum(loss(root * root) for loss in losses)
+
+    values = np.array([float(e) for e in estimates])
+    top = max(max(e.interval[1] for e in estimates if e.interval), float(values.max()))
+    found = minimize_scalar(
+        total,
+        bounds=(float(values.min()), float(values.max()) + 1e-9 * top),
+        method="bounded",
+        options={"xatol": 1e-5 * top},
+    )
+    value, least = float(found.x), float(found.fun)
+    if total(0.0) < least:
+        value, least = 0.0, total(0.0)
+    p_value = float(chdtrc(len(fits) - 1, max(2.0 * least, 0.0)))
+
+    def over(root: float) -> float:
+        return total(root) - least - LEVEL
+
+    outside = 2.0 * top
+    while over(outside) < 0.0:
+        outside *= 2.0
+    high = float(brentq(over, value, outside, xtol=1e-6 * top))
+    low = float(brentq(over, 0.0, value, xtol=1e-6 * top)) if over(0.0) > 0.0 else 0.0
+    spread = _spread(estimates)
+    if p_value < DIFFER and spread is not None:
+        value, (low, high) = _population(estimates, spread)
+    return Pooled(name, estimates[0].unit, value, (low, high), spread, p_value, p_value >= DIFFER)
+
+
+def _logs(estimates: list[Estimate]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Logarithms and their standard errors, if every recording shows the number."""
+    if not all(e.detected and e.std_error and float(e) > 0.0 for e in estimates):
+        return None
+    values = np.array([float(e) for e in estimates])
+    return np.log(values), np.array([float(e.std_error or 0.0) for e in estimates]) / values
+
+
+def _spread(estimates: list[Estimate]) -> float | None:
+    """Standard deviation of the logarithms between recordings: Paule & Mandel (1982)."""
+    from scipy.optimize import brentq
+
+    logs = _logs(estimates)
+    if logs is None:
+        return None
+    y, error = logs
+
+    def excess(variance: float) -> float:
+        weights = 1.0 / (error**2 + variance)
+        mean = float(weights @ y / weights.sum())
+        return float(weights @ (y - mean) ** 2) - (y.size - 1)
+
+    if excess(0.0) <= 0.0:
+        return 0.0
+    return float(np.sqrt(brentq(excess, 0.0, y.size * float(np.var(y)) + 1e-12)))
+
+
+def _population(estimates: list[Estimate], spread: float) -> tuple[float, tuple[float, float]]:
+    """Mean over recordings and its interval: Hartung & Knapp (2001), with Student's t."""
+    from scipy.special import stdtrit
+
+    logs = _logs(estimates)
+    assert logs is not None
+    y, error = logs
+    weights = 1.0 / (error**2 + spread**2)
+    mean = float(weights @ y / weights.sum())
+    scatter = max(1.0, float(weights @ (y - mean) ** 2) / (y.size - 1))
+    half = float(stdtrit(y.size - 1, 0.975)) * float(np.sqrt(scatter / weights.sum()))
+    return float(np.exp(mean)), (float(np.exp(mean - half)), float(np.exp(mean + half)))
+
+
+def _by_errors(name: str, unit: str, estimates: list[Estimate]) -> Pooled:
+    """Numbers known by their standard errors: in logarithms where all are positive and found."""
+    from scipy.special import chdtrc
+
+    logs = _logs(estimates)
+    if logs is None:
+        y = np.array([float(e) for e in estimates])
+        error = np.array([max(float(e.std_error or 0.0), 1e-300) for e in estimates])
+    else:
+        y, error = logs
+    weights = 1.0 / error**2
+    mean, half = float(weights @ y / weights.sum()), NORMAL / float(np.sqrt(weights.sum()))
+    p_value = float(chdtrc(y.size - 1, float(weights @ (y - mean) ** 2)))
+    value, low, high = mean, mean - half, mean + half
+    spread = None
+    if logs is not None:
+        value, low, high = (float(np.exp(v)) for v in (value, low, high))
+        spread = _spread(estimates)
+        if p_value < DIFFER and spread is not None:
+            value, (low, high) = _population(estimates, spread)
+    return Pooled(name, unit, value, (low, high), spread, p_value, p_value >= DIFFER)

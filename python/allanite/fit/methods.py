@@ -1,0 +1,208 @@
+"""Whittle likelihood, least squares on the Allan variance and straight lines side by side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from allanite.deviation import oadev
+from allanite.effects import Stochastic
+from allanite.errors import AllaniteError
+from allanite.fit.classical import LINES, refit
+from allanite.fit.lines import read_lines
+from allanite.units import coefficient_unit
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.fit.lines import LineReading, LineReadings
+    from allanite.fit.result import Fit
+    from allanite.parameters import Estimate
+
+__all__ = ["MethodRow", "MethodTable", "compare_methods"]
+
+#: Powers of s in the unit of each line's coefficient.
+POWERS = {"Q": 1.0, "N": 0.5, "B": 0.0, "K": -0.5, "R": -1.0}
+NAMES = {short: kind.replace("_", " ") for kind, short in LINES.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class MethodRow:
+    """One coefficient by three methods.
+
+    Attributes
+    ----------
+    name : str
+        ``N``, ``GM.q_c``, …
+    unit : str
+    whittle, gls : Estimate or None
+        None where the method does not know the coefficient.
+    line : LineReading or None
+        None where no straight line stands for the effect.
+    remark : str
+        Where the line reading misleads, and why; empty where it does not.
+    """
+
+    name: str
+    unit: str
+    whittle: Estimate | None
+    gls: Estimate | None
+    line: LineReading | None
+    remark: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        line = self.line
+        return {
+            "name": self.name,
+            "unit": self.unit,
+            "whittle": None if self.whittle is None else self.whittle.to_dict(),
+            "gls": None if self.gls is None else self.gls.to_dict(),
+            "lines": None if line is None else line.to_dict(),
+            "misleads": bool(self.remark),
+            "remark": self.remark,
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MethodTable:
+    """A fit with its coefficients by all methods.
+
+    Attributes
+    ----------
+    fit : Fit
+        By the Whittle likelihood.
+    rows : tuple of MethodRow
+        Coefficients of the random effects, then lines that the curve shows and the model does not have.
+    """
+
+    fit: Fit
+    rows: tuple[MethodRow, ...]
+
+    def __getitem__(self, name: str) -> MethodRow:
+        for row in self.rows:
+            if row.name == name:
+                return row
+        raise KeyError(f"no coefficient {name!r}: {', '.join(r.name for r in self.rows)}")
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fit's JSON with ``methods``, one entry a coefficient."""
+        return {**self.fit.to_dict(), "methods": [row.to_dict() for row in self.rows]}
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """Figure of the fit."""
+        return self.fit.plot(path)
+
+    def __str__(self) -> str:
+        table = [("", "", "whittle", "gls", "lines", "lines read at")]
+        for row in self.rows:
+            line = row.line
+            table.append(
+                (
+                    row.name,
+                    "" if row.unit == "1" else row.unit,
+                    _cell(row.whittle),
+                    _cell(row.gls),
+                    "–" if line is None else _line_cell(line),
+                    ""
+                    if line is None or line.tau_low_s is None
+                    else f"slope holds {line.tau_low_s:.3g}–{line.tau_high_s:.3g} s",
+                )
+            )
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
+        remarks = [f"! {row.name}: {row.remark}" for row in self.rows if row.remark]
+        return "\n".join([str(self.fit), "", *lines, *([""] if remarks else []), *remarks])
+
+
+def _cell(estimate: Estimate | None) -> str:
+    if estimate is None:
+        return "–"
+    low, high = estimate.interval or (None, None)
+    if not estimate.detected:
+        return "not detected" if high is None else f"< {high:.3g}"
+    if low is None or high is None:
+        return f"{float(estimate):.4g}"
+    return f"{float(estimate):.4g} ({low:.3g} … {high:.3g})"
+
+
+def _line_cell(line: LineReading) -> str:
+    if line.value is None or line.low is None or line.high is None:
+        return "not valid"
+    return f"{line.value:.4g} ({line.low:.3g} … {line.high:.3g})"
+
+
+def compare_methods(fit: Fit) -> MethodTable:
+    """See `Fit.compare_methods`."""
+    from allanite.fit import fit_model
+
+    base = fit if fit.method == "whittle" else fit_model(fit.recording, fit.model)
+    try:
+        gls: Fit | None = refit(base, "gls")
+    except AllaniteError:
+        # Held values, or too few averaging factors for so many effects.
+        gls = None
+    readings = read_lines(oadev(base.data.samples, rate=base.data.rate, taus=8))
+    rows = []
+    taken = set()
+    for place, effect in enumerate(base.model.effects):
+        kind = LINES.get(effect.kind)
+        if not isinstance(effect, Stochastic) and kind is None:
+            continue
+        own = effect.coefficient if isinstance(effect, Stochastic) else "R"
+        whittle = base.estimates[place][own]
+        least = gls.estimates[place][own] if gls and isinstance(effect, Stochastic) else None
+        line = readings[kind] if kind is not None else None
+        taken.add(kind)
+        rows.append(
+            MethodRow(
+                own if kind is not None else f"{effect.short}.{own}",
+                whittle.unit,
+                whittle,
+                least,
+                line,
+                "" if line is None else _remark(whittle, line),
+            )
+        )
+    return MethodTable(base, (*rows, *_strangers(readings, base, taken)))
+
+
+def _strangers(readings: LineReadings, fit: Fit, taken: set[str | None]) -> list[MethodRow]:
+    """Lines on the curve that the model has no effect for."""
+    unit = fit.recording.unit
+    others = " + ".join(e.short for e in fit.model)
+    out = []
+    for line in readings.lines:
+        if line.name in taken:
+            continue
+        refused = line.value is None and "lies below its line" in line.reason
+        if line.value is None and not refused:
+            continue
+        if refused:
+            remark = f"no {NAMES[line.name]} is read: {line.reason}"
+        elif fit.adequate:
+            remark = f"{others} explains this stretch without {NAMES[line.name]}"
+        else:
+            remark = f"the model has no {NAMES[line.name]}, and it is not adequate: try it with one"
+        out.append(
+            MethodRow(
+                line.name, coefficient_unit(unit, POWERS[line.name]), None, None, line, remark
+            )
+        )
+    return out
+
+
+def _remark(whittle: Estimate, line: LineReading) -> str:
+    """What is wrong with the line reading, seen from the fit."""
+    low, high = whittle.interval or (float(whittle), float(whittle))
+    low, high = sorted((abs(low), abs(high)))
+    if line.value is None or line.low is None or line.high is None:
+        return (
+            f"no line to be read though the fit finds it: {line.reason}" if whittle.detected else ""
+        )
+    if not whittle.detected and line.low > high:
+        return f"the line reads {line.value:.3g}, the whole spectrum allows at most {high:.3g}"
+    if whittle.detected and (line.low > high or line.high < low):
+        percent = 100.0 * (line.value / abs(float(whittle)) - 1.0)
+        return f"the line reads {percent:+.0f} % beside the fit: other effects lie on this stretch of the curve"
+    return ""

@@ -1,0 +1,192 @@
+"""A fit tried on records simulated from itself: is the misfit usual, and are the coefficients what they say they are?"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.errors import InputError
+from allanite.parameters import Estimate
+from allanite.simulate import simulate
+from allanite.spectrum import fill_gaps
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from allanite.fit.result import Fit
+
+__all__ = ["SimulatedCheck", "simulate_check"]
+
+#: Two threads keep two cores busy with the transforms, which release the interpreter; more only take memory.
+THREADS = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatedCheck:
+    """What refits of simulated records gave.
+
+    Attributes
+    ----------
+    chi2 : float
+        Misfit of the recording.
+    simulated_chi2 : ndarray, shape (m,)
+        Misfit of each replicate, fitted like the recording.
+    fitted : dict of str to float
+        Fitted numbers of the recording by ``SHORT.name``.
+    simulated : dict of str to ndarray, shape (m,)
+        The same of each replicate.
+    units : dict of str to str
+    """
+
+    chi2: float
+    simulated_chi2: NDArray[np.float64]
+    fitted: dict[str, float]
+    simulated: dict[str, NDArray[np.float64]]
+    units: dict[str, str]
+
+    def __post_init__(self) -> None:
+        for values in (self.simulated_chi2, *self.simulated.values()):
+            values.flags.writeable = False
+
+    @property
+    def p_value(self) -> float:
+        """(b + 1)/(m + 1), b of m replicates having a misfit at least as large (Davison & Hinkley 1997, eq. 4.11)."""
+        return float(
+            (np.sum(self.simulated_chi2 >= self.chi2) + 1) / (self.simulated_chi2.size + 1)
+        )
+
+    def spread(self, name: str) -> tuple[float, float, float]:
+        """(bias, standard deviation, root mean square error) of a fitted number over the replicates."""
+        error = self.simulated[name] - self.fitted[name]
+        return float(error.mean()), float(error.std()), float(np.sqrt(np.mean(error**2)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        rows = {}
+        for name, values in self.simulated.items():
+            bias, deviation, _ = self.spread(name)
+            low, high = np.quantile(values, [0.025, 0.975])
+            rows[name] = {
+                "value": self.fitted[name],
+                "bias": bias,
+                "standard_deviation": deviation,
+                "simulated_95": [float(low), float(high)],
+                "unit": self.units[name],
+            }
+        return {
+            "schema": "allanite/simulate-check/1",
+            "version": _kernels.version(),
+            "replicates": int(self.simulated_chi2.size),
+            "chi2": self.chi2,
+            "p_value": self.p_value,
+            "parameters": rows,
+        }
+
+    def __str__(self) -> str:
+        m = self.simulated_chi2.size
+        lines = [
+            (
+                f"{m} records simulated from the fit and refitted: misfit at least as large in "
+                f"{int(np.sum(self.simulated_chi2 >= self.chi2))}, p = {self.p_value:.2g}"
+            ),
+            "",
+            f"{'':24} {'fitted':>11} {'bias':>11} {'std. dev.':>11} {'95 % of refits':>25}",
+        ]
+        for name, row in self.to_dict()["parameters"].items():
+            low, high = row["simulated_95"]
+            lines.append(
+                f"{name:24} {row['value']:11.5g} {row['bias']:11.2g} {row['standard_deviation']:11.3g} "
+                f"{f'{low:.4g} … {high:.4g}':>25} {'' if row['unit'] == '1' else row['unit']}".rstrip()
+            )
+        return "\n".join(lines)
+
+
+def simulate_check(
+    fit: Fit, n: int, seed: int, progress: Callable[[int, int], None] | None
+) -> SimulatedCheck:
+    """See `Fit.simulate_check`."""
+    from allanite.fit import fit_model
+    from allanite.recording import Recording
+
+    if n < 1:
+        raise InputError(f"{n} replicates: at least 1, and 200 for a p-value of two digits")
+    if any(e.kind == "outliers" for e in fit.model):
+        raise InputError("outliers have no law to be simulated from: remove them first")
+    recording, data = fit.recording, fit.data
+    missing = np.isnan(np.asarray(recording.rate_samples(), dtype=np.float64))
+    gaps = bool(missing.any())
+
+    def replicate(number: int) -> tuple[float, dict[str, float]]:
+        # Stream 0 of a seed is what `fit.simulate(seed=…)` gives.
+        twin = simulate(
+            fit.model,
+            n=data.n,
+            rate=data.rate,
+            seed=seed,
+            unit=recording.unit,
+            covariates=data.covariates,
+            axis=1 + number,
+        )
+        if gaps:
+            samples = fill_gaps(np.asarray(twin.samples), missing)
+            twin = Recording(
+                samples, rate=data.rate, unit=recording.unit, covariates=data.covariates or None
+            )
+        again = fit_model(twin, fit.model, method=fit.method)
+        return again.misfit.chi2, _numbers(again)
+
+    found: list[tuple[float, dict[str, float]] | None] = [None] * n
+    with ThreadPoolExecutor(THREADS) as pool:
+        jobs = {pool.submit(replicate, number): number for number in range(n)}
+        try:
+            for done, job in enumerate(as_completed(jobs), start=1):
+                found[jobs[job]] = job.result()
+                if progress is not None:
+                    progress(done, n)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    replicates = [f for f in found if f is not None]
+    fitted = _numbers(fit)
+    return SimulatedCheck(
+        fit.misfit.chi2,
+        np.array([chi2 for chi2, _ in replicates]),
+        fitted,
+        {name: np.array([values[name] for _, values in replicates]) for name in fitted},
+        _units(fit),
+    )
+
+
+def _named(fit: Fit) -> list[tuple[str, Any]]:
+    seen: dict[str, int] = {}
+    out = []
+    for effect in fit.model:
+        seen[effect.short] = seen.get(effect.short, 0) + 1
+        label = effect.short if seen[effect.short] == 1 else f"{effect.short}{seen[effect.short]}"
+        out += [
+            (label if p.name == label else f"{label}.{p.name}", (effect, p))
+            for p in effect.parameters
+            if p.role != "derived" and p.name not in effect.held
+        ]
+    return out
+
+
+def _numbers(fit: Fit) -> dict[str, float]:
+    """Values of the model itself: an interval for each of hundreds of replicates is not wanted."""
+    return {
+        name: float(value)
+        for name, (effect, p) in _named(fit)
+        if isinstance(value := effect.values[p.name], (int, float)) and not isinstance(value, bool)
+    }
+
+
+def _units(fit: Fit) -> dict[str, str]:
+    estimates = [v for values in fit.estimates for v in values.items()]
+    known = {name: e.unit for name, e in estimates if isinstance(e, Estimate)}
+    return {name: known.get(p.name, "") for name, (_, p) in _named(fit)}

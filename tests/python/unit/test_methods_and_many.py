@@ -1,0 +1,112 @@
+"""Three methods side by side; several recordings together."""
+
+import json
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.cli import main
+from allanite.errors import InputError
+
+
+def record(model, seed, n=100_000, axis=0):
+    return al.parse_model(model).simulate(n=n, rate=100, seed=seed, unit="rad/s", axis=axis)
+
+
+def test_methods_agree_where_lines_apply():
+    # Decades of slope −½, a wide plateau gone, decades of +½: what the classical reading is for.
+    table = al.fit_model(record("N(N=0.01)+K(K=0.02)", 3), "N+K").compare_methods()
+    for name, truth in (("N", 0.01), ("K", 0.02)):
+        row = table[name]
+        intervals = [row.whittle.interval, row.gls.interval, (row.line.low, row.line.high)]
+        # Joint: three 95 % intervals at three standard errors each must meet.
+        wide = [(a * (a / b) ** 0.25, b * (b / a) ** 0.25) for a, b in intervals]
+        assert max(a for a, _ in wide) < min(b for _, b in wide)
+        assert all(a < truth < b for a, b in wide)
+        assert row.remark == ""
+    assert "slope holds" in str(table)
+
+
+def test_no_rate_random_walk_is_read_off_a_gauss_markov_process():
+    fit = al.fit_model(record("N(N=0.0126)+GM(q_c=6e-3,T=10)", 1, 360_000), "N+GM")
+    table = fit.compare_methods()
+    readings = {row.name: row for row in table.rows if row.line is not None}
+    assert readings["N"].line.present
+    if "K" in readings:
+        assert not readings["K"].line.present
+        assert "no rate random walk is read" in readings["K"].remark
+    assert table["GM.q_c"].line is None
+    assert all(row.remark for name, row in readings.items() if name != "N")
+
+
+def test_a_line_over_other_effects_is_told_to_mislead():
+    table = al.fit_model(
+        record("N(N=0.0126)+B(B=0.002)+K(K=3e-4)", 1, 360_000), "N+B+K"
+    ).compare_methods()
+    assert "whole spectrum allows" in table["B"].remark
+    document = table.to_dict()
+    assert {m["name"] for m in document["methods"]} >= {"N", "B", "K"}
+    assert document["schema"] == "allanite/fit/1"
+    json.dumps(document, allow_nan=False)
+
+
+def test_recordings_that_agree_and_one_that_does_not():
+    same = [record("N(N=0.01)+K(K=0.01)", 5, 20_000, axis) for axis in range(3)]
+    together = al.fit_many(same, "N+K")
+    assert together.agree
+    assert together["N"].interval[0] < 0.01 < together["N"].interval[1]
+    # The common value is known √3 times better than each alone.
+    alone = np.diff(together.fits[0]["N"].interval)[0]
+    assert np.diff(together["N"].interval)[0] == pytest.approx(alone / np.sqrt(3), rel=0.1)
+    other = record("N(N=0.011)+K(K=0.01)", 5, 20_000, 3)
+    differ = al.fit_many([*same, other], "N+K")
+    assert not differ.agree
+    assert differ["N"].p_value < 1e-6
+    # Four values of which one is 10 % off scatter by 5 %.
+    assert differ["N"].spread == pytest.approx(0.05, rel=0.2)
+    assert differ["K"].agree
+    assert "the recordings differ: N" in str(differ)
+
+
+def test_columns_and_units():
+    samples = np.column_stack([record("N(N=0.01)", 7, 5000, a).samples for a in range(2)])
+    both = al.fit_many(al.Recording(samples, rate=100, unit="rad/s", columns=("x", "y")), "N")
+    assert [label.split()[0] for label in both.labels] == ["x", "y"]
+    first = al.Recording(samples[:, 0], rate=100, unit="rad/s")
+    with pytest.raises(InputError, match=r"deg/s and rad/s"):
+        al.fit_many([first, first.to("deg/s")], "N")
+    with pytest.raises(InputError, match="no recordings"):
+        al.fit_many([], "N")
+    assert al.fit_many(first, "N").pooled == ()
+
+
+def test_a_coefficient_that_no_recording_shows_is_a_common_limit():
+    many = al.fit_many([record("N(N=0.01)", 11, 20_000, a) for a in range(3)], "N+K")
+    row = many["K"]
+    assert row.interval[0] == 0.0
+    assert row.spread is None
+    assert row.interval[1] < min(fit["K"].interval[1] for fit in many.fits)
+
+
+def test_command_line(tmp_path, capsys):
+    logs = []
+    for axis in range(2):
+        path = tmp_path / f"run{axis}.npy"
+        np.save(path, record("N(N=0.01)", 13, 5000, axis).samples)
+        logs.append(str(path))
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as caught:
+            main(["fit", *arguments, "--rate", "100", "--unit", "rad/s", "--model", "N+K"])
+        assert caught.value.code == 0
+        return capsys.readouterr().out
+
+    text = run(*logs)
+    assert "they agree, p" in text
+    document = json.loads(run(*logs, "--json"))
+    assert len(document["columns"]) == 2
+    assert document["pooled"][0]["agree"] is True
+    one = json.loads(run(logs[0], "--json", "--compare-methods"))
+    assert one["methods"][0]["name"] == "N"
+    assert "whittle" in run(logs[0], "--compare-methods")
