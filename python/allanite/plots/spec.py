@@ -221,7 +221,7 @@ class Panel:
         return tuple(m for m in self.marks if isinstance(m, kind))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Figure:
     """Panels on a grid under a title.
 
@@ -264,11 +264,20 @@ class Figure:
 
         return paint(self, theme)
 
+    def to_matplotlib(self, theme: str = "light", size: tuple[float, float] = (12.8, 7.2)) -> Any:
+        """The figure as a ``matplotlib.figure.Figure`` of `size` inches, to be changed at will."""
+        from allanite.plots.matplotlib_painter import draw
+
+        return draw(self, theme, size)
+
     def save(self, path: Any, theme: str = "light") -> None:
         """Write SVG, PNG or PDF, by the suffix of `path`."""
         from allanite.plots.matplotlib_painter import save
 
         save(self, path, theme)
+
+    def __repr__(self) -> str:
+        return f"Figure({self.kind}: {self.title})"
 
     def _repr_svg_(self) -> str:
         """What a notebook shows."""
