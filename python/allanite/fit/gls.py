@@ -10,6 +10,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.effects.terms import scaled
 from allanite.errors import InputError, TooShortError
+from allanite.showing import brief
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,6 +53,8 @@ class GlsFit:
     dof: int
     expected: NDArray[np.float64]
     rounds: int
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for name in ("squares", "covariance", "expected"):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.showing import brief
 
 __all__ = [
     "Axis",
@@ -55,6 +56,8 @@ class Line:
     width: float = 1.6
     dash: str = "solid"
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         _fix(self, "x", "y")
 
@@ -72,6 +75,8 @@ class Points:
     size: float = 4.0
     hollow: bool = False
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         _fix(self, "x", "y", "low", "high")
 
@@ -85,6 +90,8 @@ class Band:
     high: Array
     color: str
     label: str = ""
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         _fix(self, "x", "low", "high")
@@ -120,6 +127,8 @@ class Bars:
     texts: tuple[str, ...]
     colors: tuple[str, ...]
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         _fix(self, "values")
         if not len(self.texts) == len(self.colors) == self.values.size:
@@ -150,6 +159,8 @@ class HeatMap:
     label: str
     ticks: tuple[tuple[float, str], ...]
     marked: NDArray[np.bool_]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for name in ("x_edges", "y_edges", "values"):

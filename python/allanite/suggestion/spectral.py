@@ -17,6 +17,7 @@ from allanite.effects.model import ONCE
 from allanite.fit.data import column
 from allanite.fit.engine import Solution, solve
 from allanite.fit.shape import shape_grid
+from allanite.showing import brief
 from allanite.suggestion.evidence import arc_length
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ class Candidate:
     #: The record it was refitted to, where samples were taken out.
     data: Data | None = None
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Screen:
@@ -54,6 +57,8 @@ class Screen:
     arcs: tuple[float, ...]
     #: Family of each of the arcs where a screen serves several.
     families: tuple[str, ...] = ()
+
+    __repr__ = brief
 
 
 def _points(cls: type[Effect], data: Data) -> list[Effect]:
