@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from allanite.parameters import Estimate
     from allanite.readers import read
     from allanite.recording import Recording
+    from allanite.report import Report, make_report
     from allanite.spectrum import Spectrum, psd
     from allanite.study import Study, improve
     from allanite.suggestion import Check, Suggestion
@@ -103,6 +104,8 @@ _HOME = {
     "Estimate": "allanite.parameters",
     "read": "allanite.readers",
     "Recording": "allanite.recording",
+    "Report": "allanite.report",
+    "make_report": "allanite.report",
     "Spectrum": "allanite.spectrum",
     "psd": "allanite.spectrum",
     "Study": "allanite.study",
@@ -138,6 +141,7 @@ __all__ = [
     "RateRamp",
     "RateRandomWalk",
     "Recording",
+    "Report",
     "Resonance",
     "Sinusoid",
     "Spectrum",
@@ -153,6 +157,7 @@ __all__ = [
     "hdev",
     "htotdev",
     "improve",
+    "make_report",
     "mdev",
     "mtie",
     "mtotdev",
