@@ -169,7 +169,8 @@ def main(hours: float = HOURS, folder: str | None = None) -> dict[str, object]:
     by_log, by_linear = (value / own for value in grids(record, -0.5, 1.0))
     print(
         f"\nMEMS, N by the nearest slope over its true value: {by_log:.2f} on a logarithmic grid,\n"
-        f"{by_linear:.2f} on a linear one, which has nearly all its points at the long end, where the slope between two neighbours is chance."
+        f"{by_linear:.2f} on a linear one, which has nearly all its points at the long end, where the\n"
+        "slope between two neighbours is chance."
     )
     if folder is not None:
         Path(folder).mkdir(parents=True, exist_ok=True)
