@@ -185,7 +185,10 @@ def _failed(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         *_where(check, "It fails nowhere beyond chance, over τ, frequency or time."),
     ]
     if len(entry.study.ladder) > 1:
-        caption = f"The first model, {fit.model.name}; shaded where it fails."
+        shaded = check.where.worst_tau or check.where.worst_frequency
+        caption = f"The first model, {fit.model.name}" + (
+            "; shaded where it fails." if shaded else "."
+        )
         out.append(Picture(_bare(plot_check(check)), caption, "first", 6.0))
     if check.where.time:
         caption = "Over time: power measured over expected in octave bands; framed cells are beyond chance."

@@ -140,7 +140,7 @@ def verdict(study: Any) -> tuple[str, str]:
     """(tone, sentences): whether the model agrees, what had to be added, how far the error fell."""
     first, last = study.ladder[0].fit, study.fit
     start = first.model.name
-    added = [_added(r) for r in study.ladder[1:] if r.added is not None]
+    added = _all_added([r for r in study.ladder[1:] if r.added is not None])
     if not added:
         if study.adequate:
             return "good", f"{start} describes this record; nothing is significantly missing."
@@ -156,6 +156,19 @@ def verdict(study: Any) -> tuple[str, str]:
     if study.adequate:
         return "good", f"{words} Nothing significant is left."
     return "bad", f"{words} Something is left that no effect of the catalogue explains."
+
+
+def _all_added(rungs: list[Any]) -> list[str]:
+    """Each effect with its numbers; several of a kind together, by their count."""
+    together: dict[str, list[Any]] = {}
+    for rung in rungs:
+        together.setdefault(rung.added.kind, []).append(rung)
+    return [
+        _added(same[0])
+        if len(same) == 1
+        else f"{len(same)} × {same[0].fit.display_name(same[0].added)}"
+        for same in together.values()
+    ]
 
 
 def _added(rung: Any) -> str:

@@ -96,3 +96,14 @@ def test_readme_example_runs():
     kinds = [rung.added.kind for rung in names["study"].ladder[1:]]
     assert kinds == ["gauss_markov"]
     assert names["fit"]["N"].to("deg/sqrt(h)").unit == "deg/sqrt(h)"
+
+
+def test_every_example_is_told_and_every_figure_there():
+    docs = ROOT / "docs"
+    text = (docs / "examples.md").read_text(encoding="utf-8")
+    for path in (ROOT / "examples").glob("*.py"):
+        assert f"(../examples/{path.name})" in text
+    pages = [p for p in docs.rglob("*.md") if p.is_file()] + [ROOT / "README.md"]
+    for page in pages:
+        for link in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text(encoding="utf-8")):
+            assert (page.parent / link).is_file(), (page.name, link)

@@ -198,6 +198,8 @@ def test_interactive_embeds_plotly_once(report, run, log, tmp_path):
         assert light["layout"]["paper_bgcolor"] != dark["layout"]["paper_bgcolor"]
     assert len(re.findall(r"<script[ >]", text)) == len(figures) + 2
     assert not re.search(r"<(script|link|img)[^>]+(src|href)=", text)
+    # A rule for the drawings of plotly too would cover them.
+    assert ".allanite figure svg" not in text
     with pytest.raises(al.InputError, match=r"\.html"):
         report.save(tmp_path / "r.md", interactive=True)
     code, _, err = run("report", log, "--interactive", "-o", tmp_path / "r.md")
