@@ -360,6 +360,7 @@ def _heat(canvas: Any, axes: Any, mark: HeatMap, look: Theme) -> None:
         )
     bar = canvas.colorbar(mesh, ax=axes, pad=0.015, fraction=0.05)
     bar.outline.set_visible(False)
+    bar.solids.set_edgecolor("face")  # no hair lines between shades
     bar.solids.set_rasterized(False)  # a page recolours what is drawn, not pictures in it
     bar.set_ticks([v for v, _ in mark.ticks], labels=[t for _, t in mark.ticks])
     bar.ax.tick_params(labelsize=9.5, color=look.faint, labelcolor=look.text)

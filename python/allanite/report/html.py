@@ -29,6 +29,12 @@ if TYPE_CHECKING:
 
 __all__ = ["body", "page"]
 
+#: Only of a page that is the report's own: a notebook has sheets of its own.
+SHEETS = (
+    "<style>@page { size: A4; margin: 15mm 14mm 16mm; @bottom-right { content: counter(page) ' / ' counter(pages); "
+    "font: 8pt sans-serif; color: #666; } }</style>"
+)
+
 
 def page(report: Report, interactive: bool = False) -> str:
     """The whole page."""
@@ -40,7 +46,8 @@ def page(report: Report, interactive: bool = False) -> str:
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f'<meta name="generator" content="allanite {escape(_kernels.version())}">\n'
-        f"<title>{escape(title)}</title>\n{_style()}\n</head>\n"
+        '<meta name="color-scheme" content="light dark">\n'
+        f"<title>{escape(title)}</title>\n{_style()}\n{SHEETS}\n</head>\n"
         f'<body class="allanite">\n<main>\n{content}\n</main>\n{scripts}</body>\n</html>\n'
     )
 
