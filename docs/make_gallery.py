@@ -6,7 +6,6 @@ are figures of them and numbers. The page is kept by sections, so that some of t
 
 from __future__ import annotations
 
-import io
 import os
 import re
 import sys
@@ -14,12 +13,11 @@ import time
 from pathlib import Path
 
 from gallery_records import RECORDS, Record
-from PIL import Image  # comes with matplotlib
+from pictures import picture
 
 import allanite as al
 from allanite._kernels import version
-from allanite.plots import Figure, plot_check, plot_study
-from allanite.plots.matplotlib_painter import render
+from allanite.plots import plot_check, plot_study
 from allanite.plots.words import number, values_text
 from allanite.report.words import tidy, verdict
 
@@ -108,12 +106,6 @@ def section(record: Record, path: Path) -> str:
     return "\n\n".join(out)
 
 
-def picture(figure: Figure, path: Path) -> None:
-    """A PNG of few colours: a third of the size, and nothing to be seen of it."""
-    image = Image.open(io.BytesIO(render(figure, "png"))).convert("RGB")
-    image.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
-
-
 def suggestions(check: al.Check) -> str:
     """The first three with their numbers and rivals."""
     told = []
@@ -132,6 +124,7 @@ def ladder(study: al.Study) -> str:
     for rung in study.ladder:
         m, e = rung.fit.misfit, rung.fit.error
         added = "start" if rung.added is None else f"+ {rung.fit.display_name(rung.added)}"
+        added += "".join(f", − {kind.replace('_', ' ')}" for kind in rung.removed)
         values = (m.reduced, e.adev_rms_percent, e.adev_max_percent, e.held_out)
         rows.append((added, rung.fit.model.name, *("–" if v is None else number(v) for v in values)))  # fmt: skip
     head = ("rung", "model", "χ²/dof", "Allan error, % rms", "% at most", "held out")
@@ -148,7 +141,9 @@ def left(study: al.Study) -> str:
         "limit": "the ladder was stopped at its longest",
     }.get(study.stopped_because, study.stopped_because)
     text = f"Left unexplained ({why})"
-    return f"{text}:\n\n{bullets([tidy(s) for s in sentences])}" if sentences else f"{text}."
+    if not sentences:
+        return f"{text}: the model is improbable as a whole, yet no single range stands out."
+    return f"{text}:\n\n{bullets([tidy(s) for s in sentences])}"
 
 
 def bullets(items: list[str]) -> str:

@@ -8,6 +8,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from pictures import few_colours
 from PIL import Image  # comes with matplotlib
 
 import allanite as al
@@ -40,8 +41,7 @@ def main() -> None:
                  f"--window-size={WIDTH},{HEIGHT}", f"--screenshot={raw}", page.as_uri()],
                 check=True, capture_output=True,
             )  # fmt: skip
-            image = Image.open(raw).convert("RGB").quantize(128, dither=Image.Dither.NONE)
-            image.save(FOLDER / f"report-{theme}.png", optimize=True)
+            few_colours(Image.open(raw), FOLDER / f"report-{theme}.png")
 
 
 if __name__ == "__main__":

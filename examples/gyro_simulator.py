@@ -175,7 +175,13 @@ def main(hours: float = HOURS, folder: str | None = None) -> dict[str, object]:
     if folder is not None:
         Path(folder).mkdir(parents=True, exist_ok=True)
         figure(terms, whole, model).save(Path(folder) / "gyro_simulator.svg")
-    return {"terms": terms, "fit": fit, "sheets": sheets, "grids": (by_log, by_linear)}
+    return {
+        "terms": terms,
+        "whole": whole,
+        "fit": fit,
+        "sheets": sheets,
+        "grids": (by_log, by_linear),
+    }
 
 
 if __name__ == "__main__":

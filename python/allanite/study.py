@@ -125,6 +125,7 @@ class Study:
         for rung in self.ladder:
             m, e = rung.fit.misfit, rung.fit.error
             added = "start" if rung.added is None else f"+ {rung.fit.display_name(rung.added)}"
+            added += "".join(f", − {kind}" for kind in rung.removed)
             errors = (e.adev_rms_percent, e.adev_max_percent, e.held_out)
             rows.append(
                 (

@@ -152,10 +152,19 @@ def verdict(study: Any) -> tuple[str, str]:
             ),
         )
     what = added[0] if len(added) == 1 else f"{', '.join(added[:-1])} and {added[-1]}"
-    words = f"{start} does not describe this record. Added: {what}. {_fall(first, last)}"
+    words = f"{start} does not describe this record. Added: {what}. {_removed(study)}{_fall(first, last)}"
     if study.adequate:
         return "good", f"{words} Nothing significant is left."
     return "bad", f"{words} Something is left that no effect of the catalogue explains."
+
+
+def _removed(study: Any) -> str:
+    """What a later effect made needless."""
+    there = {effect.kind for effect in study.fit.model}
+    gone = dict.fromkeys(kind for rung in study.ladder for kind in rung.removed)
+    kinds = [kind for kind in gone if kind not in there]
+    names = ", ".join(kind.replace("_", " ") for kind in kinds)
+    return f"Made needless by it and taken out: {names}. " if names else ""
 
 
 def _all_added(rungs: list[Any]) -> list[str]:
@@ -173,6 +182,8 @@ def _all_added(rungs: list[Any]) -> list[str]:
 
 def _added(rung: Any) -> str:
     kinds = [e.kind for e in rung.fit.model.effects]
+    if rung.added.kind not in kinds:
+        return str(rung.added.title)
     # The last of its kind: there may be several lines.
     place = len(kinds) - 1 - kinds[::-1].index(rung.added.kind)
     numbers = values_text(rung.fit.estimates[place])
