@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo test test-rust test-python lint bench clean
+.PHONY: help demo test test-rust test-python lint bench clean gallery
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -53,6 +53,9 @@ bench: $(VENV)/.developed ## ratios against other programs, side by side, writte
 	$(BIN)/python -m pip install --quiet --group bench
 	cargo bench --quiet --locked
 	$(BIN)/python benches/python/run.py
+
+gallery: $(VENV)/.developed ## what the loop does on real recordings (ALLANITE_DATA), written to docs/gallery
+	$(BIN)/python docs/make_gallery.py
 
 clean: ## remove what was built
 	rm -rf target $(VENV) demo dist

@@ -1,8 +1,10 @@
 """Draw the figures of the documentation: python docs/make_figures.py (a minute)."""
 
+import runpy
 from pathlib import Path
 
 import matplotlib as mpl
+from pictures import picture
 
 import allanite as al
 from allanite.plots import plot_check, plot_study
@@ -25,6 +27,12 @@ def main():
     with mpl.rc_context({"svg.hashsalt": "allanite"}):
         plot_study(study, FOLDER / "loop.svg")
         plot_check(study.ladder[0].fit.check(), FOLDER / "check.svg")
+    simulator = runpy.run_path(str(FOLDER.parents[1] / "examples" / "gyro_simulator.py"))
+    found = simulator["main"]()
+    model = al.Model(tuple(term.effect for term in found["terms"].values()))
+    picture(
+        simulator["figure"](found["terms"], found["whole"], model), FOLDER / "gyro_simulator.png"
+    )
 
 
 if __name__ == "__main__":

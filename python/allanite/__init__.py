@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from allanite.planning import Plan, Power, plan, power
     from allanite.readers import read
     from allanite.recording import Recording
+    from allanite.report import Report, make_report
     from allanite.spectrum import Spectrum, psd
     from allanite.study import Study, improve
     from allanite.suggestion import Check, Suggestion
@@ -117,6 +118,8 @@ _HOME = {
     "power": "allanite.planning",
     "read": "allanite.readers",
     "Recording": "allanite.recording",
+    "Report": "allanite.report",
+    "make_report": "allanite.report",
     "Spectrum": "allanite.spectrum",
     "psd": "allanite.spectrum",
     "Study": "allanite.study",
@@ -156,6 +159,7 @@ __all__ = [
     "RateRamp",
     "RateRandomWalk",
     "Recording",
+    "Report",
     "Resonance",
     "Sinusoid",
     "Spectrum",
@@ -173,6 +177,7 @@ __all__ = [
     "hdev",
     "htotdev",
     "improve",
+    "make_report",
     "mdev",
     "mtie",
     "mtotdev",

@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.errors import InputError
+from allanite.showing import brief
 from allanite.units import conversion, parse_unit
 
 if TYPE_CHECKING:
@@ -49,6 +50,8 @@ class Curve:
     low: NDArray[np.float64] | None = None
     high: NDArray[np.float64] | None = None
 
+    __repr__ = brief
+
     def at(self, tau: float) -> float | None:
         """Deviation at an averaging time, within 1 %, or None."""
         i = int(np.argmin(np.abs(self.tau - tau)))
@@ -71,6 +74,8 @@ class Curves:
     """Several curves; the first is what the others are compared with."""
 
     curves: tuple[Curve, ...]
+
+    __repr__ = brief
 
     def to_dict(self) -> dict[str, Any]:
         """``allanite/compare/1``."""

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from allanite.audit import Finding
+    from allanite.plots import Figure
 
 __all__ = ["QUANTITIES", "Recording"]
 
@@ -359,6 +360,17 @@ class Recording:
             "gaps": self.gaps,
             "audit": [finding.to_dict() for finding in self.audit],
         }
+
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """Samples over time, a panel a column; see `allanite.plots.plot_recording`."""
+        from allanite.plots import plot_recording
+
+        return plot_recording(self, path, theme)
+
+    def _repr_html_(self) -> str:
+        from allanite.showing import recording_html
+
+        return recording_html(self)
 
     def __repr__(self) -> str:
         what = f"{self.n} samples at {self.rate:g} Hz ({self.duration:g} s) in {self.unit}"

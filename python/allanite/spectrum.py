@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.errors import InputError, TooShortError
+from allanite.showing import brief
 
 __all__ = ["Bins", "Spectrum", "bins_of", "fill_gaps", "psd"]
 
@@ -51,6 +52,8 @@ class Bins:
     nodes: NDArray[np.int64]
     owner: NDArray[np.int64]
     groups: NDArray[np.int64]
+
+    __repr__ = brief
 
     def mean(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Bin means of values given at the nodes."""
@@ -168,6 +171,8 @@ class Spectrum:
     high: NDArray[np.float64]
     count: NDArray[np.float64]
     unit: str = "1"
+
+    __repr__ = brief
 
     def __str__(self) -> str:
         lines = [

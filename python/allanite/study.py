@@ -31,6 +31,10 @@ class Rung:
     added: Effect | None = None
     removed: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        added = "start" if self.added is None else f"+ {self.added.kind}"
+        return f"Rung({added}: {self.fit.model.name})"
+
     def to_dict(self) -> dict[str, Any]:
         """The contract's record of a rung."""
         return {
@@ -109,8 +113,35 @@ class Study:
             lines += ["left unexplained:", *(f"  {s}" for s in left)] if left else []
         return "\n".join([*lines, "", str(self.fit)])
 
+    def __repr__(self) -> str:
+        first, last = self.ladder[0].fit.model.name, self.fit.model.name
+        words = "adequate" if self.adequate else self.stopped_because
+        return f"Study({self.recording.columns[0]}: {first} → {last}, {words})"
+
     def _repr_html_(self) -> str:
-        return f"<pre>{self}</pre>"
+        from allanite.showing import html_list, html_table
+
+        rows = []
+        for rung in self.ladder:
+            m, e = rung.fit.misfit, rung.fit.error
+            added = "start" if rung.added is None else f"+ {rung.fit.display_name(rung.added)}"
+            added += "".join(f", − {kind}" for kind in rung.removed)
+            errors = (e.adev_rms_percent, e.adev_max_percent, e.held_out)
+            rows.append(
+                (
+                    added,
+                    rung.fit.model.name,
+                    f"{m.reduced:.2f}",
+                    f"{m.p_value:.2g}",
+                    *(_number(value) for value in errors),
+                )
+            )
+        head = ("rung", "model", "χ²/dof", "p", "ADEV rms %", "max %", "held out")
+        title = f"{self.recording.path or 'recording'} · {self.recording.columns[0]}"
+        left = [] if self.adequate else self.check.where.sentences()
+        ending = [f"stopped: {self.stopped_because}", *left]
+        table = html_table(title, head, rows, (2, 3, 4, 5, 6))
+        return table + html_list(ending) + self.fit._repr_html_()
 
 
 def _number(value: float | None) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.errors import InputError
+from allanite.showing import brief
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -63,6 +64,8 @@ class Stamps:
     first_backwards: int
     gaps: tuple[tuple[int, int], ...]
     coarse: bool
+
+    __repr__ = brief
 
     @property
     def missing(self) -> int:

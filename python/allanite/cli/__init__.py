@@ -27,6 +27,7 @@ COMMANDS = {
     "fit": "Coefficients of a noise model, with intervals.",
     "check": "Where a model fails to describe a log, and which effects are missing.",
     "improve": "Add the missing effects one by one until nothing helps; prints the ladder.",
+    "report": "One file to hand on: record, model, where it fails, the ladder, what is left.",
     "compare": "Logs, models and data sheets in one table and one figure.",
     "export": "Parameters of a model for a filter or simulator.",
     "plan": "How long to record, and how fast, to find an effect or to know a coefficient.",

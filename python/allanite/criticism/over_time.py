@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.fit.data import density
 from allanite.fit.whittle import normal_scores
+from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
@@ -61,6 +62,8 @@ class TimeMap:
     high_hz: NDArray[np.float64]
     ratio: NDArray[np.float64]
     z: NDArray[np.float64]
+
+    __repr__ = brief
 
     def rows(self) -> list[dict[str, Any]]:
         """One record a cell, as in the contract."""

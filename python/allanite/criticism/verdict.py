@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.criticism import over_frequency, over_tau
 from allanite.criticism.over_time import time_map
+from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
@@ -34,6 +35,8 @@ class Where:
     worst_tau: Range
     worst_frequency: Range
     worst_time: Range
+
+    __repr__ = brief
 
     def worst(self) -> dict[str, list[float] | None]:
         """The contract's ``where.worst``."""

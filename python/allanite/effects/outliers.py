@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Modifier, Parameter
+from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
@@ -40,6 +41,8 @@ class Outliers(Modifier):
         "look at the raw words and checksums at these times; count them against a bus or supply event"
     )
     rivals: ClassVar[tuple[str, ...]] = ("noise_level_change",)
+
+    __repr__ = brief
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None

@@ -64,7 +64,9 @@ def fit_model(recording: Recording, model: Model | Effect | str, method: str = "
     ]:
         raise InputError(f"{missing[0]} has no value: give one, or let check find it over time")
     outliers = next((e for e in model if isinstance(e, Outliers)), None)
-    mask = None if outliers is None else outliers.missing(recording.n, recording.rate)
+    # Angles have one difference fewer than samples.
+    n = recording.n - (recording.quantity == "angle")
+    mask = None if outliers is None else outliers.missing(n, recording.rate)
     data = prepare(recording, mask)
     solution = solve(data, model)
     fit = Fit(recording, solution.model, "whittle", data, solution)

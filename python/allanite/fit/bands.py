@@ -10,6 +10,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.effects.terms import allan_variance
 from allanite.errors import InputError
+from allanite.showing import brief
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,6 +47,8 @@ class Bands:
     high_everywhere: NDArray[np.float64]
     edf: NDArray[np.float64]
     level: float
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for name in ("low_factor", "high_factor", "low_everywhere", "high_everywhere", "edf"):

@@ -13,6 +13,7 @@ from allanite.deviation import oadev
 from allanite.effects import terms as _terms
 from allanite.fit.bands import bands
 from allanite.fit.whittle import normal_scores
+from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.effects import Model
@@ -55,6 +56,8 @@ class Curve:
     edf: NDArray[np.float64]
     z: NDArray[np.float64]
     components: dict[str, NDArray[np.float64]]
+
+    __repr__ = brief
 
     @property
     def ratio(self) -> NDArray[np.float64]:

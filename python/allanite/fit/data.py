@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.effects import terms as _terms
 from allanite.errors import InputError, TooShortError
+from allanite.showing import brief
 from allanite.spectrum import Bins, bins_of, fill_gaps
 
 if TYPE_CHECKING:
@@ -46,6 +47,8 @@ class Data:
     bins: Bins
     covariates: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     start: float = 0.0
+
+    __repr__ = brief
 
     @property
     def n(self) -> int:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.effects.sinusoid import Sinusoid
 from allanite.fit.matched import step_ordinates
+from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
@@ -53,6 +54,8 @@ class Design:
     matrix: NDArray[np.float64]
     owner: tuple[int, ...]
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Regression:
@@ -62,6 +65,8 @@ class Regression:
     covariance: NDArray[np.float64]
     leverage: NDArray[np.float64]
     gain: float
+
+    __repr__ = brief
 
 
 def window(frequency: float, data: Data, half: int = WINDOW) -> NDArray[np.int64]:

@@ -18,6 +18,7 @@ from allanite.fit import shape as _shape
 from allanite.fit.data import column, columns, density
 from allanite.fit.deterministic import Design, Regression, design_of, regress
 from allanite.fit.whittle import Maximum, log_likelihood, maximise
+from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
@@ -57,6 +58,8 @@ class Solution:
     log_likelihood: float
     design: Design | None = None
     regression: Regression | None = None
+
+    __repr__ = brief
 
     @property
     def terms_model(self) -> tuple[Stochastic, ...]:

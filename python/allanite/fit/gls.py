@@ -11,6 +11,7 @@ from allanite import _kernels
 from allanite.errors import InputError, TooShortError
 from allanite.fit.gls_intervals import interval
 from allanite.fit.mixtures import Mixtures
+from allanite.showing import brief
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,6 +60,8 @@ class GlsFit:
     rounds: int
     target: NDArray[np.float64]
     mixtures: Mixtures
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for name in ("squares", "covariance", "expected"):

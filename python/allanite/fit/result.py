@@ -299,8 +299,21 @@ class Fit:
 
         return fit_table(self)
 
+    def __repr__(self) -> str:
+        return f"Fit({self.recording.columns[0]}, {self.method}: {self.model})"
+
     def _repr_html_(self) -> str:
-        return f"<pre>{self}</pre>"
+        from allanite.fit.table import misfit_line, parameter_rows
+        from allanite.showing import html_list, html_table
+
+        r = self.recording
+        title = (
+            f"{self.model.name} fitted to {r.path or 'recording'} · {r.columns[0]} ({self.method})"
+        )
+        head = ("effect", "parameter", "value", "95 % interval")
+        return html_table(title, head, parameter_rows(self), (2, 3)) + html_list(
+            [misfit_line(self)]
+        )
 
 
 def group_scores(solution: Solution, data: Data) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.showing import brief
+
 __all__ = [
     "Maximum",
     "information",
@@ -33,6 +35,8 @@ class Maximum:
     theta: Array
     spectrum: Array
     log_likelihood: float
+
+    __repr__ = brief
 
 
 def log_likelihood(power: Array, count: Array, spectrum: Array) -> float:

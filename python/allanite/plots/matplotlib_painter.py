@@ -29,13 +29,13 @@ from allanite.plots.spec import (
 )
 from allanite.plots.themes import Theme, theme_of
 
-__all__ = ["render", "save"]
+__all__ = ["draw", "render", "save"]
 
 SUFFIXES = ("svg", "png", "pdf")
 WIDTH, HEIGHT, DPI = 12.8, 7.2, 100
 #: Inches that the title and each line of the subtitle take.
 TITLE, LINE_HEIGHT = 0.29, 0.22
-#: Letters in the width of a legend, and of the key before each label.
+#: Letters in the width of a legend of `WIDTH`, and of the key before each label.
 LETTERS, KEY = 177, 9
 FONT = "DejaVu Sans"  # comes with matplotlib and has every sign that is written here
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
@@ -80,8 +80,27 @@ def save(figure: Figure, path: str | Path, theme: str = "light") -> None:
         Path(draft).unlink(missing_ok=True)
 
 
-def render(figure: Figure, kind: str, theme: str = "light") -> bytes:
-    """The bytes of an SVG, PNG or PDF of 1280 × 720 pixels."""
+def render(
+    figure: Figure, kind: str, theme: str = "light", size: tuple[float, float] = (WIDTH, HEIGHT)
+) -> bytes:
+    """The bytes of an SVG, PNG or PDF; `size` in inches of 100 pixels."""
+    canvas = draw(figure, theme, size)
+    stream = io.BytesIO()
+    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
+    canvas.savefig(
+        stream, format=kind, dpi=DPI, facecolor=canvas.get_facecolor(), metadata=metadata
+    )
+    return stream.getvalue()
+
+
+def draw(figure: Figure, theme: str = "light", size: tuple[float, float] = (WIDTH, HEIGHT)) -> Any:
+    """The ``matplotlib.figure.Figure`` of a figure; `size` in inches.
+
+    Raises
+    ------
+    InputError
+        An unknown theme, matplotlib not installed.
+    """
     try:
         from matplotlib.figure import Figure as Canvas
         from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -91,7 +110,7 @@ def render(figure: Figure, kind: str, theme: str = "light") -> bytes:
         ) from None
     look = theme_of(theme)
     layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.0)
-    canvas = Canvas(figsize=(WIDTH, HEIGHT), dpi=DPI, facecolor=look.ground, layout=layout)
+    canvas = Canvas(figsize=size, dpi=DPI, facecolor=look.ground, layout=layout)
     grid = canvas.add_gridspec(
         len(figure.heights),
         len(figure.widths),
@@ -103,23 +122,22 @@ def render(figure: Figure, kind: str, theme: str = "light") -> bytes:
         _panel(canvas, canvas.add_subplot(place), panel, look)
     top = _words(canvas, figure, look)
     layout.set(rect=(0.0, 0.0, 1.0, top))
-    stream = io.BytesIO()
-    metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
-    canvas.savefig(stream, format=kind, dpi=DPI, facecolor=look.ground, metadata=metadata)
-    return stream.getvalue()
+    return canvas
 
 
 def _words(canvas: Any, figure: Figure, look: Theme) -> float:
     """Title and subtitle, and one legend for all panels; the part of the height that is left below the title."""
-    top = 0.13
+    width, height = canvas.get_size_inches()
+    top = 0.13 if figure.title or figure.subtitle else 0.06
     style = {"ha": "left", "va": "top", "color": look.text, "family": FONT}
-    canvas.text(0.012, 1 - top / HEIGHT, figure.title, fontsize=13, weight="bold", **style)
-    top += TITLE
+    if figure.title:
+        canvas.text(0.012, 1 - top / height, figure.title, fontsize=13, weight="bold", **style)
+        top += TITLE
     for line in figure.subtitle.splitlines():
-        canvas.text(0.012, 1 - top / HEIGHT, line, fontsize=10.5, **style)
+        canvas.text(0.012, 1 - top / height, line, fontsize=10.5, **style)
         top += LINE_HEIGHT
     marks = figure.legend()
-    below = 1 - (top + 0.02) / HEIGHT
+    below = 1 - (top + 0.02) / height
     if not marks:
         return below
     labels = [label_of(m) for m in marks]
@@ -127,7 +145,7 @@ def _words(canvas: Any, figure: Figure, look: Theme) -> float:
         handles=[_handle(m, look) for m in marks],
         labels=labels,
         loc="outside lower center",
-        ncols=_columns(labels),
+        ncols=_columns(labels, LETTERS * width / WIDTH),
         frameon=False,
         prop={"family": FONT, "size": 9.5},
         labelcolor=look.text,
@@ -137,13 +155,13 @@ def _words(canvas: Any, figure: Figure, look: Theme) -> float:
     return below
 
 
-def _columns(labels: list[str]) -> int:
+def _columns(labels: list[str], letters: float) -> int:
     """Most columns of a legend that fit the width; the first columns take what does not divide."""
     for columns in range(len(labels), 1, -1):
         rows, longer = divmod(len(labels), columns)
         starts = [i * rows + min(i, longer) for i in range(columns + 1)]
         widths = [max(map(len, labels[a:b])) for a, b in itertools.pairwise(starts)]
-        if sum(widths) + KEY * columns <= LETTERS:
+        if sum(widths) + KEY * columns <= letters:
             return columns
     return 1
 
@@ -342,6 +360,8 @@ def _heat(canvas: Any, axes: Any, mark: HeatMap, look: Theme) -> None:
         )
     bar = canvas.colorbar(mesh, ax=axes, pad=0.015, fraction=0.05)
     bar.outline.set_visible(False)
+    bar.solids.set_edgecolor("face")  # no hair lines between shades
+    bar.solids.set_rasterized(False)  # a page recolours what is drawn, not pictures in it
     bar.set_ticks([v for v, _ in mark.ticks], labels=[t for _, t in mark.ticks])
     bar.ax.tick_params(labelsize=9.5, color=look.faint, labelcolor=look.text)
     for label in bar.ax.get_yticklabels():

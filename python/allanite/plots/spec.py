@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.showing import brief
 
 __all__ = [
     "Axis",
@@ -55,6 +56,8 @@ class Line:
     width: float = 1.6
     dash: str = "solid"
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         _fix(self, "x", "y")
 
@@ -72,6 +75,8 @@ class Points:
     size: float = 4.0
     hollow: bool = False
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         _fix(self, "x", "y", "low", "high")
 
@@ -85,6 +90,8 @@ class Band:
     high: Array
     color: str
     label: str = ""
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         _fix(self, "x", "low", "high")
@@ -120,6 +127,8 @@ class Bars:
     texts: tuple[str, ...]
     colors: tuple[str, ...]
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         _fix(self, "values")
         if not len(self.texts) == len(self.colors) == self.values.size:
@@ -150,6 +159,8 @@ class HeatMap:
     label: str
     ticks: tuple[tuple[float, str], ...]
     marked: NDArray[np.bool_]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         for name in ("x_edges", "y_edges", "values"):
@@ -221,7 +232,7 @@ class Panel:
         return tuple(m for m in self.marks if isinstance(m, kind))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Figure:
     """Panels on a grid under a title.
 
@@ -264,11 +275,20 @@ class Figure:
 
         return paint(self, theme)
 
+    def to_matplotlib(self, theme: str = "light", size: tuple[float, float] = (12.8, 7.2)) -> Any:
+        """The figure as a ``matplotlib.figure.Figure`` of `size` inches, to be changed at will."""
+        from allanite.plots.matplotlib_painter import draw
+
+        return draw(self, theme, size)
+
     def save(self, path: Any, theme: str = "light") -> None:
         """Write SVG, PNG or PDF, by the suffix of `path`."""
         from allanite.plots.matplotlib_painter import save
 
         save(self, path, theme)
+
+    def __repr__(self) -> str:
+        return f"Figure({self.kind}: {self.title})"
 
     def _repr_svg_(self) -> str:
         """What a notebook shows."""

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from allanite.suggestion import Check
 
-__all__ = ["plot_time"]
+__all__ = ["plot_time", "time_scale"]
 
 #: The colours end at this factor of power, and beyond it.
 FACTOR = 4.0
@@ -63,8 +63,13 @@ def plot_time(check: Check, path: str | Path | None = None, theme: str = "light"
     return figure
 
 
+def time_scale(span: float) -> tuple[float, str]:
+    """Seconds in the unit in which a record of `span` seconds is drawn, and its name."""
+    return next(((s, n) for above, s, n in UNITS if span >= above), (1.0, "s"))
+
+
 def _panel(rows: Sequence[dict[str, Any]], worst: tuple[float, float] | None, span: float) -> Panel:
-    size, name = next(((s, n) for above, s, n in UNITS if span >= above), (1.0, "s"))
+    size, name = time_scale(span)
     label = f"time ({name})"
     if not rows:
         empty = Axis("frequency f (Hz)", 0.1, 10.0, True)

@@ -83,8 +83,31 @@ class Check:
             lines.append(f"     confirm: {s.check_by}")
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        missing = ", ".join(s.kind for s in self.significant)
+        words = "adequate" if self.adequate else f"missing: {missing or 'nothing known'}"
+        return f"Check({self.fit.recording.columns[0]}, {self.fit.model.name}: {words})"
+
     def _repr_html_(self) -> str:
-        return f"<pre>{self}</pre>"
+        from allanite.showing import html_list, html_table
+
+        where = self.where.sentences() or ["it fails nowhere beyond chance"]
+        shown = list(self.significant) or list(self.suggestions[:2])
+        rows = [
+            (
+                self.fit.display_name(s.effect),
+                "" if s.significant else "not significant",
+                f"{s.delta_log_likelihood:.1f}",
+                _p(s),
+                f"{s.removes_percent:.0f} %",
+                s.explanation,
+                s.check_by,
+            )
+            for s in shown
+        ]
+        head = ("effect", "", "ΔlogL", "p", "of the misfit", "what it is", "to confirm")
+        title = "what is missing" if self.significant else "nothing is significantly missing"
+        return self.fit._repr_html_() + html_list(where) + html_table(title, head, rows, (2, 3, 4))
 
 
 def _p(suggestion: Suggestion) -> str:

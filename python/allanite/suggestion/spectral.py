@@ -18,6 +18,7 @@ from allanite.effects.model import ONCE
 from allanite.fit.data import column
 from allanite.fit.engine import Solution, solve
 from allanite.fit.shape import shape_grid
+from allanite.showing import brief
 from allanite.suggestion.evidence import arc_length
 
 if TYPE_CHECKING:
@@ -48,6 +49,8 @@ class Candidate:
     #: What else there is to say of it, a clause.
     note: str = ""
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Screen:
@@ -57,6 +60,8 @@ class Screen:
     arcs: tuple[float, ...]
     #: Family of each of the arcs where a screen serves several.
     families: tuple[str, ...] = ()
+
+    __repr__ = brief
 
 
 def _points(cls: type[Effect], data: Data) -> list[Effect]:

@@ -90,6 +90,13 @@ class Suggestion:
     rivals: tuple[str, ...]
     solution: Solution
 
+    def __repr__(self) -> str:
+        sure = "" if self.significant else ", not significant"
+        return (
+            f"Suggestion({self.effect}: ΔlogL {self.delta_log_likelihood:.1f}, "
+            f"removes {self.removes_percent:.0f} % of the misfit{sure})"
+        )
+
     @property
     def kind(self) -> str:
         """Kind of the effect."""

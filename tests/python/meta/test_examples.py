@@ -6,6 +6,8 @@ import re
 import runpy
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[3]
 
 
@@ -14,7 +16,75 @@ def test_mathworks_example_finds_what_its_last_paragraph_misses(capsys):
     study = module["main"](hours=2.0)
     added = {rung.added.kind for rung in study.ladder if rung.added is not None}
     assert "quantization" in added
-    assert "nearest slopes" in capsys.readouterr().out
+    words = capsys.readouterr().out
+    assert "nearest slopes" in words
+    # The published N; the line of slope −½ is read at one point, good to 5 % here.
+    seed = re.search(r"as published: N ([\d.]+)", words)
+    assert seed is not None
+    assert float(seed[1]) == pytest.approx(0.0126, rel=0.05)
+    for name, truth in (("N", 0.0126), ("Q", 1.5e-4)):
+        found = study.fit[name]
+        assert abs(found.value - truth) < 4 * found.std_error, found
+    # Q adds 2 % at the shortest τ, which N+B+K spreads over all; with Q the twin agrees. A deviation of 720 000 samples has
+    # a standard error of 0.1 % at the shortest τ and 0.5 % at 0.3 s, twin and sensor together 0.7 %.
+    first, last = (float(v) for v in re.findall(r"twin[^:]*: ([+-][\d.]+) %", words))
+    assert abs(first) >= 2.0
+    assert abs(last) < 1.8
+    held_out = [rung.fit.error.held_out for rung in study.ladder]
+    assert held_out == sorted(held_out, reverse=True)
+
+
+def test_gyro_simulator(capsys, tmp_path):
+    module = runpy.run_path(str(ROOT / "examples" / "gyro_simulator.py"))
+    found = module["main"](hours=12.0, folder=str(tmp_path))
+    for name, term in found["terms"].items():
+        assert abs(term.fitted.value - term.truth) < 4 * term.fitted.std_error, name
+        # Readings at a point: B at τ = 100 s of 12 h has 3 % of scatter, the others less; 4 σ.
+        assert term.read == pytest.approx(term.truth, rel=0.12 if name == "B" else 0.03), name
+        together = found["fit"][name].to(term.unit)
+        assert together.detected
+        assert abs(together.value - term.truth) < 4 * together.std_error, name
+    sheets = found["sheets"]
+    # √2 for one-sided, 60 for √h: 1.273 where three recordings gave 1.30 on average.
+    assert sheets["MEMS N (deg/√h)"] == pytest.approx(0.03 / 2**0.5 * 60, rel=1e-12)
+    assert sheets["MEMS N (deg/√h)"] == pytest.approx((1.4 + 1.17 + 1.33) / 3, rel=0.03)
+    slip = sheets["MEMS white meets flicker at τ (s)"] / sheets["MEMS with the slip, at τ (s)"]
+    assert slip == pytest.approx(1800.0, rel=1e-9)  # (60/√2)² times
+    assert sheets["RLG quantization meets white at τ (years)"] > 1e4
+    by_log, by_linear = found["grids"]
+    assert by_log == pytest.approx(1.0, abs=0.1)
+    assert by_linear > 5.0
+    assert (tmp_path / "gyro_simulator.svg").stat().st_size > 10_000
+    assert "RLG" in capsys.readouterr().out
+
+
+def test_one_function_for_accelerometers_and_gyroscopes(capsys):
+    module = runpy.run_path(str(ROOT / "examples" / "accel_and_gyro.py"))
+    found = module["main"](hours=4.0)
+    for name, (slope, value) in found["exact"].items():
+        _, _, expected, height = module["SLOPES"][name]
+        assert slope == pytest.approx(expected, abs=2e-3), name
+        assert value == pytest.approx(height, rel=1e-4), name
+    place, height = found["peak"]
+    assert place == pytest.approx(1.892618, abs=3e-4)  # steps of 2.5e-4
+    assert height == pytest.approx(0.436542, rel=1e-5)
+    # The same unit comes out as went in: the two analyses of a sensor differ by the factor of their units. Rounding of the
+    # samples moves the fit's stopping point by a little; intervals are some per cent wide.
+    for a, b, factor in (
+        ("accelerometer g", "accelerometer m/s^2", 9.80665),
+        ("gyroscope deg/s", "gyroscope deg/h", 3600.0),
+    ):
+        for name, value in found[a].items():
+            other = found[b][name]
+            assert (value is None) == (other is None), name
+            if value is not None and name != "correlation_time fitted":
+                assert other / value == pytest.approx(factor, rel=0.03), name
+    g, gyro = found["accelerometer g"], found["gyroscope deg/s"]
+    assert g["N by its line"] == pytest.approx(1.2e-4, rel=0.05)
+    assert g["N fitted"] == pytest.approx(1.2e-4, rel=0.01)
+    assert gyro["correlation_time fitted"] == pytest.approx(60.0, rel=0.3)
+    assert gyro["K by its line"] is None
+    assert "peak at 1.893 T" in capsys.readouterr().out
 
 
 def test_readme_example_runs():
@@ -26,3 +96,14 @@ def test_readme_example_runs():
     kinds = [rung.added.kind for rung in names["study"].ladder[1:]]
     assert kinds == ["gauss_markov"]
     assert names["fit"]["N"].to("deg/sqrt(h)").unit == "deg/sqrt(h)"
+
+
+def test_every_example_is_told_and_every_figure_there():
+    docs = ROOT / "docs"
+    text = (docs / "examples.md").read_text(encoding="utf-8")
+    for path in (ROOT / "examples").glob("*.py"):
+        assert f"(../examples/{path.name})" in text
+    pages = [p for p in docs.rglob("*.md") if p.is_file()] + [ROOT / "README.md"]
+    for page in pages:
+        for link in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text(encoding="utf-8")):
+            assert (page.parent / link).is_file(), (page.name, link)

@@ -1,0 +1,161 @@
+"""Draw the gallery of real recordings: python docs/make_gallery.py [NAME…], with their folder in ALLANITE_DATA.
+
+It takes some minutes. The recordings were measured by other people and are not part of the project; what is written here
+are figures of them and numbers. The page is kept by sections, so that some of them can be made anew.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import time
+from pathlib import Path
+
+from gallery_records import RECORDS, Record
+from pictures import picture
+
+import allanite as al
+from allanite._kernels import version
+from allanite.plots import plot_check, plot_study
+from allanite.plots.words import number, values_text
+from allanite.report.words import tidy, verdict
+
+ROOT = Path(__file__).parents[1]
+FOLDER = ROOT / "docs" / "gallery"
+PAGE = FOLDER / "README.md"
+HEAD = """# Real sensors
+
+What the loop does on recordings that other people made, at rest, and that nobody prepared for it. Every section is written
+by `make gallery` from what the program finds. What was expected of it was written down before, and stands beside what was
+found, also where it was not found. The recordings are not part of this project; their sources are named.
+"""
+
+
+def main(names: list[str]) -> None:
+    """Make the sections named, or all."""
+    data = Path(os.environ.get("ALLANITE_DATA", ROOT.parent / "shared" / "data"))
+    FOLDER.mkdir(exist_ok=True)
+    sections = read_sections()
+    known = [record.name for record in RECORDS]
+    if unknown := set(names) - set(known):
+        sys.exit(f"no such section: {', '.join(unknown)} (there are: {', '.join(known)})")
+    for record in RECORDS:
+        if names and record.name not in names:
+            continue
+        if not (data / record.file).exists():
+            print(f"{record.name}: no {record.file} in {data}, left as it is")
+            continue
+        began = time.perf_counter()
+        sections[record.name] = section(record, data / record.file)
+        write(sections)
+        print(f"{record.name}: {time.perf_counter() - began:.0f} s", flush=True)
+
+
+def read_sections() -> dict[str, str]:
+    """The sections of the page as it is."""
+    if not PAGE.exists():
+        return {}
+    text = PAGE.read_text(encoding="utf-8")
+    found = re.findall(r"<!-- (\w+) -->\n(.*?)(?=<!-- \w+ -->|\Z)", text, re.DOTALL)
+    return {name: body.strip() for name, body in found}
+
+
+def write(sections: dict[str, str]) -> None:
+    """The page: a list of contents, then the sections in the order of the records."""
+    there = [record for record in RECORDS if record.name in sections]
+    contents = "\n".join(f"* [{r.title}](#{anchor(r.title)})" for r in there)
+    parts = [f"<!-- {r.name} -->\n{sections[r.name]}" for r in there]
+    PAGE.write_text("\n\n".join([HEAD + "\n" + contents, *parts]) + "\n", encoding="utf-8")
+
+
+def anchor(title: str) -> str:
+    """The name that a heading gets."""
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+
+
+def section(record: Record, path: Path) -> str:
+    """Everything about one recording."""
+    recording = al.read(path, column=record.column).called(record.file)
+    study = al.improve(recording, record.model)
+    first = study.check if len(study.ladder) == 1 else study.ladder[0].fit.check()
+    first_png, ladder_png = f"{record.name}-first.png", f"{record.name}-ladder.png"
+    picture(plot_check(first), FOLDER / first_png)
+    picture(plot_study(study), FOLDER / ladder_png)
+    expected = record.expect(recording, first, study)
+    _, words = verdict(study)
+    out = [
+        f"## {record.title}",
+        f"{record.what} *Source: {record.source}.*",
+        f"{recording.n} samples at {recording.rate:g} Hz, {recording.unit}. The audit:",
+        bullets([tidy(f.message) for f in recording.audit] or ["nothing odd"]),
+        f"**{words}**",
+        table(
+            ("expected", "found", ""),
+            [(e.claim, e.found, "yes" if e.holds else "**no**") for e in expected],
+        ),
+        f"![Where {record.model} fails]({first_png})",
+        "Missing first, by evidence: " + (suggestions(first) or "nothing significant") + ".",
+        f"![The ladder]({ladder_png})",
+        ladder(study),
+        left(study),
+    ]
+    if record.remark:
+        out.append(record.remark(first))
+    out.append(f"*allanite {version()}*")
+    return "\n\n".join(out)
+
+
+def suggestions(check: al.Check) -> str:
+    """The first three with their numbers and rivals."""
+    told = []
+    for s in check.significant[:3]:
+        rivals = f"; rivals {', '.join(s.rivals)}" if s.rivals else ""
+        numbers = values_text(s.estimates)
+        told.append(
+            f"{check.fit.display_name(s.effect)} ({numbers}; ΔlogL {number(s.delta_log_likelihood)}{rivals})"
+        )
+    return ", ".join(told)
+
+
+def ladder(study: al.Study) -> str:
+    """The rungs as a table."""
+    rows = []
+    for rung in study.ladder:
+        m, e = rung.fit.misfit, rung.fit.error
+        added = "start" if rung.added is None else f"+ {rung.fit.display_name(rung.added)}"
+        added += "".join(f", − {kind.replace('_', ' ')}" for kind in rung.removed)
+        values = (m.reduced, e.adev_rms_percent, e.adev_max_percent, e.held_out)
+        rows.append((added, rung.fit.model.name, *("–" if v is None else number(v) for v in values)))  # fmt: skip
+    head = ("rung", "model", "χ²/dof", "Allan error, % rms", "% at most", "held out")
+    return table(head, rows)
+
+
+def left(study: al.Study) -> str:
+    """What is left unexplained, in words."""
+    if study.adequate:
+        return "Nothing significant is left."
+    sentences = study.check.where.sentences()
+    why = {
+        "nothing helps": "no further effect of the catalogue lowers the error",
+        "limit": "the ladder was stopped at its longest",
+    }.get(study.stopped_because, study.stopped_because)
+    text = f"Left unexplained ({why})"
+    if not sentences:
+        return f"{text}: the model is improbable as a whole, yet no single range stands out."
+    return f"{text}:\n\n{bullets([tidy(s) for s in sentences])}"
+
+
+def bullets(items: list[str]) -> str:
+    """A list."""
+    return "\n".join(f"* {item}" for item in items)
+
+
+def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """A table."""
+    lines = [head, ("---",) * len(head), *rows]
+    return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in lines)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,324 @@
+"""The parts of a report on one column, in the order in which a reader asks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time
+from allanite.plots.words import number, unit_text
+from allanite.report.blocks import (
+    Block,
+    Bullets,
+    Card,
+    Cell,
+    Heading,
+    Number,
+    Paragraph,
+    Picture,
+    Table,
+)
+from allanite.report.words import (
+    data_sheet_value,
+    exact,
+    many,
+    parameter_cells,
+    parameter_text,
+    seconds,
+    tidy,
+    verdict,
+    with_unit,
+)
+
+if TYPE_CHECKING:
+    from allanite.plots import Figure
+    from allanite.report.document import Entry
+
+__all__ = ["column_title", "parts"]
+
+#: Suggestions that are told in full.
+MOST_CARDS = 3
+
+
+def column_title(entry: Entry) -> str:
+    """``gyro.csv · gyro_x``."""
+    recording = entry.recording
+    file = Path(recording.path).name if recording.path else "recording"
+    return f"{file} · {recording.columns[0]}"
+
+
+def parts(entry: Entry, document: dict[str, Any], place: str = "") -> list[Block]:
+    """All blocks of one column; `place` is the path of its `document` in the whole report's."""
+    at = f"{place}." if place else ""
+    tone, words = verdict(entry.study)
+    return [
+        Paragraph(words, tone),
+        *_recorded(entry, document, at),
+        *_curve(entry),
+        *_model(entry, document["fit"], f"{at}fit"),
+        *_failed(entry, document, at),
+        *_ladder(entry, document, at),
+        *_left(entry, document, at),
+    ]
+
+
+def _bare(figure: Figure) -> Figure:
+    """A figure without its title: headings and captions say it."""
+    return replace(figure, title="", subtitle="")
+
+
+def _recorded(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+    told, recording = document["recording"], entry.recording
+    place = f"{at}recording"
+    rows: list[tuple[Cell, ...]] = [
+        ("file", told["path"] or "–"),
+        ("column", told["column"]),
+        ("samples", (Number(many(told["n"]), told["n"], f"{place}.n"), f", {recording.quantity}")),
+        ("rate", (Number(f"{told['rate_hz']:.6g}", told["rate_hz"], f"{place}.rate_hz"), " Hz")),
+        (
+            "duration",
+            (
+                Number(f"{told['duration_s']:.6g}", told["duration_s"], f"{place}.duration_s"),
+                f" s ({seconds(told['duration_s'])})",
+            ),
+        ),
+        ("unit", unit_text(told["unit"])),
+        ("gaps", (Number(many(told["gaps"]), told["gaps"], f"{place}.gaps"),)),
+    ]
+    if recording.covariates:
+        rows.append(("covariates", ", ".join(recording.covariates)))
+    found = told["audit"]
+    warnings = tuple(tidy(str(f["message"])) for f in found if f["severity"] == "warning")
+    remarks = tuple(tidy(str(f["message"])) for f in found if f["severity"] != "warning")
+    out: list[Block] = [Heading("What was recorded"), Table((), tuple(rows))]
+    if warnings:
+        out.append(Bullets(warnings, "bad"))
+    if remarks:
+        out.append(Bullets(remarks))
+    if not found:
+        out.append(Paragraph("The audit of the data found nothing odd.", "quiet"))
+    caption = "The samples over time: the least and the largest of each stretch, and their mean."
+    out.append(Picture(_bare(plot_recording(recording)), caption, "samples", 2.6))
+    return out
+
+
+def _curve(entry: Entry) -> list[Block]:
+    fit = entry.study.fit
+    caption = (
+        f"Allan deviation and two-sided density with the last model, {fit.model.name}, and its effects. Below each, the "
+        "residual in standard deviations; dashed at 2, dotted at 3.5 (about 1 % for the worst of a curve)."
+    )
+    return [Heading("The curve"), Picture(_bare(plot_fit(fit)), caption, "curve", 6.0)]
+
+
+def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
+    rows: list[tuple[Cell, ...]] = []
+    sheet = False
+    for i, effect in enumerate(fit["effects"]):
+        title = effect["name"]
+        for name, value in effect["parameters"].items():
+            where = f"{place}.effects.{i}.parameters.{name}"
+            shown, interval, unit = parameter_cells(value, where)
+            if name in effect.get("held", ()):
+                interval = "held"
+            other = data_sheet_value(name, value, entry.recording.unit)
+            sheet |= bool(other)
+            rows.append((title, parameter_text(name), shown, interval, unit, other))
+            title = ""
+    head: tuple[str, ...] = (
+        "effect",
+        "parameter",
+        "value",
+        "95 % interval",
+        "unit",
+        "as data sheets write it",
+    )
+    if not sheet:
+        head, rows = head[:-1], [row[:-1] for row in rows]
+    out: list[Block] = [
+        Heading("The model"),
+        Paragraph(_agreement(fit, place)),
+        Table(head, tuple(rows), (2, 3, 5)),
+    ]
+    notes = [
+        (
+            "Densities are two-sided: white noise of density N² has an Allan variance of N²/τ; a data sheet's one-sided "
+            "noise density is √2 N."
+        )
+    ]
+    if any(v.get("detected") is False for e in fit["effects"] for v in e["parameters"].values()):
+        notes.append(
+            "Not detected: the record cannot tell the coefficient from zero; the limit holds with 95 %."
+        )
+    out.append(Paragraph(" ".join(notes), "quiet"))
+    return out
+
+
+def _agreement(fit: dict[str, Any], place: str) -> Cell:
+    m, e = fit["misfit"], fit["error"]
+    words: list[str | Number] = [f"{fit['model']}: χ²/dof "]
+    words += _flat(exact(m["reduced"], f"{place}.misfit.reduced"))
+    words += [" (p "]
+    words += _flat(exact(m["p_value"], f"{place}.misfit.p_value", 2))
+    words += [")"]
+    if e["adev_rms_percent"] is not None:
+        words += [", Allan deviation off by "]
+        words += _flat(exact(e["adev_rms_percent"], f"{place}.error.adev_rms_percent", 2))
+        words += [" % rms and "]
+        words += _flat(exact(e["adev_max_percent"], f"{place}.error.adev_max_percent", 2))
+        words += [" % at most (chance alone: about "]
+        words += _flat(exact(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2))
+        words += [" % rms)"]
+    return (*words, ".")
+
+
+def _flat(cell: Cell) -> list[str | Number]:
+    return list(cell) if isinstance(cell, tuple) else [cell]
+
+
+def _failed(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+    check, fit = entry.first, entry.first.fit
+    out: list[Block] = [
+        Heading(f"Where {fit.model.name} fails"),
+        Paragraph(_agreement(document["check"], f"{at}check")),
+        *_where(check, "It fails nowhere beyond chance, over τ, frequency or time."),
+    ]
+    if len(entry.study.ladder) > 1:
+        shaded = check.where.worst_tau or check.where.worst_frequency
+        caption = f"The first model, {fit.model.name}" + (
+            "; shaded where it fails." if shaded else "."
+        )
+        out.append(Picture(_bare(plot_check(check)), caption, "first", 6.0))
+    if check.where.time:
+        caption = "Over time: power measured over expected in octave bands; framed cells are beyond chance."
+        out.append(Picture(_bare(plot_time(check)), caption, "time", 3.4))
+    if check.significant:
+        out.append(Heading("What is missing, best evidence first", 4))
+        out += _cards(check, document["check"]["suggestions"], f"{at}check.suggestions")
+    return out
+
+
+def _where(check: Any, otherwise: str) -> list[Block]:
+    sentences = tuple(tidy(s[0].upper() + s[1:]) + "." for s in check.where.sentences())
+    return [Bullets(sentences)] if sentences else [Paragraph(otherwise)]
+
+
+def _cards(check: Any, documents: list[dict[str, Any]], place: str) -> list[Block]:
+    significant = [i for i, s in enumerate(check.suggestions) if s.significant]
+    cards: list[Block] = [
+        _card(check, check.suggestions[i], documents[i], f"{place}.{i}", rank)
+        for rank, i in enumerate(significant[:MOST_CARDS], 1)
+    ]
+    rest = [check.fit.display_name(check.suggestions[i].effect) for i in significant[MOST_CARDS:]]
+    if rest:
+        cards.append(Paragraph(f"Further down: {', '.join(rest)}.", "quiet"))
+    return cards
+
+
+def _card(check: Any, suggestion: Any, told: dict[str, Any], place: str, rank: int) -> Card:
+    evidence = told["evidence"]
+    terms: list[tuple[str, Cell]] = []
+    values: list[str | Number] = []
+    for name, value in told["parameters"].items():
+        shown, _, unit = parameter_cells(value, f"{place}.parameters.{name}")
+        values += [
+            ", " if values else "",
+            f"{parameter_text(name)} ",
+            *_flat(shown),
+            with_unit(unit),
+        ]
+    terms.append(("values", tuple(values)))
+    log10_p = evidence.get("log10_p_value")
+    p: Cell = exact(evidence["p_value"], f"{place}.evidence.p_value", 2)
+    if log10_p is not None and log10_p < -99:
+        p = f"10^{log10_p:.0f}"
+    terms.append(
+        (
+            "evidence",
+            (
+                "ΔlogL ",
+                *_flat(
+                    exact(
+                        evidence["delta_log_likelihood"], f"{place}.evidence.delta_log_likelihood"
+                    )
+                ),
+                ", ΔBIC ",
+                *_flat(exact(evidence["delta_bic"], f"{place}.evidence.delta_bic")),
+                ", p ",
+                *_flat(p),
+                f" after {number(evidence['trials'], 2)} trials",
+            ),
+        )
+    )
+    removes = exact(told["removes_percent"], f"{place}.removes_percent", 2)
+    terms.append(("size", ("removes ", *_flat(removes), " % of the misfit")))
+    rivals = told.get("rivals")
+    if rivals:
+        names = ", ".join(kind.replace("_", " ") for kind in rivals)
+        terms.append(("cannot be told from", names))
+    terms.append(("to confirm", tidy(str(told["check_by"]))))
+    name = check.fit.display_name(suggestion.effect)
+    words = str(told["explanation"])
+    # The sentence begins with the name and the values, which the card says by itself.
+    if words.startswith(f"{name} (") and "): " in words:
+        words = words.split("): ", 1)[1]
+    words = tidy(words[0].upper() + words[1:])
+    return Card(f"{rank}. {name}", words, tuple(terms), suggestion.significant)
+
+
+def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+    ladder = document["improve"]["ladder"]
+    if len(ladder) == 1:
+        words = "No effect was added: there is one rung."
+        return [Heading("The ladder"), Paragraph(words)]
+    rows: list[tuple[Cell, ...]] = []
+    for i, (rung, told) in enumerate(zip(entry.study.ladder, ladder, strict=True)):
+        where = f"{at}improve.ladder.{i}"
+        added = "start" if rung.added is None else f"+ {rung.fit.display_name(rung.added)}"
+        added += "".join(f", − {kind.replace('_', ' ')}" for kind in told.get("removed", ()))
+        error = told["error"]
+        rows.append(
+            (
+                added,
+                told["model"].replace("+", "+\u200b"),  # a place to break a long sum
+                exact(told["misfit"]["reduced"], f"{where}.misfit.reduced"),
+                exact(told["misfit"]["p_value"], f"{where}.misfit.p_value", 2),
+                exact(error["adev_rms_percent"], f"{where}.error.adev_rms_percent"),
+                exact(error["adev_max_percent"], f"{where}.error.adev_max_percent"),
+                exact(error["held_out"], f"{where}.error.held_out", 4),
+            )
+        )
+    head = ("rung", "model", "χ²/dof", "p", "Allan error, % rms", "% at most", "held out")
+    caption = (
+        "The error of every rung, and the Allan deviation of the first and the last model. Held out: the model fitted to "
+        "the first half of the record, scored on the second (nats a bin above the saturated model)."
+    )
+    return [
+        Heading("The ladder"),
+        Table(head, tuple(rows), (2, 3, 4, 5, 6)),
+        Picture(_bare(plot_study(entry.study)), caption, "ladder", 5.4, 12.8),
+    ]
+
+
+def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
+    study = entry.study
+    out: list[Block] = [Heading("What is left unexplained")]
+    check = study.check
+    if study.adequate:
+        out.append(
+            Paragraph(
+                "Nothing significant: neither the whole curve nor any effect speaks against the last model."
+            )
+        )
+        return out
+    why = {
+        "nothing helps": "No further effect of the catalogue lowers the error, also on the half that did not choose it.",
+        "limit": "The ladder was stopped at its longest.",
+    }
+    out.append(Paragraph(why.get(study.stopped_because, study.stopped_because)))
+    out += _where(check, "The whole curve is improbable, yet no single range stands out.")
+    if check.significant and len(study.ladder) > 1:
+        out.append(Heading("Candidates that did not help", 4))
+        out += _cards(check, document["left"]["suggestions"], f"{at}left.suggestions")
+    return out

@@ -1,0 +1,155 @@
+"""A report as one HTML page: nothing is fetched, nothing has to run, light and dark, ready to print."""
+
+from __future__ import annotations
+
+from html import escape
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from allanite import _kernels
+from allanite.report.blocks import (
+    Block,
+    Bullets,
+    Card,
+    Cell,
+    Heading,
+    Number,
+    Paragraph,
+    Picture,
+    Table,
+)
+from allanite.report.content import column_title, parts
+from allanite.report.ending import computed, curve_table
+from allanite.report.interactive import PlotlyFigures
+from allanite.report.svg import inline
+from allanite.report.words import many
+
+if TYPE_CHECKING:
+    from allanite.report.document import Report
+
+__all__ = ["body", "page"]
+
+#: Only of a page that is the report's own: a notebook has sheets of its own.
+SHEETS = (
+    "<style>@page { size: A4; margin: 15mm 14mm 16mm; @bottom-right { content: counter(page) ' / ' counter(pages); "
+    "font: 8pt sans-serif; color: #666; } }</style>"
+)
+
+
+def page(report: Report, interactive: bool = False) -> str:
+    """The whole page."""
+    title = f"Noise report: {', '.join(column_title(e) for e in report.entries)}"
+    plots = PlotlyFigures() if interactive else None
+    content = _content(report, plots)
+    scripts = "" if plots is None else plots.scripts()
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<meta name="generator" content="allanite {escape(_kernels.version())}">\n'
+        '<meta name="color-scheme" content="light dark">\n'
+        f"<title>{escape(title)}</title>\n{_style()}\n{SHEETS}\n</head>\n"
+        f'<body class="allanite">\n<main>\n{content}\n</main>\n{scripts}</body>\n</html>\n'
+    )
+
+
+def body(report: Report) -> str:
+    """The report inside another page, as a notebook shows it."""
+    return f'{_style()}<div class="allanite"><main>{_content(report, None)}</main></div>'
+
+
+def _style() -> str:
+    return f"<style>\n{files(__package__).joinpath('style.css').read_text('utf-8')}</style>"
+
+
+def _content(report: Report, plots: PlotlyFigures | None) -> str:
+    documents = report.to_dict().get("columns") or [report.to_dict()]
+    several = len(documents) > 1
+    places = [f"columns.{i}" if several else "" for i in range(len(documents))]
+    names = [column_title(entry) for entry in report.entries]
+    entry = report.entries[0]
+    first = entry.recording
+    line = f"{many(first.n)} samples at {first.rate:.6g} Hz · allanite {_kernels.version()}"
+    title = names[0] if not several else column_title(entry).rsplit(" · ", 1)[0]
+    out = [f"<header>\n<h1>{escape(title)}</h1>\n<p>Noise report · {escape(line)}</p>\n</header>"]
+    if several:
+        items = "".join(
+            f'<li><a href="#column-{i}">{escape(e.recording.columns[0])}</a>: {escape(e.study.fit.model.name)}</li>'
+            for i, e in enumerate(report.entries)
+        )
+        out.append(f"<nav><ol>{items}</ol></nav>")
+    for i, (entry, document, place) in enumerate(
+        zip(report.entries, documents, places, strict=True)
+    ):
+        blocks = parts(entry, document, place)
+        if several:
+            out.append(f'<h2 id="column-{i}">{escape(entry.recording.columns[0])}</h2>')
+        out += [
+            _block(block, f"c{i}-{k}-", plots)
+            for k, block in enumerate(blocks + curve_table(document, place))
+        ]
+    if several:
+        out.append("<h2>All columns</h2>")
+    out += [_block(block, f"end-{k}-", plots) for k, block in enumerate(computed(report))]
+    return "\n".join(out)
+
+
+def _block(block: Block, prefix: str, plots: PlotlyFigures | None) -> str:
+    match block:
+        case Heading():
+            return f"<h{block.level}>{escape(block.text)}</h{block.level}>"
+        case Paragraph():
+            kind = {"good": "verdict good", "bad": "verdict bad"}.get(block.tone, block.tone)
+            attribute = "" if kind == "plain" else f' class="{kind}"'
+            return f"<p{attribute}>{_cell(block.cell)}</p>"
+        case Bullets():
+            attribute = "" if block.tone == "plain" else f' class="{block.tone}"'
+            return f"<ul{attribute}>{''.join(f'<li>{_cell(c)}</li>' for c in block.cells)}</ul>"
+        case Table():
+            return _table(block)
+        case Card():
+            terms = "".join(
+                f"<tr><th>{escape(n)}</th><td>{_cell(c)}</td></tr>" for n, c in block.terms
+            )
+            return (
+                f'<section class="card"><h5>{escape(block.title)}</h5><p>{escape(block.text)}</p>'
+                f'<table class="terms"><tbody>{terms}</tbody></table></section>'
+            )
+        case Picture():
+            if plots is not None:
+                drawing = plots.place(block.figure, block.height / block.width)
+            else:
+                size = (block.width, block.height)
+                drawing = inline(block.figure, size, prefix, escape(block.caption, True))
+            return f"<figure>{drawing}<figcaption>{escape(block.caption)}</figcaption></figure>"
+
+
+def _table(table: Table) -> str:
+    def row(cells: tuple[Cell, ...]) -> str:
+        inside = [_cell(c) for c in cells]
+        if not table.head:
+            return f"<tr><th>{inside[0]}</th><td>{inside[1]}</td></tr>"
+        return (
+            "<tr>"
+            + "".join(f"<td{_side(i, table)}>{text}</td>" for i, text in enumerate(inside))
+            + "</tr>"
+        )
+
+    head = "".join(f"<th{_side(i, table)}>{escape(h)}</th>" for i, h in enumerate(table.head))
+    head = f"<thead><tr>{head}</tr></thead>" if head else ""
+    kinds = " ".join((["terms"] if not table.head else []) + (["small"] if table.small else []))
+    attribute = f' class="{kinds}"' if kinds else ""
+    rows = "".join(row(r) for r in table.rows)
+    return f'<div class="wide"><table{attribute}>{head}<tbody>{rows}</tbody></table></div>'
+
+
+def _side(column: int, table: Table) -> str:
+    return ' class="r"' if column in table.right else ""
+
+
+def _cell(cell: Cell) -> str:
+    if isinstance(cell, tuple):
+        return "".join(_cell(part) for part in cell)
+    if isinstance(cell, Number):
+        # The number itself, for whoever copies it out or checks it: its place in the JSON and all its digits.
+        return f'<data value="{cell.value!r}" data-at="{cell.place}">{escape(cell.text)}</data>'
+    return escape(cell)

@@ -1,0 +1,56 @@
+"""Figures that can be zoomed and read off: plotly, embedded once, and each figure in both themes."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from allanite.plots import Figure
+
+__all__ = ["PlotlyFigures"]
+
+#: Pixels a page is wide at most.
+WIDTH = 1000
+
+_DRAW = """
+const dark = matchMedia('(prefers-color-scheme: dark)');
+function draw() {
+  for (const place of document.querySelectorAll('.plot')) {
+    const figure = JSON.parse(document.getElementById(place.dataset.figure).textContent)[dark.matches ? 1 : 0];
+    Plotly.react(place, figure.data, {...figure.layout, autosize: true}, {responsive: true, displaylogo: false});
+  }
+}
+dark.addEventListener('change', draw);
+draw();
+"""
+
+
+class PlotlyFigures:
+    """Gathers the figures of a page while it is written."""
+
+    def __init__(self) -> None:
+        self.documents: list[str] = []
+
+    def place(self, figure: Figure, shape: float) -> str:
+        """The element that shows a figure; `shape` is its height over its width."""
+        both = [_sized(figure.to_plotly(theme)) for theme in ("light", "dark")]
+        text = json.dumps(both, allow_nan=False).replace("</", "<\\/")
+        name = f"figure-{len(self.documents)}"
+        self.documents.append(f'<script type="application/json" id="{name}">{text}</script>')
+        pixels = round(max(shape, 0.4) * WIDTH * 1.1)
+        return f'<div class="plot" data-figure="{name}" style="height: {pixels}px"></div>'
+
+    def scripts(self) -> str:
+        """Plotly itself, the figures and what draws them."""
+        from plotly.offline import get_plotlyjs
+
+        library = f"<script>{get_plotlyjs()}</script>"
+        return "\n".join([library, *self.documents, f"<script>{_DRAW}</script>\n"])
+
+
+def _sized(document: dict[str, Any]) -> dict[str, Any]:
+    """Without a size of its own, that of its place holds; without the room for a title."""
+    layout = {k: v for k, v in document["layout"].items() if k not in ("width", "height", "title")}
+    layout["margin"] = {**layout.get("margin", {}), "t": 44}
+    return {"data": document["data"], "layout": layout}

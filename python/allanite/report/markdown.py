@@ -1,0 +1,107 @@
+"""A report as Markdown: the same words and tables, figures as files beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from allanite import _kernels
+from allanite.report.blocks import (
+    Block,
+    Bullets,
+    Card,
+    Cell,
+    Heading,
+    Number,
+    Paragraph,
+    Picture,
+    Table,
+)
+from allanite.report.content import column_title, parts
+from allanite.report.ending import computed, curve_table
+
+if TYPE_CHECKING:
+    from allanite.report.document import Report
+
+__all__ = ["text", "write_figures"]
+
+
+def text(report: Report, figures: str | None = None) -> str:
+    """The file; `figures` is the folder of the figures, as a link."""
+    out = [f"# {column_title(report.entries[0])}" if len(report.entries) == 1 else "# Noise report"]
+    out.append(f"Noise report · allanite {_kernels.version()}")
+    for name, blocks in _columns(report):
+        if len(report.entries) > 1:
+            out.append(f"## {name}")
+        out += [t for block in blocks if (t := _block(block, name, figures))]
+    out += [_block(block, "", figures) for block in computed(report)]
+    return "\n\n".join(out) + "\n"
+
+
+def write_figures(report: Report, folder: Path) -> None:
+    """Write every figure of the report as SVG."""
+    from allanite.plots.matplotlib_painter import render
+
+    folder.mkdir(exist_ok=True)
+    for name, blocks in _columns(report):
+        for block in blocks:
+            if isinstance(block, Picture):
+                content = render(block.figure, "svg", "light", (block.width, block.height))
+                (folder / _file(name, block)).write_bytes(content)
+
+
+def _columns(report: Report) -> list[tuple[str, list[Block]]]:
+    documents = report.to_dict().get("columns") or [report.to_dict()]
+    return [
+        (entry.recording.columns[0], [*parts(entry, document), *curve_table(document, "")])
+        for entry, document in zip(report.entries, documents, strict=True)
+    ]
+
+
+def _file(column: str, picture: Picture) -> str:
+    safe = "".join(c if c.isalnum() or c in "-_" else "_" for c in column)
+    return f"{safe}-{picture.name}.svg"
+
+
+def _block(block: Block, column: str, figures: str | None) -> str:
+    match block:
+        case Heading():
+            return f"{'#' * block.level} {_escape(block.text)}"
+        case Paragraph():
+            words = _cell(block.cell)
+            return f"> **{words}**" if block.tone in ("good", "bad") else words
+        case Bullets():
+            return "\n".join(
+                f"* {'**!** ' if block.tone == 'bad' else ''}{_cell(c)}" for c in block.cells
+            )
+        case Table():
+            return _table(block)
+        case Card():
+            terms = "\n".join(f"* {name}: {_cell(c)}" for name, c in block.terms)
+            return f"**{_escape(block.title)}** — {_escape(block.text)}\n\n{terms}"
+        case Picture():
+            if figures is None:
+                return ""
+            link = f"{figures}/{_file(column, block)}".replace(" ", "%20")
+            return f"![{_escape(block.caption)}]({link})\n\n*{_escape(block.caption)}*"
+
+
+def _table(table: Table) -> str:
+    if not table.head:
+        return "\n".join(f"* {_cell(a)}: {_cell(b)}" for a, b in table.rows)
+    rule = ["---:" if i in table.right else "---" for i in range(len(table.head))]
+    rows = [[_escape(h) for h in table.head], rule, *([_cell(c) for c in r] for r in table.rows)]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _cell(cell: Cell) -> str:
+    if isinstance(cell, tuple):
+        return "".join(_cell(part) for part in cell)
+    return _escape(cell.text if isinstance(cell, Number) else cell)
+
+
+def _escape(words: str) -> str:
+    """Signs that Markdown would take as its own."""
+    for sign in "\\`*_<>|[]#":
+        words = words.replace(sign, f"\\{sign}")
+    return words

@@ -1,0 +1,205 @@
+"""Sentences and tables of a report, made from the JSON document so that both always agree."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+from allanite.plots.words import duration_text, number, unit_text, values_text
+from allanite.report.blocks import Cell, Number
+from allanite.units import conversion, parse_unit
+
+__all__ = [
+    "data_sheet_value",
+    "exact",
+    "many",
+    "parameter_cells",
+    "parameter_text",
+    "seconds",
+    "tidy",
+    "verdict",
+    "with_unit",
+]
+
+#: How data sheets write each coefficient, by kind of sensor.
+DATA_SHEET = {
+    "angular rate": {
+        "Q": ("deg", "°"),
+        "N": ("deg/sqrt(h)", "°/√h"),
+        "B": ("deg/h", "°/h"),
+        "K": ("deg/h/sqrt(h)", "°/h/√h"),
+        "R": ("deg/h/h", "°/h²"),
+    },
+    "acceleration": {
+        "Q": ("m/s", "m/s"),
+        "N": ("m/s/sqrt(h)", "m/s/√h"),
+        "B": ("ug", "µg"),
+        "K": ("m/s/h/sqrt(h)", "m/s/h/√h"),
+        "R": ("ug/h", "µg/h"),
+    },
+}
+
+
+def exact(value: float | None, place: str, figures: int = 3) -> Cell:
+    """A number of the document in a few figures; a dash for null."""
+    return "–" if value is None else Number(number(value, figures), float(value), place)
+
+
+def many(value: float) -> str:
+    """A count with its thousands apart."""
+    return f"{value:,.0f}".replace(",", "\u202f")
+
+
+def resolved(values: tuple[float, ...], spread: float) -> tuple[str, ...]:
+    """Numbers with two figures of what is uncertain about them, and two of their own: 3.0999 … 3.1002."""
+    if not (math.isfinite(spread) and spread > 0):
+        return tuple(number(v, 4) for v in values)
+    return tuple(_resolved(v, math.floor(math.log10(spread))) for v in values)
+
+
+def _resolved(value: float, last: int) -> str:
+    if value == 0 or not math.isfinite(value):
+        return number(value)
+    first = math.floor(math.log10(abs(value)))
+    figures = min(max(first - last + 2, 2), 12)
+    if not -5 < first < 6:
+        return number(value, figures)
+    return f"{value:.{max(0, figures - 1 - first)}f}".replace("-", "−")
+
+
+def parameter_text(name: str) -> str:
+    """The name of a parameter as it is printed; symbols stay."""
+    return name if len(name) < 4 else name.replace("_", " ")
+
+
+_POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
+_MINUS = re.compile(r"(?<=[\s(=])-(?=\d)")
+
+
+def tidy(sentence: str) -> str:
+    """A sentence of the library for the eye: 2.37e+03 is 2370, 3e-05 is 3·10⁻⁵."""
+    words = _POWER.sub(lambda m: number(float(m[0].replace("−", "-")), 3), sentence)
+    return _MINUS.sub("−", words)
+
+
+def with_unit(unit: str | None) -> str:
+    """A unit as it is printed behind a number."""
+    return "" if unit in (None, "", "1") else f" {unit_text(str(unit))}"
+
+
+def seconds(value: float) -> str:
+    """A time in the unit in which it is read best."""
+    return duration_text(value)
+
+
+def parameter_cells(value: dict[str, Any], place: str) -> tuple[Cell, Cell, str]:
+    """(value, 95 % interval, unit) of a parameter of a fit's document."""
+    found, interval = value.get("value"), value.get("interval")
+    unit = unit_text(str(value.get("unit") or ""))
+    unit = "" if unit == "1" else unit
+    if isinstance(found, list):
+        return f"{len(found)} times", "", unit
+    if isinstance(found, str) or found is None:
+        return str(found or "–"), "", unit
+    if value.get("detected") is False:
+        limit = None if interval is None else interval[1]
+        if limit is None:
+            return "not present", "", unit
+        return "not detected", ("< ", Number(number(limit, 3), limit, f"{place}.interval.1")), unit
+    if interval is None or interval[0] is None or interval[1] is None:
+        return Number(number(found, 4), found, f"{place}.value"), "", unit
+    low, high = interval
+    texts = resolved((found, low, high), (high - low) / 4.0)
+    cell, *ends = (
+        Number(text, v, at)
+        for text, v, at in zip(
+            texts,
+            (found, low, high),
+            (f"{place}.value", f"{place}.interval.0", f"{place}.interval.1"),
+            strict=True,
+        )
+    )
+    return cell, (ends[0], " … ", ends[1]), unit
+
+
+def data_sheet_value(name: str, value: dict[str, Any], sensor: str) -> str:
+    """A coefficient as a data sheet writes it, e.g. ``0.72 °/√h``; empty where it has no such unit."""
+    wanted = DATA_SHEET.get(parse_unit(sensor).kind, {}).get(name)
+    found, interval = value.get("value"), value.get("interval")
+    if wanted is None or not isinstance(found, float | int):
+        return ""
+    factor = conversion(str(value["unit"]), wanted[0])
+    if value.get("detected") is False:
+        limit = None if interval is None else interval[1]
+        return "" if limit is None else f"< {number(limit * factor, 3)} {wanted[1]}"
+    return f"{number(found * factor, 4)} {wanted[1]}"
+
+
+def verdict(study: Any) -> tuple[str, str]:
+    """(tone, sentences): whether the model agrees, what had to be added, how far the error fell."""
+    first, last = study.ladder[0].fit, study.fit
+    start = first.model.name
+    added = _all_added([r for r in study.ladder[1:] if r.added is not None])
+    if not added:
+        if study.adequate:
+            return "good", f"{start} describes this record; nothing is significantly missing."
+        return (
+            "bad",
+            (
+                f"{start} does not describe this record, and no effect of the catalogue makes it better. "
+                "What is left is said below, with its size."
+            ),
+        )
+    what = added[0] if len(added) == 1 else f"{', '.join(added[:-1])} and {added[-1]}"
+    words = f"{start} does not describe this record. Added: {what}. {_removed(study)}{_fall(first, last)}"
+    if study.adequate:
+        return "good", f"{words} Nothing significant is left."
+    return "bad", f"{words} Something is left that no effect of the catalogue explains."
+
+
+def _removed(study: Any) -> str:
+    """What a later effect made needless."""
+    there = {effect.kind for effect in study.fit.model}
+    gone = dict.fromkeys(kind for rung in study.ladder for kind in rung.removed)
+    kinds = [kind for kind in gone if kind not in there]
+    names = ", ".join(kind.replace("_", " ") for kind in kinds)
+    return f"Made needless by it and taken out: {names}. " if names else ""
+
+
+def _all_added(rungs: list[Any]) -> list[str]:
+    """Each effect with its numbers; several of a kind together, by their count."""
+    together: dict[str, list[Any]] = {}
+    for rung in rungs:
+        together.setdefault(rung.added.kind, []).append(rung)
+    return [
+        _added(same[0])
+        if len(same) == 1
+        else f"{len(same)} × {same[0].fit.display_name(same[0].added)}"
+        for same in together.values()
+    ]
+
+
+def _added(rung: Any) -> str:
+    kinds = [e.kind for e in rung.fit.model.effects]
+    if rung.added.kind not in kinds:
+        return str(rung.added.title)
+    # The last of its kind: there may be several lines.
+    place = len(kinds) - 1 - kinds[::-1].index(rung.added.kind)
+    numbers = values_text(rung.fit.estimates[place])
+    name = rung.fit.display_name(rung.added)
+    column = getattr(rung.added, "column", None)
+    name = f"{name} {column}" if column else name
+    return f"{name} ({numbers})" if numbers else name
+
+
+def _fall(first: Any, last: Any) -> str:
+    before, after = first.error.adev_rms_percent, last.error.adev_rms_percent
+    if before is None or after is None:
+        return f"χ²/dof falls from {number(first.misfit.reduced)} to {number(last.misfit.reduced)}."
+    chance = last.error.chance_rms_percent
+    return (
+        f"The error of the Allan deviation goes from {number(before, 2)} % to {number(after, 2)} % rms "
+        f"(chance alone gives about {number(chance, 2)} %), χ²/dof from "
+        f"{number(first.misfit.reduced)} to {number(last.misfit.reduced)}."
+    )

@@ -1,0 +1,95 @@
+"""How results show themselves: one line in a console that never dumps an array, small tables in a notebook."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from html import escape
+from typing import Any
+
+import numpy as np
+
+__all__ = ["brief", "html_list", "html_table", "numbers", "recording_html"]
+
+#: Letters of a nested value that are still shown.
+MOST = 60
+
+_CELL = "text-align: {}; vertical-align: top"
+
+
+def brief(thing: Any) -> str:
+    """A dataclass in one line: arrays by their size and range, long contents by their number.
+
+    Meant to be a class's ``__repr__``.
+    """
+    inside = [f"{f.name}={_short(getattr(thing, f.name))}" for f in fields(thing) if f.repr]
+    return f"{type(thing).__name__}({', '.join(inside)})"
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return numbers(value)
+    if isinstance(value, Mapping):
+        return f"<{len(value)}: {', '.join(map(str, value))}>" if value else "<none>"
+    text = repr(value) if not (isinstance(value, Sequence) and len(value) > 8) else ""
+    if not text or len(text) > MOST:
+        count = f"{len(value)} × " if isinstance(value, Sequence) and len(value) else ""
+        kind = type(value[0] if count else value).__name__
+        return f"<{count}{kind}>"
+    return text
+
+
+def numbers(array: np.ndarray[Any, Any]) -> str:
+    """``<38 from 0.01 to 2400>``: size (or shape) and range of an array."""
+    shape = "×".join(map(str, array.shape)) or "1"
+    if array.dtype.kind == "b":
+        return f"<{shape} flags, {int(array.sum())} set>"
+    known = array[np.isfinite(array)] if array.dtype.kind in "fiu" else array[:0]
+    if not known.size:
+        return f"<{shape}>"
+    return f"<{shape} from {known.min():.4g} to {known.max():.4g}>"
+
+
+def html_table(
+    title: str, head: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()
+) -> str:
+    """A table with a caption; texts are escaped, the columns `right` aligned to the right."""
+
+    def cell(tag: str, i: int, text: str) -> str:
+        style = _CELL.format("right" if i in right else "left")
+        return f'<{tag} style="{style}">{escape(text)}</{tag}>'
+
+    top = "".join(cell("th", i, text) for i, text in enumerate(head))
+    body = "".join(
+        f"<tr>{''.join(cell('td', i, text) for i, text in enumerate(row))}</tr>" for row in rows
+    )
+    caption = '<caption style="text-align: left; font-weight: bold">{}</caption>'
+    return (
+        f"<table>{caption.format(escape(title))}"
+        f"{f'<thead><tr>{top}</tr></thead>' if head else ''}<tbody>{body}</tbody></table>"
+    )
+
+
+def html_list(items: Sequence[str]) -> str:
+    """Sentences as a list; nothing for none."""
+    return f"<ul>{''.join(f'<li>{escape(i)}</li>' for i in items)}</ul>" if items else ""
+
+
+def recording_html(recording: Any) -> str:
+    """The columns of a recording with their moments, then what the audit says."""
+    r = recording
+    rows = [
+        (
+            name,
+            unit,
+            f"{np.nanmean(x):.6g}",
+            f"{np.nanstd(x):.4g}",
+            str(int(np.isnan(x).sum()) if x.dtype.kind == "f" else 0),
+        )
+        for name, unit, x in zip(r.columns, r.units, r.samples.reshape(r.n, -1).T, strict=True)
+    ]
+    title = f"{r.path or 'recording'}: {r.n} samples at {r.rate:g} Hz ({r.duration:g} s)"
+    head = ("column", "unit", "mean", "standard deviation", "missing")
+    extra = [f"covariates: {', '.join(r.covariates)}"] if r.covariates else []
+    messages = [finding.message for finding in r.audit]
+    return html_table(title, head, rows, (2, 3, 4)) + html_list([*extra, *messages])

@@ -1,0 +1,327 @@
+"""The report: its numbers are those of the other commands, and the file stands by itself."""
+
+import json
+import re
+import subprocess
+from functools import reduce
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.cli import main
+from allanite.report import make_report
+from allanite.report.svg import _dark, inline
+from allanite.report.words import data_sheet_value, resolved, tidy
+
+pytest.importorskip("matplotlib")
+
+HIDDEN = "N(N=0.01)+K(K=1e-4)+SIN(frequency=3.1,amplitude=0.004)"
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    """A quarter of an hour of a gyroscope that hears a fan."""
+    path = tmp_path_factory.mktemp("log") / "gyro.npz"
+    samples = al.parse_model(HIDDEN).simulate(duration=900, rate=20, seed=3, unit="rad/s").samples
+    np.savez(path, data=samples[:, None], rate_hz=20.0, channels=["gyro_x"], unit=["rad/s"])
+    return path
+
+
+@pytest.fixture(scope="module")
+def report(log):
+    return make_report(al.read(log), "N+K")
+
+
+@pytest.fixture(scope="module")
+def page(report):
+    return report.to_html()
+
+
+@pytest.fixture
+def run(capsys):
+    def call(*arguments):
+        with pytest.raises(SystemExit) as caught:
+            main([str(a) for a in arguments])
+        out, err = capsys.readouterr()
+        return caught.value.code, out, err
+
+    return call
+
+
+class Numbers(HTMLParser):
+    """Every number of a page: where it is in the JSON, its digits, and how it is printed; and every tag."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.found, self.tags, self.ids, self.open = [], [], [], None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        self.tags.append((tag, given))
+        if "id" in given:
+            self.ids.append(given["id"])
+        if tag == "data":
+            self.open = (given["data-at"], float(given["value"]))
+
+    def handle_data(self, text):
+        if self.open:
+            self.found.append((*self.open, text))
+            self.open = None
+
+
+def at(document, place):
+    return reduce(lambda d, k: d[int(k)] if k.isdigit() else d[k], place.split("."), document)
+
+
+def printed(text):
+    """The number behind a printed one: 1.9·10⁻⁵, −0.3, 720 000."""
+    plain = text.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")).replace("\u202f", "")
+    if "10-" in plain or "·10" in text or re.fullmatch(r"10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", text):
+        mantissa, power = plain.split("10", 1) if "·" in text else ("1", plain[2:])
+        return float(mantissa.rstrip("·") or 1) * 10.0 ** int(power)
+    return float(plain)
+
+
+def assert_numbers_are_those_of(page, document, least):
+    """Each number of the page has all digits of the JSON's, and what is printed rounds it."""
+    numbers = Numbers(page).found
+    assert len(numbers) >= least
+    for place, value, text in numbers:
+        assert value == at(document, place), place
+        # Two figures at least are printed, so half a unit of the second is at most 5 %.
+        assert printed(text) == pytest.approx(value, rel=0.051, abs=1e-300), (place, text)
+
+
+def test_numbers_equal_those_of_the_commands(log, run):
+    """The document holds those of adev, check, improve and fit; nothing is computed twice in two ways."""
+    documents = {}
+    for command in ("report", "adev", "check", "improve"):
+        model = [] if command == "adev" else ["--model", "N+K"]
+        code, out, _ = run(command, log, *model, "--json")
+        assert code == 0
+        documents[command] = json.loads(out)
+    found = documents["report"]
+    assert found["schema"] == "allanite/report/1"
+    for command in ("adev", "check", "improve"):
+        expected = documents[command]
+        assert found["recording"] == expected["recording"]
+        assert found["version"] == expected["version"]
+        for key, value in expected.items():
+            if key not in ("recording", "version") and (command, key) != ("adev", "schema"):
+                assert found[command][key] == value, (command, key)
+    last = found["improve"]["ladder"][-1]
+    assert found["fit"]["effects"] == last["effects"]
+    assert found["fit"]["model"] == last["model"] == "N+K+SIN"
+
+
+def test_every_number_of_the_page_is_in_the_document(report, page):
+    assert_numbers_are_those_of(page, report.to_dict(), 120)
+
+
+def test_output_unit_is_that_of_the_numbers(log, run, tmp_path):
+    target = tmp_path / "r.html"
+    model = ["--model", "N", "--trim", ":200", "--output-unit", "deg/h"]
+    code, out, _ = run("report", log, *model, "--json", "-o", target)
+    assert code == 0
+    document = json.loads(out)
+    assert document["fit"]["effects"][0]["parameters"]["N"]["unit"] == "deg/h·s^½"
+    assert_numbers_are_those_of(target.read_text(encoding="utf-8"), document, 80)
+
+
+def test_page_stands_by_itself(page):
+    """No script, nothing fetched: not a single address but the names of the SVG's and XML's grammars."""
+    seen = Numbers(page)
+    kinds = {tag for tag, _ in seen.tags}
+    assert not kinds & {"script", "link", "iframe", "img", "object", "embed"}
+    assert set(re.findall(r"https?://[^\s\"'<)]+", page)) <= {"http://www.w3.org/2000/svg"}
+    assert "url(http" not in page
+    assert "@import" not in page
+    links = [v for _, g in seen.tags for k, v in g.items() if k in ("href", "src")]
+    assert all(link.startswith("#") for link in links)
+    assert len(seen.ids) == len(set(seen.ids))
+    assert {link[1:] for link in links} <= set(seen.ids)
+    drawings = [g for tag, g in seen.tags if tag == "svg"]
+    assert len(drawings) >= 5
+    assert all(g["role"] == "img" and g["aria-label"] for g in drawings)
+    for words in ("@media print", "color-scheme: light dark", "light-dark("):
+        assert words in page
+
+
+def test_page_says_what_a_reader_asks(page):
+    for words in ("What was recorded", "Where N+K fails", "The ladder", "What is left unexplained",
+                  "How it was computed", "allanite 0.", "sinusoid", "°/√h", "to confirm"):  # fmt: skip
+        assert words in page, words
+    assert "e-0" not in re.sub(r"<[^>]*>", "", page.split("</style>")[1])
+
+
+def test_same_bytes_on_every_run(report, page):
+    assert report.to_html() == page
+
+
+def test_adequate_model_has_one_rung():
+    recording = al.AngleRandomWalk(N=0.01).simulate(duration=300, rate=20, seed=1, unit="m/s^2")
+    page = make_report(recording, "N").to_html()
+    assert "N describes this record; nothing is significantly missing." in page
+    assert "velocity random walk" in page
+    assert "No effect was added" in page
+
+
+def test_markdown_and_its_figures(report, tmp_path):
+    target = report.save(tmp_path / "a report.md")
+    text = target.read_text(encoding="utf-8")
+    links = re.findall(r"!\[[^]]*\]\(([^)]*)\)", text)
+    assert len(links) >= 5
+    for link in links:
+        assert (tmp_path / link.replace("%20", " ")).read_bytes().startswith(b"<?xml")
+    points = report.to_dict()["adev"]["points"]
+    rows = [line for line in text.splitlines() if re.match(r"\| [\d.]+ \| [\d\u202f]+ \| ", line)]
+    assert len(rows) == len(points)
+    for row, point in zip(rows, points, strict=True):
+        assert float(row.split("|")[4]) == pytest.approx(point["deviation"], rel=1e-4)
+    assert "`" not in text
+    assert report.to_markdown().count("![") == 0
+
+
+def test_interactive_embeds_plotly_once(report, run, log, tmp_path):
+    pytest.importorskip("plotly")
+    text = report.to_html(interactive=True)
+    figures = re.findall(r'<script type="application/json" id="([^"]+)">(.*?)</script>', text)
+    places = re.findall(r'data-figure="([^"]+)"', text)
+    assert [name for name, _ in figures] == places
+    for _, both in figures:
+        light, dark = json.loads(both)
+        assert light["data"]
+        assert light["layout"]["paper_bgcolor"] != dark["layout"]["paper_bgcolor"]
+    assert len(re.findall(r"<script[ >]", text)) == len(figures) + 2
+    assert not re.search(r"<(script|link|img)[^>]+(src|href)=", text)
+    # A rule for the drawings of plotly too would cover them.
+    assert ".allanite figure svg" not in text
+    with pytest.raises(al.InputError, match=r"\.html"):
+        report.save(tmp_path / "r.md", interactive=True)
+    code, _, err = run("report", log, "--interactive", "-o", tmp_path / "r.md")
+    assert code == 2
+    assert ".html" in err
+
+
+def test_several_columns_and_logs(log, tmp_path, run):
+    other = tmp_path / "two.npz"
+    rng = np.random.default_rng(5)
+    np.savez(other, data=rng.standard_normal((3000, 2)), rate_hz=10.0, channels=["a", "b"], unit=["g", "g"])  # fmt: skip
+    code, out, _ = run("report", other, "--model", "N", "--json", "-o", tmp_path / "x.html")
+    assert code == 0
+    document = json.loads(out)
+    assert [d["recording"]["column"] for d in document["columns"]] == ["a", "b"]
+    page = (tmp_path / "x.html").read_text(encoding="utf-8")
+    assert_numbers_are_those_of(page, document, 60)
+    assert page.count('id="column-') == 2
+    assert page.count("How it was computed") == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("r.pdf", ".html or .md"), ("none/r.html", "does not exist"), ("r", ".html or .md")],
+)
+def test_targets_that_are_refused(report, log, run, tmp_path, name, words):
+    with pytest.raises(al.InputError, match=words):
+        report.save(tmp_path / name)
+    code, out, err = run("report", log, "-o", tmp_path / name)
+    assert (code, out) == (2, "")
+    assert words in err
+    assert err.count("\n") == 1
+
+
+def test_default_name_is_the_logs(log, run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, _ = run("report", log, "--model", "N", "--trim", ":100", "--seed", 4)
+    assert code == 0
+    assert "gyro-report.html" in out
+    assert "<td>4</td>" in (tmp_path / "gyro-report.html").read_text(encoding="utf-8")
+
+
+def test_words():
+    assert resolved((3.1000010, 3.0999911, 3.1000109), 5e-6)[0] == "3.1000010"
+    assert resolved((32.29, 25.1, 41.4), 4.0) == ("32.3", "25.1", "41.4")
+    assert resolved((0.00703, 0.0, 0.9), 0.2) == ("0.0070", "0", "0.90")
+    assert resolved((1.23456e-7, 1.2e-7, 1.3e-7), 2.5e-9)[0] == "1.235·10⁻⁷"
+    assert tidy("at 42.2–2.37e+03 s, z = -6.4, up to 1e+02 % and 3.5e-05") == (
+        "at 42.2–2370 s, z = −6.4, up to 100 % and 3.5·10⁻⁵"
+    )
+    assert tidy("gyro-1e and m1e5 stay, 10-20 too") == "gyro-1e and m1e5 stay, 10-20 too"
+    known = {"value": 0.01, "interval": [0.009, 0.011], "unit": "deg/s·s^½", "detected": True}
+    assert data_sheet_value("N", known, "deg/s") == "0.6 °/√h"
+    assert data_sheet_value("N", {**known, "unit": "1·s^½"}, "1") == ""
+    limit = {"value": 0.0, "interval": [0.0, 2e-3], "unit": "m/s^2", "detected": False}
+    assert data_sheet_value("B", limit, "m/s^2") == "< 204 µg"
+
+
+def test_dark_colours_of_a_drawing(report):
+    assert _dark("#ffffff") == "#181d28"
+    # Half-way up the map of ratios stays half-way up.
+    assert _dark("#e6ac7c") not in ("#e6ac7c", "#232937", "#f28e2b")
+    drawing = inline(report.entries[0].first.plot(), (10.0, 5.0), "x", "label")
+    plain = re.findall(r"(?:fill|stroke): (#[0-9a-f]{6})(?!; (?:fill|stroke): light-dark)", drawing)
+    assert not plain
+
+
+@pytest.mark.browser
+def test_page_in_a_browser(report, tmp_path):
+    """Chromium draws the interactive figures, and the plain page without a script."""
+    import shutil
+
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        pytest.skip("no chromium")
+    pytest.importorskip("plotly")
+    target = report.save(tmp_path / "r.html", interactive=True)
+    done = subprocess.run(
+        [chromium, "--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=8000",
+         f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom", target.as_uri()],
+        capture_output=True, text=True, timeout=120, check=True,
+    )  # fmt: skip
+    assert done.stdout.count('class="main-svg"') >= 5
+
+
+COLUMNS = {
+    "adis16405_imu1.npz": {"column": "gyro_x"},
+    "adis16405_imu2.npz": {"column": "acc_y"},
+    "adis16405_imu3.npz": {"column": "gyro_z"},
+    "mtig_gyrox_contaminated.npz": {},
+    "hfi_10hz.npz": {"column": "gyro_x"},
+    "cats_thermal_a.npz": {"column": "acc_y"},
+    "cats_thermal_b.npz": {"column": "gyro_y"},
+    "phone_gyro_b.npz": {},
+    "mpu6050_raw_7min.npz": {"column": "gyro_y"},
+    "clock_cs5071a_phase.npz": {"quantity": "angle", "unit": "1"},
+    "clock_gps1pps_phase.npz": {"quantity": "angle", "unit": "1"},
+    "clock_tic_noisefloor_phase.npz": {"quantity": "angle", "unit": "1"},
+}
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", COLUMNS)
+def test_report_on_a_real_recording(data, name, run, tmp_path):
+    """The file opens by itself and its numbers are those of the JSON; the first two thousand samples, to be quick."""
+    options = dict(COLUMNS[name])
+    recording = al.read(data(name), column=options.pop("column", None), **options)
+    column = recording.columns[0]
+    end = 2_000 / recording.rate
+    shared = ["--trim", f":{end:.6g}", "--column", column]
+    for key, value in options.items():
+        shared += [f"--{key}", value]
+    target = tmp_path / "r.html"
+    code, out, err = run("report", data(name), *shared, "--json", "-o", target)
+    assert code == 0, err
+    document = json.loads(out)
+    page = Path(target).read_text(encoding="utf-8")
+    assert "<script" not in page
+    assert_numbers_are_those_of(page, document, 80)
+    code, out, _ = run("adev", data(name), *shared, "--json")
+    assert json.loads(out)["points"] == document["adev"]["points"]
+    code, out, _ = run("improve", data(name), *shared, "--json")
+    expected = json.loads(out)
+    assert expected["ladder"] == document["improve"]["ladder"]
+    assert expected["recording"] == document["recording"]
