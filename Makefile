@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo test test-rust test-python lint bench clean gallery
+.PHONY: help demo test test-rust test-python lint bench bars miri clean gallery
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -56,6 +56,14 @@ bench: $(VENV)/.developed ## ratios against other programs, side by side, writte
 
 gallery: $(VENV)/.developed ## what the loop does on real recordings (ALLANITE_DATA), written to docs/gallery
 	$(BIN)/python docs/make_gallery.py
+
+bars: $(VENV)/.developed ## every promised ratio beside its bar (quiet machine, ten minutes)
+	$(BIN)/python -m pip install --quiet --group bench
+	$(BIN)/python benches/python/bars.py
+
+miri: ## undefined behaviour in the loops with unsafe code, plain and wide (needs nightly with miri)
+	cargo +nightly miri test --quiet --test unsafe_code
+	RUSTFLAGS='-C target-feature=+avx2,+fma' cargo +nightly miri test --quiet --test unsafe_code
 
 clean: ## remove what was built
 	rm -rf target $(VENV) demo dist

@@ -22,7 +22,7 @@ fn report<T: Sample>(name: &str, samples: &[T]) {
 }
 
 fn main() {
-    let asked = std::env::args().filter_map(|word| word.parse::<f64>().ok()).next();
+    let asked = std::env::args().find_map(|word| word.parse::<f64>().ok());
     let n = asked.unwrap_or(1e8) as usize;
     println!("largest relative error of the Allan variance, {n} samples, every third octave");
     let mut noise = Noise(1);

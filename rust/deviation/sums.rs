@@ -23,7 +23,7 @@ enum Unit {
 impl Width {
     /// The widest unit that this processor has.
     pub fn best() -> Self {
-        #[cfg(all(target_arch = "x86_64", not(miri)))]
+        #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
             return Self(Unit::Avx2);
         }

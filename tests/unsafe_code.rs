@@ -1,0 +1,83 @@
+//! Small inputs through every loop with `unsafe` in it, from buffers that end where the loop may read no further.
+//!
+//! Meant for Miri, with and without wide instructions (`make miri`); quick enough to run always.
+
+use std::sync::atomic::AtomicBool;
+
+use allanite::deviation::allan::{Means, overlapping};
+use allanite::deviation::family::{Kind, variances};
+use allanite::deviation::naive;
+use allanite::deviation::sums::{self, Width};
+use allanite::phase::{Quantity, Record, Series};
+
+fn values(n: usize) -> Vec<f64> {
+    (0..n).map(|i| ((i * i * 31 + 7 * i) % 97) as f64).collect()
+}
+
+#[test]
+fn sums_end_with_their_buffer() {
+    for width in [Width::portable(), Width::best()] {
+        for set in [&[1_usize][..], &[1, 2], &[3, 5, 7], &[1, 2, 4, 8], &[2, 3, 5, 7], &[1, 2, 4], &[50]] {
+            let placed: Vec<_> = set.iter().copied().enumerate().collect();
+            let groups = sums::groups(&placed);
+            let lengths: &[usize] =
+                if set[0] == 50 { &[1, 3, 49, 53, 102, 251, 853] } else { &[0, 1, 4, 7, 18] };
+            for &n in lengths {
+                // A buffer for the largest factor; the others have as many terms as fit.
+                let last = set[set.len() - 1];
+                let theta = values(n + 2 * last);
+                let points = theta.len();
+                let mut found = vec![0.0; set.len()];
+                sums::add(width, (&theta, 0), (0, points), &[(0, points - 1)], &groups, &mut found);
+                for (m, sum) in set.iter().zip(found) {
+                    let expected: f64 = (0..points - 2 * m)
+                        .map(|k| (theta[k + 2 * m] - 2.0 * theta[k + m] + theta[k]).powi(2))
+                        .sum();
+                    assert_eq!(sum, expected, "whole numbers are summed exactly");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn phases_and_estimators_end_with_their_buffer() {
+    let stop = AtomicBool::new(false);
+    let means = Means { threads: 1, width: Width::best(), stop: &stop };
+    for n in [3, 4, 9, 20, 37] {
+        let x = values(n);
+        for quantity in [Quantity::Rate, Quantity::Angle] {
+            let record = Record::new(Series::new(&x), quantity, 1, &stop).unwrap();
+            let (terms, _) = overlapping(&record, &[1], means).unwrap();
+            assert_eq!(terms.count[0] as usize, record.points() - 2);
+            for kind in [Kind::Hadamard, Kind::Modified, Kind::Total, Kind::ModifiedTotal, Kind::Theo1] {
+                let m = if n > 12 { 4 } else { 2 };
+                if record.points() <= 3 * m {
+                    continue;
+                }
+                let (found, _, _) = variances(&record, kind, &[m], means).unwrap();
+                let (expected, _) = naive::variance_with_gaps(kind, &x, quantity, m);
+                assert!((found[0] / expected - 1.0).abs() < 1e-9, "{kind:?}, n = {n}");
+            }
+        }
+        let data = values(3 * n);
+        let strided = Series::strided(&data, 3 * n - 1, -3, n).unwrap();
+        let record = Record::new(strided, Quantity::Rate, 2, &stop).unwrap();
+        assert_eq!(overlapping(&record, &[1], means).unwrap().0.count, [n as u64 - 1]);
+    }
+}
+
+#[test]
+fn threads_share_a_phase() {
+    // More than one block, so that two threads write parts of one buffer.
+    let n = if cfg!(miri) { 40_000 } else { 300_000 };
+    let x = values(n);
+    let stop = AtomicBool::new(false);
+    let record = Record::new(Series::new(&x), Quantity::Rate, 2, &stop).unwrap();
+    let factors = [2100, 4200];
+    let one =
+        overlapping(&record, &factors, Means { threads: 1, width: Width::best(), stop: &stop }).unwrap();
+    let two =
+        overlapping(&record, &factors, Means { threads: 2, width: Width::best(), stop: &stop }).unwrap();
+    assert_eq!(one.0, two.0);
+}
