@@ -36,7 +36,7 @@ def carried(exponents: NDArray[np.float64]) -> NDArray[np.float64]:
     -------
     ndarray of shape (k,)
     """
-    identified = np.digitize(exponents, BORDERS) - 2.0
+    identified = np.asarray(np.digitize(exponents, BORDERS) - 2.0, dtype=np.float64)
     unknown = np.isnan(exponents)
     if not unknown.any():
         return identified
