@@ -116,7 +116,7 @@ function value(c, v) {
       el("span", { class: "spread", title: v.spread }, v.spread),
       el("button", { class: "icon", "aria-pressed": v.held, "data-work": true, title: v.held ? `Let ${v.name} free` : `Hold ${v.name} at ${v.text}`,
         "aria-label": v.held ? `free ${v.name} of ${c.name}` : `hold ${v.name} of ${c.name}`,
-        onclick: () => act({ do: "hold", place: c.place, name: v.name, value: v.held ? null : v.number }) }, v.held ? "🔒︎" : "🔓︎"));
+        onclick: () => act({ do: "hold", place: c.place, name: v.name, value: v.held ? null : v.number }) }, v.held ? "held" : "hold"));
   } else row.append(el("span", { class: "text" }, v.text), el("span", { class: "spread", title: v.spread }, v.spread));
   return row;
 }
