@@ -33,6 +33,7 @@ demo: $(VENV)/.installed ## build, install into .venv and run the whole loop on 
 
 screenshots: $(VENV)/.developed ## photograph the page in both themes (needs chromium)
 	$(BIN)/python docs/screenshot_page.py
+	$(BIN)/python docs/screenshot_report.py
 
 test: test-rust test-python ## all tests
 

@@ -75,11 +75,28 @@ def make(tab: Tab, name: str, theme: str) -> tuple[bytes, str]:
             return target.read_bytes(), KINDS[path.suffix]
     if name == "study.json":
         return json.dumps(tab.study(), indent=1, ensure_ascii=False).encode(), "application/json"
+    if name == "report.html":
+        return _report(tab).encode(), "text/html; charset=utf-8"
     if name in TARGETS:
         from allanite.export import export
         from allanite.export._axis import axes_of
 
         axes = axes_of([tab.step.fit.to_dict()])
         return export(axes, TARGETS[name]).encode(), "text/plain; charset=utf-8"
-    known = [*(f"{v}.svg" for v in VIEWS), "study.json", *TARGETS]
+    known = [*(f"{v}.svg" for v in VIEWS), "study.json", "report.html", *TARGETS]
     raise InputError(f"no file {name[:60]!r}: one of {', '.join(known)}")
+
+
+def _report(tab: Tab) -> str:
+    """The ladder up to the rung that is looked at, as a report."""
+    from allanite.report import Entry, Report
+    from allanite.study import Study
+
+    steps = tab.ladder.steps[: tab.ladder.at + 1]
+    last = tab.step.check
+    first = steps[0].check if steps else None
+    if last is None or first is None:
+        raise InputError("the model is still being checked: a report needs the check")
+    ending = "adequate" if last.adequate else "stopped by hand"
+    study = Study(tab.log, tuple(s.rung for s in steps), last, ending)
+    return Report((Entry(study, first, tab.log.oadev()),)).to_html()

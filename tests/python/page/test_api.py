@@ -150,6 +150,8 @@ def test_files(client):
     assert client.get(f"tabs/{tab}/file/allan.svg").content.lstrip().startswith(b"<?xml")
     assert client.get(f"tabs/{tab}/file/psd.png?theme=dark").content.startswith(b"\x89PNG")
     assert "N" in client.get(f"tabs/{tab}/file/parameters.json").text
+    report = client.get(f"tabs/{tab}/file/report.html")
+    assert report.text.lstrip().lower().startswith("<!doctype html")
     refused = client.get(f"tabs/{tab}/file/passwd")
     assert refused.status_code == 400
 
