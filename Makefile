@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo test test-rust test-python lint bench bars miri clean gallery
+.PHONY: help demo screenshots test test-rust test-python lint bench bars miri clean gallery
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -30,6 +30,10 @@ $(VENV)/.developed: $(VENV)/.made $(RUST) pyproject.toml
 
 demo: $(VENV)/.installed ## build, install into .venv and run the whole loop on a recording with a hidden effect
 	$(BIN)/allanite demo --output demo
+
+screenshots: $(VENV)/.developed ## photograph the page in both themes (needs chromium)
+	$(BIN)/python docs/screenshot_page.py
+	$(BIN)/python docs/screenshot_report.py
 
 test: test-rust test-python ## all tests
 

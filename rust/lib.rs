@@ -8,6 +8,7 @@
 //! | [`accumulator`] | the same of a stream, in constant memory | |
 //! | [`covariance`] | covariance of the estimates across τ | Greenhall & Riley 2003 |
 //! | [`spectrum`] | cosine-transform ordinates, log-spaced bins | |
+//! | [`envelope`] | a long record as the band a screen can show | |
 //! | [`lstsq`] | generalised and non-negative least squares | Lawson & Hanson ch. 23 |
 //! | [`noise`] | samples of coloured noise | Kasdin 1995 |
 //! | [`text`] | numeric columns of a text log | |
@@ -18,6 +19,7 @@ pub mod accumulator;
 pub mod averaging;
 pub mod covariance;
 pub mod deviation;
+pub mod envelope;
 pub mod error;
 pub mod lstsq;
 pub mod noise;

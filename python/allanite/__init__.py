@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from allanite.errors import AllaniteError, InputError, TooShortError
     from allanite.fit import Fit, fit_model
     from allanite.fit.many import ManyFits, fit_many
+    from allanite.page import explore
     from allanite.parameters import Estimate
     from allanite.planning import Plan, Power, plan, power
     from allanite.readers import read
@@ -111,6 +112,7 @@ _HOME = {
     "fit_model": "allanite.fit",
     "ManyFits": "allanite.fit.many",
     "fit_many": "allanite.fit.many",
+    "explore": "allanite.page",
     "Estimate": "allanite.parameters",
     "Plan": "allanite.planning",
     "Power": "allanite.planning",
@@ -172,6 +174,7 @@ __all__ = [
     "compare",
     "compare_datasheet",
     "dynamic_oadev",
+    "explore",
     "fit_many",
     "fit_model",
     "hdev",

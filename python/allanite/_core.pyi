@@ -108,3 +108,8 @@ def gls_nonnegative(
     target: NDArray[np.float64],
     covariance: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]: ...
+
+# -- envelope
+def envelope(
+    samples: NDArray[np.float64], buckets: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...

@@ -14,6 +14,7 @@ __all__ = [
     "allan_variances",
     "averaging_factors",
     "cosine_transform",
+    "envelope",
     "family_variance",
     "gls_nonnegative",
     "inverse_cosine_transform",
@@ -52,3 +53,6 @@ allan_variances = _core.allan_variances
 
 # -- lstsq
 gls_nonnegative = _core.gls_nonnegative
+
+# -- envelope
+envelope = _core.envelope

@@ -11,13 +11,13 @@ from allanite.fit import fit_model
 from allanite.suggestion import Check, check_fit
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from allanite.effects import Effect, Model
     from allanite.fit.result import Fit
     from allanite.recording import Recording
 
-__all__ = ["Rung", "Study", "improve"]
+__all__ = ["LIMIT", "Rung", "Study", "improve", "next_rung"]
 
 #: No sensor record supports more additions than this.
 LIMIT = 8
@@ -179,15 +179,24 @@ def improve(
             on_progress(len(ladder), limit + 1)
         if check.adequate:
             return Study(recording, tuple(ladder), check, "adequate")
-        better = _next(fit, check)
+        better = next_rung(ladder, check)
         if better is None:
             return Study(recording, tuple(ladder), check, "nothing helps")
         if len(ladder) > limit:
             return Study(recording, tuple(ladder), check, "limit")
-        # What was taken out once and came back is needed.
-        gone = {kind for rung in ladder for kind in rung.removed}
-        ladder.append(_without_needless(better, fit, gone))
-        fit = ladder[-1].fit
+        ladder.append(better)
+        fit = better.fit
+
+
+def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
+    """The rung that `improve` puts on a ladder whose last fit was checked, or None if nothing helps."""
+    fit = ladder[-1].fit
+    better = _next(fit, check)
+    if better is None:
+        return None
+    # What was taken out once and came back is needed.
+    gone = {kind for rung in ladder for kind in rung.removed}
+    return _without_needless(better, fit, gone)
 
 
 def _next(fit: Fit, check: Check) -> Rung | None:

@@ -6,6 +6,7 @@ mod arrays;
 mod covariance;
 mod deviation;
 mod doorway;
+mod envelope;
 mod errors;
 mod lstsq;
 mod noise;
@@ -39,6 +40,10 @@ mod _core {
     // covariance
     #[pymodule_export]
     use super::covariance::{allan_covariance, allan_law, allan_variances};
+
+    // envelope
+    #[pymodule_export]
+    use super::envelope::sample_envelope;
 
     // lstsq
     #[pymodule_export]

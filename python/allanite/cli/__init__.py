@@ -29,6 +29,7 @@ COMMANDS = {
     "improve": "Add the missing effects one by one until nothing helps; prints the ladder.",
     "report": "One file to hand on: record, model, where it fails, the ladder, what is left.",
     "compare": "Logs, models and data sheets in one table and one figure.",
+    "explore": "A local page: see the curves, add what is missing, watch the error fall.",
     "export": "Parameters of a model for a filter or simulator.",
     "plan": "How long to record, and how fast, to find an effect or to know a coefficient.",
     "simulate": "Samples of a model, seeded, of any length.",

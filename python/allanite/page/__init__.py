@@ -1,1 +1,70 @@
-"""(to come)"""
+"""The local page: the loop of measure, criticise, improve as a thing done by hand."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.page.server import Page
+    from allanite.page.source import Source
+    from allanite.recording import Recording
+
+__all__ = ["explore", "open_page"]
+
+
+def open_page(sources: Sequence[Source]) -> Page:
+    """Make a page of some logs, not serving yet.
+
+    Raises
+    ------
+    InputError
+        A library of the page is not installed.
+    """
+    try:
+        import plotly  # noqa: F401
+        import starlette  # noqa: F401
+        import uvicorn  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"the page needs {error.name}, which is not installed: pip install 'allanite[page]'"
+        ) from None
+    from allanite.page.server import Page
+
+    return Page(sources)
+
+
+def explore(recording: Recording, *, open_browser: bool = True) -> Page:
+    """Open the page on a recording; it is served from a thread until closed.
+
+    Parameters
+    ----------
+    recording : Recording
+        Any number of columns.
+    open_browser : bool
+        Whether a browser is started; the address is ``.url`` of what is returned.
+
+    Returns
+    -------
+    Page
+        With ``url`` and ``close()``.
+
+    Raises
+    ------
+    InputError
+        A library of the page is not installed.
+    """
+    from pathlib import Path
+
+    from allanite.page.source import Source
+
+    name = Path(recording.path).name if recording.path else "recording"
+    page = open_page([Source(name, recording=recording)]).start()
+    if open_browser:
+        import webbrowser
+
+        webbrowser.open(page.url)
+    return page

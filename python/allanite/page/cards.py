@@ -1,0 +1,166 @@
+"""What stands beside the curves: chips of the model, cards of what is missing, rungs of the ladder."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.effects.registry import find
+from allanite.parameters import Estimate
+from allanite.plots.curves import parts
+from allanite.plots.themes import COMPONENTS
+from allanite.plots.words import SYMBOLS, effect_text, number, unit_text
+from allanite.units import parse_unit
+
+if TYPE_CHECKING:
+    from allanite.fit import Fit
+    from allanite.page.tab import Step
+    from allanite.suggestion import Check, Suggestion
+
+__all__ = ["cards", "chips", "rung"]
+
+#: τ at which a process of frequency f shows most on the Allan curve, times f (the transfer function's peak).
+PEAK = 0.37
+
+
+def chips(fit: Fit) -> list[dict[str, Any]]:
+    """One record an effect of the model: name, colour role, values with units and intervals."""
+    order = [*fit.model.stochastic, *fit.model.deterministic]
+    drawn = {id(e): part for e, part in zip(order, parts(fit), strict=True)}
+    out = []
+    for place, (effect, values) in enumerate(zip(fit.model.effects, fit.estimates, strict=True)):
+        part = drawn.get(id(effect))
+        out.append(
+            {
+                "place": place,
+                "kind": effect.kind,
+                "short": effect.short,
+                "name": effect_text(fit, effect),
+                "physics": effect.physics,
+                "color": None if part is None else part.color,
+                "label": None if part is None else part.label,
+                "values": [
+                    _value(effect, name, value)
+                    for name, value in values.items()
+                    if isinstance(value, Estimate)
+                ],
+            }
+        )
+    return out
+
+
+def _value(effect: Any, name: str, value: Estimate) -> dict[str, Any]:
+    unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
+    role = effect.parameter(name).role
+    text = f"{number(value.value)}{unit}"
+    spread = ""
+    if not value.detected and value.interval is not None and value.unit not in ("s", "Hz"):
+        text = f"< {number(value.interval[1], 2)}{unit}"
+        spread = "not seen: 95 % upper limit"
+    elif value.interval is not None:
+        spread = f"{number(value.interval[0])} … {number(value.interval[1])}{unit}"
+    elif name in effect.held:
+        spread = "held"
+    return {
+        "name": name,
+        "symbol": SYMBOLS.get(name, name.replace("_", " ")),
+        "text": text,
+        "spread": spread,
+        "number": float(f"{value.value:.6g}"),
+        "unit": unit.strip(),
+        "detected": value.detected,
+        "held": name in effect.held,
+        "free": role in ("coefficient", "shape"),
+    }
+
+
+def cards(check: Check) -> list[dict[str, Any]]:
+    """One record a suggestion, the significant ones and, if there are none, the two best of the rest."""
+    shown = [(i, s) for i, s in enumerate(check.suggestions) if s.significant]
+    shown = shown or list(enumerate(check.suggestions))[:2]
+    top = max([s.delta_log_likelihood for _, s in shown], default=1.0)
+    return [_card(check.fit, i, s, top) for i, s in shown[:8]]
+
+
+def _card(fit: Fit, place: int, s: Suggestion, top: float) -> dict[str, Any]:
+    kind = parse_unit(fit.recording.unit).kind
+    rivals = [cls.title for k in s.rivals if (cls := find(k)) is not None]
+    chance = "p < 10⁻⁹⁹" if s.log10_p < -99 else f"p = {number(s.p_value, 1)}"
+    return {
+        "number": place,
+        "kind": s.kind,
+        "name": s.effect.name_for(kind),
+        "significant": s.significant,
+        "sentence": s.explanation,
+        "physics": s.effect.physics,
+        "confirm": s.check_by,
+        "rivals": rivals,
+        "evidence": float(
+            np.clip(np.log1p(s.delta_log_likelihood) / np.log1p(max(top, 1e-9)), 0, 1)
+        ),
+        "evidence_text": f"ΔlogL {number(s.delta_log_likelihood)}, {chance}",
+        "size": s.removes_percent / 100.0,
+        "size_text": f"{number(s.removes_percent, 2)} % of the misfit",
+        "acts": _acts(fit, s),
+    }
+
+
+def _acts(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
+    """Where an effect would be seen: ranges of τ (s), frequency (Hz) and time (s), None where it has none."""
+    values = s.effect.values
+    out: dict[str, list[float] | None] = {"tau": None, "frequency": None, "time": None}
+    rate, span = fit.data.rate, fit.data.duration
+    if isinstance(values.get("frequency"), float) and s.kind == "sinusoid":
+        f = float(values["frequency"])
+        out["frequency"] = [f / 1.12, f * 1.12]
+        out["tau"] = [max(1.0 / rate, 0.15 / f), 1.2 / f]
+        return out
+    if isinstance(values.get("start"), float) and isinstance(values.get("end"), float):
+        out["time"] = [float(values["start"]), float(values["end"])]
+        return out
+    if s.kind == "bias_step" and isinstance(values.get("time"), float):
+        out["time"] = [
+            max(0.0, values["time"] - 0.01 * span),
+            min(span, values["time"] + 0.01 * span),
+        ]
+    change = np.abs(np.log(s.solution.spectrum / fit.solution.spectrum))
+    if change.max() < 1e-6:
+        low = fit.data.bins.frequency(rate)[0]
+        return {
+            **out,
+            "frequency": [float(low), 10 * float(low)],
+            "tau": [0.03 / float(low), PEAK / float(low)],
+        }
+    bottom, upper = fit.data.bins.limits(rate)
+    inside = np.flatnonzero(change > 0.5 * change.max())
+    low, high = max(float(bottom[inside[0]]), 0.5 / span), float(upper[inside[-1]])
+    out["frequency"] = [low, high]
+    out["tau"] = [max(PEAK / high, 1.0 / rate), max(min(PEAK / low, span / 3.0), 1.5 / rate)]
+    return out
+
+
+def rung(step: Step) -> dict[str, Any]:
+    """One record of the ladder: what was done, errors, whether the model is adequate."""
+    fit = step.fit
+    error, misfit = fit.error, fit.misfit
+    return {
+        "label": step.label,
+        "model": fit.model.name,
+        "chi2": misfit.reduced,
+        "chi2_text": number(misfit.reduced),
+        "p_text": number(misfit.p_value, 1),
+        "error": error.adev_rms_percent,
+        "error_text": _percent(error.adev_rms_percent),
+        "max_text": _percent(error.adev_max_percent),
+        "chance_text": _percent(error.chance_rms_percent),
+        "held_out": error.held_out,
+        "held_out_text": "–" if error.held_out is None else f"{number(error.held_out, 4)} nats",
+        "adequate": None if step.check is None else step.check.adequate,
+        "checked": step.check is not None,
+        "colors": list(COMPONENTS),
+    }
+
+
+def _percent(value: float | None) -> str:
+    return "–" if value is None else f"{number(value, 2)} %"

@@ -1,0 +1,53 @@
+"""Models changed by hand: parsed, with a value set, held, frozen for a trial."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from allanite.effects import Model
+from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    from allanite.fit import Fit
+
+__all__ = ["effect", "freed", "frozen", "parse_model_string", "with_value"]
+
+
+def parse_model_string(text: str) -> Model:
+    """A model string; never the name of a file, whatever the browser sends."""
+    from allanite.effects.strings import parse_string
+
+    if not 0 < len(text) <= 2000:
+        raise InputError("a model is a sum such as N+B+K")
+    return parse_string(text)
+
+
+def effect(fit: Fit, place: int) -> Any:
+    """The effect at a place of the model; `InputError` if there is none."""
+    if not 0 <= place < len(fit.model):
+        raise InputError(f"there is no effect {place} in the model")
+    return fit.model.effects[place]
+
+
+def with_value(model: Model, place: int, name: str, value: float | None, held: bool) -> Model:
+    """The model with a value set (None: as it is) and held or free."""
+    if not 0 <= place < len(model):
+        raise InputError(f"there is no effect {place} in the model")
+    effect = model.effects[place]
+    if name not in {p.name for p in effect.parameters if p.role in ("coefficient", "shape")}:
+        raise InputError(f"{effect.kind} has no value {name!r} to set")
+    names = (set(effect.held) | {name}) if held else (set(effect.held) - {name})
+    changed = {} if value is None else {name: value}
+    changed_effect = effect.with_values(**changed, hold=tuple(sorted(names)))
+    return Model((*model.effects[:place], changed_effect, *model.effects[place + 1 :]))
+
+
+def frozen(effect: Any) -> Any:
+    """The effect with every value that it has held: a fit of it fits nothing."""
+    names = [p.name for p in effect.parameters if p.role in ("coefficient", "shape")]
+    return effect.with_values(hold=tuple(n for n in names if effect.values[n] is not None))
+
+
+def freed(effect: Any, original: Any) -> Any:
+    """The effect holding what `original` holds."""
+    return effect.with_values(hold=original.hold)

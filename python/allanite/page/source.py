@@ -1,0 +1,117 @@
+"""Logs that the page may open: given at the start, or uploaded into a folder of its own."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from allanite.errors import AllaniteError, InputError
+from allanite.readers import FORMATS, read
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.recording import Recording
+
+__all__ = ["MOST_BYTES", "Reading", "Source", "Uploads", "check_name"]
+
+#: Largest upload: two thousand million bytes, some 100 million samples of text.
+MOST_BYTES = 2_000_000_000
+_FORBIDDEN = re.compile(r"[\x00-\x1f/\\:]")
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How a log is to be read; None where the reader guesses."""
+
+    rate: float | None = None
+    unit: str | None = None
+    quantity: str | None = None
+    time_column: str | None = None
+    output_unit: str | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """A log by its name; where it lies is never told to the browser."""
+
+    name: str
+    path: Path | None = None
+    recording: Recording | None = None
+    reading: Reading = Reading()
+
+    def read(self, reading: Reading) -> Recording:
+        """All sensor columns.
+
+        Raises
+        ------
+        InputError
+            The log cannot be used as asked; the message speaks of its name.
+        """
+        if self.recording is not None:
+            recording = self.recording
+        else:
+            assert self.path is not None
+            try:
+                recording = read(
+                    self.path,
+                    rate=reading.rate,
+                    unit=reading.unit,
+                    quantity=reading.quantity,
+                    time_column=reading.time_column,
+                )
+            except AllaniteError as error:
+                raise type(error)(str(error).replace(str(self.path), self.name)) from None
+            recording = recording.called(self.name)
+        return recording if reading.output_unit is None else recording.to(reading.output_unit)
+
+    def with_reading(self, reading: Reading) -> Source:
+        """The same log, to be read otherwise."""
+        return replace(self, reading=reading)
+
+
+def check_name(name: str) -> str:
+    """Return the name of an uploaded file.
+
+    Raises
+    ------
+    InputError
+        A path, a hidden or an empty name: only the name of a file is taken from a browser.
+    """
+    if not name or len(name) > 200 or _FORBIDDEN.search(name) or name.startswith("."):
+        shown = name[:80]
+        raise InputError(
+            f"file name {shown!r} refused: only a plain name is accepted, no path and no hidden file"
+        )
+    return name
+
+
+class Uploads:
+    """A private folder of uploaded logs, gone with the server."""
+
+    def __init__(self) -> None:
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._count = 0
+
+    def place(self, name: str) -> Path:
+        """A new path; of the browser's name only a known suffix is kept."""
+        if self._folder is None:
+            self._folder = tempfile.TemporaryDirectory(prefix="allanite-page-")
+        self._count += 1
+        suffix = Path(name).suffix.lower()
+        return (
+            Path(self._folder.name) / f"{self._count:04d}{suffix if suffix in FORMATS else '.csv'}"
+        )
+
+    def files(self) -> Sequence[Path]:
+        """What lies in the folder."""
+        return [] if self._folder is None else sorted(Path(self._folder.name).iterdir())
+
+    def close(self) -> None:
+        """Delete everything."""
+        if self._folder is not None:
+            self._folder.cleanup()
+            self._folder = None

@@ -1,0 +1,18 @@
+"""A page on a recording with two hidden effects."""
+
+import numpy as np
+import pytest
+
+from allanite import Recording
+from generators import gauss_markov, sinusoid, walk, white
+
+RATE, N = 20.0, 40_000
+
+
+@pytest.fixture(scope="session")
+def hidden():
+    """N and K, and beside them a Gauss-Markov process and a line."""
+    rng = np.random.default_rng(7)
+    x = white(rng, N, RATE, 0.01) + walk(rng, N, RATE, 2e-5)
+    x += gauss_markov(rng, N, RATE, 6e-3, 8.0) + sinusoid(N, RATE, 1.7, 0.006)
+    return Recording(x, RATE, unit="rad/s", columns=["gyro"], path="hidden.npz")
