@@ -8,7 +8,6 @@ import sys
 import tempfile
 from pathlib import Path
 
-from pictures import few_colours
 from PIL import Image  # comes with matplotlib
 
 import allanite as al
@@ -41,7 +40,7 @@ def main() -> None:
                  f"--window-size={WIDTH},{HEIGHT}", f"--screenshot={raw}", page.as_uri()],
                 check=True, capture_output=True,
             )  # fmt: skip
-            few_colours(Image.open(raw), FOLDER / f"report-{theme}.png")
+            Image.open(raw).convert("RGB").save(FOLDER / f"report-{theme}.png", optimize=True)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -363,9 +364,7 @@ class Recording:
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
         """Samples over time, a panel a column; see `allanite.plots.plot_recording`."""
-        from allanite.plots import plot_recording
-
-        return plot_recording(self, path, theme)
+        return import_module("allanite.plots").plot_recording(self, path, theme)
 
     def _repr_html_(self) -> str:
         from allanite.showing import recording_html

@@ -164,7 +164,7 @@ def _removed(study: Any) -> str:
     gone = dict.fromkeys(kind for rung in study.ladder for kind in rung.removed)
     kinds = [kind for kind in gone if kind not in there]
     names = ", ".join(kind.replace("_", " ") for kind in kinds)
-    return f"Made needless by it and taken out: {names}. " if names else ""
+    return f"Made needless and taken out: {names}. " if names else ""
 
 
 def _all_added(rungs: list[Any]) -> list[str]:
