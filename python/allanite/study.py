@@ -108,6 +108,9 @@ class Study:
                 f"{_number(e.adev_max_percent):>7} {_number(e.held_out):>9}  {rung.fit.model.name}"
             )
         lines.append(f"stopped: {self.stopped_because}")
+        if self.stopped_because == "nothing helps" and self.check.significant:
+            kinds = ", ".join(dict.fromkeys(s.kind for s in self.check.significant))
+            lines.append(f"significant, but worse on the half that was not fitted: {kinds}")
         left = self.check.where.sentences()
         if not self.adequate:
             lines += ["left unexplained:", *(f"  {s}" for s in left)] if left else []
