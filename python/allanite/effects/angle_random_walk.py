@@ -35,6 +35,7 @@ class AngleRandomWalk(Stochastic):
     check_by: ClassVar[str] = (
         "compare with the data sheet's noise density (one-sided: √2·N); it should not depend on the sampling rate"
     )
+    rivals: ClassVar[tuple[str, ...]] = ("bias_instability", "power_law")
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Independent samples of variance 1/τ0."""

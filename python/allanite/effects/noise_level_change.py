@@ -57,11 +57,16 @@ class NoiseLevelChange(Modifier):
     def errors(self, rate: float) -> dict[str, float]:
         """Standard errors of the three values, for white noise.
 
-        A level from n samples is known to 1/√(2n). The error of a boundary is that of the highest point of a Brownian
+        A level from n samples is known to 1/√(2n), times √(7.81/3.84) as the boundaries were chosen with it (the joint 95 %
+        region of three values against that of one). The error of a boundary is that of the highest point of a Brownian
         motion with drift on both sides: 95 % of it within 5.5 units of expected logL (Yao 1987, Ann. Statist. 15).
         """
         ratio = (self.factor or 1.0) ** 2
         samples = max(1.0, ((self.end or 0.0) - (self.start or 0.0)) * rate)
         per_sample = 0.25 * (ratio - 1.0) * (1.0 - 1.0 / ratio)
         boundary = (5.5 / 1.96) / max(per_sample, 1e-12) / rate
-        return {"start": boundary, "end": boundary, "factor": np.sqrt(ratio / (2.0 * samples))}
+        return {
+            "start": boundary,
+            "end": boundary,
+            "factor": np.sqrt(2.034 * ratio / (2.0 * samples)),
+        }

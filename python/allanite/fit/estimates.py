@@ -73,7 +73,7 @@ def estimates(solution: Solution, data: Data, unit: str) -> tuple[dict[str, Any]
             column_place += 1
         else:
             mine = {n: s for (p, n), s in shaped.items() if p == position}
-            out.append(_modifier(effect, mine, data.rate, unit))
+            out.append(_modifier(effect, mine, data, unit))
     return tuple(out)
 
 
@@ -247,9 +247,9 @@ def _shape(effect: Effect, name: str, relative: float | None, detected: bool, un
     )
 
 
-def _modifier(effect: Effect, shaped: dict[str, float], rate: float, unit: str) -> dict[str, Any]:
+def _modifier(effect: Effect, shaped: dict[str, float], data: Data, unit: str) -> dict[str, Any]:
     own = getattr(effect, "errors", None)
-    errors = own(rate) if own is not None else {}
+    errors = own(data.rate) if own is not None else {}
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
         name, value = parameter.name, effect.values[parameter.name]
@@ -260,10 +260,11 @@ def _modifier(effect: Effect, shaped: dict[str, float], rate: float, unit: str) 
                 else _shape(effect, name, shaped.get(name), True, unit)
             )
             continue
-        spread = NORMAL * errors[name]
-        own_unit = _unit(effect, name, unit)
+        low, high = value - NORMAL * errors[name], value + NORMAL * errors[name]
+        if effect.parameter(name).unit == "s":
+            low, high = max(low, data.span[0]), min(high, data.span[1])
         out[name] = Estimate(
-            value, errors[name], (value - spread, value + spread), own_unit, True, name
+            value, errors[name], (low, high), _unit(effect, name, unit), True, name
         )
     return out
 

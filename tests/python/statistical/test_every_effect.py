@@ -1,7 +1,8 @@
 """Each effect of the catalogue, hidden at the edge of what a record can show: named, measured, and is that the end?
 
 One hour at 50 Hz of N, B and K (rad/s) with one more effect made by independent code, at the strength where it is worth
-ΔlogL of about 30. Twenty seeds each. Of 20 records a true rate of 95 % gives fewer than 17 in 1.6 % of the cases.
+ΔlogL of about 30. Twenty seeds each. Of 20 records a true rate of 95 % gives fewer than 16 in 0.26 % of the cases, one of
+all 22 numbers below in 6 %.
 """
 
 import numpy as np
@@ -54,7 +55,7 @@ def _gauss_markov(rng):
 
 def _sinusoid(rng):
     phase = rng.uniform(0.0, 2.0 * np.pi)
-    return _recording(_rest(rng) + g.sinusoid(LENGTH, RATE, 3.1, 2.3e-3, phase))
+    return _recording(_rest(rng) + g.sinusoid(LENGTH, RATE, 3.1, 2.45e-3, phase))
 
 
 def _bandwidth(rng):
@@ -109,7 +110,7 @@ CASES = {
     "rate_random_walk": (_rate_random_walk, "N+B", {"K": 4.9e-4}),
     "rate_ramp": (_rate_ramp, "N+B+K", {"R": 5.3e-5}),
     "gauss_markov": (_gauss_markov, "N+B+K", {"q_c": 3.1e-3, "correlation_time": 20.0}),
-    "sinusoid": (_sinusoid, "N+B+K", {"frequency": 3.1, "amplitude": 2.3e-3}),
+    "sinusoid": (_sinusoid, "N+B+K", {"frequency": 3.1, "amplitude": 2.45e-3}),
     "bandwidth": (_bandwidth, "N+B+K", {"cutoff": 33.0}),
     "resonance": (_resonance, "N+B+K", {"frequency": 8.0, "damping": 0.05}),
     "power_law": (_power_law, "N", {"exponent": -0.5}),
@@ -158,6 +159,6 @@ def test_every_effect_at_the_edge(kind):
     assert named >= 19, told
     for name in CASES[kind][2]:
         inside = sum(estimates.get(name, False) for _, _, estimates, *_ in found)
-        assert inside >= 17, f"{name} inside its interval in {inside} of 20; {told}"
+        assert inside >= 16, f"{name} inside its interval in {inside} of 20; {told}"
     assert sum(adequate for *_, adequate, _ in found) >= 18, told
     assert sum(falls for *_, falls in found) >= 18, told
