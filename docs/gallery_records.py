@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.plots.words import number
+from allanite.numbers import number
 
 if TYPE_CHECKING:
     import allanite as al

@@ -17,8 +17,9 @@ from pictures import picture
 
 import allanite as al
 from allanite._kernels import version
+from allanite.numbers import number
 from allanite.plots import plot_check, plot_study
-from allanite.plots.words import number, values_text
+from allanite.plots.words import values_text
 from allanite.report.words import tidy, verdict
 
 ROOT = Path(__file__).parents[1]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.criticism import over_frequency, over_tau
 from allanite.criticism.over_time import time_map
+from allanite.numbers import tidy
 from allanite.showing import brief
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ class Where:
                 f"over time: {low:.5g}–{high:.5g} s, {peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz: "
                 f"{peak['ratio']:.2f} × the expected power (z = {peak['z']:+.1f})"
             )
-        return out
+        return [tidy(sentence) for sentence in out]
 
 
 def criticise(fit: Fit) -> Where:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.effects.registry import find
+from allanite.numbers import number
 from allanite.parameters import Estimate
 from allanite.plots.curves import parts
 from allanite.plots.themes import COMPONENTS
-from allanite.plots.words import SYMBOLS, effect_text, number, unit_text
+from allanite.plots.words import SYMBOLS, effect_text, unit_text
 from allanite.units import parse_unit
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def _value(effect: Any, name: str, value: Estimate) -> dict[str, Any]:
         spread = "held"
     return {
         "name": name,
-        "symbol": SYMBOLS.get(name, name.replace("_", " ")),
+        "symbol": SYMBOLS.get(name, name if name == "q_c" else name.replace("_", " ")),
         "text": text,
         "spread": spread,
         "number": float(f"{value.value:.6g}"),

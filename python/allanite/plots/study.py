@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.numbers import number
 from allanite.plots.axes import linear_axis, log_axis, rung_axis
 from allanite.plots.curves import TAU, interval
 from allanite.plots.spec import Band, Bars, Figure, Line, Mark, Panel, Points, Rule
-from allanite.plots.words import effect_text, in_unit, number, recording_text, values_text
+from allanite.plots.words import effect_text, in_unit, recording_text, values_text
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from allanite.numbers import number
 from allanite.parameters import Estimate
 
 __all__ = [
@@ -57,21 +58,6 @@ def density_unit(unit: str) -> str:
         return "1/Hz"
     text = unit_text(unit)
     return f"({text})²/Hz" if "/" in text or "²" in text else f"{text}²/Hz"
-
-
-def number(value: float, figures: int = 3) -> str:
-    """A number in a few figures: 0.0126, 1.9·10⁻⁵, 12000."""
-    text = f"{value:.{figures}g}"
-    if "e" not in text:
-        return text.replace("-", "−")
-    mantissa, exponent = text.split("e")
-    power = "10" + str(int(exponent)).translate(_DIGITS)
-    if float(mantissa) == 1:
-        return power
-    # 1.23e+04 is 12300 to any reader.
-    if 0 < int(exponent) < 6:
-        return f"{float(text):.0f}".replace("-", "−")
-    return f"{mantissa}·{power}".replace("-", "−")
 
 
 def values_text(values: dict[str, Any], most: int = 2) -> str:

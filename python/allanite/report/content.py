@@ -6,8 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from allanite.numbers import number, tidy
 from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time
-from allanite.plots.words import number, unit_text
+from allanite.plots.words import unit_text
 from allanite.report.blocks import (
     Block,
     Bullets,
@@ -26,7 +27,6 @@ from allanite.report.words import (
     parameter_cells,
     parameter_text,
     seconds,
-    tidy,
     verdict,
     with_unit,
 )

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import Any
 
-from allanite.plots.words import duration_text, number, unit_text, values_text
+from allanite.numbers import number
+from allanite.plots.words import duration_text, unit_text, values_text
 from allanite.report.blocks import Cell, Number
 from allanite.units import conversion, parse_unit
 
@@ -17,7 +17,6 @@ __all__ = [
     "parameter_cells",
     "parameter_text",
     "seconds",
-    "tidy",
     "verdict",
     "with_unit",
 ]
@@ -71,16 +70,6 @@ def _resolved(value: float, last: int) -> str:
 def parameter_text(name: str) -> str:
     """The name of a parameter as it is printed; symbols stay."""
     return name if len(name) < 4 else name.replace("_", " ")
-
-
-_POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
-_MINUS = re.compile(r"(?<=[\s(=])-(?=\d)")
-
-
-def tidy(sentence: str) -> str:
-    """A sentence of the library for the eye: 2.37e+03 is 2370, 3e-05 is 3·10⁻⁵."""
-    words = _POWER.sub(lambda m: number(float(m[0].replace("−", "-")), 3), sentence)
-    return _MINUS.sub("−", words)
 
 
 def with_unit(unit: str | None) -> str:

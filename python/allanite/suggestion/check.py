@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.criticism import Where, criticise
+from allanite.numbers import tidy
 from allanite.suggestion.suggest import Suggestion, suggest
 
 if TYPE_CHECKING:
@@ -112,8 +113,8 @@ class Check:
 
 def _p(suggestion: Suggestion) -> str:
     if suggestion.log10_p < -99:
-        return f"1e{suggestion.log10_p:.0f}"
-    return f"{suggestion.p_value:.1g}"
+        return tidy(f"1e{suggestion.log10_p:.0f}")
+    return tidy(f"{suggestion.p_value:.1g}")
 
 
 def check_fit(fit: Fit, on_progress: Callable[[int, int], None] | None = None) -> Check:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.effects.sinusoid import Sinusoid
+from allanite.numbers import tidy
 from allanite.parameters import Estimate
 from allanite.suggestion.drifts import column_slopes
 
@@ -46,7 +47,7 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
                 f": at most {share[top]:.2g} % of the Allan variance (τ = {curve.tau[top]:.3g} s)"
             )
     note = f"{note}. " if note else _hysteresis(effect, found)
-    return f"{text}. {note}Physically: {effect.physics}."
+    return tidy(f"{text}. {note}Physically: {effect.physics}.")
 
 
 def _hysteresis(effect: Effect, found: Fit) -> str:

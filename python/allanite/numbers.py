@@ -1,0 +1,32 @@
+"""Numbers as they are read: 0.0126, 1.9·10⁻⁵, 2370."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["number", "tidy"]
+
+_DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
+_MINUS = re.compile(r"(?<=[\s(=])-(?=\d)")
+
+
+def number(value: float, figures: int = 3) -> str:
+    """A number in a few figures: 0.0126, 1.9·10⁻⁵, 12000."""
+    text = f"{value:.{figures}g}"
+    if "e" not in text:
+        return text.replace("-", "−")
+    mantissa, exponent = text.split("e")
+    power = "10" + str(int(exponent)).translate(_DIGITS)
+    if float(mantissa) == 1:
+        return power
+    # 1.23e+04 is 12300 to any reader.
+    if 0 < int(exponent) < 6:
+        return f"{float(text):.0f}".replace("-", "−")
+    return f"{mantissa}·{power}".replace("-", "−")
+
+
+def tidy(sentence: str) -> str:
+    """A sentence with its numbers for the eye: 2.37e+03 is 2370, 3e-05 is 3·10⁻⁵."""
+    words = _POWER.sub(lambda m: number(float(m[0].replace("−", "-")), 3), sentence)
+    return _MINUS.sub("−", words)
