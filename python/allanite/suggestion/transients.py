@@ -32,7 +32,7 @@ def screen_levels(
     logL of two levels against one rises by −½(d_in ln ρ_in + d_out ln ρ_out), ρ the mean powers inside and outside.
     Corrected for all pairs of times tried (Bonferroni, conservative).
     """
-    power, share = _white_power(solution, data, whitened)
+    power, share, freedom = _white_power(solution, data, whitened)
     if power is None:
         return None
     edges = np.linspace(data.start, data.start + data.duration, power.size + 1)
@@ -40,9 +40,9 @@ def screen_levels(
     cells = min(COARSE, power.size // 8)
     if cells < 8:
         return None
-    start, end, gain = _best_interval(power, cells)
+    start, end, gain = _best_interval(power, freedom, cells)
     if cells < FINE <= power.size // 8:
-        start, end, gain = _refine(power, start, end, power.size // cells)
+        start, end, gain = _refine(power, freedom, start, end, power.size // cells)
     inside = power[start:end].mean()
     outside = np.delete(power, np.s_[start:end]).mean() if end - start < power.size else 1.0
     ratio = float(inside / outside)
@@ -69,15 +69,15 @@ def _log_tail(gain: float) -> float:
 
 def _white_power(
     solution: Solution, data: Data, whitened: NDArray[np.float64]
-) -> tuple[NDArray[np.float64] | None, float]:
-    """Power over time of the octaves that the white effect dominates, on one time axis, and its share in them."""
+) -> tuple[NDArray[np.float64] | None, float, float]:
+    """Power over time, on one axis, of the octaves that the white effect dominates; its share; values of all of them for each."""
     effects = solution.model.stochastic
     place = next((i for i, e in enumerate(effects) if e.kind == "angle_random_walk"), None)
     if place is None:
-        return None, 0.0
+        return None, 0.0, 0.0
     bands = band_powers(whitened, 256)
     if not bands:
-        return None, 0.0
+        return None, 0.0, 0.0
     length = bands[0][2].size
     total, weight, shares = np.zeros(length), 0.0, 0.0
     for low, high, power in bands:
@@ -95,11 +95,13 @@ def _white_power(
         weight += power.size / length
         shares += share * power.size / length
     if weight == 0.0:
-        return None, 0.0
-    return total / weight, shares / weight
+        return None, 0.0, 0.0
+    return total / weight, shares / weight, weight
 
 
-def _best_interval(power: NDArray[np.float64], cells: int) -> tuple[int, int, float]:
+def _best_interval(
+    power: NDArray[np.float64], freedom: float, cells: int
+) -> tuple[int, int, float]:
     """Best of all pairs of cell boundaries."""
     edges = (np.arange(cells + 1) * power.size // cells).astype(np.int64)
     total = np.concatenate([[0.0], np.cumsum(power)])[edges]
@@ -107,23 +109,25 @@ def _best_interval(power: NDArray[np.float64], cells: int) -> tuple[int, int, fl
     inside = (edges[last] - edges[first]).astype(float)
     keep = inside < power.size
     first, last, inside = first[keep], last[keep], inside[keep]
-    gain = _two_levels(total[last] - total[first], inside, total[-1], float(power.size))
+    size = float(power.size)
+    gain = _two_levels(total[last] - total[first], inside, total[-1], size, freedom)
     top = int(np.argmax(gain))
     return int(edges[first[top]]), int(edges[last[top]]), float(gain[top])
 
 
 def _two_levels(
-    inside: NDArray[np.float64], count: NDArray[np.float64], total: float, n: float
+    inside: NDArray[np.float64], count: NDArray[np.float64], total: float, n: float, freedom: float
 ) -> NDArray[np.float64]:
-    """−½ Σ d ln ρ; each value of the finest band is one degree of freedom, of all octaves about two."""
+    """−½ Σ d ln ρ, d = `freedom` for each value."""
     a = np.maximum(inside / count, 1e-12)
     b = np.maximum((total - inside) / (n - count), 1e-12)
     mean = total / n
-    # All octaves down to the lowest dominated one have together nearly twice the finest's values.
-    return np.asarray(-(count * np.log(a / mean) + (n - count) * np.log(b / mean)))
+    return np.asarray(-0.5 * freedom * (count * np.log(a / mean) + (n - count) * np.log(b / mean)))
 
 
-def _refine(power: NDArray[np.float64], start: int, end: int, least: int) -> tuple[int, int, float]:
+def _refine(
+    power: NDArray[np.float64], freedom: float, start: int, end: int, least: int
+) -> tuple[int, int, float]:
     """Move each boundary, one after the other, over the finest axis within two coarse cells.
 
     The interval keeps at least `least` values: anything shorter is an outlier, not a level.
@@ -146,6 +150,7 @@ def _refine(power: NDArray[np.float64], start: int, end: int, least: int) -> tup
                 (high - low)[usable].astype(float),
                 float(total[-1]),
                 n,
+                freedom,
             )
             top = int(np.argmax(value))
             gain = float(value[top])
