@@ -70,7 +70,7 @@ def _log_tail(gain: float) -> float:
 def _white_power(
     solution: Solution, data: Data, whitened: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64] | None, float, float]:
-    """Power over time, on one axis, of the octaves that the white effect dominates; its share; values of all of them for each."""
+    """Power over time of the octaves that the white effect dominates, its share in them, and values of all for each."""
     effects = solution.model.stochastic
     place = next((i for i, e in enumerate(effects) if e.kind == "angle_random_walk"), None)
     if place is None:
