@@ -21,6 +21,8 @@ __all__ = ["LIMIT", "Rung", "Study", "improve", "next_rung"]
 
 #: No sensor record supports more additions than this.
 LIMIT = 8
+#: What logL may lose by an effect that is taken out: an effect that is not there explains this much by chance.
+NEEDLESS = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,7 +217,8 @@ def _next(fit: Fit, check: Check) -> Rung | None:
 def _without_needless(rung: Rung, before: Fit, gone: set[str]) -> Rung:
     """The rung without effects that the record showed before the addition and no longer does (a B that was a sum of lags).
 
-    What it never showed stays, as an upper limit: it was asked for.
+    What it never showed stays, as an upper limit: it was asked for. So does what still explains something, though less than
+    would be detected: without it the others would take its part and be too large.
     """
     fit, removed = rung.fit, []
     places = [
@@ -225,8 +228,9 @@ def _without_needless(rung: Rung, before: Fit, gone: set[str]) -> Rung:
     ]
     for place in reversed(places):
         without = fit.remove(place)
+        lost = fit.solution.log_likelihood - without.solution.log_likelihood
         old, new = fit.error.held_out, without.error.held_out
-        if old is None or new is None or new <= old:
+        if lost < NEEDLESS and (old is None or new is None or new <= old):
             removed.append(fit.model.effects[place].kind)
             fit = without
     return Rung(fit, rung.added, tuple(reversed(removed)))
