@@ -296,7 +296,7 @@ fn add_terms(
         if plain_sum(blocks).is_nan() { runs_between_gaps(&mut phase) } else { vec![(0, blocks.len())] };
     running_sum(&mut phase, width);
     let placed: Vec<_> = factors.iter().copied().enumerate().collect();
-    let groups: Vec<Group> = sums::groups(&placed);
+    let groups: Vec<Group> = sums::groups(width, &placed);
     let mut found = vec![0.0; factors.len()];
     sums::add(width, (&phase, 0), (0, begun), &runs, &groups, &mut found);
     for ((to, sum), (count, m)) in sums.iter_mut().zip(found).zip(counts.iter_mut().zip(factors)) {

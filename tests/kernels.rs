@@ -35,7 +35,7 @@ fn wide_equals_plain_on_every_length_and_misalignment() {
         for n in 0..300 {
             for m in [1, 3, 8, 31] {
                 let expected = definition(theta, m, n);
-                for width in [Width::portable(), Width::best()] {
+                for width in Width::available() {
                     assert!(close(sums::one(width, theta, m, n), expected, 1e-13), "n = {n}, m = {m}");
                 }
             }
@@ -57,9 +57,9 @@ fn groups_equal_single_factors() {
     ];
     for set in sets {
         let placed: Vec<_> = set.iter().copied().enumerate().collect();
-        let groups = sums::groups(&placed);
-        for n in (0..300).chain([1000]) {
-            for width in [Width::portable(), Width::best()] {
+        for width in Width::available() {
+            let groups = sums::groups(width, &placed);
+            for n in (0..300).chain([1000]) {
                 let mut found = vec![0.0; set.len()];
                 let runs = [(0, n + 2 * set[0])];
                 sums::add(width, (&theta, 0), (0, n), &runs, &groups, &mut found);
@@ -221,7 +221,7 @@ fn noise_types_are_named() {
     for (x, expected) in [(steps, 2.0), (white, 0.0), (walk, -2.0)] {
         let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
         let (_, theta) = overlapping(&record, &[4, 16, 64], means(&stop, 1)).unwrap();
-        for alpha in identify::exponents(&record, &theta, &[4, 16, 64]) {
+        for alpha in identify::laws(&record, &theta, &[4, 16, 64]) {
             assert!((alpha - expected).abs() < 0.4, "{alpha} for {expected}");
         }
     }
@@ -232,4 +232,22 @@ fn an_interrupt_is_heard() {
     let stop = AtomicBool::new(true);
     let x = noise(100_000, 4);
     assert!(Record::new(Series::new(&x), Quantity::Rate, 2, &stop).is_err());
+}
+
+#[test]
+fn doubling_runs_of_long_factors_equal_the_definition() {
+    // Tiles with all rows, with ragged last rows, and (the last) with a part of the rows.
+    for (n, first) in [(20_001, 2100), (40_000, 2049), (66_000, 4096), (6_000_007, 2049)] {
+        let theta = noise(n, n as u64);
+        let stop = AtomicBool::new(false);
+        let record = Record::new(Series::new(&theta), Quantity::Angle, 1, &stop).unwrap();
+        let run: Vec<usize> = (0..24).map(|t| first << t).take_while(|m| 2 * m < n).collect();
+        let (found, _) = overlapping(&record, &run, means(&stop, 1)).unwrap();
+        assert_eq!(found, overlapping(&record, &run, means(&stop, 3)).unwrap().0);
+        for ((m, sum), count) in run.iter().zip(found.sum).zip(found.count) {
+            assert_eq!(count as usize, n - 2 * m);
+            let expected = definition(&theta, *m, n - 2 * m);
+            assert!((sum / expected - 1.0).abs() < 1e-11, "n = {n}, m = {m}: {sum} {expected}");
+        }
+    }
 }

@@ -16,10 +16,10 @@ fn values(n: usize) -> Vec<f64> {
 
 #[test]
 fn sums_end_with_their_buffer() {
-    for width in [Width::portable(), Width::best()] {
+    for width in Width::available() {
         for set in [&[1_usize][..], &[1, 2], &[3, 5, 7], &[1, 2, 4, 8], &[2, 3, 5, 7], &[1, 2, 4], &[50]] {
             let placed: Vec<_> = set.iter().copied().enumerate().collect();
-            let groups = sums::groups(&placed);
+            let groups = sums::groups(width, &placed);
             let lengths: &[usize] =
                 if set[0] == 50 { &[1, 3, 49, 53, 102, 251, 853] } else { &[0, 1, 4, 7, 18] };
             for &n in lengths {

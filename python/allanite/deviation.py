@@ -11,7 +11,6 @@ from allanite import _kernels
 from allanite.averaging import Source, averaging, source
 from allanite.deviation_result import Deviation
 from allanite.gaps import complete, said
-from allanite.identification import carried
 from allanite.total import corrected, freedom
 
 if TYPE_CHECKING:
@@ -271,20 +270,20 @@ def _estimate(
             variance = variance / m**2
     else:
         variance, n, alpha, gaps = _kernels.family_variance(core, src.samples, m, src.angle)
-    alpha = carried(alpha)
+    tau = m / src.rate
     lost = complete(core, m, src.points) - n if gaps else np.zeros_like(n)
     if gaps:
         share = lost / np.maximum(n + lost, 1)
-        notes = (*notes, *said(gaps, src.samples.size, m / src.rate, share))
+        notes = (*notes, *said(gaps, src.samples.size, tau, share))
     variance, more = corrected(core, variance, alpha, m, src.points, unbiased)
     scale: float | NDArray[np.float64] = src.scale
     if core in ("tierms", "mtie"):
         scale = src.scale / src.rate
     elif core != kind:
-        scale = src.scale * (m / src.rate) / np.sqrt(3.0)
+        scale = src.scale * tau / np.sqrt(3.0)
     return Deviation(
         kind,
-        m / src.rate,
+        tau,
         m,
         n,
         np.sqrt(variance) * scale,

@@ -9,42 +9,15 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["carried", "degrees_of_freedom", "interval"]
+__all__ = ["degrees_of_freedom", "interval"]
 
 #: Neighbouring nodes of the sum over lags differ by this ratio, or by 1.
 STEP = 1.06
-#: Between the values that the lag-1 estimate of Riley & Greenhall takes for averaged α = −2 … 2. Averages of flicker
-#: and random-walk FM read −1.45 and −2.40 (second differences of h² ln h and h³ at lag 1 over lag 0), single samples
-#: −1 and −2. Towards white PM a little towards red: mistaking white FM for it would narrow the interval fivefold.
-BORDERS = np.array([-1.75, -0.55, 0.65, 1.8])
 #: (−1)^i C(2d, d+i), i = 0 … d: autocovariance of a d-th difference of white noise.
 WEIGHTS = {
     2: np.array([6.0, -4.0, 1.0]),
     3: np.array([20.0, -15.0, 6.0, -1.0]),
 }
-
-
-def carried(exponents: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Nearest power laws; where none was identified, that of the next shorter time, else white FM.
-
-    Parameters
-    ----------
-    exponents : ndarray of shape (k,)
-        α of S_y ∝ f^α, NaN where unknown.
-
-    Returns
-    -------
-    ndarray of shape (k,)
-    """
-    identified = np.asarray(np.digitize(exponents, BORDERS) - 2.0, dtype=np.float64)
-    unknown = np.isnan(exponents)
-    if not unknown.any():
-        return identified
-    if unknown.all():
-        return np.zeros_like(identified)
-    last = np.where(unknown, -1, np.arange(identified.size))
-    np.maximum.accumulate(last, out=last)
-    return np.where(last >= 0, identified[np.maximum(last, 0)], identified[unknown.argmin()])
 
 
 def degrees_of_freedom(

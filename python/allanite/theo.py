@@ -12,7 +12,6 @@ from allanite.averaging import Source, averaging, source
 from allanite.deviation_result import Deviation
 from allanite.errors import TooShortError
 from allanite.gaps import complete, said
-from allanite.identification import carried
 from allanite.total import freedom
 
 if TYPE_CHECKING:
@@ -53,7 +52,6 @@ def theo1(
 
 def _theo1(src: Source, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
     variance, n, alpha, gaps = _kernels.family_variance("theo1", src.samples, m, src.angle)
-    alpha = carried(alpha)
     lost = complete("theo1", m, src.points) - n
     share = lost / np.maximum(n + lost, 1)
     tau = np.asarray(0.75 * m / src.rate)
@@ -109,7 +107,6 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     rows = [allan[m] for m in near.tolist()]
     rows += [(bias * of[m][0], of[m][1], of[m][2]) for m in far.tolist()]
     values, counts, laws = (np.array(column) for column in zip(*rows, strict=True))
-    laws = carried(laws)
     m = np.concatenate([near, far])
     split = near.size
 

@@ -8,9 +8,10 @@
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
-use super::pages;
+use super::pages::Buffer;
 use super::parallel::for_each;
 use super::sums::{self, Group, Width};
+use super::tiles;
 use crate::Result;
 use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
 
@@ -30,6 +31,18 @@ pub struct Terms {
 impl Terms {
     fn new(factors: usize) -> Self {
         Self { sum: vec![0.0; factors], count: vec![0; factors] }
+    }
+
+    /// Adds what the parts found, in their order, at the places of `factors`.
+    fn gather(&mut self, factors: &[(usize, usize)], parts: &[Self]) {
+        for &(place, _) in factors {
+            let mut sum = [self.sum[place], 0.0];
+            for part in parts {
+                phase::add_to(&mut sum, part.sum[place]);
+                self.count[place] += part.count[place];
+            }
+            self.sum[place] = sum[0] + sum[1];
+        }
     }
 
     /// Allan variance in units of the samples; NaN where there is no term.
@@ -56,7 +69,7 @@ pub fn overlapping<T: Sample>(
     record: &Record<'_, T>,
     factors: &[usize],
     means: Means<'_>,
-) -> Result<(Terms, Vec<f64>)> {
+) -> Result<(Terms, Buffer)> {
     terms(record, factors, means, false)
 }
 
@@ -65,7 +78,7 @@ pub fn adjacent<T: Sample>(
     record: &Record<'_, T>,
     factors: &[usize],
     means: Means<'_>,
-) -> Result<(Terms, Vec<f64>)> {
+) -> Result<(Terms, Buffer)> {
     terms(record, factors, means, true)
 }
 
@@ -74,15 +87,19 @@ fn terms<T: Sample>(
     factors: &[usize],
     means: Means<'_>,
     adjacent: bool,
-) -> Result<(Terms, Vec<f64>)> {
+) -> Result<(Terms, Buffer)> {
     let placed: Vec<_> = factors.iter().copied().enumerate().collect();
     let split = factors.partition_point(|m| *m <= LOCAL);
     let (near, far) = placed.split_at(split);
     let points = record.points();
-    let mut theta = pages::zeroed(if far.is_empty() { 0 } else { points });
+    let mut theta = Buffer::new(if far.is_empty() { 0 } else { points });
     let pass = Pass { record, factors, means, adjacent, blocks: points.div_ceil(BLOCK) };
     let mut terms = pass.near(near, &mut theta)?;
-    let mut rest = far;
+    let (runs, rest) = if pass.whole() { sums::doubling(far) } else { (Vec::new(), far.to_vec()) };
+    for run in tiles::parts(means.width, &theta, &runs) {
+        pass.doubling(&run, &mut terms)?;
+    }
+    let mut rest = rest.as_slice();
     for (most, span) in TIERS {
         let (tier, beyond) = rest.split_at(rest.partition_point(|factor| factor.1 <= most));
         rest = beyond;
@@ -121,6 +138,11 @@ impl<T: Sample> Pass<'_, '_, T> {
         self.record.quantity() == Quantity::Angle && self.record.gaps() > 0
     }
 
+    /// Whether every term of every factor counts.
+    fn whole(&self) -> bool {
+        !self.adjacent && self.record.gaps() == 0
+    }
+
     /// Runs of samples, of which a term of factor m takes 2m.
     fn runs(&self) -> Vec<(usize, usize)> {
         match self.record.quantity() {
@@ -155,7 +177,7 @@ impl<T: Sample> Pass<'_, '_, T> {
 
     fn near(&self, factors: &[(usize, usize)], theta: &mut [f64]) -> Result<Terms> {
         let points = self.record.points();
-        let groups = sums::groups(factors);
+        let groups = sums::groups(self.means.width, factors);
         let halo = factors.last().map_or(0, |(_, m)| 2 * m);
         let runs = self.runs();
         let chunks: Vec<_> = theta.chunks_mut(BLOCK).map(Mutex::new).collect();
@@ -176,7 +198,7 @@ impl<T: Sample> Pass<'_, '_, T> {
 
     fn far(&self, factors: &[(usize, usize)], span: usize, theta: &[f64], terms: &mut Terms) -> Result<()> {
         let points = self.record.points();
-        let groups: Vec<Group> = sums::groups(factors);
+        let groups: Vec<Group> = sums::groups(self.means.width, factors);
         let apart = if span > 1 << 16 && !self.adjacent && !self.masked() { groups.len() } else { 1 };
         let runs = self.runs();
         let parts = for_each(
@@ -193,14 +215,18 @@ impl<T: Sample> Pass<'_, '_, T> {
                 found
             },
         )?;
-        for &(place, _) in factors {
-            let mut sum = [terms.sum[place], 0.0];
-            for part in &parts {
-                phase::add_to(&mut sum, part.sum[place]);
-                terms.count[place] += part.count[place];
-            }
-            terms.sum[place] = sum[0] + sum[1];
-        }
+        terms.gather(factors, &parts);
+        Ok(())
+    }
+
+    fn doubling(&self, run: &tiles::Run<'_>, terms: &mut Terms) -> Result<()> {
+        let threads = self.threads_for(self.record.points());
+        let parts = for_each(threads, run.items(), self.means.stop, Vec::new, |tile, item| {
+            let mut found = Terms::new(self.factors.len());
+            run.add(item, tile, &mut found.sum);
+            found
+        })?;
+        terms.gather(run.factors(), &parts);
         Ok(())
     }
 

@@ -4,9 +4,10 @@ use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use super::allan::{Means, Terms};
+use super::pages::Buffer;
 use super::parallel::for_each;
 use super::sums::Width;
-use super::{hadamard, modified, modified_total, pages, theo, tie, total};
+use super::{hadamard, modified, modified_total, theo, tie, total};
 use crate::Result;
 use crate::phase::{BLOCK, LOCAL, Quantity, Record, Sample, add_to};
 
@@ -128,7 +129,7 @@ pub fn variances<T: Sample>(
     kind: Kind,
     factors: &[usize],
     means: Means<'_>,
-) -> Result<(Vec<f64>, Vec<u64>, Vec<f64>)> {
+) -> Result<(Vec<f64>, Vec<u64>, Buffer)> {
     let mut theta = global_phase(record, means)?;
     if matches!(kind, Kind::TieRms | Kind::Mtie) && record.quantity() == Quantity::Rate {
         remove_slope(&mut theta);
@@ -149,7 +150,7 @@ pub fn variances<T: Sample>(
             record.local(from, near);
             (near.as_slice(), from)
         } else {
-            (theta.as_slice(), 0)
+            (&*theta, 0)
         };
         let mut found = Vec::with_capacity(batch.len());
         for item in batch {
@@ -289,9 +290,9 @@ fn point_runs<T: Sample>(record: &Record<'_, T>, pointwise: bool) -> Vec<(usize,
 }
 
 /// The phase of the whole record.
-pub fn global_phase<T: Sample>(record: &Record<'_, T>, means: Means<'_>) -> Result<Vec<f64>> {
+pub fn global_phase<T: Sample>(record: &Record<'_, T>, means: Means<'_>) -> Result<Buffer> {
     let points = record.points();
-    let mut theta = pages::zeroed(points);
+    let mut theta = Buffer::new(points);
     let chunks: Vec<_> = theta.chunks_mut(BLOCK).map(Mutex::new).collect();
     let threads = if points < 1 << 20 { 1 } else { means.threads };
     let make = || vec![0.0; BLOCK];

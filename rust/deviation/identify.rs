@@ -8,53 +8,71 @@ use crate::phase::{Quantity, Record, Sample, plain_sum};
 
 /// Points used per factor: enough for the noise type, few enough to cost nothing beside the deviation.
 const POINTS: usize = 8192;
-/// Samples summed for one factor where there is no global phase.
+/// Points made where there is no global phase: enough for `FEWEST` at the largest factor without one.
 const STRETCH: usize = 1 << 18;
 /// Independent partial sums.
 const LANES: usize = 8;
-/// Fewer points than this say too little; the caller keeps the type of the next shorter time.
+/// Fewer points than this say too little.
 const FEWEST: usize = 90;
 
-/// α (not rounded) for every factor, taken anew every half octave; NaN where the record is too short, constant, or full of gaps.
+/// Between the values that the lag-1 estimate takes for averaged α = −2 … 2. Averages of flicker and random-walk FM read
+/// −1.45 and −2.40 (second differences of h² ln h and h³ at lag 1 over lag 0), single samples −1 and −2. Towards white
+/// PM a little towards red: mistaking white FM for it would narrow the interval fivefold.
+const BORDERS: [f64; 4] = [-1.75, -0.55, 0.65, 1.8];
+
+/// α of the nearest power law at every factor, taken anew every half octave. Where the record is too short, constant or
+/// full of gaps that of the next shorter factor, of the first known one, or white FM where none is known.
 ///
-/// `theta` is the global phase, or empty: then it is made, thinned, from the record.
-pub fn exponents<T: Sample>(record: &Record<'_, T>, theta: &[f64], factors: &[usize]) -> Vec<f64> {
-    let (mut last, mut known) = (0, f64::NAN);
-    let each = factors.iter().map(|&m| {
-        if 2 * m >= 3 * last {
-            (last, known) = (m, exponent(&thinned(record, theta, m)));
-        }
-        known
-    });
-    each.collect()
-}
-
-/// Phase every m points, from the longest run without gaps; of long records a stretch in the middle.
-fn thinned<T: Sample>(record: &Record<'_, T>, theta: &[f64], m: usize) -> Vec<f64> {
-    let longest = record.runs().iter().max_by_key(|run| run.1 - run.0).copied().unwrap_or((0, 0));
+/// `theta` is the global phase, or empty: then a stretch of it is made from the record.
+pub fn laws<T: Sample>(record: &Record<'_, T>, theta: &[f64], factors: &[usize]) -> Vec<f64> {
+    let run = record.runs().iter().max_by_key(|run| run.1 - run.0).copied().unwrap_or((0, 0));
     let extra = usize::from(record.quantity() == Quantity::Rate);
-    let (start, points) = (longest.0, longest.1 - longest.0 + extra);
-    // Without the global phase what is needed of it has to be summed: a short stretch.
-    let most = if theta.is_empty() { (STRETCH / m).clamp(FEWEST, POINTS) } else { POINTS };
-    let count = points.div_ceil(m).min(most);
-    let from = start + (points.div_ceil(m) - count) / 2 * m;
-    if !theta.is_empty() {
-        return (0..count).map(|i| theta[from + i * m]).collect();
+    let (mut start, mut points) = (run.0, run.1 - run.0 + extra);
+    let mut stretch = Vec::new();
+    if theta.is_empty() {
+        start += points.saturating_sub(STRETCH) / 2;
+        points = points.min(STRETCH);
+        stretch.resize(points, 0.0);
+        record.local(start, &mut stretch);
     }
-    let mut phase = vec![0.0; (count.saturating_sub(1)) * m + 1];
-    record.local(from, &mut phase);
-    phase.iter().step_by(m).copied().take(count).collect()
+    let phase = if theta.is_empty() { stretch.as_slice() } else { &theta[start..start + points] };
+    let (mut last, mut known, mut first) = (0, f64::NAN, f64::NAN);
+    let mut found = Vec::with_capacity(factors.len());
+    let mut thinned = Vec::with_capacity(POINTS.min(points));
+    for &m in factors {
+        if 2 * m >= 3 * last {
+            last = m;
+            thin(phase, m, &mut thinned);
+            let law = exponent(&mut thinned);
+            if !law.is_nan() {
+                known = BORDERS.iter().filter(|border| **border <= law).count() as f64 - 2.0;
+                first = if first.is_nan() { known } else { first };
+            }
+        }
+        found.push(known);
+    }
+    let unknown = if first.is_nan() { 0.0 } else { first };
+    found.iter_mut().filter(|law| law.is_nan()).for_each(|law| *law = unknown);
+    found
 }
 
-fn exponent(phase: &[f64]) -> f64 {
-    let mut z = phase.to_vec();
+/// The phase every m points; of many of them those in the middle.
+fn thin(phase: &[f64], m: usize, to: &mut Vec<f64>) {
+    let all = phase.len().div_ceil(m);
+    let count = all.min(POINTS);
+    to.clear();
+    to.extend(phase[(all - count) / 2 * m..].iter().step_by(m).take(count));
+}
+
+/// α, not rounded; what it takes is changed.
+fn exponent(mut z: &mut [f64]) -> f64 {
     if z.len() < FEWEST {
         return f64::NAN;
     }
-    detrend(&mut z);
+    detrend(z);
     let mut d = 0.0;
     loop {
-        let (power, lagged) = moments(&mut z);
+        let (power, lagged) = moments(z);
         let r = lagged / power;
         let delta = r / (1.0 + r);
         if !delta.is_finite() || delta < 0.25 || d >= 2.0 {
@@ -63,7 +81,8 @@ fn exponent(phase: &[f64]) -> f64 {
         for i in 1..z.len() {
             z[i - 1] = z[i] - z[i - 1];
         }
-        z.pop();
+        let less = z.len() - 1;
+        z = &mut z[..less];
         d += 1.0;
     }
 }

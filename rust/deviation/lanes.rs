@@ -76,8 +76,10 @@ unsafe impl Lanes for Portable {
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use std::arch::x86_64::{
-        __m256d, _mm256_add_pd, _mm256_fmadd_pd, _mm256_fnmadd_pd, _mm256_loadu_pd, _mm256_loadu_si256,
-        _mm256_maskload_pd, _mm256_set1_pd, _mm256_setzero_pd, _mm256_storeu_pd, _mm256_sub_pd,
+        __m256d, __m512d, _mm256_add_pd, _mm256_fmadd_pd, _mm256_fnmadd_pd, _mm256_loadu_pd,
+        _mm256_loadu_si256, _mm256_maskload_pd, _mm256_set1_pd, _mm256_setzero_pd, _mm256_storeu_pd,
+        _mm256_sub_pd, _mm512_add_pd, _mm512_fmadd_pd, _mm512_fnmadd_pd, _mm512_loadu_pd,
+        _mm512_maskz_loadu_pd, _mm512_set1_pd, _mm512_setzero_pd, _mm512_storeu_pd, _mm512_sub_pd,
     };
 
     /// Four doubles of AVX2 with FMA.
@@ -127,9 +129,57 @@ mod x86 {
             (lanes[0] + lanes[1]) + (lanes[2] + lanes[3])
         }
     }
+
+    /// Eight doubles of AVX-512.
+    #[derive(Clone, Copy)]
+    pub struct Avx512(__m512d);
+
+    // SAFETY: every function needs AVX-512F, which the one dispatcher in `sums.rs` has asked for.
+    unsafe impl super::Lanes for Avx512 {
+        const WIDTH: usize = 8;
+        #[inline(always)]
+        unsafe fn zero() -> Self {
+            // SAFETY: AVX-512F is there (contract of the trait).
+            Self(unsafe { _mm512_setzero_pd() })
+        }
+        #[inline(always)]
+        unsafe fn load(from: *const f64) -> Self {
+            // SAFETY: eight readable doubles (contract of `load`); the load is unaligned.
+            Self(unsafe { _mm512_loadu_pd(from) })
+        }
+        #[inline(always)]
+        unsafe fn load_some(from: *const f64, count: usize) -> Self {
+            let mask = (1_u8 << count.min(7)) - 1;
+            // SAFETY: only the lanes of the mask are read, of which `count` doubles are readable.
+            Self(unsafe { _mm512_maskz_loadu_pd(mask, from) })
+        }
+        #[inline(always)]
+        unsafe fn minus(a: Self, b: Self) -> Self {
+            // SAFETY: AVX-512F is there (contract of the trait).
+            Self(unsafe { _mm512_sub_pd(a.0, b.0) })
+        }
+        #[inline(always)]
+        unsafe fn second_difference(a: Self, b: Self, c: Self) -> Self {
+            // SAFETY: AVX-512F is there (contract of the trait).
+            Self(unsafe { _mm512_fnmadd_pd(_mm512_set1_pd(2.0), b.0, _mm512_add_pd(a.0, c.0)) })
+        }
+        #[inline(always)]
+        unsafe fn add_square(d: Self, sum: Self) -> Self {
+            // SAFETY: AVX-512F is there (contract of the trait).
+            Self(unsafe { _mm512_fmadd_pd(d.0, d.0, sum.0) })
+        }
+        #[inline(always)]
+        unsafe fn total(self) -> f64 {
+            let mut lanes = [0.0; 8];
+            // SAFETY: eight writable doubles; the store is unaligned.
+            unsafe { _mm512_storeu_pd(lanes.as_mut_ptr(), self.0) };
+            let [a, b, c, d, e, f, g, h] = lanes;
+            ((a + b) + (c + d)) + ((e + f) + (g + h))
+        }
+    }
 }
 #[cfg(target_arch = "x86_64")]
-pub use x86::Avx2;
+pub use x86::{Avx2, Avx512};
 
 #[inline(always)]
 fn term(a: f64, b: f64, c: f64) -> f64 {

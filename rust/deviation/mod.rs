@@ -14,4 +14,5 @@ mod stretches;
 pub mod sums;
 mod theo;
 mod tie;
+mod tiles;
 mod total;

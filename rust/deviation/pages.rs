@@ -1,25 +1,91 @@
-//! Large zeroed buffers on large pages: page faults of small ones cost more than the running sum itself.
+//! Large buffers on large pages, kept for the next call: to have the system clear small pages costs more than the
+//! running sum itself, and to have it clear large ones as much.
+
+use std::ops::{Deref, DerefMut};
+use std::sync::Mutex;
+
+/// Doubles of a buffer that is kept: from 1 MiB to 256 MiB, which the system may take back at any time.
+const KEPT: std::ops::RangeInclusive<usize> = 1 << 17..=1 << 25;
+
+static SPARE: Mutex<Vec<f64>> = Mutex::new(Vec::new());
+
+/// Doubles that hold anything until they are written.
+#[derive(Debug, Default)]
+pub struct Buffer(Vec<f64>);
+
+impl Buffer {
+    /// Room for `len` doubles.
+    pub fn new(len: usize) -> Self {
+        if !KEPT.contains(&len) {
+            return Self(zeroed(len));
+        }
+        let mut spare = SPARE.lock().map(|mut spare| std::mem::take(&mut *spare)).unwrap_or_default();
+        if spare.len() < len || spare.len() / 2 > len {
+            spare = zeroed(len);
+        }
+        spare.truncate(len);
+        Self(spare)
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        let buffer = std::mem::take(&mut self.0);
+        if KEPT.contains(&buffer.len())
+            && let Ok(mut spare) = SPARE.lock()
+        {
+            advise(&buffer, Advice::Free);
+            *spare = buffer;
+        }
+    }
+}
+
+impl Deref for Buffer {
+    type Target = [f64];
+
+    fn deref(&self) -> &[f64] {
+        &self.0
+    }
+}
+
+impl DerefMut for Buffer {
+    fn deref_mut(&mut self) -> &mut [f64] {
+        &mut self.0
+    }
+}
 
 /// `len` zeros.
 pub fn zeroed(len: usize) -> Vec<f64> {
     let buffer = vec![0.0; len];
-    advise(&buffer);
+    advise(&buffer, Advice::Large);
     buffer
 }
 
+#[derive(Clone, Copy)]
+enum Advice {
+    /// Large pages, please.
+    Large,
+    /// What is in it is not needed.
+    Free,
+}
+
 #[cfg(all(target_os = "linux", not(miri)))]
-fn advise(buffer: &[f64]) {
+fn advise(buffer: &[f64], advice: Advice) {
     const PAGE: usize = 2 << 20;
     let bytes = std::mem::size_of_val(buffer);
     let start = buffer.as_ptr() as usize;
     let first = start.next_multiple_of(PAGE);
     let last = (start + bytes) / PAGE * PAGE;
     if last > first {
-        // SAFETY: the range lies inside of the buffer; the advice changes how it is backed, not what it holds.
-        // A refusal costs only speed.
-        unsafe { libc::madvise(first as *mut libc::c_void, last - first, libc::MADV_HUGEPAGE) };
+        let advice = match advice {
+            Advice::Large => libc::MADV_HUGEPAGE,
+            Advice::Free => libc::MADV_FREE,
+        };
+        // SAFETY: the range lies inside of the buffer. The first advice changes how it is backed, the second may turn
+        // its doubles, which nobody reads before writing them, into zeros. A refusal costs only speed.
+        unsafe { libc::madvise(first as *mut libc::c_void, last - first, advice) };
     }
 }
 
 #[cfg(not(all(target_os = "linux", not(miri))))]
-fn advise(_: &[f64]) {}
+fn advise(_: &[f64], _: Advice) {}

@@ -4,8 +4,9 @@ use super::lanes::{self, Lanes, Portable};
 
 /// Phase points handled by all groups before the next ones are fetched.
 const STRIP: usize = 4096;
-/// Factors in one pass.
-const GROUP: usize = 4;
+/// Factors in one pass: of a chain on the widest unit, and of any others (more registers would be needed).
+const GROUP: usize = 7;
+const SEVERAL: usize = 4;
 /// From this factor on a row of m terms is long enough to be summed by itself.
 const ROW: usize = 48;
 
@@ -18,16 +19,36 @@ enum Unit {
     Portable,
     #[cfg(target_arch = "x86_64")]
     Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
 }
 
 impl Width {
     /// The widest unit that this processor has.
     pub fn best() -> Self {
+        Self::available().pop().unwrap_or(Self::portable())
+    }
+
+    /// All units that this processor has, the widest last.
+    pub fn available() -> Vec<Self> {
+        let mut found = vec![Self::portable()];
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-            return Self(Unit::Avx2);
+            found.push(Self(Unit::Avx2));
+            if is_x86_feature_detected!("avx512f") {
+                found.push(Self(Unit::Avx512));
+            }
         }
-        Self::portable()
+        found
+    }
+
+    /// Factors of a doubling run for which the unit has registers.
+    fn chain(self) -> usize {
+        match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            Unit::Avx512 => GROUP,
+            _ => SEVERAL,
+        }
     }
 
     /// Whether the processor has been found to have AVX2 and FMA.
@@ -73,8 +94,25 @@ impl Group {
 }
 
 /// Groups factors given in rising order as (place in the answer, m): doubling runs of three or more become chains.
-pub fn groups(factors: &[(usize, usize)]) -> Vec<Group> {
+pub fn groups(width: Width, factors: &[(usize, usize)]) -> Vec<Group> {
+    let (runs, loose) = doubling(factors);
     let mut groups = Vec::new();
+    for run in runs {
+        let each = run.len().div_ceil(run.len().div_ceil(width.chain()));
+        groups.extend(run.chunks(each).map(|part| Group::new(part, Shape::Chain)));
+    }
+    let (short, long) = loose.split_at(loose.partition_point(|(_, m)| *m < ROW));
+    groups.extend(short.chunks(SEVERAL).map(|part| Group::new(part, Shape::Several)));
+    groups.extend(long.iter().map(|part| Group::new(&[*part], Shape::Rows)));
+    groups
+}
+
+/// Factors as (place in the answer, m).
+pub type Placed = Vec<(usize, usize)>;
+
+/// Doubling runs m, 2m, 4m, … of three or more, and the other factors; all rising.
+pub fn doubling(factors: &[(usize, usize)]) -> (Vec<Placed>, Placed) {
+    let mut runs = Vec::new();
     let mut free = vec![true; factors.len()];
     let mut loose = Vec::new();
     for i in 0..factors.len() {
@@ -89,22 +127,13 @@ pub fn groups(factors: &[(usize, usize)]) -> Vec<Group> {
             run.push(next);
         }
         if run.len() < 3 {
-            run.truncate(1);
+            loose.push(factors[i]);
+            continue;
         }
-        for &j in &run {
-            free[j] = false;
-        }
-        let members: Vec<_> = run.iter().map(|&j| factors[j]).collect();
-        if members.len() < 3 {
-            loose.extend(members);
-        } else {
-            groups.extend(members.chunks(GROUP).map(|part| Group::new(part, Shape::Chain)));
-        }
+        run.iter().for_each(|&j| free[j] = false);
+        runs.push(run.into_iter().map(|j| factors[j]).collect());
     }
-    let (short, long) = loose.split_at(loose.partition_point(|(_, m)| *m < ROW));
-    groups.extend(short.chunks(GROUP).map(|part| Group::new(part, Shape::Several)));
-    groups.extend(long.iter().map(|part| Group::new(&[*part], Shape::Rows)));
-    groups
+    (runs, loose)
 }
 
 /// Adds to `sums` the squares of the second differences whose first point k lies in `from..to` and whose 2m samples
@@ -225,6 +254,9 @@ fn group_sums(width: Width, theta: &[f64], group: &Group, n: usize) -> [f64; GRO
         #[cfg(target_arch = "x86_64")]
         // SAFETY: this unit comes from `Width::best`, which asked the processor; readable as above.
         Unit::Avx2 => unsafe { dispatch_avx2(theta.as_ptr(), group, n) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as the other one.
+        Unit::Avx512 => unsafe { dispatch_avx512(theta.as_ptr(), group, n) },
     }
 }
 
@@ -238,6 +270,15 @@ unsafe fn dispatch_avx2(theta: *const f64, group: &Group, n: usize) -> [f64; GRO
 }
 
 /// # Safety
+/// As [`dispatch`]; the processor has AVX-512F.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+unsafe fn dispatch_avx512(theta: *const f64, group: &Group, n: usize) -> [f64; GROUP] {
+    // SAFETY: the instructions are enabled on this function; the rest is the caller's contract.
+    unsafe { dispatch::<lanes::Avx512>(theta, group, n) }
+}
+
+/// # Safety
 /// The processor has the instructions of `V`; `n + 2·max(m)` doubles are readable from `theta`.
 #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
@@ -248,9 +289,14 @@ unsafe fn dispatch<V: Lanes>(theta: *const f64, group: &Group, n: usize) -> [f64
     unsafe {
         match (group.shape, group.len) {
             (Shape::Rows, _) => out[0] = by_rows::<V>(theta, m[0], n),
-            (Shape::Chain, 4) => out = lanes::chain::<V, 4>(theta, m[0], n),
+            (Shape::Chain, 7) => out = lanes::chain::<V, 7>(theta, m[0], n),
+            (Shape::Chain, 6) => out[..6].copy_from_slice(&lanes::chain::<V, 6>(theta, m[0], n)),
+            (Shape::Chain, 5) => out[..5].copy_from_slice(&lanes::chain::<V, 5>(theta, m[0], n)),
+            (Shape::Chain, 4) => out[..4].copy_from_slice(&lanes::chain::<V, 4>(theta, m[0], n)),
             (Shape::Chain, 3) => out[..3].copy_from_slice(&lanes::chain::<V, 3>(theta, m[0], n)),
-            (_, 4) => out = lanes::several::<V, 4, 1>(theta, m, n),
+            (_, 4) => {
+                out[..4].copy_from_slice(&lanes::several::<V, 4, 1>(theta, [m[0], m[1], m[2], m[3]], n));
+            }
             (_, 3) => out[..3].copy_from_slice(&lanes::several::<V, 3, 1>(theta, [m[0], m[1], m[2]], n)),
             (_, 2) => out[..2].copy_from_slice(&lanes::several::<V, 2, 2>(theta, [m[0], m[1]], n)),
             (_, 1) => out[..1].copy_from_slice(&lanes::several::<V, 1, 4>(theta, [m[0]], n)),

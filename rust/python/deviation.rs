@@ -15,7 +15,7 @@ use crate::accumulator::{self, Accumulator};
 use crate::averaging::{Grid, factors as grid_factors};
 use crate::deviation::allan::{Means, adjacent, overlapping};
 use crate::deviation::family::{Kind, variances};
-use crate::deviation::identify::exponents;
+use crate::deviation::identify::laws;
 use crate::deviation::parallel::default_threads;
 use crate::deviation::sums::Width;
 use crate::phase::{Quantity, Record};
@@ -42,7 +42,7 @@ pub fn averaging_factors(py: Python<'_>, grid: &str, each: u32, most: usize) -> 
     Ok(found.into_iter().map(|m| m as i64).collect::<Vec<_>>().into_pyarray(py).unbind())
 }
 
-/// Variance, number of terms, exponent of the noise at each factor, number of gaps.
+/// Variance, number of terms, α of the noise at each factor, number of gaps.
 type Found = (Vector<f64>, Vector<i64>, Vector<f64>, usize);
 
 /// Overlapping Allan variance in units of the samples for rising factors.
@@ -90,7 +90,7 @@ pub fn family_variance(
             let record = Record::new(series, quantity(angle), threads, stop)?;
             let means = Means { threads, width: Width::best(), stop };
             let (variance, count, theta) = variances(&record, kind, &factors, means)?;
-            Ok((variance, count, exponents(&record, &theta, &factors), record.gaps()))
+            Ok((variance, count, laws(&record, &theta, &factors), record.gaps()))
         };
         let (variance, count, noise, gaps) =
             if series.len() > 4096 { run(py, work)? } else { run_short(py, || work(&AtomicBool::new(false)))? };
@@ -121,7 +121,7 @@ fn allan(
             let means = Means { threads, width: Width::best(), stop };
             let (terms, theta) =
                 if every { adjacent(&record, &factors, means)? } else { overlapping(&record, &factors, means)? };
-            let noise = exponents(&record, &theta, &factors);
+            let noise = laws(&record, &theta, &factors);
             Ok((terms.variance(&factors, kind), terms.count, noise, record.gaps()))
         };
         let (variance, count, noise, gaps) = if series.len().saturating_mul(factors.len()) > LONG {

@@ -11,7 +11,7 @@ from allanite.effects.bias_step import BiasStep
 from allanite.effects.rate_ramp import RateRamp
 from allanite.effects.warm_up import WarmUp
 from allanite.fit.matched import grid_points, matched_gains
-from allanite.suggestion.evidence import Family, arc_length, line_trials
+from allanite.suggestion.evidence import Family, arc_length, interval_trials, line_trials
 from allanite.suggestion.spectral import directions
 
 if TYPE_CHECKING:
@@ -24,6 +24,8 @@ __all__ = ["family_of"]
 
 #: Stretches whose levels are compared (see `suggestion.transients`).
 CELLS = 256
+#: Rise of logL for which the independent intervals of time are counted.
+TYPICAL = 11.0
 
 
 def family_of(
@@ -58,8 +60,11 @@ def family_of(
     if effect.kind == "sinusoid":
         return Family("line", width=line_trials(data.n)), families
     if effect.kind == "noise_level_change":
-        # All pairs of times: as many single directions.
-        return Family("level", (0.0,), sides=CELLS**2), families
+        length = (effect.values["end"] - effect.values["start"]) / data.duration
+        octave = 2 ** int(np.log2(np.clip(length * CELLS, 1.0, CELLS / 2)))
+        return Family(
+            "level", (0.0,), sides=2 * round(interval_trials(CELLS, octave, TYPICAL))
+        ), families
     return Family(effect.family, tuple(arcs.get(effect.family, ()))), families
 
 

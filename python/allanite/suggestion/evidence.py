@@ -3,7 +3,9 @@
 A candidate with one coefficient on the edge of its range raises logL by x with probability Φ(−√2x) when it is not there
 (half-χ², Self & Liang 1987). Along a grid of shapes the whitened directions turn by an angle L in all, and Davies (1977,
 Biometrika 64) bounds the chance of any reaching x by Φ(−√2x) + L/2π e^{−x}. A line of any frequency reaches x with
-W √x e^{−x}, W = T f_max √(4π/12)… (Baluev 2008, MNRAS 385). Families share the 1 % of a check equally.
+W √x e^{−x}, W = T f_max √(4π/12)… (Baluev 2008, MNRAS 385). Intervals of time of about one length share what they are
+tried for, so that long ones do not pay for how many short ones there are (`interval_trials`). Families share the 1 % of
+a check equally.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Family", "arc_length", "line_trials", "log_chance"]
+__all__ = ["Family", "arc_length", "interval_trials", "line_trials", "log_chance"]
 
 #: Chance of a false suggestion in a whole check.
 FALSE_ALARM = 0.01
@@ -68,3 +70,15 @@ def arc_length(directions: NDArray[np.float64]) -> float:
 def line_trials(n: int) -> float:
     """W of Baluev's false-alarm formula for a search of n evenly spaced samples to the Nyquist frequency."""
     return 0.5 * n * float(np.sqrt(np.pi / 3.0))
+
+
+def interval_trials(cells: int, length: int, x: float) -> float:
+    """Independent intervals among all that `cells` cells of time hold, tried at steps of an eighth of their length.
+
+    Of the lengths `length` … 2 `length` − 1, times the number of such octaves. An interval shares its evidence with its
+    neighbours the more the less evidence there is: 1.65 x per length of the record, found by simulation (256 cells of
+    normal noise, 160 000 records, x = 5 … 9: 7.5 to 14.9 at 16 … 128 cells; the fewer the shorter).
+    """
+    step = max(1, length // 8)
+    lengths = len(range(length, min(2 * length, cells), step))
+    return min(lengths * (cells / step), 1.65 * x * cells / length) * int(np.log2(cells))

@@ -13,6 +13,7 @@ from allanite.effects.noise_level_change import NoiseLevelChange
 from allanite.effects.outliers import Outliers
 from allanite.fit.data import density, without_samples
 from allanite.fit.engine import Solution, solve
+from allanite.suggestion.evidence import interval_trials
 from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -27,10 +28,9 @@ COARSE, FINE = 256, 4096
 def screen_levels(
     solution: Solution, data: Data, whitened: NDArray[np.float64]
 ) -> Candidate | None:
-    """The interval in which the white noise differs most from the rest: all pairs of times.
+    """The interval in which the white noise differs most from the rest, of any length.
 
     logL of two levels against one rises by −½(d_in ln ρ_in + d_out ln ρ_out), ρ the mean powers inside and outside.
-    Corrected for all pairs of times tried (Bonferroni, conservative).
     """
     power, share, freedom = _white_power(solution, data, whitened)
     if power is None:
@@ -40,8 +40,9 @@ def screen_levels(
     cells = min(COARSE, power.size // 8)
     if cells < 8:
         return None
-    start, end, gain = _best_interval(power, freedom, cells)
+    start, end, gain, chance = _best_interval(power, freedom, cells)
     if cells < FINE <= power.size // 8:
+        # Where it begins and ends is a matter of the estimate; what was tried and found is above.
         start, end, gain = _refine(power, freedom, start, end, power.size // cells)
     inside = power[start:end].mean()
     outside = np.delete(power, np.s_[start:end]).mean() if end - start < power.size else 1.0
@@ -55,10 +56,7 @@ def screen_levels(
     if gain < 4.0:
         return None
     refitted = solve(data, solution.model + effect, rounds=3)
-    chance = np.log(0.5 * cells**2) + _log_tail(gain)
-    return Candidate(
-        refitted.model.effects[-1], gain, "level", refitted, 3, float(min(0.0, chance))
-    )
+    return Candidate(refitted.model.effects[-1], gain, "level", refitted, 3, min(0.0, chance))
 
 
 def _log_tail(gain: float) -> float:
@@ -101,18 +99,28 @@ def _white_power(
 
 def _best_interval(
     power: NDArray[np.float64], freedom: float, cells: int
-) -> tuple[int, int, float]:
-    """Best of all pairs of cell boundaries."""
+) -> tuple[int, int, float, float]:
+    """The interval of cells least likely by chance, its rise of logL and the log of that chance."""
     edges = (np.arange(cells + 1) * power.size // cells).astype(np.int64)
     total = np.concatenate([[0.0], np.cumsum(power)])[edges]
-    first, last = np.triu_indices(cells + 1, 1)
-    inside = (edges[last] - edges[first]).astype(float)
-    keep = inside < power.size
-    first, last, inside = first[keep], last[keep], inside[keep]
     size = float(power.size)
-    gain = _two_levels(total[last] - total[first], inside, total[-1], size, freedom)
-    top = int(np.argmax(gain))
-    return int(edges[first[top]]), int(edges[last[top]]), float(gain[top])
+    best = (0, 0, 0.0, np.inf)
+    for octave in 2 ** np.arange(int(np.log2(cells))):
+        step = max(1, octave // 8)
+        lengths = np.arange(octave, min(2 * octave, cells), step)
+        first = np.arange(0, cells, step)
+        first, last = (
+            a.ravel() for a in np.broadcast_arrays(first[:, None], first[:, None] + lengths)
+        )
+        first, last = first[last <= cells], last[last <= cells]
+        inside = (edges[last] - edges[first]).astype(float)
+        gain = _two_levels(total[last] - total[first], inside, total[-1], size, freedom)
+        top = int(np.argmax(gain))
+        x = float(gain[top])
+        chance = np.log(interval_trials(cells, int(octave), x)) + _log_tail(x) if x > 0.0 else 0.0
+        if chance < best[3]:
+            best = (int(edges[first[top]]), int(edges[last[top]]), x, float(chance))
+    return best
 
 
 def _two_levels(

@@ -1,0 +1,125 @@
+//! Doubling runs of long factors, of which each phase point is fetched from memory once.
+//!
+//! With the phase in rows of m points, the terms of m, 2m, 4m, … at a column are those of 1, 2, 4, … rows. A tile of W
+//! columns, copied row after row into the cache, is a short phase on which the factors are W, 2W, 4W, ….
+
+use super::sums::{self, Group, Placed, Width};
+
+/// Points of a tile: of 640 KiB, in the second-level cache.
+const POINTS: usize = 5 << 14;
+/// Fewest columns of a tile that holds all rows: four cache lines from each.
+const FEWEST: usize = 32;
+/// Rows of a tile that does not hold them all, and factors of its run: the largest reaches over 2^DOUBLINGS rows.
+const ROWS: usize = 512;
+const DOUBLINGS: usize = 6;
+/// Tiles of an item of work.
+const STRIPE: usize = 8;
+/// Rows to be asked for before they are copied.
+const AHEAD: usize = 8;
+
+/// A doubling run over a phase without gaps.
+pub struct Run<'a> {
+    theta: &'a [f64],
+    factors: &'a [(usize, usize)],
+    columns: usize,
+    /// Rows of a tile, and on how many of them terms begin.
+    rows: usize,
+    begin: usize,
+    groups: Vec<Group>,
+    width: Width,
+}
+
+/// The runs, in parts of which the reach fits into a tile.
+pub fn parts<'a>(width: Width, theta: &'a [f64], runs: &'a [Placed]) -> Vec<Run<'a>> {
+    let mut parts = Vec::new();
+    for run in runs {
+        let mut rest = run.as_slice();
+        while let Some((_, m)) = rest.first() {
+            let all = theta.len().div_ceil(*m);
+            let columns = (POINTS / all).min(ROWS) / 16 * 16;
+            let whole = columns >= FEWEST;
+            let (part, more) = rest.split_at(if whole { rest.len() } else { rest.len().min(DOUBLINGS) });
+            rest = more;
+            let (columns, rows) = if whole { (columns, all) } else { (POINTS / ROWS / 16 * 16, ROWS) };
+            let begin = if whole { all } else { ROWS - (1 << part.len()) };
+            let groups = groups(width, part, columns);
+            parts.push(Run { theta, factors: part, columns, rows, begin, groups, width });
+        }
+    }
+    parts
+}
+
+impl Run<'_> {
+    /// Places in the answer and factors.
+    pub fn factors(&self) -> &[(usize, usize)] {
+        self.factors
+    }
+
+    fn stripes(&self) -> usize {
+        self.factors[0].1.div_ceil(STRIPE * self.columns)
+    }
+
+    /// Number of items of work.
+    pub fn items(&self) -> usize {
+        self.stripes() * self.theta.len().div_ceil(self.factors[0].1).div_ceil(self.begin)
+    }
+
+    /// Sums of one item, added to `sums` at the places of the factors.
+    pub fn add(&self, item: usize, tile: &mut Vec<f64>, sums: &mut [f64]) {
+        let m = self.factors[0].1;
+        let first = item / self.stripes() * self.begin;
+        let from = item % self.stripes() * STRIPE * self.columns;
+        let to = (from + STRIPE * self.columns).min(m);
+        // The last row is shorter: columns before its end have one more.
+        let (rows, end) = (self.theta.len() / m, (self.theta.len() % m).clamp(from, to));
+        for (from, to, rows) in [(from, end, rows + 1), (end, to, rows)] {
+            let rows = rows.saturating_sub(first).min(self.rows);
+            for column in (from..to).step_by(self.columns) {
+                let columns = self.columns.min(to - column);
+                tile.clear();
+                for row in 0..rows {
+                    let at = (first + row) * m + column;
+                    if row + AHEAD < rows {
+                        prefetch(&self.theta[at + AHEAD * m..][..columns]);
+                    }
+                    tile.extend_from_slice(&self.theta[at..][..columns]);
+                }
+                self.add_tile(tile, columns, sums);
+            }
+        }
+    }
+
+    fn add_tile(&self, tile: &[f64], columns: usize, sums: &mut [f64]) {
+        if tile.len() <= 2 * columns {
+            return;
+        }
+        let begin = (self.begin * columns).min(tile.len());
+        let narrow;
+        let groups = if columns == self.columns {
+            &self.groups
+        } else {
+            narrow = groups(self.width, self.factors, columns);
+            &narrow
+        };
+        sums::add(self.width, (tile, 0), (0, begin), &[(0, tile.len() - 1)], groups, sums);
+    }
+}
+
+/// The factors as those of a tile of so many columns.
+fn groups(width: Width, factors: &[(usize, usize)], columns: usize) -> Vec<Group> {
+    let placed: Placed = factors.iter().enumerate().map(|(t, factor)| (factor.0, columns << t)).collect();
+    sums::groups(width, &placed)
+}
+
+/// Asks for the cache lines of `points`.
+#[cfg(all(target_arch = "x86_64", not(miri)))]
+fn prefetch(points: &[f64]) {
+    use std::arch::x86_64::{_MM_HINT_T1, _mm_prefetch};
+    for line in points.chunks(8) {
+        // SAFETY: a hint, whatever the address.
+        unsafe { _mm_prefetch::<_MM_HINT_T1>(line.as_ptr().cast()) };
+    }
+}
+
+#[cfg(not(all(target_arch = "x86_64", not(miri))))]
+fn prefetch(_: &[f64]) {}
