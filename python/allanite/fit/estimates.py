@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Deterministic, Effect, Model, Stochastic
+from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic
 from allanite.fit.data import column, density
 from allanite.fit.marginal import slow_amplitudes
 from allanite.fit.whittle import Maximum, information, profile_interval
@@ -49,7 +49,7 @@ def estimates(solution: Solution, data: Data, unit: str) -> tuple[dict[str, Any]
     out: list[dict[str, Any]] = []
     place = column_place = slow_column = 0
     slow = None
-    if any(e.kind != "sinusoid" and not _all_held(e) for e in solution.model.deterministic):
+    if any(not isinstance(e, Periodic) and not _all_held(e) for e in solution.model.deterministic):
         slow = slow_amplitudes(solution, data)
     for position, effect in enumerate(solution.model.effects):
         if isinstance(effect, Stochastic):
@@ -57,7 +57,7 @@ def estimates(solution: Solution, data: Data, unit: str) -> tuple[dict[str, Any]
             place += 1
         elif isinstance(effect, Deterministic):
             values = _deterministic(solution, effect, column_place, data, unit)
-            if slow is not None and effect.kind != "sinusoid":
+            if slow is not None and not isinstance(effect, Periodic):
                 for name in _amplitude_names(effect):
                     value = values[name]
                     if value.interval is not None:
