@@ -9,6 +9,8 @@ A sheet is a small TOML or JSON file::
     bias_instability = "18 deg/h"                # the coefficient B of IEEE 952
     in_run_bias_stability = "12 deg/h"           # the minimum of the Allan deviation
     rate_random_walk = { value = 1.0, unit = "deg/h^1.5" }
+    bandwidth = "330 Hz"                         # −3 dB; tells a log whose samples were skipped
+    sample_rate = "2000 Hz"                      # of the sensor itself, not of the log
 """
 
 from __future__ import annotations
@@ -44,6 +46,8 @@ FIGURES: dict[str, tuple[str, float]] = {
     "quantization": ("Q", 1.0),
     "rate_ramp": ("R", -1.0),
 }
+# What the sensor gives before a log takes its samples, Hz.
+FREQUENCIES = ("bandwidth", "sample_rate")
 ALIASES = {
     "arw": "angle_random_walk",
     "vrw": "velocity_random_walk",
@@ -116,10 +120,26 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class DataSheet:
-    """Name and figures of a sensor's data sheet."""
+    """Name and figures of a sensor's data sheet; its −3 dB bandwidth and its own rate, Hz, where given."""
 
     name: str
     figures: tuple[Figure, ...]
+    bandwidth: float | None = None
+    sample_rate: float | None = None
+
+    def folded(self, rate: float) -> tuple[float, float] | None:
+        """By how much N rises, at least and at most, where samples at `rate` Hz are taken without averaging.
+
+        All noise of the sensor's band is folded below half the rate: N rises by √(band/rate), the band being 2·bandwidth
+        (a sharp filter) to π·bandwidth (first order), and no more than the sensor's own rate. None where the sheet does
+        not say, or where nothing to speak of is folded.
+        """
+        most = math.inf if self.sample_rate is None else self.sample_rate
+        band = math.inf if self.bandwidth is None else self.bandwidth
+        low, high = min(2.0 * band, most), min(math.pi * band, most)
+        if not 2.0 * rate <= low < math.inf:
+            return None
+        return math.sqrt(low / rate), math.sqrt(high / rate)
 
     def remarks(self) -> list[str]:
         """Contradictions inside the sheet: a density and a random walk that are not the same N."""
@@ -231,17 +251,20 @@ def read_datasheet(path: str | Path) -> DataSheet:
     figures = parsed.get("figures") if isinstance(parsed, dict) else None
     if not isinstance(figures, Mapping) or not figures:
         raise InputError(f"{path}: a data sheet needs a table [figures], with {', '.join(FIGURES)}")
-    return DataSheet(
-        str(parsed.get("name", path.stem)),
-        tuple(_figure(str(name), given, path) for name, given in figures.items()),
-    )
+    found = [_figure(str(name), given, path) for name, given in figures.items()]
+    hertz = {f.name: f.value * conversion(f.unit, "Hz") for f in found if f.name in FREQUENCIES}
+    noise = tuple(f for f in found if f.name not in FREQUENCIES)
+    if not noise:
+        raise InputError(f"{path}: no figure to compare: add one of {', '.join(FIGURES)}")
+    return DataSheet(str(parsed.get("name", path.stem)), noise, **hertz)
 
 
 def _figure(name: str, given: object, path: Path) -> Figure:
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     key = ALIASES.get(key, key)
-    if key not in FIGURES:
-        raise InputError(f"{path}: unknown figure {name!r}: one of {', '.join(FIGURES)}")
+    if key not in FIGURES and key not in FREQUENCIES:
+        known = ", ".join((*FIGURES, *FREQUENCIES))
+        raise InputError(f"{path}: unknown figure {name!r}: one of {known}")
     if isinstance(given, Mapping):
         value, unit = given.get("value"), given.get("unit")
     else:
@@ -295,7 +318,8 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
             measured.detected,
             f"{figure.name} ratio",
         )
-        rows.append(Row(figure, expected, measured, ratio, _remark(figure, ratio)))
+        remark = _remark(figure, ratio) or _skipped(figure, ratio, sheet, fit.recording)
+        rows.append(Row(figure, expected, measured, ratio, remark))
     remarks = sheet.remarks()
     if missing:
         remarks.append(f"the model has no coefficient for {', '.join(missing)}: fit one that does")
@@ -329,8 +353,32 @@ def _minimum(recording: Any) -> Estimate:
 def _remark(figure: Figure, ratio: Estimate) -> str:
     if not ratio.detected:
         return ""
+    return _slip(figure.coefficient, ratio.value, _tolerance(ratio))
+
+
+def _tolerance(ratio: Estimate) -> float:
     width = 3 * (ratio.std_error or 0.0) / ratio.value if ratio.value > 0 else 0.0
-    return _slip(figure.coefficient, ratio.value, max(width, 0.05))
+    return max(width, 0.05)
+
+
+def _skipped(figure: Figure, ratio: Estimate, sheet: DataSheet, recording: Any) -> str:
+    """Whether the white level is that of samples thinned by skipping: alone it cannot be seen, white stays white."""
+    if (
+        figure.coefficient != "N"
+        or not ratio.detected
+        or not (sheet.bandwidth or sheet.sample_rate)
+    ):
+        return ""
+    folded = sheet.folded(recording.rate)
+    slack = math.exp(min(_tolerance(ratio), 0.1))
+    if folded is None or not folded[0] / slack <= ratio.value <= folded[1] * slack:
+        return ""
+    return (
+        f"looks as if samples were skipped on the way to {recording.rate:g} Hz: the noise above half of that is folded"
+        f" down and raises N by {folded[0]:.3g}"
+        + (f" to {folded[1]:.3g}" if folded[1] > 1.001 * folded[0] else "")
+        + "; log faster and average (--decimate)"
+    )
 
 
 def _slip(coefficient: str, ratio: float, tolerance: float) -> str:

@@ -16,7 +16,15 @@ from functools import lru_cache
 
 from allanite.errors import InputError
 
-__all__ = ["SAMPLE_UNITS", "Unit", "coefficient_unit", "conversion", "parse_unit", "rate_unit"]
+__all__ = [
+    "SAMPLE_UNITS",
+    "Unit",
+    "coefficient_unit",
+    "column_unit",
+    "conversion",
+    "parse_unit",
+    "rate_unit",
+]
 
 STANDARD_GRAVITY = 9.80665  # m/s², CODATA
 
@@ -312,6 +320,31 @@ def coefficient_unit(unit: str, power_of_second: float) -> str:
         -1.0: f"{unit}/s",
     }
     return spelled[float(power_of_second)]
+
+
+_SPELLED = dict.fromkeys(("degc", "c", "celsius"), "°C") | dict.fromkeys(("degf", "f"), "°F")
+_SPELLED |= dict.fromkeys(("kelvin", "k"), "K")
+_SAID_BY_NAME = re.compile(
+    r"(?:^|[_\W])(degC|degF|celsius|kelvin)$|temp(?:erature)?_([CFK])$", re.IGNORECASE
+)
+
+
+def column_unit(name: str, stated: str | None = None) -> str:
+    """Unit of a column that explains others, as it stands behind "per": °C, V, or the column's own name.
+
+    Parameters
+    ----------
+    name : str
+        Name of the column. ``die_degC``, ``temp_c`` say their unit; ``temperature`` does not.
+    stated : str, optional
+        Unit that the recording knows; None, an empty text and ``1`` are no unit.
+    """
+    said = _SAID_BY_NAME.search(name)
+    text = (stated or "1").strip()
+    if text == "1":
+        text = "" if said is None else said[1] or said[2]
+    text = _SPELLED.get(text.lower().replace("°", "deg").replace("º", "deg"), text) or name
+    return f"({text})" if re.search(r"[/*·\s²^]", text) else text
 
 
 def conversion(from_unit: str, to_unit: str) -> float:

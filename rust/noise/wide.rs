@@ -7,24 +7,41 @@ use std::arch::x86_64::{
 
 use super::power_law::{Bank, LANES};
 
-/// Advances a ladder over samples whose number is a multiple of four; false if it is longer than any that
-/// is foreseen, and nothing was done.
-#[target_feature(enable = "avx2,fma")]
-pub fn advance(bank: &mut Bank, samples: &mut [f64]) -> bool {
-    match bank.state.len() {
-        1 => ladder::<1>(bank, samples),
-        2 => ladder::<2>(bank, samples),
-        3 => ladder::<3>(bank, samples),
-        4 => ladder::<4>(bank, samples),
-        5 => ladder::<5>(bank, samples),
-        6 => ladder::<6>(bank, samples),
-        7 => ladder::<7>(bank, samples),
-        8 => ladder::<8>(bank, samples),
-        9 => ladder::<9>(bank, samples),
-        _ => return false,
-    }
-    true
+/// The same choice of a ladder by its length, compiled for other registers.
+macro_rules! advance_with {
+    ($(#[$doc:meta])* $name:ident, $features:literal) => {
+        $(#[$doc])*
+        #[target_feature(enable = $features)]
+        pub fn $name(bank: &mut Bank, samples: &mut [f64]) -> bool {
+            match bank.state.len() {
+                1 => ladder::<1>(bank, samples),
+                2 => ladder::<2>(bank, samples),
+                3 => ladder::<3>(bank, samples),
+                4 => ladder::<4>(bank, samples),
+                5 => ladder::<5>(bank, samples),
+                6 => ladder::<6>(bank, samples),
+                7 => ladder::<7>(bank, samples),
+                8 => ladder::<8>(bank, samples),
+                9 => ladder::<9>(bank, samples),
+                _ => return false,
+            }
+            true
+        }
+    };
 }
+
+advance_with!(
+    /// Advances a ladder over samples whose number is a multiple of four; false if it is longer than any that
+    /// is foreseen, and nothing was done.
+    advance,
+    "avx2,fma"
+);
+
+advance_with!(
+    /// `advance` with the thirty-two registers of AVX-512, in which all constants of a ladder stay.
+    advance_512,
+    "avx2,fma,avx512f,avx512vl"
+);
 
 #[inline]
 #[target_feature(enable = "avx2,fma")]
@@ -38,24 +55,6 @@ fn load(lanes: &[f64; LANES]) -> __m256d {
 fn store(register: __m256d, lanes: &mut [f64; LANES]) {
     // SAFETY: four doubles are writable; the store is unaligned.
     unsafe { _mm256_storeu_pd(lanes.as_mut_ptr(), register) };
-}
-
-/// `advance` with the thirty-two registers of AVX-512, in which all constants of a ladder stay.
-#[target_feature(enable = "avx2,fma,avx512f,avx512vl")]
-pub fn advance_512(bank: &mut Bank, samples: &mut [f64]) -> bool {
-    match bank.state.len() {
-        1 => ladder::<1>(bank, samples),
-        2 => ladder::<2>(bank, samples),
-        3 => ladder::<3>(bank, samples),
-        4 => ladder::<4>(bank, samples),
-        5 => ladder::<5>(bank, samples),
-        6 => ladder::<6>(bank, samples),
-        7 => ladder::<7>(bank, samples),
-        8 => ladder::<8>(bank, samples),
-        9 => ladder::<9>(bank, samples),
-        _ => return false,
-    }
-    true
 }
 
 /// total += samples.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.recording import Recording
 
-__all__ = ["Deterministic", "Effect", "Modifier", "Parameter", "Stochastic"]
+__all__ = ["Deterministic", "Effect", "Modifier", "Parameter", "Periodic", "Stochastic"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +179,13 @@ class Stochastic(Effect):
 
 @dataclass(frozen=True)
 class Deterministic(Effect):
-    """A known function of time or of another column, linear in its amplitudes."""
+    """A known function of time or of another column, linear in its amplitudes.
+
+    One that is not `Periodic` is slow: it is looked for in the lowest ordinates alone.
+    """
+
+    #: Whether it says nothing about another time than its own (a step): no half of a record predicts the other.
+    happens_once: ClassVar[bool] = False
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
@@ -200,6 +206,57 @@ class Deterministic(Effect):
     ) -> NDArray[np.float64]:
         """Shape (n,): what this effect adds to the samples, U."""
         return np.asarray(self.regressors(time, covariates) @ self.amplitudes())
+
+    @classmethod
+    def regressor_ordinates(
+        cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
+    ) -> NDArray[np.float64] | None:
+        """Cosine transform of the one regressor of each point at ordinates j, shape (points, ordinates).
+
+        None, as here, where it has no closed form and the regressor has to be transformed. `start` is the time of the
+        first of n samples, s.
+        """
+        return None
+
+    def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+        """Allan variance at averaging factors m, U²; 0, as here, where it depends on the record."""
+        return np.zeros(np.shape(m))
+
+
+@dataclass(frozen=True)
+class Periodic(Deterministic):
+    """A sum of lines at multiples of one frequency.
+
+    Each is looked for in a window about its frequency, whose value is polished against the spectrum; what one half of a
+    record says of the other is the power of the lines, never their phase.
+    """
+
+    frequency: float | None = None
+
+    @property
+    def lines(self) -> tuple[tuple[int, float, float], ...]:
+        """(multiple of the frequency, amplitude, phase) of each line: amplitude · sin(2π·multiple·f·t + phase)."""
+        raise NotImplementedError
+
+    def regressors(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """Two columns, sin and cos, for each line."""
+        angle = 2.0 * np.pi * (self.frequency or 0.0) * time
+        return np.column_stack([w(m * angle) for m, _, _ in self.lines for w in (np.sin, np.cos)])
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """(A cos φ, A sin φ) of each line."""
+        return np.array([a * w(p) for _, a, p in self.lines for w in (np.cos, np.sin)])
+
+    def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+        """A² sin⁴(πfτ)/(m sin(πfτ0))² of each sampled line."""
+        total = np.zeros(np.shape(m))
+        for multiple, amplitude, _ in self.lines if self.frequency else ():
+            f = multiple * (self.frequency or 0.0)
+            gain = np.sin(np.pi * f * m / rate) ** 4 / (m * np.sin(np.pi * f / rate)) ** 2
+            total += amplitude**2 * gain
+        return total
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -65,6 +65,17 @@ class BiasStep(Deterministic):
     ) -> NDArray[np.float64]:
         """One column of 0 and 1."""
         return (time >= (self.time or 0.0)).astype(float)[:, None]
+
+    @classmethod
+    def regressor_ordinates(
+        cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
+    ) -> NDArray[np.float64]:
+        """−√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k."""
+        times = np.array([p.time or 0.0 for p in points])
+        k = np.ceil((times - start) * rate - 1e-9)[:, None]
+        return np.asarray(
+            -np.sqrt(2.0 / n) * np.sin(np.pi * j * k / n) / (2.0 * np.sin(np.pi * j / (2 * n)))
+        )
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
         """The height."""

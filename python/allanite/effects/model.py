@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.effects import terms as _terms
 from allanite.effects._base import Deterministic, Effect, Modifier, Stochastic
-from allanite.effects.sinusoid import Sinusoid
 from allanite.errors import InputError
 
 if TYPE_CHECKING:
@@ -160,7 +159,7 @@ class Model:
         for term in self.terms(fs):
             total += _terms.allan_variance(term, m)
         for effect in self.deterministic:
-            total += deterministic_allan_variance(effect, m, fs)
+            total += effect.own_allan_variance(m, fs)
         return total.reshape(np.shape(tau))
 
     @staticmethod
@@ -188,25 +187,3 @@ class Model:
         from allanite.effects.files import save_model
 
         save_model(self, path)
-
-
-def deterministic_allan_variance(
-    effect: Deterministic, m: NDArray[np.float64], rate: float
-) -> NDArray[np.float64]:
-    """Allan variance of a ramp, R²τ²/2, or a sampled line, A² sin⁴(πfτ)/(m sin(πfτ0))²; others 0.
-
-    Transients and covariates have no Allan variance of their own: it depends on the record (and is taken from it
-    in comparisons).
-    """
-    values = effect.values
-    tau = m / rate
-    if effect.kind == "rate_ramp":
-        return np.asarray((values["R"] or 0.0) ** 2 * tau**2 / 2.0)
-    if isinstance(effect, Sinusoid) and values["frequency"]:
-        total = np.zeros_like(tau)
-        for multiple, amplitude, _ in effect.lines:
-            f = multiple * values["frequency"]
-            gain = np.sin(np.pi * f * tau) ** 4 / (m * np.sin(np.pi * f / rate)) ** 2
-            total += amplitude**2 * gain
-        return total
-    return np.zeros_like(tau)

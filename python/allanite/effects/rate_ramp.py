@@ -45,6 +45,10 @@ class RateRamp(Deterministic):
         """One column: t − mean(t), s (the offset belongs to the bias, which no model keeps)."""
         return (time - time.mean())[:, None]
 
+    def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+        """R²τ²/2."""
+        return np.asarray((self.R or 0.0) ** 2 * (m / rate) ** 2 / 2.0)
+
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
         """R is the one amplitude."""
         return self.with_values(R=float(amplitudes[0]))

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Deterministic, Parameter
+from allanite.effects._base import Parameter, Periodic
 from allanite.errors import InputError
 
 
 @dataclass(frozen=True)
-class Sinusoid(Deterministic):
+class Sinusoid(Periodic):
     """x(t) = A sin(2πft + φ); σ²(τ) = A² sin⁴(πfτ)/(m sin(πfτ0))². First peak 0.7246 A at τ = 0.371/f.
 
     `overtones` are (multiple, amplitude, phase) of each harmonic, one after the other: 2, A₂, φ₂, 3, A₃, φ₃ …
     """
 
-    frequency: float | None = None
     amplitude: float | None = None
     phase: float | None = None
     overtones: tuple[float, ...] | None = None
@@ -66,15 +64,6 @@ class Sinusoid(Deterministic):
             *((round(m), a, p) for m, a, p in zip(*(rest[i::3] for i in range(3)), strict=True)),
         )
 
-    def regressors(
-        self,
-        time: NDArray[np.float64],
-        covariates: Mapping[str, NDArray[np.float64]],
-    ) -> NDArray[np.float64]:
-        """Two columns, sin and cos, for each line."""
-        angle = 2.0 * np.pi * (self.frequency or 0.0) * time
-        return np.column_stack([w(m * angle) for m, _, _ in self.lines for w in (np.sin, np.cos)])
-
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
         """Amplitude and phase of a sin + b cos, line by line."""
         size = np.hypot(amplitudes[::2], amplitudes[1::2])
@@ -87,7 +76,3 @@ class Sinusoid(Deterministic):
         return self.with_values(
             amplitude=float(size[0]), phase=float(phase[0]), overtones=tuple(rest) or None
         )
-
-    def amplitudes(self) -> NDArray[np.float64]:
-        """(A cos φ, A sin φ) of each line."""
-        return np.array([a * w(p) for _, a, p in self.lines for w in (np.cos, np.sin)])

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite import _kernels
-from allanite.effects.sinusoid import Sinusoid
-from allanite.fit.matched import step_ordinates
+from allanite.effects import Periodic
+from allanite.fit.matched import regressor_ordinates
 from allanite.showing import brief
 
 if TYPE_CHECKING:
@@ -113,7 +112,7 @@ def comb_window(
 
 def design_of(effects: tuple[Deterministic, ...], data: Data) -> Design:
     """Regressors of the effects at their present shapes."""
-    lines = {i: e for i, e in enumerate(effects) if isinstance(e, Sinusoid)}
+    lines = {i: e for i, e in enumerate(effects) if isinstance(e, Periodic)}
     slow = [i for i in range(len(effects)) if i not in lines]
     combs = {i: (e.frequency or 0.0, [m for m, _, _ in e.lines]) for i, e in lines.items()}
     parts = [comb_window(*comb, data) for comb in combs.values()]
@@ -124,13 +123,8 @@ def design_of(effects: tuple[Deterministic, ...], data: Data) -> Design:
     for i, effect in enumerate(effects):
         if i in lines:
             block = comb_ordinates(*combs[i], ordinates, data)
-        elif effect.kind == "bias_step":
-            block = step_ordinates(np.array([effect.values["time"]]), ordinates, data).T
         else:
-            series = effect.regressors(data.time, data.covariates)
-            block = np.column_stack(
-                [_kernels.cosine_transform(np.ascontiguousarray(s))[ordinates] for s in series.T]
-            )
+            block = regressor_ordinates([effect], ordinates, data).T
         matrix.append(block)
         owner += [i] * block.shape[1]
     return Design(ordinates, np.column_stack(matrix), tuple(owner))

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Deterministic, Effect, Model, Stochastic
+from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic
 from allanite.fit.data import column, density
 from allanite.fit.marginal import slow_amplitudes
 from allanite.fit.whittle import Maximum, information, profile_interval
 from allanite.parameters import Estimate
-from allanite.units import coefficient_unit
+from allanite.units import coefficient_unit, column_unit
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
@@ -36,28 +37,39 @@ def free_parameters(solution: Solution) -> int:
     return count + sum(len(effect.free_shapes) for effect in solution.model.modifiers)
 
 
-def _unit(effect: Effect, name: str, sample_unit: str) -> str:
+def _unit(
+    effect: Effect, name: str, sample_unit: str, column_units: Mapping[str, str] | None = None
+) -> str:
     declared = effect.parameter(name).unit
     if isinstance(declared, str) and declared.startswith("U"):
+        if "unit" in declared:
+            explains = str(effect.values["column"])
+            per = column_unit(explains, (column_units or {}).get(explains))
+            declared = declared.replace("unit", per)
         return sample_unit + declared[1:]
     return declared if isinstance(declared, str) else coefficient_unit(sample_unit, declared)
 
 
-def estimates(solution: Solution, data: Data, unit: str) -> tuple[dict[str, Any], ...]:
-    """For each effect of the model its values by JSON name, as `Estimate` where they are numbers."""
+def estimates(
+    solution: Solution, data: Data, unit: str, column_units: Mapping[str, str]
+) -> tuple[dict[str, Any], ...]:
+    """For each effect of the model its values by JSON name, as `Estimate` where they are numbers.
+
+    `unit` is that of the samples, `column_units` those of the covariates that are known.
+    """
     shaped = _shape_errors(solution, data)
     out: list[dict[str, Any]] = []
     place = column_place = slow_column = 0
     slow = None
-    if any(e.kind != "sinusoid" and not _all_held(e) for e in solution.model.deterministic):
+    if any(not isinstance(e, Periodic) and not _all_held(e) for e in solution.model.deterministic):
         slow = slow_amplitudes(solution, data)
     for position, effect in enumerate(solution.model.effects):
         if isinstance(effect, Stochastic):
             out.append(_stochastic(solution, effect, place, position, shaped, unit))
             place += 1
         elif isinstance(effect, Deterministic):
-            values = _deterministic(solution, effect, column_place, data, unit)
-            if slow is not None and effect.kind != "sinusoid":
+            values = _deterministic(solution, effect, column_place, data, unit, column_units)
+            if slow is not None and not isinstance(effect, Periodic):
                 for name in _amplitude_names(effect):
                     value = values[name]
                     if value.interval is not None:
@@ -270,7 +282,12 @@ def _modifier(effect: Effect, shaped: dict[str, float], data: Data, unit: str) -
 
 
 def _deterministic(
-    solution: Solution, effect: Deterministic, place: int, data: Data, unit: str
+    solution: Solution,
+    effect: Deterministic,
+    place: int,
+    data: Data,
+    unit: str,
+    column_units: Mapping[str, str],
 ) -> dict[str, Any]:
     design, regression = solution.design, solution.regression
     assert design is not None
@@ -283,7 +300,7 @@ def _deterministic(
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
         value = effect.values[parameter.name]
-        own_unit = _unit(effect, parameter.name, unit)
+        own_unit = _unit(effect, parameter.name, unit, column_units)
         if value is None or isinstance(value, (str, tuple)):
             out[parameter.name] = value
             continue

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Model
-from allanite.effects.sinusoid import Sinusoid
+from allanite.effects import Model, Periodic
 from allanite.fit.data import column, density
 from allanite.fit.deterministic import line_ordinates, regress, window
 from allanite.fit.engine import solve
@@ -36,7 +35,7 @@ def held_out(data: Data, model: Model, raw: Data | None = None) -> float | None:
     """
     if data.n < 128:
         return None
-    once = [e for e in model.deterministic if getattr(e, "happens_once", False)]
+    once = [e for e in model.deterministic if e.happens_once]
     if once:
         signal = sum((e.signal(data.time, data.covariates) for e in once), np.zeros(data.n))
         data = replace(data, samples=np.ascontiguousarray(data.samples - signal))
@@ -46,7 +45,7 @@ def held_out(data: Data, model: Model, raw: Data | None = None) -> float | None:
     bins = second.bins
     own = bins.power(second.ordinates)
     saturated = own if raw is None else bins.power(raw.half(1).ordinates)
-    slow = [e for e in fitted.deterministic if e.kind != "sinusoid"]
+    slow = [e for e in fitted.deterministic if not isinstance(e, Periodic)]
     power = own
     if slow:
         signal = sum((e.signal(second.time, second.covariates) for e in slow), np.zeros(second.n))
@@ -55,7 +54,7 @@ def held_out(data: Data, model: Model, raw: Data | None = None) -> float | None:
     spectrum = np.maximum(column(terms, second), 1e-300)
     loss = float(0.5 * (bins.count @ (np.log(spectrum / saturated) + power / spectrum - 1.0)))
     for effect in fitted.deterministic:
-        if isinstance(effect, Sinusoid):
+        if isinstance(effect, Periodic):
             for multiple, amplitude, _ in effect.lines:
                 frequency = multiple * (effect.frequency or 0.0)
                 loss -= _line_gain(frequency, amplitude, terms, second)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.effects import Periodic
 from allanite.fit.data import density
 from allanite.fit.whittle import information
 
@@ -105,7 +106,7 @@ def slow_amplitudes(solution: Solution, data: Data) -> Mixture:
     assert design is not None
     assert regression is not None
     effects = solution.model.deterministic
-    slow = np.array([effects[i].kind != "sinusoid" for i in design.owner])
+    slow = np.array([not isinstance(effects[i], Periodic) for i in design.owner])
     # Bins are not cut: the single ordinates end where a bin does.
     first = int(np.searchsorted(data.bins.edges, min(LOW, data.n), side="right")) - 1
     ordinates = np.arange(1, data.bins.edges[first], dtype=np.int64)

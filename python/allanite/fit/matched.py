@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,25 +16,21 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.data import Data
 
-__all__ = ["grid_points", "matched_gains", "step_ordinates"]
+__all__ = ["grid_points", "matched_gains", "regressor_ordinates"]
 
 #: Ordinates of the filter; a step has all but 1/4096 of its weight there.
 LOW = 4096
 
 
-def step_ordinates(
-    times: NDArray[np.float64], j: NDArray[np.int64], data: Data
+def regressor_ordinates(
+    points: Sequence[Deterministic], j: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Cosine transform of steps at `times` (s, shape (k,)) at ordinates j, shape (k, ordinates).
-
-    −√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k.
-    """
-    k = np.ceil((np.asarray(times) - data.start) * data.rate - 1e-9)[:, None]
-    return np.asarray(
-        -np.sqrt(2.0 / data.n)
-        * np.sin(np.pi * j * k / data.n)
-        / (2.0 * np.sin(np.pi * j / (2 * data.n)))
-    )
+    """Cosine transform of every regressor of every point at ordinates j, shape (regressors, ordinates)."""
+    closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
+    if closed is not None:
+        return closed
+    series = (s for p in points for s in p.regressors(data.time, data.covariates).T)
+    return np.array([_kernels.cosine_transform(np.ascontiguousarray(s))[j] for s in series])
 
 
 def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
@@ -50,11 +47,8 @@ def matched_gains(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Gain ½z² of each point on residual ordinates (n,), and the whitened unit directions (points, ordinates)."""
     j = np.arange(1, min(data.n, LOW), dtype=np.int64)
-    if points[0].kind == "bias_step":
-        matrix = step_ordinates(np.array([p.values["time"] for p in points]), j, data)
-    else:
-        series = (p.regressors(data.time, data.covariates)[:, 0] for p in points)
-        matrix = np.array([_kernels.cosine_transform(np.ascontiguousarray(s))[j] for s in series])
+    # The first regressor of each point.
+    matrix = regressor_ordinates(points, j, data).reshape(len(points), -1, j.size)[:, 0]
     root = 1.0 / np.sqrt(density(terms, j, data.n))
     white = matrix * root
     norm = np.linalg.norm(white, axis=1)

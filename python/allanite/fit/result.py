@@ -87,7 +87,9 @@ class Fit:
         """Values of each effect, with standard errors and intervals, in the order of the model."""
         if self.given is not None:
             return self.given
-        return estimates(self.solution, self.data, self.recording.unit)
+        return estimates(
+            self.solution, self.data, self.recording.unit, self.recording.covariate_units
+        )
 
     @cached_property
     def correlations(self) -> Correlations:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Deterministic, Effect, Model
-from allanite.effects.sinusoid import Sinusoid
+from allanite.effects import Deterministic, Effect, Model, Periodic
 from allanite.fit.data import density
 from allanite.fit.deterministic import comb_ordinates, comb_window, design_of, regress
 from allanite.fit.matched import grid_points, matched_gains
@@ -139,10 +138,10 @@ def fit_deterministic_shapes(model: Model, data: Data, *, slow: bool) -> Model:
         others = tuple(
             e for i, e in enumerate(model.effects) if i != place and isinstance(e, Deterministic)
         )
-        if isinstance(effect, Sinusoid):
+        if isinstance(effect, Periodic):
             taken = _others_signal(others, data)
             ordinates = data.ordinates if taken is None else data.without(taken)
-            start = effect.values["frequency"]
+            start = effect.frequency
             if start is None:
                 start = strongest_line(ordinates, terms, data)
             multiples = [m for m, _, _ in effect.lines]

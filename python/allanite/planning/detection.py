@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.effects import CATALOGUE, Deterministic, Effect, Model, parse_model
+from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Periodic, parse_model
 from allanite.errors import InputError
 from allanite.planning import expected as _expected
 from allanite.planning.chance import Rise, needed
@@ -245,7 +245,7 @@ def chance_of(base: Model, effect: Effect, data: Data, grid: Data) -> Odds:
         measured = true + signal / data.bins.count
         null = _expected.best_fit(noise, measured, data)
         rise = judged = _rise(null, effect, true, signal)
-        if isinstance(effect, Deterministic) and effect.kind not in _expected.LINES:
+        if isinstance(effect, Deterministic) and not isinstance(effect, Periodic):
             # A slow function of time has to explain something beside the best random process.
             fits = [null, *(_expected.best_fit(m, measured, data) for m in _beside(noise))]
             best = max(fits, key=lambda s: s.log_likelihood)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.effects import Deterministic, Model
+from allanite.effects import Deterministic, Model, Periodic
 from allanite.errors import InputError, TooShortError
 from allanite.fit.data import SHORTEST, Data, column, columns
 from allanite.fit.deterministic import line_ordinates, window
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     Columns = Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]]
 
 __all__ = [
-    "LINES",
     "best_fit",
     "blank",
     "coarse",
@@ -46,8 +45,6 @@ __all__ = [
 Array = NDArray[np.float64]
 #: Samples of the coarse grid; slow effects have all but 1e-4 of their weight below a quarter of them.
 COARSE = 32768
-#: Known functions that are seen about one frequency only.
-LINES = frozenset({"sinusoid"})
 
 
 def blank(n: int, rate: float) -> Data:
@@ -97,8 +94,8 @@ def random_part(model: Model) -> Model:
 
 def seen_at(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.int64]:
     """Ordinates j of the record at which a known function of time is looked at."""
-    if effect.kind in LINES:
-        return window(effect.values["frequency"], data)
+    if isinstance(effect, Periodic):
+        return window(effect.frequency or 0.0, data)
     last = grid.n // 4 if grid.n < data.n else grid.n
     return np.arange(1, last, dtype=np.int64)
 
@@ -111,8 +108,8 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
     InputError
         A column that nobody described.
     """
-    if effect.kind in LINES:
-        return line_ordinates(effect.values["frequency"], j, data) @ effect.amplitudes()
+    if isinstance(effect, Periodic):
+        return line_ordinates(effect.frequency or 0.0, j, data) @ effect.amplitudes()
     if effect.kind == "covariate" and effect.values["column"] not in grid.covariates:
         raise InputError(
             f"covariate: column {effect.values['column']!r} is not described: give covariates= with "

@@ -119,7 +119,11 @@ def _recording(path: Path, request: Request) -> Recording:
         columns=[table.names[i] for i in choice.samples],
         covariates={table.names[i]: table[i] for i in choice.covariates},
         path=path,
-        covariate_units={table.names[i]: table.units[i] or "1" for i in choice.covariates},
+        # One unit for all columns is the samples': it says nothing of a temperature beside them.
+        covariate_units={
+            table.names[i]: (len(set(table.units)) > 1 and table.units[i]) or "1"
+            for i in choice.covariates
+        },
         time_unit=None if at is None else time_unit_of(table.names[at], table.units[at]),
     )
 

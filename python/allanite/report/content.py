@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.numbers import number, tidy
 from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time
-from allanite.plots.words import unit_text
+from allanite.plots.words import in_unit, unit_text
 from allanite.report.blocks import (
     Block,
     Bullets,
@@ -30,6 +30,7 @@ from allanite.report.words import (
     verdict,
     with_unit,
 )
+from allanite.units import column_unit
 
 if TYPE_CHECKING:
     from allanite.plots import Figure
@@ -87,7 +88,10 @@ def _recorded(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         ("gaps", (Number(many(told["gaps"]), told["gaps"], f"{place}.gaps"),)),
     ]
     if recording.covariates:
-        rows.append(("covariates", ", ".join(recording.covariates)))
+        named = (
+            (n, column_unit(n, recording.covariate_units.get(n))) for n in recording.covariates
+        )
+        rows.append(("covariates", ", ".join(n if n == u else in_unit(n, u) for n, u in named)))
     found = told["audit"]
     warnings = tuple(tidy(str(f["message"])) for f in found if f["severity"] == "warning")
     remarks = tuple(tidy(str(f["message"])) for f in found if f["severity"] != "warning")

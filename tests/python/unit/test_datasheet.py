@@ -6,8 +6,10 @@ import sys
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+import allanite as al
 from allanite.datasheet import compare_datasheet, read_datasheet
 from allanite.errors import InputError
 from allanite.parameters import Estimate
@@ -18,11 +20,12 @@ class FakeFit:
     """What `compare_datasheet` uses of a fit."""
 
     unit: str = "deg/s"
+    rate: float = 100.0
     estimates: dict = field(default_factory=dict)
 
     @property
     def recording(self):
-        return SimpleNamespace(unit=self.unit, columns=("gyro_x",))
+        return SimpleNamespace(unit=self.unit, columns=("gyro_x",), rate=self.rate)
 
     def __getitem__(self, name):
         return self.estimates[name]
@@ -195,3 +198,62 @@ def test_figures_of_another_sensor_are_refused(tmp_path):
         compare_datasheet(fit(1.0), sheet(tmp_path, '[figures]\nvrw = "1 m/s/√h"'))
     with pytest.raises(InputError, match="no such file"):
         read_datasheet(tmp_path / "absent.toml")
+
+
+SENSOR = '[figures]\nnoise_density = "0.1 deg/s/√Hz two-sided"\n'
+
+
+def thinned(k, cutoff=None):
+    """White noise, N = 0.1 deg/s/√Hz, at 1000 Hz, filtered (first order) if asked: every k-th sample, and means of k."""
+    from scipy.signal import lfilter
+
+    x = 0.1 * np.sqrt(1000.0) * np.random.default_rng(8).standard_normal(20_000 * k)
+    if cutoff is not None:
+        phi = math.exp(-2 * math.pi * cutoff / 1000.0)
+        x = lfilter([1 - phi], [1, -phi], x)
+    whole = al.Recording(x, rate=1000.0, unit="deg/s")
+    return al.Recording(x[::k], rate=1000.0 / k, unit="deg/s"), whole.decimate(k)
+
+
+@pytest.mark.parametrize("k", [2, 10])
+def test_samples_that_were_skipped_raise_n_by_the_root(tmp_path, k):
+    s = sheet(tmp_path, SENSOR + 'sample_rate = "1000 Hz"')
+    skipped, averaged = (only(compare_datasheet(al.fit_model(r, "N"), s)) for r in thinned(k))
+    # N of 20 000 samples is known to 1/√40 000 = 0.5 %; three of these.
+    assert skipped.ratio == pytest.approx(math.sqrt(k), rel=0.015)
+    assert averaged.ratio == pytest.approx(1.0, rel=0.015)
+    assert averaged.remark == ""
+    # A factor √2 is also that of a density read with the wrong number of sides: the commoner slip is named.
+    assert ("samples were skipped" if k > 2 else "read as one-sided") in skipped.remark
+    plain = sheet(tmp_path, SENSOR)
+    assert only(compare_datasheet(al.fit_model(thinned(k)[1], "N"), plain)).remark == ""
+
+
+def test_a_bandwidth_above_half_the_rate_is_folded(tmp_path):
+    # First order at 80 Hz into 25 Hz: √(π·80/25) = 3.17, a sharp filter √(2·80/25) = 2.53.
+    s = sheet(tmp_path, SENSOR + 'bandwidth = "80 Hz"')
+    assert s.folded(25.0) == pytest.approx((2.530, 3.171), rel=1e-3)
+    skipped, averaged = (
+        only(compare_datasheet(al.fit_model(r, "N"), s)) for r in thinned(40, 80.0)
+    )
+    assert 2.530 < skipped.ratio < 3.171 * 1.1
+    assert "samples were skipped on the way to 25 Hz" in skipped.remark
+    assert "2.53 to 3.17" in skipped.remark
+    assert averaged.remark == ""
+    assert s.folded(100.0) is None
+    both = sheet(tmp_path, SENSOR + 'bandwidth = "80 Hz"\nsample_rate = "100 Hz"')
+    assert both.folded(25.0) == (2.0, 2.0)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 1.2, 2.0, 5.0])
+def test_another_ratio_is_no_skipping(tmp_path, ratio):
+    s = sheet(tmp_path, '[figures]\narw = "1 deg/√h"\nsample_rate = "1000 Hz"')
+    # √10 = 3.16 would be.
+    assert only(compare_datasheet(fit(ratio), s)).remark == ""
+
+
+def test_a_sheet_of_frequencies_alone_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no figure to compare"):
+        sheet(tmp_path, '[figures]\nbandwidth = "80 Hz"')
+    with pytest.raises(InputError, match="Hz"):
+        sheet(tmp_path, SENSOR + 'bandwidth = "80 deg"')

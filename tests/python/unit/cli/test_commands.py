@@ -1,0 +1,160 @@
+"""What every command answers when all is well."""
+
+import numpy as np
+import pytest
+
+from allanite.cli.adev import KINDS
+from command_line import needs, refused, strict
+
+RNG = np.random.default_rng(7)
+
+
+def test_simulate_writes_what_read_reads(run, tmp_path):
+    needs("simulate")
+    from allanite.readers import read
+
+    found = []
+    for suffix in ("npz", "npy", "csv"):
+        path = tmp_path / f"x.{suffix}"
+        code, out, err = run(
+            "simulate", "N(N=0.1)+K(K=0.01)", "--rate", 50, "--duration", 20, "--unit", "deg/s",
+            "--seed", 3, "-o", path,
+        )  # fmt: skip
+        assert (code, err) == (0, "")
+        assert "1000 samples at 50 Hz in deg/s" in out
+        options = {"rate": 50, "unit": "deg/s"} if suffix == "npy" else {}
+        found.append(read(path, **options))
+    for r in found:
+        assert (r.n, r.unit) == (1000, "deg/s")
+        assert r.rate == pytest.approx(50)
+        np.testing.assert_array_equal(r.samples, found[0].samples)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["x.csv", "x.npy", "x.npz"]
+    code, out, _ = run("simulate", "N(N=1)", "--rate", 1, "-n", 5)
+    assert out.splitlines()[0] == "time [s],x [1]"
+    assert len(out.splitlines()) == 6
+
+
+def test_simulate_json(run, tmp_path):
+    needs("simulate")
+    code, out, _ = run(
+        "simulate", "N(N=1)", "--rate", 1, "-n", 50, "-o", tmp_path / "x.npz", "--json"
+    )
+    assert code == 0
+    assert strict(out)["recording"]["n"] == 50
+
+
+def test_adev(run, log, tmp_path):
+    needs("deviation")
+    figure = tmp_path / "figure.svg"
+    code, out, err = run("adev", log, "--json", "--plot", figure)
+    assert (code, err) == (0, "")
+    document = strict(out)
+    assert document["schema"] == "allanite/adev/1"
+    assert document["recording"]["rate_hz"] == pytest.approx(100)
+    assert document["recording"]["column"] == "gyro_x"
+    assert set(document["points"][0]) == {"tau_s", "m", "n", "deviation", "low", "high", "edf"}
+    assert figure.read_text().startswith("<?xml")
+    code, out, err = run("adev", log)
+    assert code == 0
+    assert "deg/s" in out
+    rad = strict(run("adev", log, "--output-unit", "rad/s", "--json")[1])
+    ratio = rad["points"][0]["deviation"] / document["points"][0]["deviation"]
+    assert ratio == pytest.approx(np.pi / 180)
+
+
+@pytest.mark.parametrize(
+    ("command", "schema"), [("fit", "fit"), ("check", "check"), ("improve", "improve")]
+)
+def test_fit_check_improve(run, log, command, schema):
+    needs("deviation")
+    code, out, err = run(command, log, "--model", "N", "--json")
+    assert (code, err) == (0, "")
+    document = strict(out)
+    assert document["schema"] == f"allanite/{schema}/1"
+    assert document["recording"]["path"] == str(log)
+    code, out, _ = run(command, log, "--model", "N")
+    assert code == 0
+    assert "χ²/dof" in out
+
+
+def test_several_columns_are_one_document(run, tmp_path):
+    needs("deviation")
+    path = tmp_path / "log.npz"
+    np.savez(
+        path,
+        data=RNG.standard_normal((500, 2)),
+        rate_hz=10.0,
+        channels=["gyro", "acc"],
+        unit=["deg/s", "g"],
+    )
+    document = strict(run("fit", path, "--model", "N", "--json")[1])
+    assert document["schema"] == "allanite/fit/1"
+    assert [d["recording"]["unit"] for d in document["columns"]] == ["deg/s", "g"]
+    code, out, _ = run("fit", path, "--model", "N", "--column", "acc", "--json")
+    assert code == 0
+    assert strict(out)["recording"]["column"] == "acc"
+    refused(run("fit", path, "--model", "N", "--save", tmp_path / "m.json"), 2, "--column")
+
+
+def test_a_saved_fit_goes_everywhere(run, log, tmp_path):
+    needs("deviation")
+    needs("simulate")
+    model = tmp_path / "model.json"
+    assert run("fit", log, "--model", "N", "--save", model)[0] == 0
+    code, out, _ = run("simulate", model, "--duration", 10)
+    assert code == 0
+    assert out.startswith("time [s],")
+    assert len(out.splitlines()) == 1001
+    code, out, _ = run("export", model, "--format", "ros")
+    assert code == 0
+    assert "angular_velocity_covariance" in out
+    code, out, _ = run("compare", log, model, "--json")
+    assert code == 0
+    items = strict(out)["items"]
+    assert [i["kind"] for i in items] == ["recording", "model"]
+    first = [i["points"][0]["deviation"] for i in items]
+    # 4000 white samples: 2-σ of the deviation at m = 1 is 2·√(3/16000)… about 2.4 %.
+    assert first[0] == pytest.approx(first[1], rel=0.03)
+    assert run("fit", log, "--model", model)[0] == 0
+
+
+def test_check_strict(run, tmp_path):
+    needs("deviation")
+    t = np.arange(20_000) / 100
+    white = RNG.standard_normal(t.size)
+    np.savez(tmp_path / "white.npz", data=white, rate_hz=100.0)
+    np.savez(tmp_path / "line.npz", data=white + np.sin(2 * np.pi * 7.3 * t), rate_hz=100.0)
+    assert run("check", tmp_path / "white.npz", "--model", "N", "--strict")[0] == 0
+    assert run("check", tmp_path / "line.npz", "--model", "N", "--strict")[0] == 1
+    assert run("check", tmp_path / "line.npz", "--model", "N")[0] == 0
+
+
+def test_compare_with_a_datasheet(run, log, tmp_path):
+    needs("deviation")
+    # White noise of 0.1 deg/s at 100 Hz: N = 0.01 deg/s/√Hz = 0.6 deg/√h; the sheet lost the 60.
+    sheet = tmp_path / "sheet.toml"
+    sheet.write_text('[figures]\nangle_random_walk = "0.01 deg/√h"\n')
+    code, out, _ = run("compare", log, "--model", "N", "--datasheet", sheet)
+    assert code == 0
+    assert "looks as if a density in deg/s/√Hz was read as a random walk" in out
+    document = strict(run("compare", log, "--model", "N", "--datasheet", sheet, "--json")[1])
+    assert document["figures"][0]["ratio"]["value"] == pytest.approx(60, rel=0.05)
+
+
+def test_notes_of_the_audit_are_shown_unless_quiet(run, tmp_path):
+    needs("deviation")
+    x = np.minimum(RNG.standard_normal(5000), 1.5)
+    np.savez(tmp_path / "clipped.npz", data=x, rate_hz=10.0)
+    assert "the range was exceeded" in run("adev", tmp_path / "clipped.npz")[1]
+    assert "the range was exceeded" not in run("adev", tmp_path / "clipped.npz", "--quiet")[1]
+    document = strict(run("adev", tmp_path / "clipped.npz", "--json")[1])
+    assert document["recording"]["audit"][0]["kind"] == "clipping"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_deviation(run, log, kind):
+    if not hasattr(needs("deviation"), kind):
+        pytest.skip(f"no {kind}")
+    document = strict(run("adev", log, "--kind", kind, "--json")[1])
+    assert document["kind"] == kind
+    assert document["points"][0]["deviation"] > 0

@@ -1,0 +1,130 @@
+"""Pipes, logs larger than memory, and files that are whole or absent."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from command_line import needs, piped, refused, strict
+
+RNG = np.random.default_rng(7)
+
+
+def test_a_log_from_a_pipe(run, log, tmp_path):
+    needs("deviation")
+    code, out, err = piped(log.read_bytes(), "fit", "-", "--model", "N", "--json")
+    assert (code, err) == (0, "")
+    document = strict(out)
+    assert document["recording"]["path"] == "standard input"
+    direct = strict(run("fit", log, "--model", "N", "--json")[1])
+    assert document["effects"] == direct["effects"]
+    np.save(tmp_path / "x.npy", RNG.standard_normal(300))
+    code, out, _ = piped((tmp_path / "x.npy").read_bytes(), "fit", "-", "--model", "N", "--rate", 5)
+    assert code == 0
+    assert "300 samples at 5 Hz" in out
+
+
+def test_a_log_larger_than_memory_is_read_in_chunks(run, log, tmp_path, monkeypatch):
+    from allanite.cli import stream
+
+    def adev(*arguments):
+        code, out, err = run("adev", *arguments, "--json")
+        assert code == 0, err
+        return strict(out)
+
+    x = np.cumsum(RNG.standard_normal((3000, 2)), axis=0)
+    np.save(tmp_path / "x.npy", x)
+    for file, options in ((log, ()), (tmp_path / "x.npy", ("--rate", 10, "--column", "x1"))):
+        whole = adev(file, *options)
+        with monkeypatch.context() as patch:
+            patch.setattr(stream, "free_memory", lambda: 1e3)
+            assert stream.too_large(str(file))
+            chunked = adev(file, *options)
+        assert "chunks" in chunked["diagnostics"][0]
+        assert chunked["recording"]["n"] == whole["recording"]["n"]
+        assert chunked["recording"]["column"] == whole["recording"]["column"]
+        same = {p["m"]: p["deviation"] for p in whole["points"]}
+        near = [p for p in chunked["points"] if p["m"] < 32]
+        assert len(near) == 5
+        for point in near:
+            assert point["deviation"] == pytest.approx(same[point["m"]], rel=1e-9)
+    assert not stream.too_large(str(log))
+    assert not stream.too_large("no such file")
+
+
+def test_adev_of_a_pipe_needs_no_memory_of_it(run, log):
+    needs("accumulator")
+    code, out, err = piped(log.read_bytes(), "adev", "-", "--json")
+    assert (code, err) == (0, "")
+    streamed = strict(out)
+    direct = strict(run("adev", log, "--json")[1])
+    assert streamed["recording"]["n"] == direct["recording"]["n"] == 4000
+    assert streamed["recording"]["column"] == "gyro_x"
+    assert streamed["recording"]["rate_hz"] == pytest.approx(100)
+    whole = {p["m"]: p["deviation"] for p in direct["points"]}
+    for point in streamed["points"]:
+        # Below m = 32 the stream has every term; above, its terms are a subset.
+        if point["m"] < 32 and point["m"] in whole:
+            assert point["deviation"] == pytest.approx(whole[point["m"]], rel=1e-9)
+    rad = strict(piped(log.read_bytes(), "adev", "-", "--json", "--output-unit", "rad/s")[1])
+    ratio = rad["points"][0]["deviation"] / streamed["points"][0]["deviation"]
+    assert ratio == pytest.approx(np.pi / 180)
+    phase = np.cumsum(RNG.standard_normal(1000))
+    text = "\n".join(map(repr, phase.tolist())).encode()
+    options = ["--rate", 1, "--quantity", "angle", "--json"]
+    piped_phase = strict(piped(text, "adev", "-", *options)[1])
+    expected = np.sqrt(np.mean(np.diff(phase, n=2) ** 2) / 2)
+    assert piped_phase["points"][0]["deviation"] == pytest.approx(expected)
+    refused(piped(b"x\n1\n2\n3\n4\n", "adev", "-"), 2, "standard input", "--rate")
+    refused(piped(b"x\n1\n2\nthree\n", "adev", "-", "--rate", 1), 2, "three")
+    refused(piped(b"", "adev", "-", "--rate", 1), 2, "standard input")
+
+
+def test_bad_pipes():
+    refused(piped(b"x\n1\n2\nthree\n", "fit", "-", "--rate", 1), 2, "standard input", "three")
+    refused(piped(b"", "fit", "-", "--rate", 1), 2, "standard input", "empty")
+
+
+def test_whole_file_or_nothing(tmp_path):
+    from allanite.cli.output import whole_file
+    from allanite.errors import InputError
+
+    target = tmp_path / "x.txt"
+
+    def interrupted():
+        with whole_file(target) as draft:
+            draft.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert list(tmp_path.iterdir()) == []
+    with whole_file(target) as draft:
+        draft.write_text("whole")
+    assert target.read_text() == "whole"
+    assert [p.name for p in tmp_path.iterdir()] == ["x.txt"]
+    for bad in (tmp_path, tmp_path / "absent" / "x.txt"):
+        with pytest.raises(InputError), whole_file(bad):
+            pass
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are sent the POSIX way")
+def test_ctrl_c_ends_a_command(tmp_path):
+    needs("simulate")
+    output = tmp_path / "x.csv"
+    arguments = [
+        sys.executable, "-c", "from allanite.cli import main; main()", "simulate",
+        "N(N=1)+B(B=1)+K(K=1)", "--rate", "100", "-n", "30000000", "-o", str(output),
+    ]  # fmt: skip
+    process = subprocess.Popen(arguments, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    # click ends the line that a terminal shows ^C in.
+    assert err == "\nallanite: interrupted\n"
+    assert list(tmp_path.iterdir()) == []

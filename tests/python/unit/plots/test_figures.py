@@ -1,0 +1,147 @@
+"""The figures of checks, studies, deviations and comparisons."""
+
+import math
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.comparison import Curve, Curves
+from allanite.criticism import criticise
+from allanite.plots import plot_check, plot_compare, plot_deviation, plot_study, plot_time
+from allanite.plots.curves import interval
+from allanite.plots.spec import Bars, HeatMap, Line, Note, Points, Rule, Span
+from allanite.study import Rung, Study
+from allanite.suggestion import Check
+
+
+def test_check_shades_what_fails_and_names_the_first_suggestion(check):
+    figure = plot_check(check)
+    assert check.where.worst_frequency is not None
+    for panel in figure.panels[2:]:
+        (span,) = panel.find(Span)
+        assert (span.low, span.high) == check.where.worst_frequency
+    first = check.significant[0]
+    assert check.fit.display_name(first.effect) in figure.subtitle
+    assert f"{first.removes_percent:.0f} %" in figure.subtitle
+
+
+def test_check_without_a_failure_shades_nothing():
+    samples = np.random.default_rng(2).standard_normal(4000)
+    fit = al.fit_model(al.Recording(samples, rate=10.0, unit="deg/s"), "N")
+    figure = plot_check(Check(fit, criticise(fit), ()))
+    assert not any(panel.find(Span) for panel in figure.panels)
+    assert "Nothing is significantly missing" in figure.subtitle
+
+
+def test_study_shows_the_ladder_and_both_ends(study):
+    figure = plot_study(study)
+    chi, allan_error, held, curve = figure.panels
+    assert [text.split("\n")[0] for _, text in chi.y.ticks] == [
+        "start",
+        "+ Gauss-Markov process",
+        "+ sinusoid",
+    ]
+    assert chi.y.reverse
+    (bars,) = chi.find(Bars)
+    np.testing.assert_allclose(bars.values, [r.fit.misfit.reduced for r in study.ladder])
+    (chance,) = allan_error.find(Rule)
+    assert chance.value == study.fit.error.chance_rms_percent
+    assert held.find(Bars)[0].values[0] == study.ladder[0].fit.error.held_out
+    labels = [m.label for m in curve.find(Line)]
+    assert labels == [
+        f"first model: {study.ladder[0].fit.model.name}",
+        f"last model: {study.fit.model.name}",
+    ]
+
+
+def test_study_of_one_rung(fits, check):
+    figure = plot_study(Study(fits[0].recording, (Rung(fits[0]),), check, "nothing helps"))
+    assert figure.panels[0].find(Bars)[0].values.shape == (1,)
+    assert "no effect added" in figure.subtitle
+
+
+def test_a_removed_effect_is_a_step_of_the_ladder(fits, check):
+    ladder = (Rung(fits[1]), Rung(fits[0], None, ("gauss_markov",)))
+    figure = plot_study(Study(fits[0].recording, ladder, check, "adequate"))
+    assert figure.panels[0].y.ticks[1][1] == "− gauss markov"
+
+
+def rows(ratio):
+    return [
+        {
+            "start_s": 10.0 * s,
+            "end_s": 10.0 * s + 10.0,
+            "low_hz": 0.5 * 2**b,
+            "high_hz": 2.0**b,
+            "ratio": ratio if (b, s) == (1, 2) else 1.0,
+            "z": 9.0 if (b, s) == (1, 2) else 0.3,
+        }
+        for b in range(3)
+        for s in range(4)
+    ]
+
+
+def time_check(check, cells, worst=None):
+    from dataclasses import replace
+
+    return Check(check.fit, replace(check.where, time=cells, worst_time=worst), ())
+
+
+def test_time_map_places_each_cell(check):
+    figure = plot_time(time_check(check, rows(8.0), (20.0, 30.0)))
+    (heat,) = figure.panels[0].find(HeatMap)
+    assert heat.values.shape == (3, 4)
+    assert heat.values[1, 2] == pytest.approx(3.0)
+    assert np.count_nonzero(heat.values) == 1
+    assert np.argwhere(heat.marked).tolist() == [[1, 2]]
+    assert "1 cell beyond chance" in figure.subtitle
+    minutes = 60.0  # the record lasts 600 s
+    assert [r.value * minutes for r in figure.panels[0].find(Rule)] == pytest.approx([20.0, 30.0])
+
+
+def test_time_map_of_nothing_says_so(check):
+    (panel,) = plot_time(time_check(check, [])).panels
+    (note,) = panel.find(Note)
+    assert "too short" in note.text
+
+
+def test_deviation_keeps_its_interval_and_name(fits):
+    deviation = fits[0].recording.oadev()
+    figure = plot_deviation(deviation, recording=fits[0].recording)
+    (points,) = figure.panels[0].find(Points)
+    np.testing.assert_array_equal(points.low, deviation.low)
+    assert figure.title == "Overlapping Allan deviation"
+    assert "demo.csv gyro_x · 10 min at 50 Hz" in figure.subtitle
+    assert figure.panels[0].y.label == "overlapping Allan deviation (rad/s)"
+
+
+def curves():
+    tau = np.array([1.0, 10.0, 100.0])
+    flat = np.ones(3)
+    return Curves(
+        (
+            Curve("log a", "recording", "deg/s", tau, flat, 0.9 * flat, 1.1 * flat),
+            Curve("model b", "model", "rad/s", tau, flat),
+            Curve("sheet", "datasheet", "deg/s", tau, 0.5 * flat),
+            Curve("accelerometer", "recording", "mg", tau, flat, 0.9 * flat, 1.1 * flat),
+        )
+    )
+
+
+def test_comparison_is_in_one_unit_a_panel():
+    figure = plot_compare(curves())
+    rates, accelerations = figure.panels
+    assert rates.y.label == "Allan deviation (°/s)"
+    assert accelerations.y.label == "Allan deviation (mg)"
+    lines = {m.label: m for m in rates.find(Line) if m.label}
+    np.testing.assert_allclose(lines["model b (model, from rad/s)"].y, 180 / np.pi)
+    assert lines["sheet (datasheet)"].dash == "dot"
+    assert [p.label for p in rates.find(Points)] == ["log a (recording)"]
+
+
+def test_interval_of_many_degrees_of_freedom_is_normal():
+    # s²/σ² ~ χ²/edf: the deviation's interval tends to ±1.96/√(2·edf), to order 1/edf.
+    low, high = interval(np.array([1.0]), np.array([1e6]))
+    assert low[0] == pytest.approx(1 - 1.959964 / math.sqrt(2e6), abs=2e-6)
+    assert high[0] == pytest.approx(1 + 1.959964 / math.sqrt(2e6), abs=2e-6)

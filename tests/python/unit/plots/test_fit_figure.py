@@ -1,0 +1,114 @@
+"""The figure of a fit: curve, band, effects, spectrum."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.plots import plot_fit
+from allanite.plots.spec import Band, Line, Points, Rule, label_of
+from allanite.plots.themes import COMPONENTS
+from allanite.plots.words import values_text
+
+
+def marks(panel, kind, color=None):
+    return [m for m in panel.find(kind) if color in (None, m.color)]
+
+
+def test_fit_shows_measured_model_band_and_every_effect(fits):
+    fit = fits[2]
+    figure = plot_fit(fit)
+    allan = figure.panels[0]
+    (measured,) = marks(allan, Points, "measured")
+    np.testing.assert_array_equal(measured.x, fit.curve.tau)
+    np.testing.assert_array_equal(measured.y, fit.curve.measured)
+    assert np.all(measured.low < measured.y)
+    assert np.all(measured.y < measured.high)
+    (model,) = marks(allan, Line, "model")
+    np.testing.assert_array_equal(model.y, fit.curve.model)
+    everywhere, band = allan.find(Band)
+    np.testing.assert_array_equal(band.low, fit.band.low)
+    assert np.all(everywhere.low < band.low)
+    assert np.all(everywhere.high > band.high)
+    effects = [m for m in allan.find(Line) if m.color in COMPONENTS]
+    assert [m.label.split(":")[0] for m in effects] == [
+        "angle random walk",
+        "bias instability",
+        "Gauss-Markov process",
+        "sinusoid",
+    ]
+    assert len({m.color for m in effects}) == 4
+
+
+def test_fit_strips_share_the_axis_and_hold_the_residuals(fits):
+    figure = plot_fit(fits[0])
+    allan, below, spectrum, under = figure.panels
+    assert (allan.row, below.row, spectrum.row, under.row) == (0, 1, 0, 1)
+    assert below.x == allan.x
+    assert under.x == spectrum.x
+    (points,) = below.find(Points)
+    np.testing.assert_array_equal(points.y, fits[0].curve.z)
+    assert sorted(r.value for r in below.find(Rule)) == [-3.5, -2.0, 0.0, 2.0, 3.5]
+    assert below.y.low == -below.y.high
+
+
+def test_spectrum_is_two_sided_in_units_per_hertz(fits):
+    # White noise of 0.1 per sample at 50 Hz: 0.1² / 50 = 2e-4 at high frequency.
+    spectrum = plot_fit(fits[0]).panels[2]
+    (points,) = marks(spectrum, Points, "measured")
+    # About 15 000 ordinates above 10 Hz: the mean is known to √(2/15 000) ≈ 1.2 %; 4 of these.
+    assert np.mean(points.y[points.x > 10.0]) == pytest.approx(2e-4, rel=0.05)
+    assert "(rad/s)²/Hz" in spectrum.y.label
+    assert points.x[-1] == pytest.approx(fits[0].recording.rate / 2, rel=0.1)
+
+
+def test_spectrum_components_add_up_to_the_model(fits):
+    spectrum = plot_fit(fits[1]).panels[2]
+    (model,) = marks(spectrum, Line, "model")
+    total = sum(m.y for m in spectrum.find(Line) if m.color in COMPONENTS)
+    np.testing.assert_allclose(total, model.y, rtol=1e-9)
+
+
+def test_a_line_is_marked_at_its_frequency_and_shown_before_it_was_taken_out(fits):
+    spectrum = plot_fit(fits[2]).panels[2]
+    (rule,) = [r for r in spectrum.find(Rule) if r.axis == "x"]
+    assert rule.value == pytest.approx(3.0, abs=0.01)
+    (raw,) = marks(spectrum, Points, "raw")
+    assert np.any(np.abs(np.log(raw.x / 3.0)) < 0.1)
+    assert spectrum.y.high > raw.y.max()
+
+
+def test_legend_gives_the_values_that_say_most():
+    def estimate(value, unit, interval=None, detected=True):
+        return al.Estimate(value, None, interval, unit, detected)
+
+    lag = {"correlation_time": estimate(30.0, "s"), "q_c": estimate(0.002, "rad/s/s^½")}
+    assert values_text(lag | {"sigma": estimate(0.0077, "rad/s")}) == "σ 0.0077 rad/s, T 30 s"
+    nothing = estimate(0.0, "rad/s/s^½", (0.0, 0.001), detected=False)
+    assert values_text(lag | {"q_c": nothing, "sigma": estimate(0.0, "rad/s")}).startswith("q_c < ")
+    line = {
+        "frequency": estimate(3.0, "Hz", (2.9, 3.1), detected=False),
+        "amplitude": estimate(0.1, "deg/s", (0.0, 0.2), detected=False),
+    }
+    assert values_text(line) == "f 3 Hz, a < 0.2 °/s"
+
+
+def test_a_covariate_is_named_by_its_column():
+    rng = np.random.default_rng(4)
+    temperature = 20.0 + np.cumsum(rng.standard_normal(4000)) * 0.01
+    samples = rng.standard_normal(4000) + 5.0 * temperature
+    log = al.Recording(samples, rate=10.0, unit="mg", covariates={"temperature": temperature})
+    figure = plot_fit(al.fit_model(log, "N+COV(column=temperature)"))
+    labels = [label_of(m) for m in figure.legend()]
+    assert any("temperature: c " in label for label in labels)
+
+
+def test_the_shortest_record_has_a_figure():
+    samples = np.random.default_rng(5).standard_normal(40)
+    figure = plot_fit(al.fit_model(al.Recording(samples, rate=1.0, unit="1"), "N"))
+    spectrum = figure.panels[2]
+    (points,) = marks(spectrum, Points, "measured")
+    assert np.all((spectrum.y.low < points.y) & (points.y < spectrum.y.high))
+    # The interval of the best known point is seen whole.
+    best = np.argmin(points.high / points.low)
+    assert spectrum.y.low < points.low[best]
+    assert points.high[best] < spectrum.y.high

@@ -1,0 +1,85 @@
+"""Known functions of time in a fit: what an effect says of itself is all that the fit asks."""
+
+import json
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite import _kernels
+from allanite.effects import Deterministic, Parameter, Periodic
+from allanite.effects.bias_step import BiasStep
+from allanite.fit.deterministic import design_of
+from generators import sinusoid, white
+
+RATE, N = 50.0, 20_000
+TIME = np.arange(N) / RATE
+
+
+@dataclass(frozen=True)
+class Hum(Periodic):
+    """A line that no catalogue knows."""
+
+    strength: float | None = None
+    angle: float | None = None
+
+    kind: ClassVar[str] = "hum"
+    short: ClassVar[str] = "HUM"
+    title: ClassVar[str] = "hum"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("frequency", "Hz", "frequency", "shape", low=1e-12),
+        Parameter("strength", 0.0, "amplitude"),
+        Parameter("angle", "rad", "phase", low=-np.inf),
+    )
+
+    @property
+    def lines(self):
+        return ((1, self.strength or 0.0, self.angle or 0.0),)
+
+    def with_amplitudes(self, amplitudes):
+        a, b = map(float, amplitudes)
+        return self.with_values(strength=float(np.hypot(a, b)), angle=float(np.arctan2(b, a)))
+
+
+@pytest.fixture(scope="module")
+def recording():
+    rng = np.random.default_rng(3)
+    temperature = 20.0 + np.cumsum(rng.standard_normal(N)) * 0.01
+    samples = white(rng, N, RATE, 0.014) + sinusoid(N, RATE, 3.0, 0.02) + 0.05 * (TIME >= 200.0)
+    samples += 0.03 * (temperature - temperature.mean())
+    return al.Recording(samples, RATE, unit="rad/s", covariates={"temperature": temperature})
+
+
+def test_a_periodic_effect_of_ones_own_is_fitted_like_the_sinusoid(recording):
+    """Frequency found, slow effects beside it, error, held-out score: all as of `SIN`."""
+    others = al.parse_model("N+COV(column=temperature)+STEP(t=200!)")
+    mine, known = ((others + e).fit(recording) for e in (Hum(), al.Sinusoid()))
+    assert mine.solution.log_likelihood == known.solution.log_likelihood
+    assert mine.error == known.error
+    assert mine["frequency"].interval == known["frequency"].interval
+    assert mine["strength"].interval == known["amplitude"].interval
+    assert mine["coefficient"].interval == known["coefficient"].interval
+
+
+def test_closed_form_of_a_step_is_its_transform(recording):
+    step = BiasStep(time=123.4, height=1.0)
+    data = al.fit_model(recording, "N").data
+    design = design_of((step,), data)
+    column = step.regressors(data.time, {})[:, 0]
+    plain = _kernels.cosine_transform(column)[design.ordinates]
+    np.testing.assert_allclose(design.matrix[:, 0], plain, rtol=0, atol=1e-9 * np.abs(plain).max())
+    assert BiasStep.happens_once
+    assert not Deterministic.happens_once
+
+
+def test_several_shapes_may_be_unknown_at_once(recording):
+    fit = al.fit_model(recording, "N+COV(column=temperature)+SIN+STEP")
+    # A step of 0.05 in N = 0.014 is placed to 11 N²/h² ≈ 1 s (95 %); lag and step share a little.
+    assert fit["time"] == pytest.approx(200.0, abs=2.0)
+    assert fit["frequency"] == pytest.approx(3.0, abs=1e-3)
+
+
+def test_documents_are_plain(recording):
+    json.dumps(al.fit_model(recording, "N").check().to_dict(), allow_nan=False)
