@@ -84,6 +84,7 @@ pub fn inverse_cosine_transform(ordinates: &[f64], stop: &AtomicBool) -> Result<
     let mut folded = vec![0.0; n];
     fft.process(&mut spectrum, &mut folded)
         .map_err(|error| Error::Input(format!("inverse transform of {n} ordinates: {error}")))?;
+    drop(spectrum);
     let mut samples = vec![0.0; n];
     for (k, x) in samples.iter_mut().enumerate() {
         let place = if k % 2 == 0 { k / 2 } else { n - 1 - k / 2 };
@@ -103,6 +104,7 @@ pub fn padded_periodogram(samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>
     check(stop)?;
     fft.process(&mut padded, &mut spectrum)
         .map_err(|error| Error::Input(format!("transform of {} samples: {error}", 2 * n)))?;
+    drop(padded);
     check(stop)?;
     Ok(spectrum.iter().map(|value| value.norm_sqr() / n as f64).collect())
 }

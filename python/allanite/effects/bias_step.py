@@ -70,9 +70,9 @@ class BiasStep(Deterministic):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """−√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k."""
+        """−√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k, which may lie outside."""
         times = np.array([p.time or 0.0 for p in points])
-        k = np.ceil((times - start) * rate - 1e-9)[:, None]
+        k = np.clip(np.ceil((times - start) * rate - 1e-9), 0, n)[:, None]
         return np.asarray(
             -np.sqrt(2.0 / n) * np.sin(np.pi * j * k / n) / (2.0 * np.sin(np.pi * j / (2 * n)))
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -44,6 +44,17 @@ class RateRamp(Deterministic):
     ) -> NDArray[np.float64]:
         """One column: t − mean(t), s (the offset belongs to the bias, which no model keeps)."""
         return (time - time.mean())[:, None]
+
+    @classmethod
+    def regressor_ordinates(
+        cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
+    ) -> NDArray[np.float64]:
+        """−√(2/n) cos(a)/(2 rate sin²(a)), a = πj/2n, at odd j; 0 at even ones."""
+        a = np.pi * j / (2 * n)
+        odd = np.where(
+            j % 2 == 1, -np.sqrt(2.0 / n) * np.cos(a) / (2.0 * rate * np.sin(a) ** 2), 0.0
+        )
+        return np.tile(odd, (len(points), 1))
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
         """R²τ²/2."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -59,6 +59,18 @@ class WarmUp(Deterministic):
     ) -> NDArray[np.float64]:
         """One column e^{−t/τ}."""
         return np.exp(-time / (self.time_constant or 1.0))[:, None]
+
+    @classmethod
+    def regressor_ordinates(
+        cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
+    ) -> NDArray[np.float64]:
+        """√(2/n) e^{−start/τ} (1 − (−1)^j r^n)(1 − r) cos(a)/((1 − r)² + 4r sin²(a)), r = e^{−1/(rate τ)}, a = πj/2n."""
+        tau = np.array([p.time_constant or 1.0 for p in points])[:, None]
+        a = np.pi * j / (2 * n)
+        r, less = np.exp(-1.0 / (rate * tau)), -np.expm1(-1.0 / (rate * tau))
+        ends = 1.0 - np.where(j % 2 == 1, -1.0, 1.0) * np.exp(-n / (rate * tau))
+        shape = ends * less * np.cos(a) / (less**2 + 4.0 * r * np.sin(a) ** 2)
+        return np.asarray(np.sqrt(2.0 / n) * np.exp(-start / tau) * shape)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
         """The amplitude."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from allanite.showing import brief
 from allanite.spectrum import Bins, bins_of, fill_gaps
 
 if TYPE_CHECKING:
-    from allanite.effects import Model, Stochastic
+    from allanite.effects import Deterministic, Model, Stochastic
     from allanite.effects.terms import Term
 
 __all__ = ["Data", "columns", "density", "prepare", "without_samples"]
@@ -58,7 +58,10 @@ class Data:
     @property
     def time(self) -> NDArray[np.float64]:
         """Seconds since the first sample of the recording."""
-        return self.start + np.arange(self.n) / self.rate
+        time = np.arange(self.n, dtype=np.float64)
+        time /= self.rate
+        time += self.start
+        return time
 
     @property
     def duration(self) -> float:
@@ -92,9 +95,18 @@ class Data:
             self.start + (part.start or 0) / self.rate,
         )
 
+    def signal(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
+        """What the effects, at least one, add to the samples, shape (n,)."""
+        time = self.time
+        total = effects[0].signal(time, self.covariates)
+        for effect in effects[1:]:
+            total += effect.signal(time, self.covariates)
+        return total
+
     def without(self, signal: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Ordinates of the record with a deterministic signal taken out."""
-        return _kernels.cosine_transform(np.ascontiguousarray(self.samples - signal))
+        """Ordinates of the record with a deterministic signal taken out; the signal's memory is used for it."""
+        np.subtract(self.samples, signal, out=signal)
+        return _kernels.cosine_transform(signal)
 
 
 def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:

@@ -130,10 +130,7 @@ def solve(data: Data, model: Model, *, polish: bool = True, rounds: int = 8) -> 
         variance = density(data.terms(model), design.ordinates, data.n)
         regression = _regress(model.deterministic, design, data, variance)
         model = _with_amplitudes(model, design, regression)
-        signal = sum(
-            (e.signal(data.time, data.covariates) for e in model.deterministic), np.zeros(data.n)
-        )
-        ordinates = data.without(signal)
+        ordinates = data.without(data.signal(model.deterministic))
         used = np.zeros(bins.count.size)
         np.add.at(
             used,

@@ -37,8 +37,7 @@ def held_out(data: Data, model: Model, raw: Data | None = None) -> float | None:
         return None
     once = [e for e in model.deterministic if e.happens_once]
     if once:
-        signal = sum((e.signal(data.time, data.covariates) for e in once), np.zeros(data.n))
-        data = replace(data, samples=np.ascontiguousarray(data.samples - signal))
+        data = replace(data, samples=data.samples - data.signal(once))
         model = Model(tuple(e for e in model.effects if e not in once))
     first, second = data.half(0), data.half(1)
     fitted = solve(first, model, polish=data.n < 200_000, rounds=3).model
@@ -48,8 +47,7 @@ def held_out(data: Data, model: Model, raw: Data | None = None) -> float | None:
     slow = [e for e in fitted.deterministic if not isinstance(e, Periodic)]
     power = own
     if slow:
-        signal = sum((e.signal(second.time, second.covariates) for e in slow), np.zeros(second.n))
-        power = bins.power(second.without(signal))
+        power = bins.power(second.without(second.signal(slow)))
     terms = second.terms(fitted)
     spectrum = np.maximum(column(terms, second), 1e-300)
     loss = float(0.5 * (bins.count @ (np.log(spectrum / saturated) + power / spectrum - 1.0)))

@@ -157,7 +157,7 @@ def _others_signal(others: tuple[Deterministic, ...], data: Data) -> NDArray[np.
     known = [e for e in known if all(e.values[n] is not None for n in e.free_shapes)]
     if not known:
         return None
-    return np.asarray(sum(e.signal(data.time, data.covariates) for e in known))
+    return data.signal(known)
 
 
 def strongest_line(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
@@ -24,11 +25,13 @@ from allanite.suggestion.drifts import (
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.spectral import Candidate, screen_spectral
-from allanite.suggestion.transients import screen_levels, screen_outliers
+from allanite.suggestion.transients import screen_moments
 from allanite.suggestion.words import explain
 
 __all__ = ["Suggestion", "suggest"]
 
+#: Searches at a time: each holds some copies of the record.
+WORKERS = 2
 #: A candidate this close to another in BIC cannot be told from it on this record.
 RIVAL = 6.0
 #: Random processes that a slow function of time must beat, or explain something beside.
@@ -143,29 +146,22 @@ def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, 
     base, data = fit.solution, fit.data
     ordinates = whitened_ordinates(base, data)
     samples = _kernels.inverse_cosine_transform(ordinates)
-    spectral = screen_spectral(base, data)
-    progress()
-    lines = screen_lines(base, data, samples)
-    progress()
-    slow = [c for c in spectral.candidates if c.effect.kind in SLOW]
-    rival = max(slow, key=lambda c: c.gain).solution if slow else None
-    screens = beside_the_best(
-        {
-            "drift": screen_drifts(base, data, rival),
-            "step": screen_steps(base, data, rival),
-            "covariate": screen_covariates(base, data, rival),
-        },
-        data,
-    )
-    progress()
-    outliers = screen_outliers(base, data, samples)
-    single = (
-        # Outliers crowd by chance; levels are judged once they are out.
-        screen_levels(base, data, ordinates) if outliers is None else None,
-        outliers,
-        screen_bursts(spectral.candidates, data),
-    )
-    progress()
+    with ThreadPoolExecutor(WORKERS) as pool:
+        lines_found = pool.submit(screen_lines, base, data, samples)
+        spectral = screen_spectral(base, data)
+        progress()
+        lines = lines_found.result()
+        progress()
+        slow = [c for c in spectral.candidates if c.effect.kind in SLOW]
+        rival = max(slow, key=lambda c: c.gain).solution if slow else None
+        in_time = {"drift": screen_drifts, "step": screen_steps, "covariate": screen_covariates}
+        found = {name: pool.submit(f, base, data, rival) for name, f in in_time.items()}
+        bursts = pool.submit(screen_bursts, spectral.candidates, data)
+        moments = pool.submit(screen_moments, base, data, samples, ordinates)
+        single = (*moments.result(), bursts.result())
+        progress()
+        screens = beside_the_best({name: f.result() for name, f in found.items()}, data)
+        progress()
     families = {
         **{
             name: Family(
@@ -191,11 +187,9 @@ def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, 
         *(c for screen in screens.values() for c in screen.candidates),
         *(c for c in single if c is not None),
     )
-    ranked = sorted(
-        (_suggestion(fit, c, families) for c in candidates),
-        key=lambda s: (s.significant, s.delta_bic),
-        reverse=True,
-    )
+    with ThreadPoolExecutor(WORKERS) as pool:
+        suggestions = pool.map(lambda c: _suggestion(fit, c, families), candidates)
+        ranked = sorted(suggestions, key=lambda s: (s.significant, s.delta_bic), reverse=True)
     progress()
     return _with_rivals(_last_resort(_ties(ranked), fit))
 

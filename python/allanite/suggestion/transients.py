@@ -19,10 +19,18 @@ from allanite.suggestion.spectral import Candidate
 if TYPE_CHECKING:
     from allanite.fit.data import Data
 
-__all__ = ["screen_levels", "screen_outliers"]
+__all__ = ["screen_levels", "screen_moments", "screen_outliers"]
 
 #: Stretches of the time axis whose levels are compared, and of the finer axis on which an interval is placed.
 COARSE, FINE = 256, 4096
+
+
+def screen_moments(
+    solution: Solution, data: Data, samples: NDArray[np.float64], whitened: NDArray[np.float64]
+) -> tuple[Candidate | None, Candidate | None]:
+    """Outliers among the whitened samples, else a change of level: outliers crowd by chance and go first."""
+    outliers = screen_outliers(solution, data, samples)
+    return outliers, screen_levels(solution, data, whitened) if outliers is None else None
 
 
 def screen_levels(
@@ -105,7 +113,7 @@ def _best_interval(
     total = np.concatenate([[0.0], np.cumsum(power)])[edges]
     size = float(power.size)
     best = (0, 0, 0.0, np.inf)
-    for octave in 2 ** np.arange(int(np.log2(cells))):
+    for octave in (1 << k for k in range(int(np.log2(cells)))):
         step = max(1, octave // 8)
         lengths = np.arange(octave, min(2 * octave, cells), step)
         first = np.arange(0, cells, step)
@@ -117,7 +125,7 @@ def _best_interval(
         gain = _two_levels(total[last] - total[first], inside, total[-1], size, freedom)
         top = int(np.argmax(gain))
         x = float(gain[top])
-        chance = np.log(interval_trials(cells, int(octave), x)) + _log_tail(x) if x > 0.0 else 0.0
+        chance = np.log(interval_trials(cells, octave, x)) + _log_tail(x) if x > 0.0 else 0.0
         if chance < best[3]:
             best = (int(edges[first[top]]), int(edges[last[top]]), x, float(chance))
     return best

@@ -11,6 +11,8 @@ import allanite as al
 from allanite import _kernels
 from allanite.effects import Deterministic, Parameter, Periodic
 from allanite.effects.bias_step import BiasStep
+from allanite.effects.rate_ramp import RateRamp
+from allanite.effects.warm_up import WarmUp
 from allanite.fit.deterministic import design_of
 from generators import sinusoid, white
 
@@ -63,13 +65,27 @@ def test_a_periodic_effect_of_ones_own_is_fitted_like_the_sinusoid(recording):
     assert mine["coefficient"].interval == known["coefficient"].interval
 
 
-def test_closed_form_of_a_step_is_its_transform(recording):
-    step = BiasStep(time=123.4, height=1.0)
-    data = al.fit_model(recording, "N").data
-    design = design_of((step,), data)
-    column = step.regressors(data.time, {})[:, 0]
-    plain = _kernels.cosine_transform(column)[design.ordinates]
-    np.testing.assert_allclose(design.matrix[:, 0], plain, rtol=0, atol=1e-9 * np.abs(plain).max())
+@pytest.mark.parametrize(
+    "effect",
+    [
+        BiasStep(time=123.4, height=1.0),
+        RateRamp(R=1.0),
+        WarmUp(time_constant=2.0, amplitude=1.0),
+        WarmUp(time_constant=170.0, amplitude=1.0),
+    ],
+)
+@pytest.mark.parametrize("half", [0, 1])
+def test_closed_forms_are_the_transforms(recording, effect, half):
+    data = al.fit_model(recording, "N").data.half(half)
+    design = design_of((effect,), data)
+    column = effect.regressors(data.time, {})[:, 0]
+    plain = _kernels.cosine_transform(np.ascontiguousarray(column))[design.ordinates]
+    # Rounding of the transform: 1e-16 of its largest ordinate, the mean, times some log n.
+    largest = max(np.abs(plain).max(), np.sqrt(data.n) * np.abs(column).mean())
+    np.testing.assert_allclose(design.matrix[:, 0], plain, rtol=0, atol=1e-11 * largest)
+
+
+def test_a_step_happens_once():
     assert BiasStep.happens_once
     assert not Deterministic.happens_once
 

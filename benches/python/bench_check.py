@@ -1,0 +1,37 @@
+"""`check` with all candidates on 10 million samples and a temperature: python benches/python/bench_check.py
+
+The promise: under 20 s on 2 cores and under 2 GiB for the whole process, progress shown.
+"""
+
+import resource
+import time
+
+import numpy as np
+
+import allanite as al
+
+RATE, N = 200.0, 10**7
+
+
+def main():
+    rng = np.random.default_rng(1)
+    samples = 0.01 * rng.standard_normal(N) + 1e-7 * np.cumsum(rng.standard_normal(N))
+    temperature = 25.0 + 5.0 * np.sin(np.arange(N) / (8000.0 * RATE))
+    recording = al.Recording(
+        samples, rate=RATE, unit="rad/s", covariates={"temperature": temperature}
+    )
+    fit = al.fit_model(recording, "N+B+K")
+    calls = []
+    start, busy = time.perf_counter(), time.process_time()
+    check = fit.check(on_progress=lambda *done: calls.append(done))
+    wall, busy = time.perf_counter() - start, time.process_time() - busy
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    print(
+        f"check of {N:.0e} samples: {wall:.1f} s (cpu/wall {busy / wall:.2f}; bar 20 s),"
+        f" {most:.2f} GiB (bar 2 GiB), progress told {len(calls)} times,"
+        f" {len(check.suggestions)} candidates"
+    )
+
+
+if __name__ == "__main__":
+    main()
