@@ -8,7 +8,9 @@ use allanite::deviation::allan::{Means, overlapping};
 use allanite::deviation::family::{Kind, variances};
 use allanite::deviation::naive;
 use allanite::deviation::sums::{self, Width};
+use allanite::noise::process;
 use allanite::phase::{Quantity, Record, Series};
+use allanite::rng::{Stream, StreamKey};
 
 fn values(n: usize) -> Vec<f64> {
     (0..n).map(|i| ((i * i * 31 + 7 * i) % 97) as f64).collect()
@@ -80,4 +82,36 @@ fn threads_share_a_phase() {
     let two =
         overlapping(&record, &factors, Means { threads: 2, width: Width::best(), stop: &stop }).unwrap();
     assert_eq!(one.0, two.0);
+}
+
+#[test]
+fn every_noise_process_stays_within_its_samples() {
+    let key = StreamKey { seed: 1, replicate: 2, effect: 3, axis: 4 };
+    let all: [(&str, &[f64]); 9] = [
+        ("white", &[1.0]),
+        ("blue", &[0.3]),
+        ("random_walk", &[0.1]),
+        ("flicker", &[2.0]),
+        ("power_law", &[-2.4, 0.01]),
+        ("gauss_markov", &[1.0, 0.9]),
+        ("filtered", &[1.0, 0.02, 0.04, 0.02, -1.56, 0.64]),
+        ("moving_average", &[1.0, 5.0]),
+        ("telegraph", &[1.0, 0.01]),
+    ];
+    for (name, values) in all {
+        let mut process = process(name, values, 64, key).unwrap();
+        for n in [8, 16, 24, 40] {
+            let mut samples = vec![0.0; n];
+            Stream::new(key, 7).normals(&mut samples);
+            process.run(&mut samples);
+            assert!(samples.iter().all(|x| x.is_finite()), "{name}");
+        }
+    }
+    let mut stream = Stream::new(key, 9);
+    for n in 0..20 {
+        let mut out = vec![f64::NAN; n];
+        stream.normals(&mut out);
+        stream.uniforms(&mut out);
+        assert!(out.iter().all(|x| (0.0..=1.0).contains(x)));
+    }
 }
