@@ -36,7 +36,7 @@ CASES = {
 @pytest.mark.parametrize("method", ["whittle", "gls"])
 @pytest.mark.parametrize("name", CASES)
 def test_coverage(name, method):
-    records = 500 if method == "whittle" else 200
+    records = 500
     truth, make = CASES[name]
     rng = np.random.default_rng([21, *name.encode()])
     inside = dict.fromkeys(truth, 0)
@@ -47,8 +47,8 @@ def test_coverage(name, method):
             low, high = fit[key].interval
             inside[key] += low <= value <= high
             over[key] += value > high
-    # A share of 95 % of 500 records is known to 1 %, of 200 to 1.5 %: three of these about the 93–97 % asked for would
-    # let anything pass, so two and a half about 95 %.
+    # A share of 95 % of 500 records is known to 1 %: three of these about the 93–97 % asked for would let anything
+    # pass, so two and a half about 95 %.
     slack = 2.5 * np.sqrt(0.95 * 0.05 / records)
     share = {key: count / records for key, count in inside.items()}
     assert all(0.95 - slack <= s <= 0.95 + slack for s in share.values()), share
