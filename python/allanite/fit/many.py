@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.effects import Stochastic
+from allanite.effects import Deterministic, Stochastic
 from allanite.errors import InputError
 from allanite.fit.whittle import LEVEL, Maximum, log_likelihood, maximise
 from allanite.parameters import Estimate
@@ -162,20 +162,14 @@ def _aligned(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
     Neither what happened once nor the phase of a line: they belong to one record. Of several lines (or lags) those of one
     rank in frequency (or time) are taken for the same, since a fit puts the strongest first.
     """
-    seen: dict[str, int] = {}
-    labels = []
-    for effect in fits[0].model.effects:
-        seen[effect.short] = seen.get(effect.short, 0) + 1
-        number = seen[effect.short]
-        labels.append(effect.short if number == 1 else f"{effect.short}{number}")
-    order = _ranked(fits[0].model)
+    labels, order = fits[0].model.labels, _ranked(fits[0].model)
     out = []
     for fit in fits:
         place = dict(zip(order, _ranked(fit.model), strict=True))
         table = {}
         for i, label in enumerate(labels):
             effect = fit.model.effects[place[i]]
-            if getattr(effect, "happens_once", False):
+            if isinstance(effect, Deterministic) and effect.happens_once:
                 continue
             for name, value in fit.estimates[place[i]].items():
                 declared = effect.parameter(name)
@@ -273,15 +267,12 @@ def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
     out: dict[str, int] = {}
     if any(fit.method != "whittle" for fit in fits):
         return out
-    seen: dict[str, int] = {}
-    for place, effect in enumerate(e for e in fits[0].model if isinstance(e, Stochastic)):
-        seen[effect.short] = seen.get(effect.short, 0) + 1
-        label = effect.short if seen[effect.short] == 1 else f"{effect.short}{seen[effect.short]}"
-        if effect.held or effect.free_shapes:
-            continue
-        out[
-            effect.coefficient if effect.coefficient == label else f"{label}.{effect.coefficient}"
-        ] = place
+    named = zip(fits[0].model, fits[0].model.labels, strict=True)
+    processes = [(e, label) for e, label in named if isinstance(e, Stochastic)]
+    for place, (effect, label) in enumerate(processes):
+        name = effect.coefficient
+        if not effect.held and not effect.free_shapes:
+            out[name if name == label else f"{label}.{name}"] = place
     held = any(e.held for fit in fits for e in fit.model if isinstance(e, Stochastic))
     return {} if held else out
 
