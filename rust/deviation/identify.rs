@@ -20,8 +20,12 @@ const FEWEST: usize = 90;
 /// PM a little towards red: mistaking white FM for it would narrow the interval fivefold.
 const BORDERS: [f64; 4] = [-1.75, -0.55, 0.65, 1.8];
 
+/// What white FM is carried on as where nothing more can be identified: halfway to flicker FM. Noise becomes redder, and there
+/// the interval of white FM covers 91 % at a quarter of the record; of white FM itself this one covers 97 %.
+const UNSURE: f64 = -0.5;
+
 /// α of the nearest power law at every factor, taken anew every half octave. Where the record is too short, constant or
-/// full of gaps that of the next shorter factor, of the first known one, or white FM where none is known.
+/// full of gaps that of the next shorter factor (white FM as `UNSURE`), of the first known one, or white FM where none is known.
 ///
 /// `theta` is the global phase, or empty: then a stretch of it is made from the record.
 pub fn laws<T: Sample>(record: &Record<'_, T>, theta: &[f64], factors: &[usize]) -> Vec<f64> {
@@ -47,6 +51,8 @@ pub fn laws<T: Sample>(record: &Record<'_, T>, theta: &[f64], factors: &[usize])
             if !law.is_nan() {
                 known = BORDERS.iter().filter(|border| **border <= law).count() as f64 - 2.0;
                 first = if first.is_nan() { known } else { first };
+            } else if known == 0.0 {
+                known = UNSURE;
             }
         }
         found.push(known);

@@ -69,6 +69,16 @@ class Model:
         return "+".join(effect.short for effect in self.effects)
 
     @property
+    def labels(self) -> list[str]:
+        """Short name of each effect, numbered from the second of a kind on: ``N``, ``SIN``, ``SIN2``."""
+        seen: dict[str, int] = {}
+        out = []
+        for effect in self.effects:
+            number = seen[effect.short] = seen.get(effect.short, 0) + 1
+            out.append(effect.short if number == 1 else f"{effect.short}{number}")
+        return out
+
+    @property
     def stochastic(self) -> tuple[Stochastic, ...]:
         """The random processes of the sum."""
         return tuple(e for e in self.effects if isinstance(e, Stochastic))

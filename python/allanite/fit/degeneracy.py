@@ -49,7 +49,7 @@ class Correlations:
 def correlations(solution: Solution, data: Data) -> Correlations:
     """From the Fisher information of all of them together."""
     places, covariance = joint_covariance(solution, data)
-    labels = _labels(solution.model)
+    labels = solution.model.labels
     names = tuple(
         name if name == labels[place] else f"{labels[place]}.{name}" for place, name in places
     )
@@ -57,21 +57,10 @@ def correlations(solution: Solution, data: Data) -> Correlations:
     return Correlations(names, covariance / np.outer(spread, spread))
 
 
-def _labels(model: Model) -> list[str]:
-    seen: dict[str, int] = {}
-    out = []
-    for effect in model:
-        seen[effect.short] = seen.get(effect.short, 0) + 1
-        out.append(
-            effect.short if seen[effect.short] == 1 else f"{effect.short}{seen[effect.short]}"
-        )
-    return out
-
-
 def degeneracies(found: Correlations, model: Model, data: Data) -> list[str]:
     """One sentence for each thing that this record cannot tell."""
     out = []
-    for effect, label in zip(model, _labels(model), strict=True):
+    for effect, label in zip(model, model.labels, strict=True):
         time = effect.values.get("correlation_time")
         if time is None or isinstance(time, (str, tuple)):
             continue

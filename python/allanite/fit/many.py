@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.effects import Stochastic
+from allanite.effects import Deterministic, Stochastic
 from allanite.errors import InputError
 from allanite.fit.whittle import LEVEL, Maximum, log_likelihood, maximise
 from allanite.parameters import Estimate
@@ -112,7 +112,7 @@ class ManyFits:
 
     def __str__(self) -> str:
         names = [r.name for r in self.pooled]
-        values = [dict(numbers(fit)) for fit in self.fits]
+        values = _aligned(self.fits)
         table = [["", *names]]
         for label, found in zip(self.labels, values, strict=True):
             table.append([label, *(_cell(found[n]) for n in names)])
@@ -138,29 +138,58 @@ def _cell(estimate: Estimate) -> str:
         return "not detected" if estimate.interval is None else f"< {estimate.interval[1]:.3g}"
     if estimate.interval is None:
         return f"{float(estimate):.4g}"
-    low, high = estimate.interval
-    return f"{float(estimate):.4g} ({low:.3g} … {high:.3g})"
+    return _with_interval(float(estimate), estimate.interval)
+
+
+def _with_interval(value: float, interval: tuple[float, float]) -> str:
+    """As many figures as show the interval: a frequency may be known to six."""
+    low, high = interval
+    size, width = max(abs(low), abs(high)), high - low
+    figures = 3
+    if width > 0.0 < size:
+        figures = int(np.clip(1 + np.ceil(np.log10(2.0 * size / width)), 3, 12))
+    return f"{value:.{max(4, figures)}g} ({low:.{figures}g} … {high:.{figures}g})"
 
 
 def _pooled_cell(row: Pooled) -> str:
     low, high = row.interval
-    return (
-        f"< {high:.3g}" if low <= 0.0 <= row.value else f"{row.value:.4g} ({low:.3g} … {high:.3g})"
-    )
+    return f"< {high:.3g}" if low <= 0.0 <= row.value else _with_interval(row.value, row.interval)
 
 
-def numbers(fit: Fit) -> list[tuple[str, Estimate]]:
-    """Fitted numbers by name, those with an interval, shapes and derived ones included."""
-    seen: dict[str, int] = {}
+def _aligned(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
+    """Numbers of each fit that have an interval and say something of the sensor, by the names of the first fit.
+
+    Neither what happened once nor the phase of a line: they belong to one record. Of several lines (or lags) those of one
+    rank in frequency (or time) are taken for the same, since a fit puts the strongest first.
+    """
+    labels, order = fits[0].model.labels, _ranked(fits[0].model)
     out = []
-    for effect, values in zip(fit.model.effects, fit.estimates, strict=True):
-        seen[effect.short] = seen.get(effect.short, 0) + 1
-        label = effect.short if seen[effect.short] == 1 else f"{effect.short}{seen[effect.short]}"
-        for name, value in values.items():
-            known = isinstance(value, Estimate) and value.interval is not None
-            if known and effect.parameter(name).role != "derived":
-                out.append((name if name == label else f"{label}.{name}", value))
+    for fit in fits:
+        place = dict(zip(order, _ranked(fit.model), strict=True))
+        table = {}
+        for i, label in enumerate(labels):
+            effect = fit.model.effects[place[i]]
+            if isinstance(effect, Deterministic) and effect.happens_once:
+                continue
+            for name, value in fit.estimates[place[i]].items():
+                declared = effect.parameter(name)
+                known = isinstance(value, Estimate) and value.interval is not None
+                if known and declared.role not in ("derived", "time") and declared.unit != "rad":
+                    table[name if name == label else f"{label}.{name}"] = value
+        out.append(table)
     return out
+
+
+def _ranked(model: Model) -> list[int]:
+    """Places of the effects by kind and, within a kind, by their first fitted shape."""
+
+    def rank(place: int) -> tuple[str, float]:
+        effect = model.effects[place]
+        shapes = [effect.values[name] for name in effect.free_shapes]
+        number = shapes[0] if shapes and isinstance(shapes[0], (int, float)) else 0.0
+        return effect.kind, float(number)
+
+    return sorted(range(len(model.effects)), key=rank)
 
 
 def fit_many(
@@ -218,7 +247,7 @@ def of_fits(fits: Sequence[Fit]) -> ManyFits:
 
 
 def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
-    tables = [dict(numbers(fit)) for fit in fits]
+    tables = _aligned(fits)
     by_likelihood = _coefficient_places(fits)
     out = []
     for name, first in tables[0].items():
@@ -238,15 +267,12 @@ def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
     out: dict[str, int] = {}
     if any(fit.method != "whittle" for fit in fits):
         return out
-    seen: dict[str, int] = {}
-    for place, effect in enumerate(e for e in fits[0].model if isinstance(e, Stochastic)):
-        seen[effect.short] = seen.get(effect.short, 0) + 1
-        label = effect.short if seen[effect.short] == 1 else f"{effect.short}{seen[effect.short]}"
-        if effect.held or effect.free_shapes:
-            continue
-        out[
-            effect.coefficient if effect.coefficient == label else f"{label}.{effect.coefficient}"
-        ] = place
+    named = zip(fits[0].model, fits[0].model.labels, strict=True)
+    processes = [(e, label) for e, label in named if isinstance(e, Stochastic)]
+    for place, (effect, label) in enumerate(processes):
+        name = effect.coefficient
+        if not effect.held and not effect.free_shapes:
+            out[name if name == label else f"{label}.{name}"] = place
     held = any(e.held for fit in fits for e in fit.model if isinstance(e, Stochastic))
     return {} if held else out
 

@@ -147,6 +147,13 @@ def fit_deterministic_shapes(model: Model, data: Data, *, slow: bool) -> Model:
             multiples = [m for m, _, _ in effect.lines]
             found = polish_line(start, ordinates, terms, data, multiples)
             model = _replace(model, place, frequency=found)
+            if effect.values["frequency"] is None and not effect.held:
+                # The next line without a frequency is looked for in what this one leaves.
+                j = comb_window(found, multiples, data)
+                line = comb_ordinates(found, multiples, j, data)
+                size = regress(line, ordinates[j], density(terms, j, data.n)).amplitudes
+                placed = effect.with_values(frequency=found).with_amplitudes(size)
+                model = Model((*model.effects[:place], placed, *model.effects[place + 1 :]))
         elif slow or any(effect.values[n] is None for n in effect.free_shapes):
             model = _polish_slow(model, place, others, terms, data)
     return model

@@ -164,17 +164,12 @@ def simulate_check(
 
 
 def _named(fit: Fit) -> list[tuple[str, Any]]:
-    seen: dict[str, int] = {}
-    out = []
-    for effect in fit.model:
-        seen[effect.short] = seen.get(effect.short, 0) + 1
-        label = effect.short if seen[effect.short] == 1 else f"{effect.short}{seen[effect.short]}"
-        out += [
-            (label if p.name == label else f"{label}.{p.name}", (effect, p))
-            for p in effect.parameters
-            if p.role != "derived" and p.name not in effect.held
-        ]
-    return out
+    return [
+        (label if p.name == label else f"{label}.{p.name}", (effect, p))
+        for effect, label in zip(fit.model, fit.model.labels, strict=True)
+        for p in effect.parameters
+        if p.role != "derived" and p.name not in effect.held
+    ]
 
 
 def _numbers(fit: Fit) -> dict[str, float]:

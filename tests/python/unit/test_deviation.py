@@ -155,7 +155,10 @@ def test_sum_over_nodes_is_the_sum_over_lags(alpha, m, count, monkeypatch):
 def test_noise_is_identified(samples, exponent):
     curve = oadev(samples)
     # white FM of τ0 reads as it is; a random walk of rate looks whiter at m = 1 only in its lag-1
-    assert (curve.alpha == exponent).all()
+    # Too long to be identified (fewer than 90 averages): white FM is carried on as halfway to flicker FM.
+    unknown = curve.factors > samples.size / 90
+    assert (curve.alpha[~unknown] == exponent).all()
+    assert (curve.alpha[unknown] == (exponent or -0.5)).all()
 
 
 BAD = [

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+import generators as g
 from allanite.cli import main
 from allanite.errors import InputError
 
@@ -87,6 +88,53 @@ def test_a_coefficient_that_no_recording_shows_is_a_common_limit():
     assert row.interval[0] == 0.0
     assert row.spread is None
     assert row.interval[1] < min(fit["K"].interval[1] for fit in many.fits)
+
+
+def with_lines(seed, *lines):
+    """White noise and lines of (frequency, amplitude), each of a phase of its own."""
+    rng = np.random.default_rng(seed)
+    samples = g.white(rng, 20_000, 100.0, 0.01)
+    for frequency, amplitude in lines:
+        samples += g.sinusoid(20_000, 100.0, frequency, amplitude, rng.uniform(0.0, 2.0 * np.pi))
+    return al.Recording(samples, rate=100.0, unit="rad/s")
+
+
+def test_a_line_common_to_all_recordings_whatever_its_phase():
+    many = al.fit_many([with_lines(seed, (3.1, 0.01)) for seed in range(3)], "N+SIN")
+    assert [row.name for row in many.pooled] == ["N", "SIN.frequency", "SIN.amplitude"]
+    assert many.agree
+    low, high = many["SIN.frequency"].interval
+    assert low < 3.1 < high
+    # √6/(π T) σ_A/A of one line of 200 s, √3 times better from three: 3.92 times that from end to end.
+    assert high - low == pytest.approx(3.92 * np.sqrt(2) / np.pi / 200.0 * 0.1, rel=0.3)
+    # The table says the frequency to as many figures as are known.
+    assert f"({low:.5g} … {high:.5g})" in str(many)
+    moved = al.fit_many([with_lines(s, (3.1 + 0.01 * s, 0.01)) for s in range(3)], "N+SIN")
+    assert not moved["SIN.frequency"].agree
+    assert moved["SIN.amplitude"].agree
+
+
+def test_lines_are_compared_by_frequency_not_by_strength():
+    # The stronger line comes first in a fit: that of 9 Hz in the second recording.
+    records = [with_lines(1, (3.1, 0.02), (9.0, 0.012)), with_lines(2, (3.1, 0.012), (9.0, 0.02))]
+    many = al.fit_many(records, "N+SIN+SIN")
+    # Neither fit puts both lines on the stronger one.
+    first = [float(fit["SIN.frequency"]) for fit in many.fits]
+    np.testing.assert_allclose(first, [3.1, 9.0], atol=2e-3)
+    assert many["SIN.frequency"].agree
+    assert many["SIN2.frequency"].agree
+    found = sorted((many["SIN.frequency"].value, many["SIN2.frequency"].value))
+    np.testing.assert_allclose(found, [3.1, 9.0], atol=2e-3)
+    assert not many["SIN.amplitude"].agree
+
+
+def test_what_happened_once_is_not_pooled():
+    records = []
+    for seed in range(2):
+        rng = np.random.default_rng(seed)
+        samples = g.white(rng, 5000, 10.0, 1.0) + g.step(5000, 10.0, 200.0 + 50.0 * seed, 5.0)
+        records.append(al.Recording(samples, rate=10.0, unit="1"))
+    assert [row.name for row in al.fit_many(records, "N+STEP").pooled] == ["N"]
 
 
 def test_command_line(tmp_path, capsys):
