@@ -60,7 +60,9 @@ def loop(name, path):
     """Open a log, look at each view, add the first suggestion."""
     print(name)
     desk = Desk([Source("log.npz", path)])
-    client = TestClient(make_app(desk, "token", frozenset({HOST})), base_url=f"http://{HOST}/token/")
+    client = TestClient(
+        make_app(desk, "token", frozenset({HOST})), base_url=f"http://{HOST}/token/"
+    )
     watch = Watch()
     tab = client.post("tabs").json()["tab"]
     until(client, tab, lambda s: s["recording"])

@@ -15,7 +15,7 @@ from allanite.errors import AllaniteError, InputError
 from allanite.page import documents
 from allanite.page.guard import Guard
 from allanite.page.source import MOST_BYTES, Source, Uploads, check_name
-from allanite.page.state import act, state
+from allanite.page.state import act, state, work
 from allanite.page.tab import Tab
 from allanite.page.views import finite, view
 
@@ -64,7 +64,7 @@ class Desk:
             key = secrets.token_urlsafe(9)
             tab = self.tabs[key] = Tab(self.sources, len(self.tabs) + 1)
         if self.sources:
-            tab.open(self.sources[0])
+            tab.open(0)
         return key
 
     def tab(self, request: Request) -> Tab:
@@ -122,7 +122,10 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
         return {"tab": await run_in_threadpool(desk.open)}
 
     async def get_state(request: Request) -> Any:
-        return await run_in_threadpool(state, desk.tab(request))
+        tab = desk.tab(request)
+        if request.query_params.get("seen") == str(tab.version):
+            return work(tab)
+        return await run_in_threadpool(state, tab)
 
     async def get_view(request: Request) -> Any:
         tab, name = desk.tab(request), request.path_params["name"]
