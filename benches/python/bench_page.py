@@ -1,6 +1,6 @@
 """What a person waits for on the page: the first view of a long log, and the new curve after Add.
 
-Asked through the page's own API, in one process, as the browser asks. Seconds of the wall and, in brackets, of the processor.
+Asked through the page's own API, in one process, as the browser asks. Seconds of the wall; in brackets, of the processor.
 """
 
 import tempfile
@@ -9,6 +9,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+from side_by_side import save
 
 from allanite import parse_model
 from allanite.page.server import Desk, make_app
@@ -37,65 +38,85 @@ class Watch:
         return passed
 
 
-def until(client, tab, holds):
-    """Ask for the state, as the page does, until it `holds`."""
-    while True:
-        state = client.get(f"tabs/{tab}").json()
-        if state["job"]["error"] or state["problem"]:
-            raise SystemExit(state["job"]["error"] or state["problem"])
-        if holds(state):
-            return state
-        time.sleep(0.02)
+class Bench:
+    """A log on a page of its own, and what was waited for."""
 
+    def __init__(self, title, path):
+        print(title)
+        self.title, self.rows = title, []
+        hosts = frozenset({HOST})
+        app = make_app(Desk([Source("log.npz", path)]), "token", hosts)
+        self.client = TestClient(app, base_url=f"http://{HOST}/token/")
+        self.watch = Watch()
 
-def idle(state):
-    return not state["job"]["busy"]
+    def note(self, what, since=None):
+        wall, cpu = (since or self.watch).lap()
+        self.rows.append((f"{self.title}: {what}", "allanite", wall, cpu / wall, ""))
+        print(f"  {what:44s} {wall:7.2f} s  ({cpu:.2f} s)")
 
-
-def report(what, passed):
-    print(f"  {what:44s} {passed[0]:7.2f} s  ({passed[1]:.2f} s)")
-
-
-def loop(name, path):
-    """Open a log, look at each view, add the first suggestion."""
-    print(name)
-    desk = Desk([Source("log.npz", path)])
-    client = TestClient(
-        make_app(desk, "token", frozenset({HOST})), base_url=f"http://{HOST}/token/"
-    )
-    watch = Watch()
-    tab = client.post("tabs").json()["tab"]
-    until(client, tab, lambda s: s["recording"])
-    report("read", watch.lap())
-    first = Watch()
-    client.get(f"tabs/{tab}/view/allan").raise_for_status()
-    report("first view after that", first.lap())
-    until(client, tab, lambda s: s["ladder"])
-    client.get(f"tabs/{tab}/view/allan").raise_for_status()
-    report("model and its curve, since it was read", watch.lap())
-    state = until(client, tab, idle)
-    report("what is missing", watch.lap())
-    for view in ("allan", "psd", "map", "samples", "compare"):
-        watch.lap()
-        answer = client.get(f"tabs/{tab}/view/{view}")
+    def view(self, name):
+        answer = self.client.get(f"tabs/{self.tab}/view/{name}")
         assert answer.status_code == 200, answer.text
         assert len(answer.content) <= MOST
-        report(f"view {view}, {len(answer.content) / 1000:.0f} kB", watch.lap())
-    client.post(f"tabs/{tab}/act", json={"do": "add", "number": state["cards"][0]["number"]})
-    until(client, tab, lambda s: len(s["ladder"]) > 1)
-    client.get(f"tabs/{tab}/view/allan").raise_for_status()
-    report(f"Add {state['cards'][0]['name']}: the new curve", watch.lap())
-    state = until(client, tab, idle)
-    report("what is missing now", watch.lap())
+        return len(answer.content)
+
+    def until(self, holds):
+        """The state, asked for as the page does, once it `holds`."""
+        while True:
+            state = self.client.get(f"tabs/{self.tab}").json()
+            if state["job"]["error"] or state["problem"]:
+                raise SystemExit(state["job"]["error"] or state["problem"])
+            if holds(state):
+                return state
+            time.sleep(0.02)
+
+    def first_view(self):
+        self.tab = self.client.post("tabs").json()["tab"]
+        self.until(lambda s: s["recording"])
+        self.note("read and audited")
+        read = Watch()
+        self.view("allan")
+        self.note("first view, since it was read", read)
+        self.until(lambda s: s["ladder"])
+        self.view("allan")
+        self.note("model and its curve, since it was read")
+
+    def the_rest(self):
+        self.until(lambda s: not s["job"]["busy"])
+        self.note("what is missing")
+        for name in ("allan", "psd", "map", "samples", "compare"):
+            self.watch.lap()
+            size = self.view(name)
+            self.note(f"view {name}, {size / 1000:.0f} kB")
+
+    def add(self):
+        state = self.until(lambda s: not s["job"]["busy"])
+        first, rungs = state["cards"][0], len(state["ladder"])
+        self.watch.lap()
+        order = {"do": "add", "number": first["number"]}
+        self.client.post(f"tabs/{self.tab}/act", json=order).raise_for_status()
+        self.until(lambda s: len(s["ladder"]) > rungs)
+        self.view("allan")
+        self.note(f"Add {first['name']}: the new curve")
+        self.until(lambda s: not s["job"]["busy"])
+        self.note("what is missing now")
 
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
+        rows = []
         for n in (1_000_000, 10_000_000):
             path = Path(folder) / f"{n}.npz"
             samples = parse_model(HIDDEN).simulate(n=n, rate=100.0, seed=1, unit="rad/s").samples
             np.savez(path, data=samples, rate_hz=100.0, unit="rad/s")
-            loop(f"{n // 1_000_000} M samples", path)
+            bench = Bench(f"page, {n // 1_000_000} M samples", path)
+            bench.first_view()
+            if n == 1_000_000:
+                bench.the_rest()
+                bench.add()
+                bench.add()
+            rows += bench.rows
+        save(rows, "page")
 
 
 if __name__ == "__main__":

@@ -183,7 +183,9 @@ def _report(tab: Tab) -> str:
     first = steps[0].check if steps else None
     if last is None or first is None:
         rung = 0 if first is None else tab.ladder.at
-        raise InputError(f"a report says what is missing: let it be looked for at rung {rung} first")
+        raise InputError(
+            f"a report says what is missing: let it be looked for at rung {rung} first"
+        )
     ending = "adequate" if last.adequate else "stopped by hand"
     study = Study(tab.log, tuple(s.rung for s in steps), last, ending)
     return Report((Entry(study, first, tab.log.oadev()),)).to_html()

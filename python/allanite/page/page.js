@@ -246,10 +246,11 @@ async function figure() {
   }
 }
 function key() {
-  const item = (style, text, kind = "") => el("span", {}, el("i", { class: kind, style }), text);
-  const allan = [item("", "measured, 95 %", "dot"), item("border-color:var(--c-model)", state.preview ? "tried" : "model"), item("background:var(--c-model)", "chance, 95 %", "box")];
+  const item = (style, text, kind = "", title = null) => el("span", { title }, el("i", { class: kind, style }), text);
+  const allan = [item("", "measured, 95 %", "dot"), item("border-color:var(--c-model)", state.preview ? "tried" : "model"), item("background:var(--c-model)", "chance, 95 %", "box", "Where the measured curve lies if the model is true: dark at each place by itself, pale at all together")];
   if (!state.preview && !state.adequate && state.where.length) allan.push(item("background:var(--fail);opacity:.6", "fails here", "box"));
-  $("key").replaceChildren(...(view === "allan" || view === "psd" ? allan : []));
+  const samples = [item("border-color:var(--c1)", "mean of a stretch"), item("background:var(--c1)", "its smallest to its largest", "box")];
+  $("key").replaceChildren(...({ allan, psd: allan, samples }[view] || []));
 }
 
 // -- doing
@@ -366,5 +367,6 @@ document.addEventListener("DOMContentLoaded", async () => {
   listen();
   try { tab = (await speak("tabs", { method: "POST" })).tab; take(await speak(`tabs/${tab}`)); }
   catch (error) { say(error.message); return; }
+  addEventListener("pagehide", () => navigator.sendBeacon(`tabs/${tab}/close`));
   follow();
 });

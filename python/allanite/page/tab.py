@@ -321,7 +321,9 @@ class Tab:
                 rungs = [s.rung for s in self.ladder.steps[: self.ladder.at + 1]]
                 rung = next_rung(rungs, check)
                 if rung is None:
-                    return
+                    raise InputError(
+                        "no effect of the catalogue makes the half that was not fitted better: what is left is said below"
+                    )
                 assert rung.added is not None
                 gone = "".join(f" − {k.replace('_', ' ')}" for k in rung.removed)
                 self._climb(job, Step(f"+ {rung.fit.display_name(rung.added)}{gone}", rung))

@@ -165,6 +165,15 @@ def test_where_nothing_is_new_only_the_work_is_told(looked):
     assert "ladder" in client.get(f"tabs/{tab}?seen=-1").json()
 
 
+def test_a_closed_tab_is_forgotten(client, desk):
+    tab = client.post("tabs").json()["tab"]
+    work = desk.tabs[tab].job
+    assert client.post(f"tabs/{tab}/close").status_code == 200
+    assert desk.tabs == {}
+    work.wait(30)
+    assert "reload" in client.get(f"tabs/{tab}").json()["error"]
+
+
 def test_values_are_shown_and_typed_in_the_unit_chosen(client):
     tab, before = opened(client, checked=False)
     own = before["chips"][0]["values"][0]

@@ -203,8 +203,7 @@ def test_a_log_without_a_rate_is_asked_about(tab, hidden, tmp_path):
     (tmp_path / "letter.txt").write_text("dear reader\n")
     tab.locator(".menu summary").click()
     give(tab, "[data-pick=log]", tmp_path / "letter.txt")
-    tab.wait_for_selector("#message:not([hidden])")
-    assert "letter.txt: no rows of numbers" in tab.inner_text("#message")
+    tab.wait_for_selector("#message >> text=letter.txt: no rows of numbers")
     assert tab.locator("#ladder li").count() == 1
 
 
