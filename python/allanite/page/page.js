@@ -99,7 +99,7 @@ function audit() {
   const findings = state.recording ? state.recording.audit : [];
   $("audit").hidden = !state.recording;
   $("audit").replaceChildren(...(findings.length
-    ? findings.map(f => el("p", { class: f.severity }, el("b", {}, f.severity === "warning" ? "⚠ take care" : "ⓘ note"), f.message))
+    ? findings.map(f => el("p", { class: f.severity }, el("b", {}, f.severity === "warning" ? "⚠ take care" : "note"), f.message))
     : [el("p", { class: "info" }, el("b", {}, "✓ audit"), "nothing odd about the samples: no gaps, no clipping, no outliers")]));
 }
 function chips() {

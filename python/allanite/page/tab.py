@@ -322,7 +322,7 @@ class Tab:
                 rung = next_rung(rungs, check)
                 if rung is None:
                     raise InputError(
-                        "no effect of the catalogue makes the half that was not fitted better: what is left is said below"
+                        "nothing of the catalogue helps on the half of the record that was not fitted"
                     )
                 assert rung.added is not None
                 gone = "".join(f" − {k.replace('_', ' ')}" for k in rung.removed)

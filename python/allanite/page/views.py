@@ -55,6 +55,10 @@ def view(tab: Tab, name: str, theme: str) -> dict[str, Any]:
     layout.pop("title", None)
     # The title stands above the plot in the page's own type; the chips are the legend.
     layout["annotations"] = [a for a in layout["annotations"] if not _is_title(a, figure)]
+    for key, axis in layout.items():
+        if key.startswith("xaxis") and axis["domain"][0] > 0.0:
+            # A page is narrower than paper: room for the title of an axis between two panels.
+            axis["domain"] = [axis["domain"][0] + 0.05, axis["domain"][1]]
     layout["showlegend"] = name == "compare"
     layout["legend"] = {
         "orientation": "h",

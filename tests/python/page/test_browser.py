@@ -116,6 +116,11 @@ def test_every_view_fits_in_both_themes(tab):
             assert tab.evaluate(OUTSIDE) == []
             assert tab.evaluate(SIZE) == [1280, 720]
         tab.keyboard.press("t")
+    # A long ladder scrolls by itself.
+    tab.evaluate(
+        "const l = document.getElementById('ladder'); for (let i = 0; i < 9; i++) l.append(l.firstChild.cloneNode(true))"
+    )
+    assert tab.evaluate(SIZE) == [1280, 720]
 
 
 def grip(tab, effect):
