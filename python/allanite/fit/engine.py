@@ -23,7 +23,7 @@ from allanite.showing import brief
 if TYPE_CHECKING:
     from allanite.fit.data import Data
 
-__all__ = ["Solution", "solve", "with_coefficients"]
+__all__ = ["Solution", "at_shapes", "solve", "with_coefficients"]
 
 Array = NDArray[np.float64]
 
@@ -89,7 +89,8 @@ def _maximise(model: Model, power: Array, count: Array, data: Data) -> tuple[Max
     return Maximum(theta, found.spectrum, found.log_likelihood), matrix
 
 
-def _at_shapes(model: Model, power: Array, count: Array, data: Data) -> Maximum:
+def at_shapes(model: Model, power: Array, count: Array, data: Data) -> Maximum:
+    """Coefficients of the random effects at the model's present shapes, for this bin power; held ones stay."""
     return _maximise(model, power, count, data)[0]
 
 
@@ -117,7 +118,7 @@ def solve(data: Data, model: Model, *, polish: bool = True, rounds: int = 8) -> 
     for turn in range(rounds):
         model = _shape.fit_shapes(
             model,
-            partial(_at_shapes, power=power, count=count, data=data),
+            partial(at_shapes, power=power, count=count, data=data),
             data,
             polish=polish,
         )

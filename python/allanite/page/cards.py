@@ -8,10 +8,11 @@ import numpy as np
 
 from allanite.effects.registry import find
 from allanite.numbers import number
+from allanite.page.edits import printed, shown_unit
 from allanite.parameters import Estimate
 from allanite.plots.curves import parts
-from allanite.plots.themes import COMPONENTS
 from allanite.plots.words import SYMBOLS, effect_text, unit_text
+from allanite.report.words import resolved
 from allanite.units import parse_unit
 
 if TYPE_CHECKING:
@@ -25,8 +26,11 @@ __all__ = ["cards", "chips", "rung"]
 PEAK = 0.37
 
 
-def chips(fit: Fit) -> list[dict[str, Any]]:
-    """One record an effect of the model: name, colour role, values with units and intervals."""
+def chips(fit: Fit, unit: str | None = None) -> list[dict[str, Any]]:
+    """One record an effect of the model: name, colour role, values with units and intervals.
+
+    `unit` is the sample unit in which they are shown, or `SHEET`; None for the recording's.
+    """
     order = [*fit.model.stochastic, *fit.model.deterministic]
     drawn = {id(e): part for e, part in zip(order, parts(fit), strict=True)}
     out = []
@@ -42,7 +46,7 @@ def chips(fit: Fit) -> list[dict[str, Any]]:
                 "color": None if part is None else part.color,
                 "label": None if part is None else part.label,
                 "values": [
-                    _value(effect, name, value)
+                    _value(effect, name, value.to(shown_unit(value, fit.recording.unit, unit)))
                     for name, value in values.items()
                     if isinstance(value, Estimate)
                 ],
@@ -52,20 +56,20 @@ def chips(fit: Fit) -> list[dict[str, Any]]:
 
 
 def _value(effect: Any, name: str, value: Estimate) -> dict[str, Any]:
-    unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
+    unit = "" if value.unit in ("", "1") else " " + printed(value.unit)
     role = effect.parameter(name).role
     text = f"{number(value.value)}{unit}"
     spread = ""
     if not value.detected and value.interval is not None and value.unit not in ("s", "Hz"):
         text = f"< {number(value.interval[1], 2)}{unit}"
-        spread = "not seen: 95 % upper limit"
+        spread = "not seen (95 % limit)"
     elif value.interval is not None:
-        spread = f"{number(value.interval[0])} … {number(value.interval[1])}{unit}"
-    elif name in effect.held:
-        spread = "held"
+        low, high = value.interval
+        found, first, last = resolved((value.value, low, high), (high - low) / 4.0)
+        text, spread = f"{found}{unit}", f"{first} … {last}"
     return {
         "name": name,
-        "symbol": SYMBOLS.get(name, name if name == "q_c" else name.replace("_", " ")),
+        "symbol": _symbol(name),
         "text": text,
         "spread": spread,
         "number": float(f"{value.value:.6g}"),
@@ -93,7 +97,7 @@ def _card(fit: Fit, place: int, s: Suggestion, top: float) -> dict[str, Any]:
         "kind": s.kind,
         "name": s.effect.name_for(kind),
         "significant": s.significant,
-        "sentence": s.explanation,
+        "sentence": _sentence(s),
         "physics": s.effect.physics,
         "confirm": s.check_by,
         "rivals": rivals,
@@ -105,6 +109,22 @@ def _card(fit: Fit, place: int, s: Suggestion, top: float) -> dict[str, Any]:
         "size_text": f"{number(s.removes_percent, 2)} % of the misfit",
         "acts": _acts(fit, s),
     }
+
+
+def _sentence(s: Suggestion) -> str:
+    """The explanation with parameters and units as they are printed."""
+    values = [v for v in s.estimates.values() if isinstance(v, Estimate)]
+    text = s.explanation
+    # The longest unit first: rad/s is a part of rad/s·s^½.
+    for value in sorted(values, key=lambda v: -len(v.unit)):
+        text = text.replace(f"{value.name} = ", f"{_symbol(value.name)} = ")
+        if value.unit:
+            text = text.replace(f" {value.unit}", f" {unit_text(value.unit)}")
+    return text
+
+
+def _symbol(name: str) -> str:
+    return SYMBOLS.get(name, name if name == "q_c" else name.replace("_", " "))
 
 
 def _acts(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
@@ -143,25 +163,27 @@ def _acts(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
 
 def rung(step: Step) -> dict[str, Any]:
     """One record of the ladder: what was done, errors, whether the model is adequate."""
-    fit = step.fit
-    error, misfit = fit.error, fit.misfit
+    fit, error = step.fit, step.error
+    misfit = fit.misfit
     return {
         "label": step.label,
         "model": fit.model.name,
         "chi2": misfit.reduced,
         "chi2_text": number(misfit.reduced),
         "p_text": number(misfit.p_value, 1),
-        "error": error.adev_rms_percent,
-        "error_text": _percent(error.adev_rms_percent),
-        "max_text": _percent(error.adev_max_percent),
-        "chance_text": _percent(error.chance_rms_percent),
-        "held_out": error.held_out,
-        "held_out_text": "–" if error.held_out is None else f"{number(error.held_out, 4)} nats",
+        "error_text": "…" if error is None else _percent(error.adev_rms_percent),
+        "max_text": "…" if error is None else _percent(error.adev_max_percent),
+        "chance_text": "…" if error is None else _percent(error.chance_rms_percent),
+        "held_out": None if error is None else error.held_out,
+        "held_out_text": "…" if error is None else _nats(error.held_out),
         "adequate": None if step.check is None else step.check.adequate,
         "checked": step.check is not None,
-        "colors": list(COMPONENTS),
     }
 
 
 def _percent(value: float | None) -> str:
     return "–" if value is None else f"{number(value, 2)} %"
+
+
+def _nats(value: float | None) -> str:
+    return "–" if value is None else f"{number(value, 4)} nats"

@@ -4,18 +4,32 @@ from __future__ import annotations
 
 import json
 import tempfile
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from allanite.effects.files import model_from_dict
 from allanite.errors import AllaniteError, InputError
+from allanite.fit import fit_model
+from allanite.numbers import number
 from allanite.page.source import Reading
+from allanite.page.tab import Ladder, Step
 from allanite.page.views import VIEWS, figure_of
+from allanite.plots.words import unit_text
+from allanite.study import Rung
 
 if TYPE_CHECKING:
+    from allanite.datasheet import Row
+    from allanite.page.jobs import Job
     from allanite.page.source import Source
     from allanite.page.tab import Tab
+    from allanite.parameters import Estimate
 
-__all__ = ["accept", "make"]
+__all__ = ["accept", "compare_with", "make", "open_study", "sheet_rows", "study"]
+
+#: Options named by the message of a reader that lacks nothing else.
+ASKED = ("--rate", "--unit", "--quantity", "--column")
+SCHEMA = "allanite/page-study/1"
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
 TARGETS = {
@@ -29,34 +43,106 @@ TARGETS = {
 
 
 def accept(tab: Tab, source: Source, role: str) -> None:
-    """Take an uploaded log: to work on (``log``), or only to compare with (``compare``).
+    """Take an uploaded file: a log to work on (``log``) or to compare with (``compare``), a data sheet (``sheet``).
 
     Raises
     ------
     InputError
-        A log that cannot be read whatever its rate and unit (pickled objects, damaged); nothing is kept of it.
+        A log that cannot be read whatever its rate and unit (pickled objects, damaged), no data sheet; nothing is
+        kept of it.
     """
-    if role == "compare":
-        own = tab.log
-        other = source.read(Reading(None, None, None))
-        if other.rate <= 0:
-            raise InputError(f"{source.name}: no sampling rate")
-        tab.others += [(f"{source.name} {c.columns[0]}", c) for c in other][: 8 - len(tab.others)]
-        tab.version += 1
-        _ = own
+    if role == "sheet":
+        _accept_sheet(tab, source)
         return
-    if tab.busy:
-        tab.cancel()
-        assert tab.job is not None
-        tab.job.wait(30)
+    if role == "compare":
+        compare_with(tab, source)
+        return
     try:
         source.read(Reading())
     except AllaniteError as error:
         # What only lacks a rate or a unit is asked for; anything else is refused.
-        if "--rate" not in str(error) and "--quantity" not in str(error):
+        if not any(option in str(error) for option in ASKED):
             raise
     tab.sources.append(source)
-    tab.open(source)
+    tab.open(len(tab.sources) - 1)
+
+
+def _accept_sheet(tab: Tab, source: Source) -> None:
+    from allanite.datasheet import read_datasheet
+
+    _ = tab.log
+    assert source.path is not None
+    try:
+        sheet = read_datasheet(source.path)
+    except AllaniteError as error:
+        raise InputError(str(error).replace(str(source.path), source.name)) from None
+    # A sheet without a name of its own is called as its file.
+    named = sheet.name if sheet.name != source.path.stem else Path(source.name).stem
+    tab.sheet = replace(sheet, name=named)
+    tab.changed()
+
+
+def compare_with(tab: Tab, source: Source) -> None:
+    """Show the columns of a log beside the one that is looked at.
+
+    Raises
+    ------
+    InputError
+        The log cannot be read, or its rate or unit is not known.
+    """
+    _ = tab.log
+    try:
+        other = source.read(source.reading)
+    except AllaniteError as error:
+        if not any(option in str(error) for option in ASKED):
+            raise
+        raise InputError(
+            f"{source.name}: its rate or unit is not known: open it as a log, say how to read it, then go back and"
+            " compare with it"
+        ) from None
+    names = {name for name, _ in tab.others}
+    found = [(f"{source.name} {c.columns[0]}", c) for c in other]
+    tab.others += [(name, c) for name, c in found if name not in names]
+    tab.changed()
+
+
+def sheet_rows(tab: Tab) -> dict[str, Any] | None:
+    """The data sheet beside the model that is looked at, for a table; None without a sheet."""
+    if tab.sheet is None or not tab.ladder.steps:
+        return None
+    from allanite.datasheet import compare_datasheet
+
+    try:
+        found = compare_datasheet(tab.step.fit, tab.sheet)
+    except InputError as error:
+        return {"name": tab.sheet.name, "rows": [], "remarks": [str(error)]}
+    rows = [
+        {
+            "figure": row.figure.name.replace("_", " "),
+            "sheet": f"{number(row.figure.value, 4)} {unit_text(row.figure.unit)}",
+            "measured": _measured(row),
+            "ratio": _interval(row.ratio) if row.ratio.detected else "–",
+            "remark": row.remark,
+        }
+        for row in found.rows
+    ]
+    return {"name": tab.sheet.name, "rows": rows, "remarks": list(found.remarks)}
+
+
+def _measured(row: Row) -> str:
+    """What was measured, in the unit of the sheet."""
+    factor = row.figure.value / row.sheet
+    unit = unit_text(row.figure.unit)
+    if row.measured.detected:
+        return f"{number(row.measured.value * factor)} {unit}"
+    limit = row.measured.interval
+    return "not seen" if limit is None else f"< {number(limit[1] * factor, 2)} {unit}"
+
+
+def _interval(ratio: Estimate) -> str:
+    if ratio.interval is None:
+        return number(ratio.value)
+    return f"{number(ratio.value)} ({number(ratio.interval[0])} … {number(ratio.interval[1])})"
 
 
 def make(tab: Tab, name: str, theme: str) -> tuple[bytes, str]:
@@ -74,7 +160,7 @@ def make(tab: Tab, name: str, theme: str) -> tuple[bytes, str]:
             figure_of(tab, path.stem).save(target, theme)
             return target.read_bytes(), KINDS[path.suffix]
     if name == "study.json":
-        return json.dumps(tab.study(), indent=1, ensure_ascii=False).encode(), "application/json"
+        return json.dumps(study(tab), indent=1, ensure_ascii=False).encode(), "application/json"
     if name == "report.html":
         return _report(tab).encode(), "text/html; charset=utf-8"
     if name in TARGETS:
@@ -96,7 +182,60 @@ def _report(tab: Tab) -> str:
     last = tab.step.check
     first = steps[0].check if steps else None
     if last is None or first is None:
-        raise InputError("the model is still being checked: a report needs the check")
+        rung = 0 if first is None else tab.ladder.at
+        raise InputError(
+            f"a report says what is missing: let it be looked for at rung {rung} first"
+        )
     ending = "adequate" if last.adequate else "stopped by hand"
     study = Study(tab.log, tuple(s.rung for s in steps), last, ending)
     return Report((Entry(study, first, tab.log.oadev()),)).to_html()
+
+
+def study(tab: Tab) -> dict[str, Any]:
+    """The ladder as one JSON document: models with values, not the samples."""
+    _ = tab.step
+    source = tab.source
+    assert source is not None
+    return {
+        "schema": SCHEMA,
+        "log": source.name,
+        "column": tab.log.columns[0],
+        "recording": tab.log.describe(),
+        "at": tab.ladder.at,
+        "ladder": [{"label": s.label, **s.rung.to_dict()} for s in tab.ladder.steps],
+    }
+
+
+def open_study(tab: Tab, document: Any) -> None:
+    """Fit the models of a saved study to the open log, rung by rung.
+
+    Raises
+    ------
+    InputError
+        Not a study, a damaged one, or one of another kind of sensor; no log is open.
+    """
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+        raise InputError("not a study: a JSON file saved from this page is needed")
+    log = tab.log
+    rungs = document.get("ladder")
+    if not isinstance(rungs, list) or not 0 < len(rungs) <= 100:
+        raise InputError("the study holds no ladder")
+    try:
+        models = [model_from_dict({**r, "schema": "allanite/fit/1"}, "study") for r in rungs]
+    except (AttributeError, TypeError, KeyError) as error:
+        raise InputError(f"the study is damaged ({error})") from None
+
+    def work(job: Job) -> None:
+        steps = []
+        for i, (model, rung) in enumerate(zip(models, rungs, strict=True)):
+            job.progress(i, len(models))
+            step = Step(str(rung.get("label", ""))[:80], Rung(fit_model(log, model)))
+            step.error = step.fit.error
+            steps.append(step)
+        at = document.get("at")
+        last = len(steps) - 1
+        with tab.change(job):
+            tab.push(Ladder(tuple(steps), at if isinstance(at, int) and 0 <= at <= last else last))
+        tab.finish(job, tab.step)
+
+    tab.run("opening the study", work)

@@ -33,6 +33,8 @@ class Job:
         self.done = 0
         self.total = 0
         self.error: str | None = None
+        #: Whether other work may take its place unasked: nothing that a person ordered is lost.
+        self.gives_way = False
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, args=(work,), daemon=True)
 
@@ -42,11 +44,11 @@ class Job:
 
     @property
     def busy(self) -> bool:
-        """Whether it is at work."""
-        return self._thread.is_alive()
+        """Whether it is at work for anybody: what was cancelled may still be on its way to the next report."""
+        return self._thread.is_alive() and not self._stop.is_set()
 
     def cancel(self) -> None:
-        """Ask it to end at the next report of progress; what it finds until then is dropped."""
+        """End it: what it finds from now on is dropped, and it stops at its next report of progress."""
         self._stop.set()
 
     def wait(self, seconds: float | None = None) -> None:
@@ -71,6 +73,7 @@ class Job:
             "done": self.done,
             "total": self.total,
             "busy": self.busy,
+            "gives_way": self.gives_way,
             "error": self.error,
         }
 

@@ -15,7 +15,7 @@ from allanite.errors import AllaniteError, InputError
 from allanite.page import documents
 from allanite.page.guard import Guard
 from allanite.page.source import MOST_BYTES, Source, Uploads, check_name
-from allanite.page.state import act, state
+from allanite.page.state import act, state, work
 from allanite.page.tab import Tab
 from allanite.page.views import finite, view
 
@@ -60,12 +60,19 @@ class Desk:
         with self.lock:
             if len(self.tabs) >= MOST_TABS:
                 # The oldest is most likely one that was closed long ago.
-                self.tabs.pop(next(iter(self.tabs)))
+                self.tabs.pop(next(iter(self.tabs))).cancel()
             key = secrets.token_urlsafe(9)
             tab = self.tabs[key] = Tab(self.sources, len(self.tabs) + 1)
         if self.sources:
-            tab.open(self.sources[0])
+            tab.open(0)
         return key
+
+    def close(self, key: str) -> None:
+        """Forget a tab that was closed or reloaded: its work ends, its samples go."""
+        with self.lock:
+            tab = self.tabs.pop(key, None)
+        if tab is not None:
+            tab.cancel()
 
     def tab(self, request: Request) -> Tab:
         """The tab that a request speaks of."""
@@ -121,8 +128,15 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
     async def open_tab(_request: Request) -> Any:
         return {"tab": await run_in_threadpool(desk.open)}
 
+    async def close_tab(request: Request) -> Any:
+        desk.close(request.path_params["tab"])
+        return {}
+
     async def get_state(request: Request) -> Any:
-        return await run_in_threadpool(state, desk.tab(request))
+        tab = desk.tab(request)
+        if request.query_params.get("seen") == str(tab.version):
+            return work(tab)
+        return await run_in_threadpool(state, tab)
 
     async def get_view(request: Request) -> Any:
         tab, name = desk.tab(request), request.path_params["name"]
@@ -176,6 +190,7 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
         Route("/plotly.js", guarded(plotly)),
         Route("/tabs", guarded(open_tab), methods=["POST"]),
         Route("/tabs/{tab}", guarded(get_state)),
+        Route("/tabs/{tab}/close", guarded(close_tab), methods=["POST"]),
         Route("/tabs/{tab}/act", guarded(post_act), methods=["POST"]),
         Route("/tabs/{tab}/upload", guarded(upload), methods=["POST"]),
         Route("/tabs/{tab}/view/{name}", guarded(get_view)),

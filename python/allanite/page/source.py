@@ -20,6 +20,8 @@ __all__ = ["MOST_BYTES", "Reading", "Source", "Uploads", "check_name"]
 
 #: Largest upload: two thousand million bytes, some 100 million samples of text.
 MOST_BYTES = 2_000_000_000
+#: Suffixes that say how a file is read; ``.json`` that of a data sheet.
+KNOWN = {*FORMATS, ".json"}
 _FORBIDDEN = re.compile(r"[\x00-\x1f/\\:]")
 
 
@@ -32,6 +34,7 @@ class Reading:
     quantity: str | None = None
     time_column: str | None = None
     output_unit: str | None = None
+    columns: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,6 +65,7 @@ class Source:
                     unit=reading.unit,
                     quantity=reading.quantity,
                     time_column=reading.time_column,
+                    column=reading.columns or None,
                 )
             except AllaniteError as error:
                 raise type(error)(str(error).replace(str(self.path), self.name)) from None
@@ -102,9 +106,7 @@ class Uploads:
             self._folder = tempfile.TemporaryDirectory(prefix="allanite-page-")
         self._count += 1
         suffix = Path(name).suffix.lower()
-        return (
-            Path(self._folder.name) / f"{self._count:04d}{suffix if suffix in FORMATS else '.csv'}"
-        )
+        return Path(self._folder.name) / f"{self._count:04d}{suffix if suffix in KNOWN else '.csv'}"
 
     def files(self) -> Sequence[Path]:
         """What lies in the folder."""

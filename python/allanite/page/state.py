@@ -6,15 +6,20 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.errors import InputError
 from allanite.page.cards import cards, chips, rung
+from allanite.page.documents import compare_with, open_study, sheet_rows
+from allanite.page.edits import SHEET, effect, shown_unit
 from allanite.page.source import Reading
+from allanite.parameters import Estimate
 from allanite.plots.words import duration_text, unit_text
+from allanite.report.words import DATA_SHEET, many
+from allanite.units import conversion, parse_unit
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from allanite.page.tab import Tab
 
-__all__ = ["act", "state"]
+__all__ = ["act", "state", "work"]
 
 #: Units offered; any other can be typed on the command line.
 UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug", "1")
@@ -23,27 +28,35 @@ UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug", "1")
 def state(tab: Tab) -> dict[str, Any]:
     """Everything but the curves."""
     with tab.lock:
-        ladder, place, length = tab.ladder, tab.place, len(tab.history)
+        # The version first: what changes from here on is seen the next time.
+        version, ladder, place, length = tab.version, tab.ladder, tab.place, len(tab.history)
         preview, recording = tab.preview, tab.recording
     step = ladder.steps[ladder.at] if ladder.steps else None
     shown = preview or (None if step is None else step.fit)
     check = None if step is None else step.check
     reading = tab.source.reading if tab.source is not None else Reading()
     return {
-        "version": tab.version,
-        "job": None if tab.job is None else tab.job.to_dict(),
+        "version": version,
+        **work(tab),
         "problem": tab.problem,
         "logs": [s.name for s in tab.sources],
         "log": None if tab.source is None else tab.source.name,
+        "log_number": tab.place_of_source,
         "fixed": tab.source is not None and tab.source.recording is not None,
         "units": [{"value": u, "text": unit_text(u) if u != "1" else "1 (a ratio)"} for u in UNITS],
         "reading": {
             "rate": reading.rate or (None if recording is None else recording.rate),
             "unit": reading.unit or (None if recording is None else recording.units[tab.column]),
             "quantity": reading.quantity or (None if recording is None else recording.quantity),
+            "columns": ", ".join(
+                reading.columns or (() if recording is None else recording.columns)
+            ),
+            "time_column": reading.time_column,
         },
         "recording": None if recording is None else _recording(tab),
-        "chips": [] if shown is None else chips(shown),
+        "chips": [] if shown is None else chips(shown, tab.unit),
+        "chip_unit": tab.unit,
+        "chip_units": [] if shown is None else _chip_units(shown.recording.unit),
         "preview": None
         if preview is None
         else {
@@ -59,12 +72,31 @@ def state(tab: Tab) -> dict[str, Any]:
         "undo": place > 0,
         "redo": place < length - 1,
         "others": [name for name, _ in tab.others],
+        "sheet": sheet_rows(tab),
     }
+
+
+def work(tab: Tab) -> dict[str, Any]:
+    """What may change without a new version: the progress of the job."""
+    return {"job": None if tab.job is None else tab.job.to_dict()}
+
+
+def _chip_units(unit: str) -> list[dict[str, str]]:
+    """Units in which the values of a model can be shown, the recording's first."""
+    kind = parse_unit(unit).kind
+    if kind not in DATA_SHEET:
+        return []
+    other = [u for u in UNITS if u != unit and parse_unit(u).kind == kind]
+    texts = [text for _, text in DATA_SHEET[kind].values()]
+    return [
+        *({"value": u, "text": unit_text(u)} for u in (unit, *other)),
+        {"value": SHEET, "text": f"{texts[1]}, {texts[2]}, …"},
+    ]
 
 
 def _recording(tab: Tab) -> dict[str, Any]:
     assert tab.recording is not None
-    column = tab.recording.column(tab.column)
+    column = tab.log
     return {
         "columns": [
             {"name": n, "unit": unit_text(u)}
@@ -74,9 +106,7 @@ def _recording(tab: Tab) -> dict[str, Any]:
         "n": column.n,
         "rate": column.rate,
         "unit": unit_text(column.unit),
-        "text": f"{column.n:,} samples · {duration_text(column.duration)} at {column.rate:.6g} Hz".replace(
-            ",", " "
-        ),
+        "text": f"{many(column.n)} samples · {duration_text(column.duration)} at {column.rate:.6g} Hz",
         "audit": [{"severity": f.severity, "message": f.message} for f in column.audit],
     }
 
@@ -123,33 +153,72 @@ def _text(order: dict[str, Any], name: str) -> str | None:
     return value
 
 
-def _open(tab: Tab, order: dict[str, Any]) -> None:
-    number = _integer(order, "log")
-    if not 0 <= number < len(tab.sources):
-        raise InputError(f"there is no log {number}")
-    tab.open(tab.sources[number])
-
-
 def _read(tab: Tab, order: dict[str, Any]) -> None:
-    if tab.source is None:
+    if tab.place_of_source is None:
         raise InputError("no log is open: drop a file or choose one")
-    reading = Reading(_number(order, "rate"), _text(order, "unit"), _text(order, "quantity"))
-    tab.open(tab.source, reading)
+    names = (_text(order, "columns") or "").split(",")
+    reading = Reading(
+        _number(order, "rate"),
+        _text(order, "unit"),
+        _text(order, "quantity"),
+        _text(order, "time_column"),
+        columns=tuple(name.strip() for name in names if name.strip()),
+    )
+    tab.open(tab.place_of_source, reading)
 
 
 def _hold(tab: Tab, order: dict[str, Any]) -> None:
-    tab.hold(_integer(order, "place"), _text(order, "name") or "", _number(order, "value"))
+    place, name = _integer(order, "place"), _text(order, "name") or ""
+    value = _number(order, "value")
+    tab.hold(place, name, None if value is None else value * _factor(tab, place, name))
 
 
 def _what_if(tab: Tab, order: dict[str, Any]) -> None:
+    place, name = _integer(order, "place"), _text(order, "name") or ""
     value = _number(order, "value")
     if value is None:
         raise InputError("type a number")
-    tab.what_if(_integer(order, "place"), _text(order, "name") or "", value)
+    tab.what_if(place, name, value * _factor(tab, place, name))
+
+
+def _factor(tab: Tab, place: int, name: str) -> float:
+    """From the unit of a chip to the parameter's own."""
+    fit = tab.preview or tab.step.fit
+    effect(fit, place)
+    value = fit.estimates[place].get(name)
+    if not isinstance(value, Estimate):
+        return 1.0
+    return conversion(shown_unit(value, fit.recording.unit, tab.unit), value.unit)
+
+
+def _unit(tab: Tab, order: dict[str, Any]) -> None:
+    unit = _text(order, "unit")
+    offered = [u["value"] for u in _chip_units(tab.log.unit)]
+    if unit is not None and unit not in offered:
+        raise InputError(f"values of this log are not shown in {unit[:40]!r}")
+    tab.unit = unit
+    tab.changed()
+
+
+def _compare(tab: Tab, order: dict[str, Any]) -> None:
+    """Compare with a log of the list."""
+    number = _integer(order, "log")
+    if not 0 <= number < len(tab.sources):
+        raise InputError(f"there is no log {number}")
+    compare_with(tab, tab.sources[number])
+
+
+def _alone(tab: Tab, order: dict[str, Any]) -> None:
+    """No longer compare with something: a recording by its name, or the data sheet."""
+    name = _text(order, "name")
+    tab.others = [(n, r) for n, r in tab.others if n != name]
+    if name is None:
+        tab.sheet = None
+    tab.changed()
 
 
 _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
-    "open": _open,
+    "open": lambda tab, order: tab.open(_integer(order, "log")),
     "read": _read,
     "column": lambda tab, order: tab.choose(_integer(order, "column")),
     "model": lambda tab, order: tab.fit(_text(order, "model") or ""),
@@ -164,5 +233,9 @@ _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
     "undo": lambda tab, _order: tab.undo(),
     "redo": lambda tab, _order: tab.redo(),
     "cancel": lambda tab, _order: tab.cancel(),
-    "study": lambda tab, order: tab.open_study(order.get("study")),
+    "check": lambda tab, _order: tab.recheck(),
+    "unit": _unit,
+    "compare": _compare,
+    "alone": _alone,
+    "study": lambda tab, order: open_study(tab, order.get("study")),
 }

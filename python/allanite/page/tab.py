@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import threading
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from allanite.effects import Model
-from allanite.effects.files import model_from_dict
 from allanite.errors import InputError
 from allanite.fit import fit_model
 from allanite.page.edits import effect as effect_at
@@ -17,25 +18,31 @@ from allanite.study import LIMIT, Rung, next_rung
 from allanite.suggestion import Check, check_fit
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from allanite.fit import Fit
+    from allanite.datasheet import DataSheet
+    from allanite.fit import Error, Fit
     from allanite.page.source import Reading, Source
     from allanite.recording import Recording
 
-__all__ = ["START", "Step", "Tab"]
+__all__ = ["START", "Ladder", "Step", "Tab"]
 
 START = "N+B+K"
 
 
 @dataclass(eq=False)
 class Step:
-    """A rung as the page shows it: what was done, the fit, and its check once it is made."""
+    """A rung as the page shows it: what was done, the fit, and its errors and its check once they are made."""
 
     label: str
-    fit: Fit
     rung: Rung
+    error: Error | None = None
     check: Check | None = None
+
+    @property
+    def fit(self) -> Fit:
+        """The fit of the rung."""
+        return self.rung.fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,20 +59,29 @@ class Tab:
     def __init__(self, sources: Sequence[Source], number: int) -> None:
         self.sources = list(sources)
         self.number = number
-        self.source: Source | None = None
+        self.place_of_source: int | None = None
         self.recording: Recording | None = None
         self.column = 0
+        self._log: Recording | None = None
         self.problem: str | None = None
         self.history: list[Ladder] = [Ladder()]
         self.place = 0
         self.preview: Fit | None = None
-        #: Recordings of other logs, only compared with.
+        #: Unit in which the chips are shown; None for the log's own.
+        self.unit: str | None = None
+        #: Recordings of other logs and a data sheet, only compared with.
         self.others: list[tuple[str, Recording]] = []
+        self.sheet: DataSheet | None = None
         self.job: Job | None = None
         self.version = 0
         self.lock = threading.RLock()
 
     # -- what it is --------------------------------------------------------------------------------
+
+    @property
+    def source(self) -> Source | None:
+        """The log that is open, or that cannot be opened yet."""
+        return None if self.place_of_source is None else self.sources[self.place_of_source]
 
     @property
     def ladder(self) -> Ladder:
@@ -87,104 +103,132 @@ class Tab:
     @property
     def log(self) -> Recording:
         """The column that is looked at."""
-        if self.recording is None:
+        if self._log is None:
             raise InputError("no log is open: drop a file or choose one")
-        return self.recording.column(self.column)
+        return self._log
 
     # -- work ----------------------------------------------------------------------------------------
 
     def run(self, name: str, work: Callable[[Job], None]) -> None:
         """Start a job; one at a time."""
         with self.lock:
-            if self.busy:
-                assert self.job is not None
-                raise InputError(f"still at work ({self.job.name}): wait, or cancel it")
+            if self.job is not None and self.job.busy:
+                if not self.job.gives_way:
+                    raise InputError(f"still at work ({self.job.name}): wait, or cancel it")
+                self.job.cancel()
 
             def guarded(job: Job) -> None:
                 try:
                     work(job)
                 finally:
-                    self.version += 1
+                    self.changed()
 
             self.job = Job(name, guarded)
             self.job.start()
 
-    def _push(self, ladder: Ladder) -> None:
+    def changed(self) -> None:
+        """Have the browser look again."""
+        with self.lock:
+            self.version += 1
+
+    @contextmanager
+    def change(self, job: Job) -> Iterator[None]:
+        """Change the state as the result of a job, unless it was cancelled."""
+        with self.lock:
+            job.progress(1, 1)
+            yield
+            self.version += 1
+
+    def push(self, ladder: Ladder) -> None:
+        """Go on to a ladder; what was undone is forgotten."""
         with self.lock:
             self.history = [*self.history[: self.place + 1], ladder]
             self.place = len(self.history) - 1
             self.preview = None
             self.version += 1
 
-    def _climb(self, step: Step) -> None:
-        steps = self.ladder.steps[: self.ladder.at + 1]
-        self._push(Ladder((*steps, step), len(steps)))
+    def _climb(self, job: Job, step: Step) -> None:
+        _look(step.fit)
+        with self.change(job):
+            steps = self.ladder.steps[: self.ladder.at + 1]
+            self.push(Ladder((*steps, step), len(steps)))
 
-    def _check(self, job: Job, step: Step) -> Check:
+    def finish(self, job: Job, step: Step) -> Check:
+        """The errors of a step, then what it lacks: shown as they come."""
+        job.say("looking for what is missing")
+        if step.error is None:
+            found = step.fit.error
+            with self.change(job):
+                step.error = found
         if step.check is None:
-            job.say("looking for what is missing")
-            found = check_fit(step.fit, job.progress)
-            job.progress(1, 1)
-            step.check = found
-            self.version += 1
+            check = check_fit(step.fit, job.progress)
+            with self.change(job):
+                step.check = check
+        assert step.check is not None
         return step.check
+
+    def _rest(self, job: Job, step: Step) -> None:
+        job.gives_way = True
+        self.finish(job, step)
 
     def _refit(self, label: str, name: str, make: Callable[[], Rung]) -> None:
         def work(job: Job) -> None:
-            rung = make()
-            job.progress(1, 1)
-            step = Step(label, rung.fit, rung)
-            self._climb(step)
-            self._check(job, step)
+            step = Step(label, make())
+            self._climb(job, step)
+            self._rest(job, step)
 
         self.run(name, work)
 
     # -- actions -------------------------------------------------------------------------------------
 
-    def open(self, source: Source, reading: Reading | None = None, model: str = START) -> None:
+    def open(self, place: int, reading: Reading | None = None) -> None:
         """Read a log and fit the first model to its first column."""
-        reading = source.reading if reading is None else reading
+        if not 0 <= place < len(self.sources):
+            raise InputError(f"there is no log {place}")
+        source = self.sources[place]
+        if reading is not None:
+            source = self.sources[place] = source.with_reading(reading)
 
         def work(job: Job) -> None:
-            with self.lock:
-                self.source, self.recording, self.problem = source.with_reading(reading), None, None
+            with self.change(job):
+                self.place_of_source, self.recording, self._log = place, None, None
+                self.problem, self.unit, self.preview = None, None, None
                 self.history, self.place, self.column = [Ladder()], 0, 0
-                self.version += 1
             try:
-                self.recording = source.read(reading)
+                recording = source.read(source.reading)
             except (InputError, ValueError) as error:
-                self.problem = " ".join(str(error).split())
+                with self.change(job):
+                    # What is an option elsewhere is a field of the form here.
+                    words = re.sub(r"(\w+)= \(--[^)]*\)", r"the \1", str(error))
+                    self.problem = " ".join(words.split())
                 return
-            job.progress(1, 1)
-            self.version += 1
-            self._start(job, model)
+            self._start(job, recording, 0)
 
+        if self.busy:
+            self.cancel()
         self.run(f"reading {source.name}", work)
 
-    def choose(self, column: int, model: str = START) -> None:
+    def choose(self, column: int) -> None:
         """Go to another column: a ladder of its own."""
         if self.recording is None or not 0 <= column < len(self.recording.columns):
             raise InputError(f"there is no column {column}")
+        recording = self.recording
+        self.run("changing the column", lambda job: self._start(job, recording, column))
 
-        def work(job: Job) -> None:
-            with self.lock:
-                self.column = column
-                self.history, self.place = [Ladder()], 0
-                self.version += 1
-            self._start(job, model)
-
-        self.run("changing the column", work)
-
-    def _start(self, job: Job, model: str) -> None:
-        job.say(f"fitting {model}")
-        fit = fit_model(self.log, parse_model_string(model))
-        job.progress(1, 1)
-        step = Step("start", fit, Rung(fit))
-        with self.lock:
+    def _start(self, job: Job, recording: Recording, column: int) -> None:
+        log = recording.column(column)
+        _ = log.audit  # kept by the recording, at hand for every request
+        with self.change(job):
+            # The measured curve is shown while the model is fitted.
+            self.recording, self.column, self._log, self.preview = recording, column, log, None
+            self.history, self.place = [Ladder()], 0
+        job.say(f"fitting {START}")
+        step = Step("start", Rung(fit_model(log, parse_model_string(START))))
+        _look(step.fit)
+        with self.change(job):
             # The empty ladder before the first fit is nothing to go back to.
             self.history, self.place = [Ladder((step,), 0)], 0
-            self.version += 1
-        self._check(job, step)
+        self._rest(job, step)
 
     def fit(self, text: str) -> None:
         """Fit a model string."""
@@ -239,19 +283,19 @@ class Tab:
 
         def work(job: Job) -> None:
             found = fit_model(log, still)
-            job.progress(1, 1)
-            self.preview = replace(
-                found,
-                model=Model(tuple(freed(e, o) for e, o in zip(found.model, model, strict=True))),
-            )
-            self.version += 1
+            effects = (freed(e, o) for e, o in zip(found.model, model, strict=True))
+            tried = replace(found, model=Model(tuple(effects)))
+            _look(tried)
+            with self.change(job):
+                self.preview = tried
 
         self.run("trying the value", work)
 
     def drop_what_if(self) -> None:
         """Forget the values tried."""
         self.preview = None
-        self.version += 1
+        self.changed()
+        self.recheck()
 
     def fit_what_if(self) -> None:
         """Fit from the values tried."""
@@ -270,18 +314,20 @@ class Tab:
 
         def work(job: Job) -> None:
             for count in range(LIMIT):
-                check = self._check(job, self.step)
+                check = self.finish(job, self.step)
                 if check.adequate:
                     return
                 job.say(f"improving: rung {count + 1}")
                 rungs = [s.rung for s in self.ladder.steps[: self.ladder.at + 1]]
                 rung = next_rung(rungs, check)
-                job.progress(1, 1)
                 if rung is None:
-                    return
+                    raise InputError(
+                        "nothing of the catalogue helps on the half of the record that was not fitted"
+                    )
                 assert rung.added is not None
                 gone = "".join(f" − {k.replace('_', ' ')}" for k in rung.removed)
-                self._climb(Step(f"+ {rung.fit.display_name(rung.added)}{gone}", rung.fit, rung))
+                self._climb(job, Step(f"+ {rung.fit.display_name(rung.added)}{gone}", rung))
+            self.finish(job, self.step)
 
         self.run("improving", work)
 
@@ -289,8 +335,10 @@ class Tab:
         """Look at another rung; the next addition starts from there."""
         if not 0 <= rung < len(self.ladder.steps):
             raise InputError(f"there is no rung {rung}")
-        self._push(Ladder(self.ladder.steps, rung))
-        self._recheck()
+        if self.busy:
+            self.cancel()
+        self.push(Ladder(self.ladder.steps, rung))
+        self.recheck()
 
     def undo(self) -> None:
         """One change back."""
@@ -309,64 +357,21 @@ class Tab:
             self.place += by
             self.preview = None
             self.version += 1
-        self._recheck()
+        self.recheck()
 
-    def _recheck(self) -> None:
+    def recheck(self) -> None:
         """Make a check that was cancelled before it was done."""
-        step = self.step
-        if step.check is None and not self.busy:
-            self.run("looking for what is missing", lambda job: _none(self._check(job, step)))
+        if self.ladder.steps and self.step.check is None and not self.busy:
+            step = self.step
+            self.run("looking for what is missing", lambda job: self._rest(job, step))
 
     def cancel(self) -> None:
-        """Ask the job to end."""
+        """End the job."""
         if self.job is not None:
             self.job.cancel()
-            self.version += 1
-
-    # -- studies ---------------------------------------------------------------------------------------
-
-    def study(self) -> dict[str, Any]:
-        """The ladder as one JSON document: models with values, not the samples."""
-        source = self.source
-        assert source is not None
-        return {
-            "schema": "allanite/page-study/1",
-            "log": source.name,
-            "column": self.log.columns[0],
-            "recording": self.log.describe(),
-            "at": self.ladder.at,
-            "ladder": [{"label": s.label, **s.rung.to_dict()} for s in self.ladder.steps],
-        }
-
-    def open_study(self, document: Any) -> None:
-        """Fit the models of a saved study to the open log, rung by rung."""
-        if not isinstance(document, dict) or document.get("schema") != "allanite/page-study/1":
-            raise InputError("not a study: a JSON file saved from this page is needed")
-        log = self.log
-        rungs = document.get("ladder")
-        if not isinstance(rungs, list) or not 0 < len(rungs) <= 100:
-            raise InputError("the study holds no ladder")
-        try:
-            models = [model_from_dict({**r, "schema": "allanite/fit/1"}, "study") for r in rungs]
-        except (AttributeError, TypeError, KeyError) as error:
-            raise InputError(f"the study is damaged ({error})") from None
-
-        def work(job: Job) -> None:
-            steps = []
-            for i, (model, rung) in enumerate(zip(models, rungs, strict=True)):
-                job.progress(i, len(models))
-                fit = fit_model(log, model)
-                steps.append(Step(str(rung.get("label", ""))[:80], fit, Rung(fit)))
-            job.progress(len(models), len(models))
-            at = document.get("at")
-            last = len(steps) - 1
-            self._push(
-                Ladder(tuple(steps), at if isinstance(at, int) and 0 <= at <= last else last)
-            )
-            self._check(job, self.step)
-
-        self.run("opening the study", work)
+            self.changed()
 
 
-def _none(_: object) -> None:
-    return None
+def _look(fit: Fit) -> None:
+    """Make what the page shows of a fit at once: found here, it is at hand for every request."""
+    _ = fit.estimates, fit.misfit, fit.band

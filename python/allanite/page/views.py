@@ -5,24 +5,24 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from allanite import _kernels
 from allanite.errors import InputError
-from allanite.plots.axes import linear_axis
 from allanite.plots.curves import allan_panels, parts, spectrum_panels
 from allanite.plots.deviation import plot_deviation
-from allanite.plots.spec import Band, Figure, Line, Mark, Panel, Span
+from allanite.plots.recording import samples_panel
+from allanite.plots.spec import Figure
 from allanite.plots.themes import theme_of
 from allanite.plots.time import plot_time
-from allanite.plots.words import in_unit
+from allanite.report.words import many
 
 if TYPE_CHECKING:
     from allanite.fit import Fit
     from allanite.page.tab import Tab
+    from allanite.recording import Recording
 
 __all__ = ["VIEWS", "figure_of", "finite", "view"]
 
+#: Curves that can be told apart on one pair of axes.
+MOST_CURVES = 8
 #: Stretches of the samples' envelope: more than a screen has pixels to tell apart.
 STRETCHES = 1600
 
@@ -48,10 +48,17 @@ def view(tab: Tab, name: str, theme: str) -> dict[str, Any]:
     shown = _fit(tab)
     if shown is not None and name in ("allan", "psd"):
         _mark_components(painted["data"], shown)
+    for trace in painted["data"]:
+        # Nothing else is compared here.
+        trace["name"] = str(trace.get("name") or "").removesuffix(" (recording)")
     layout = painted["layout"]
     layout.pop("title", None)
     # The title stands above the plot in the page's own type; the chips are the legend.
     layout["annotations"] = [a for a in layout["annotations"] if not _is_title(a, figure)]
+    for key, axis in layout.items():
+        if key.startswith("xaxis") and axis["domain"][0] > 0.0:
+            # A page is narrower than paper: room for the title of an axis between two panels.
+            axis["domain"] = [axis["domain"][0] + 0.05, axis["domain"][1]]
     layout["showlegend"] = name == "compare"
     layout["legend"] = {
         "orientation": "h",
@@ -60,7 +67,7 @@ def view(tab: Tab, name: str, theme: str) -> dict[str, Any]:
         "yanchor": "bottom",
         "font": {"size": 12},
     }
-    layout["margin"] = {"l": 76, "r": 18, "t": 34 if name == "compare" else 10, "b": 48}
+    layout["margin"] = {"l": 82, "r": 18, "t": 34 if name == "compare" else 10, "b": 48}
     layout["paper_bgcolor"] = "rgba(0,0,0,0)"
     layout["plot_bgcolor"] = "rgba(0,0,0,0)"
     layout["font"] = {**layout["font"], "size": 13}
@@ -112,72 +119,33 @@ def _map(tab: Tab) -> Figure:
 
 
 def _samples(tab: Tab) -> Figure:
-    recording = tab.log
-    x = np.ascontiguousarray(recording.rate_samples(), dtype=np.float64)
-    low, high = _kernels.envelope(x, STRETCHES)
-    span = recording.duration
-    size, unit = next(
-        (
-            (s, u)
-            for above, s, u in (
-                (172800.0, 86400.0, "d"),
-                (7200.0, 3600.0, "h"),
-                (240.0, 60.0, "min"),
-            )
-            if span >= above
-        ),
-        (1.0, "s"),
-    )
-    time = (np.arange(low.size) + 0.5) * span / low.size / size
-    kept = np.isfinite(low)
-    marks: list[Mark] = []
+    log = tab.log
     check = tab.step.check if tab.ladder.steps else None
-    if check is not None and check.where.worst_time is not None:
-        a, b = check.where.worst_time
-        marks.append(Span(a / size, b / size, "fail", "where the model fails"))
-    if x.size > low.size:
-        marks.append(Band(time[kept], low[kept], high[kept], "c1", "smallest to largest"))
-    else:
-        marks.append(Line(time[kept], high[kept], "c1", "samples", 1.0))
-    marks.append(Line(time[kept], 0.5 * (low + high)[kept], "measured", "middle", 0.8))
-    room = 0.05 * float(np.ptp([low[kept].min(), high[kept].max()])) or 1.0
-    y = linear_axis(
-        in_unit(recording.columns[0], recording.unit),
-        low[kept].min() - room,
-        high[kept].max() + room,
-    )
-    panel = Panel(linear_axis(f"time ({unit})", 0.0, span / size, 8), y, tuple(marks))
-    each = x.size / low.size
-    what = f"smallest to largest of {each:.0f} samples each" if each > 1 else "every sample"
-    return Figure(
-        "Samples", f"{x.size:,} samples, {what}".replace(",", " "), (panel,), kind="samples"
-    )
+    worst = None if check is None else check.where.worst_time
+    panel = samples_panel(log, stretches=STRETCHES, worst=worst)
+    each = log.n / STRETCHES
+    what = f"smallest and largest of {each:.0f} samples each" if each > 1 else "every sample"
+    return Figure("Samples", f"{many(log.n)} samples, {what}", (panel,), kind="samples")
 
 
 def _compare(tab: Tab) -> Figure:
-    """All columns of the log, the model, and a twin simulated from it."""
+    """The log, a twin simulated from the model, other logs, other columns."""
     from allanite.comparison import compare
     from allanite.plots import plot_compare
 
-    fit = tab.step.fit
-    assert tab.recording is not None
-    items: list[Any] = [(f"{tab.log.columns[0]}, measured", tab.log, None)]
-    items.append(
-        (
-            "simulated twin",
-            fit.model.simulate(
-                n=fit.data.n,
-                rate=fit.data.rate,
-                unit=fit.recording.unit,
-                seed=1,
-                covariates=dict(fit.data.covariates),
-            ),
-            None,
-        )
-    )
-    items += [(c.columns[0], c, None) for c in tab.recording if c.columns != tab.log.columns]
+    log = tab.log
+    items: list[Any] = [(f"{log.columns[0]}, measured", log, None)]
+    if tab.ladder.steps:
+        items.append(("a simulated twin", _twin(tab.step.fit), None))
     items += [(name, other, None) for name, other in tab.others]
-    return plot_compare(compare(items[:8]))
+    assert tab.recording is not None
+    items += [(c.columns[0], c, None) for c in tab.recording if c.columns != log.columns]
+    return plot_compare(compare(items[:MOST_CURVES]))
+
+
+def _twin(fit: Fit) -> Recording:
+    data = fit.data
+    return fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
 
 
 VIEWS = {"allan": _allan, "psd": _psd, "map": _map, "samples": _samples, "compare": _compare}

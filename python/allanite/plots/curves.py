@@ -152,13 +152,14 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
     )
     x = log_axis("frequency f (Hz)", frequency)
     label = bracket("density", density_unit(fit.recording.unit))
-    sure = count >= min(2 * FEWEST, count.max())
+    sure = count >= min(FEWEST, count.max())
     y = log_axis(
         label,
         measured,
         model,
         (measured * high)[sure],
         (measured * low)[sure],
+        (model / low)[sure],
         0.5 * measured,
         *_shown(marks),
     )

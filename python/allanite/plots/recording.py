@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite import _kernels
 from allanite.plots.axes import linear_axis
-from allanite.plots.spec import Band, Figure, Line, Mark, Panel
+from allanite.plots.spec import Band, Figure, Line, Mark, Panel, Span
 from allanite.plots.time import time_scale
 from allanite.plots.words import in_unit, recording_text
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["plot_recording"]
+__all__ = ["plot_recording", "samples_panel"]
 
 #: Stretches that a figure resolves.
 STRETCHES = 600
@@ -49,7 +50,7 @@ def plot_recording(
     """
     columns = list(recording)
     panels = tuple(
-        _panel(column, i, i == len(columns) - 1, len(columns) > 1)
+        samples_panel(column, i, i == len(columns) - 1, len(columns) > 1)
         for i, column in enumerate(columns)
     )
     figure = Figure(
@@ -64,14 +65,26 @@ def plot_recording(
     return figure
 
 
-def _panel(column: Recording, row: int, last: bool, named: bool) -> Panel:
+def samples_panel(
+    column: Recording,
+    row: int = 0,
+    last: bool = True,
+    named: bool = True,
+    stretches: int = STRETCHES,
+    worst: tuple[float, float] | None = None,
+) -> Panel:
+    """One column over time; `worst` is a range of time in s to be shaded."""
     size, name = time_scale(column.duration)
-    time, low, high, mean = _stretches(column.rate_samples())
+    time, low, high, mean = _stretches(column.rate_samples(), stretches)
     time *= column.duration / size
-    marks: tuple[Mark, ...] = (Line(time, mean, "c1", "samples", width=1.1),)
+    marks: list[Mark] = []
+    if worst is not None:
+        marks.append(Span(worst[0] / size, worst[1] / size, "fail", "when the model fails"))
     if np.nanmax(high - low) > 0:
-        span = Band(time, low, high, "c1", "least and largest sample")
-        marks = (span, Line(time, mean, "c1", "mean of a stretch", width=1.1))
+        marks.append(Band(time, low, high, "c1", "least and largest sample"))
+        marks.append(Line(time, mean, "c1", "mean of a stretch", width=1.1))
+    else:
+        marks.append(Line(time, mean, "c1", "samples", width=1.1))
     room = 0.05 * float(np.nanmax(high) - np.nanmin(low))
     y = linear_axis(
         in_unit(column.columns[0] if named else "samples", column.unit),
@@ -79,20 +92,17 @@ def _panel(column: Recording, row: int, last: bool, named: bool) -> Panel:
         float(np.nanmax(high)) + room,
     )
     x = linear_axis(f"time ({name})", 0.0, column.duration / size, 8)
-    return Panel(x, y, marks, row, show_x=last)
+    return Panel(x, y, tuple(marks), row, show_x=last)
 
 
-def _stretches(samples: NDArray[Any]) -> tuple[Array, Array, Array, Array]:
+def _stretches(samples: NDArray[Any], stretches: int) -> tuple[Array, Array, Array, Array]:
     """Time (0 to 1), least, largest and mean sample of each stretch; NaN where all are missing."""
-    values = samples.astype(np.float64)
-    starts = np.unique(
-        np.linspace(0, values.size, min(STRETCHES, values.size) + 1)[:-1].astype(int)
-    )
+    values = np.ascontiguousarray(samples, dtype=np.float64)
+    low, high = _kernels.envelope(values, stretches)
+    # The edges of the envelope.
+    edges = np.arange(low.size + 1) * values.size // low.size
     here = ~np.isnan(values)
-    count = np.add.reduceat(here.astype(float), starts)
-    low = np.fmin.reduceat(values, starts)
-    high = np.fmax.reduceat(values, starts)
-    total = np.add.reduceat(np.where(here, values, 0.0), starts)
+    count = np.add.reduceat(here, edges[:-1], dtype=float)
+    total = np.add.reduceat(np.where(here, values, 0.0), edges[:-1])
     mean = np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
-    ends = np.append(starts[1:], values.size)
-    return 0.5 * (starts + ends) / values.size, low, high, mean
+    return 0.5 * (edges[:-1] + edges[1:]) / values.size, low, high, mean

@@ -35,6 +35,7 @@ def unit_text(unit: str) -> str:
             break
     text = re.sub(r"\bm/s\^2·s\^½$", "m/s/√s", text)
     text = re.sub(r"\bm/s\^2·s$", "m/s", text)
+    text = re.sub(r"sqrt\((\w+)\)", r"√\1", text)
     text = text.replace("·s^½", "·√s").replace("/s^½", "/√s")
     text = re.sub(r"\^(-?\d+)", lambda m: m.group(1).translate(_DIGITS), text)
     text = re.sub(r"\bmdeg\b", "m°", re.sub(r"\bdeg\b", "°", text))

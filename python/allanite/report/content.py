@@ -279,12 +279,12 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     rows: list[tuple[Cell, ...]] = []
     for i, (rung, told) in enumerate(zip(entry.study.ladder, ladder, strict=True)):
         where = f"{at}improve.ladder.{i}"
-        added = "start" if rung.added is None else f"+ {rung.fit.display_name(rung.added)}"
-        added += "".join(f", − {kind.replace('_', ' ')}" for kind in told.get("removed", ()))
+        added = [] if rung.added is None else [f"+ {rung.fit.display_name(rung.added)}"]
+        added += [f"− {kind.replace('_', ' ')}" for kind in told.get("removed", ())]
         error = told["error"]
         rows.append(
             (
-                added,
+                ", ".join(added) or ("values changed by hand" if i else "start"),
                 told["model"].replace("+", "+\u200b"),  # a place to break a long sum
                 exact(told["misfit"]["reduced"], f"{where}.misfit.reduced"),
                 exact(told["misfit"]["p_value"], f"{where}.misfit.p_value", 2),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.effects.model import ONCE
 from allanite.fit.data import column
-from allanite.fit.engine import Solution, solve
+from allanite.fit.engine import Solution, at_shapes, solve
 from allanite.fit.shape import shape_grid
 from allanite.showing import brief
 from allanite.suggestion.evidence import arc_length
@@ -144,11 +144,11 @@ def screen_spectral(solution: Solution, data: Data) -> Screen:
 
 def _refit(points: list[Effect], base: Solution, data: Data) -> Candidate | None:
     """The best of a few starting points, shapes polished."""
-    coarse = []
-    for effect in points:
-        solution = solve(data, base.model + effect, polish=False, rounds=2)
-        coarse.append((solution.log_likelihood, effect))
-    _, effect = max(coarse, key=lambda pair: pair[0])
+    # The random part decides among the points; steps and lines are found again only beside the best.
+    effect = max(
+        points,
+        key=lambda p: at_shapes(base.model + p, base.power, base.count, data).log_likelihood,
+    )
     solution = solve(data, base.model + effect, rounds=3)
     fitted = solution.model.effects[-1]
     gain = solution.log_likelihood - base.log_likelihood

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from allanite import Recording
+from allanite.page.server import Desk
+from allanite.page.source import Source
 from generators import gauss_markov, sinusoid, walk, white
+from page_desk import client_of, opened
 
 RATE, N = 20.0, 40_000
 
@@ -16,3 +19,24 @@ def hidden():
     x = white(rng, N, RATE, 0.01) + walk(rng, N, RATE, 2e-5)
     x += gauss_markov(rng, N, RATE, 6e-3, 8.0) + sinusoid(N, RATE, 1.7, 0.006)
     return Recording(x, RATE, unit="rad/s", columns=["gyro"], path="hidden.npz")
+
+
+@pytest.fixture
+def desk(hidden):
+    desk = Desk([Source("hidden.npz", recording=hidden)], most_bytes=1_000_000)
+    yield desk
+    desk.uploads.close()
+
+
+@pytest.fixture
+def client(desk):
+    return client_of(desk)
+
+
+@pytest.fixture(scope="module")
+def looked(hidden):
+    """Client, desk and a tab whose work is done, for what changes nothing: (client, desk, tab, state)."""
+    desk = Desk([Source("hidden.npz", recording=hidden)], most_bytes=1_000_000)
+    client = client_of(desk)
+    yield client, desk, *opened(client)
+    desk.uploads.close()

@@ -1,7 +1,9 @@
 """The whole loop with the hand, in Chromium: what is read here is what a person sees."""
 
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from allanite.page import explore
@@ -16,24 +18,37 @@ pytestmark = [
 ]
 
 
-@pytest.fixture
-def tab(hidden):
-    """A browser tab on the page; nothing may leave this computer, and the console stays clean."""
+@pytest.fixture(scope="module")
+def browser():
     sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
-    page = explore(hidden, open_browser=False)
-    asked, said = [], []
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=str(CHROMIUM))
-        tab = browser.new_page(viewport={"width": 1280, "height": 720})
-        tab.set_default_timeout(60_000)
-        tab.on("request", lambda request: asked.append(request.url))
-        tab.on("console", lambda message: said.append(message.text))
-        tab.on("pageerror", lambda error: said.append(str(error)))
-        tab.goto(page.url)
-        tab.wait_for_selector(READY)
-        yield tab
+        yield browser
         browser.close()
+
+
+@pytest.fixture(scope="module")
+def page(hidden):
+    page = explore(hidden, open_browser=False)
+    yield page
     page.close()
+
+
+@pytest.fixture
+def tab(browser, page):
+    """A browser tab on the page; nothing may leave this computer, and the console stays clean."""
+    asked, said = [], []
+    tab = browser.new_page(viewport={"width": 1280, "height": 720})
+    tab.set_default_timeout(60_000)
+    tab.on("request", lambda request: asked.append(request.url))
+    tab.on("console", lambda message: said.append(message.text))
+    tab.on("pageerror", lambda error: said.append(str(error)))
+    tab.goto(page.url)
+    tab.wait_for_selector(READY)
+    yield tab
+    tab.close()
+    # That a request was refused is said by the browser; the page says why.
+    said = [text for text in said if "status of 400" not in text]
     outside = [url for url in asked if not url.startswith(("http://127.0.0.1:", "data:", "blob:"))]
     assert outside == []
     assert said == []
@@ -81,20 +96,155 @@ def test_the_loop(tab):
     assert tab.locator(".chip").count() == 3
 
 
-def test_every_view_is_drawn_in_both_themes(tab):
+#: Words of the figure that lie outside its frame.
+OUTSIDE = """() => {
+  const box = document.getElementById("figure").getBoundingClientRect();
+  const outside = r => r.left < box.left || r.right > box.right || r.top < box.top || r.bottom > box.bottom;
+  const texts = [...document.querySelectorAll("#plot text")].filter(t => t.textContent && t.getBoundingClientRect().width);
+  return texts.filter(t => outside(t.getBoundingClientRect())).map(t => t.textContent);
+}"""
+SIZE = "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
+
+
+def test_every_view_fits_in_both_themes(tab):
     for _ in range(2):
         for name in ("psd", "map", "samples", "compare", "allan"):
             tab.locator(f"[data-tab={name}]").click()
             tab.wait_for_selector(f"body[data-drawn*=' {name} ']")
             assert tab.locator("#plot .main-svg").count() >= 1
             assert tab.locator("#empty").inner_text() == ""
+            assert tab.evaluate(OUTSIDE) == []
+            assert tab.evaluate(SIZE) == [1280, 720]
         tab.keyboard.press("t")
+    # A long ladder scrolls by itself.
+    tab.evaluate(
+        "const l = document.getElementById('ladder'); for (let i = 0; i < 9; i++) l.append(l.firstChild.cloneNode(true))"
+    )
+    assert tab.evaluate(SIZE) == [1280, 720]
 
 
-def test_a_value_is_tried_by_keyboard(tab):
+def grip(tab, effect):
+    """Where on the screen a component's line can be taken."""
+    return tab.evaluate(
+        """name => {
+          const plot = document.getElementById("plot"), axes = plot._fullLayout, box = plot.getBoundingClientRect();
+          const line = plot.data.find(t => t.meta === name), k = 6, { xaxis, yaxis } = axes;
+          return [box.left + xaxis._offset + xaxis.d2p(line.x[k]), box.top + yaxis._offset + yaxis.d2p(line.y[k])];
+        }""",
+        effect,
+    )
+
+
+def test_a_line_is_dragged_and_the_misfit_seen_before_fitting(tab):
+    before = tab.locator(".chip .text").first.inner_text()
+    x, y = grip(tab, "effect-0")
+    tab.mouse.move(x, y)
+    assert "grip" in tab.locator("#plot").get_attribute("class")
+    tab.mouse.down()
+    tab.mouse.move(x, y - 30, steps=3)
+    tab.mouse.up()
+    tab.wait_for_selector("#tried:not([hidden])")
+    tried = [float(part) for part in re.findall(r"[\d.]+(?=\s|$)", tab.inner_text("#tried span"))]
+    assert tried[-1] > tried[0]
+    assert float(tab.locator(".chip .text").first.inner_text().split()[0]) > float(
+        before.split()[0]
+    )
+    assert tab.locator("#ladder li").count() == 1
+    tab.get_by_role("button", name="forget").click()
+    tab.wait_for_selector("#tried", state="hidden")
+    assert tab.locator(".chip .text").first.inner_text() == before
+
+
+def test_the_loop_by_keyboard_alone(tab):
+    # A value is tried.
     tab.locator(".chip .text").first.focus()
     tab.keyboard.press("Enter")
     tab.keyboard.type("0.05")
     tab.keyboard.press("Enter")
     tab.wait_for_selector("#tried:not([hidden])")
-    assert "not fitted" in tab.locator("#tried").inner_text()
+    assert "not fitted" in tab.inner_text("#tried")
+    tab.get_by_role("button", name="forget").focus()
+    tab.keyboard.press("Enter")
+    tab.wait_for_selector("#tried", state="hidden")
+    # Views by the arrows.
+    tab.locator("[data-tab=allan]").focus()
+    tab.keyboard.press("ArrowRight")
+    tab.wait_for_selector("body[data-drawn*=' psd ']")
+    # The first suggestion is added; the focus is not lost.
+    tab.locator(".card .add").first.focus()
+    tab.keyboard.press("Enter")
+    tab.wait_for_selector("#ladder li:nth-child(2)")
+    tab.wait_for_selector(READY)
+    assert tab.evaluate("document.activeElement !== document.body")
+    # Another rung, and improve.
+    tab.locator("#ladder button").first.focus()
+    tab.keyboard.press("Enter")
+    tab.wait_for_selector("#ladder button[data-rung='0'][aria-current=step]")
+    tab.keyboard.press("i")
+    tab.wait_for_selector("#verdict .good")
+    assert tab.locator("#ladder li").count() >= 3
+
+
+def give(tab, button, path):
+    with tab.expect_file_chooser() as chooser:
+        tab.locator(button).click()
+    chooser.value.set_files(path)
+
+
+def test_a_log_without_a_rate_is_asked_about(tab, hidden, tmp_path):
+    np.savetxt(tmp_path / "bare.csv", np.asarray(hidden.samples[:5000]), fmt="%.6f")
+    tab.locator(".menu summary").click()
+    give(tab, "[data-pick=log]", tmp_path / "bare.csv")
+    tab.wait_for_selector("dialog[open]")
+    assert "no sampling rate" in tab.inner_text("#form-problem")
+    assert "--" not in tab.inner_text("#form-problem")
+    tab.fill("#form-rate", "20")
+    tab.select_option("#form-unit", "deg/s")
+    tab.click("#form-read")
+    tab.wait_for_selector("text=5 000 samples".replace(" ", "\u202f", 1))
+    tab.wait_for_selector(READY)
+    assert "°/s" in tab.locator("#plot .ytitle").text_content()
+    # What is no log says so, and what was open stays.
+    (tmp_path / "letter.txt").write_text("dear reader\n")
+    tab.locator(".menu summary").click()
+    give(tab, "[data-pick=log]", tmp_path / "letter.txt")
+    tab.wait_for_selector("#message >> text=letter.txt: no rows of numbers")
+    assert tab.locator("#ladder li").count() == 1
+
+
+def test_files_go_out_and_a_study_comes_back(tab, tmp_path):
+    def take(name):
+        tab.locator(".menu summary").click()
+        with tab.expect_download() as download:
+            tab.locator(f"#files {name}").click()
+        path = tmp_path / download.value.suggested_filename
+        download.value.save_as(path)
+        return path
+
+    add_first(tab)
+    assert take("[data-view=svg]").read_bytes().lstrip().startswith(b"<?xml")
+    assert take("[data-view=png]").read_bytes().startswith(b"\x89PNG")
+    assert "<!doctype html" in take("[data-file='report.html']").read_text().lower()
+    assert take("[data-file='parameters.json']").stat().st_size > 100
+    study = take("[data-file='study.json']")
+    rungs = tab.locator("#ladder button .what").all_inner_texts()
+    tab.reload()
+    tab.wait_for_selector(READY)
+    assert tab.locator("#ladder li").count() == 1
+    tab.locator(".menu summary").click()
+    give(tab, "[data-pick=study]", study)
+    tab.wait_for_selector("#ladder li:nth-child(2)")
+    tab.wait_for_selector(READY)
+    assert tab.locator("#ladder button .what").all_inner_texts() == rungs
+
+
+def test_improving_is_watched_and_stopped(tab):
+    tab.keyboard.press("i")
+    tab.wait_for_selector("#work:not([hidden])")
+    tab.wait_for_selector("#ladder li:nth-child(2)")
+    tab.locator("#cancel").click()
+    tab.wait_for_selector("body[data-busy=false]")
+    stopped = tab.locator("#ladder li").count()
+    assert "cancelled" in tab.inner_text("#verdict") or "adequate" in tab.inner_text("#verdict")
+    tab.wait_for_timeout(2000)
+    assert tab.locator("#ladder li").count() == stopped

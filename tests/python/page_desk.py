@@ -1,0 +1,54 @@
+"""The page's API as its browser uses it, in one process."""
+
+import time
+import warnings
+
+from allanite.page.server import make_app
+
+with warnings.catch_warnings():
+    # Newer versions of starlette would rather have the successor of httpx.
+    warnings.simplefilter("ignore")
+    from starlette.testclient import TestClient
+
+TOKEN, HOST = "secret-token", "127.0.0.1:4711"
+BASE = f"http://{HOST}/{TOKEN}/"
+
+
+def client_of(desk):
+    return TestClient(make_app(desk, TOKEN, frozenset({HOST})), base_url=BASE)
+
+
+def until(client, tab, holds, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not holds(state := client.get(f"tabs/{tab}").json()):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return state
+
+
+def wait(client, tab, checked=True):
+    """The state once the work is done; without `checked` the search for what is missing may go on."""
+
+    def holds(state):
+        return state["job"] and (
+            not state["job"]["busy"] or (state["job"]["gives_way"] and not checked)
+        )
+
+    state = until(client, tab, holds)
+    assert state["job"]["error"] is None
+    return state
+
+
+def opened(client, checked=True):
+    tab = client.post("tabs").json()["tab"]
+    return tab, wait(client, tab, checked)
+
+
+def act(client, tab, checked=True, **order):
+    answer = client.post(f"tabs/{tab}/act", json=order)
+    assert answer.status_code == 200, answer.text
+    return wait(client, tab, checked)
+
+
+def send(client, tab, name, content, **more):
+    return client.post(f"tabs/{tab}/upload", params={"name": name}, content=content, **more)
