@@ -3,7 +3,7 @@
 For each kind of effect the strength is chosen (by `al.power`, without simulation) at which its expected rise of logL is
 5 … 30; records are made by code independent of the package (tests/python/generators.py), the model without the effect is
 fitted and checked, and it is counted how often the effect is named as significant. The counts go to figures/power.csv,
-from which the figure is drawn; `--draw` only draws.
+from which the figure is drawn; `--draw` only draws, `--kind` measures one kind again and keeps the other rows.
 """
 
 import argparse
@@ -124,25 +124,32 @@ def strength(kind, target):
     return predict(high)
 
 
-def measure(records):
-    """Rows of the table, one a kind and strength."""
+COLUMNS = [
+    "kind",
+    "strength",
+    "expected",
+    "needed",
+    "predicted",
+    "records",
+    "rise",
+    "named",
+    "anything",
+]
+
+
+def measure(records, kinds):
+    """Rows of the table, one a kind and strength; rows of other kinds stay."""
+    kept = []
+    if TABLE.exists():
+        with TABLE.open(encoding="utf-8") as stream:
+            kept = [row for row in csv.DictReader(stream) if row["kind"] not in kinds]
     with TABLE.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(
-            [
-                "kind",
-                "strength",
-                "expected",
-                "needed",
-                "predicted",
-                "records",
-                "rise",
-                "named",
-                "anything",
-            ]
-        )
+        writer = csv.DictWriter(stream, COLUMNS)
+        writer.writeheader()
+        writer.writerows(kept)
         for target in TARGETS:
-            for kind, (base, _, _, make) in KINDS.items():
+            for kind in kinds:
+                base, _, _, make = KINDS[kind]
                 size, told = strength(kind, target)
                 rises, named, anything = [], 0, 0
                 for seed in range(records):
@@ -155,7 +162,8 @@ def measure(records):
                     anything += bool(check.significant)
                 row = [kind, size, told.delta_log_likelihood, told.needed, told.probability]
                 row = [x if isinstance(x, str) else f"{x:.6g}" for x in row]
-                writer.writerow([*row, records, f"{np.mean(rises):.4g}", named, anything])
+                row += [records, f"{np.mean(rises):.4g}", named, anything]
+                writer.writerow(dict(zip(COLUMNS, row, strict=True)))
                 stream.flush()
 
 
@@ -207,9 +215,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--records", type=int, default=30)
     parser.add_argument("--draw", action="store_true")
+    parser.add_argument("--kind", choices=KINDS, action="append")
     options = parser.parse_args()
     if not options.draw:
-        measure(options.records)
+        measure(options.records, options.kind or list(KINDS))
     draw()
 
 
