@@ -22,34 +22,51 @@ if TYPE_CHECKING:
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
 
-__all__ = ["TimeMap", "band_powers", "expected_level", "time_map", "whitened_ordinates"]
+__all__ = ["TimeMap", "Whitened", "expected_level", "time_map", "whiten"]
 
 SEGMENTS = 32
 #: A cell with fewer values than this is not judged.
 FEWEST = 4
+#: Fewest values of a band.
+BAND = 256
 #: About 1 % for the largest of 450 cells.
 THRESHOLD = 4.3
 
 
-def whitened_ordinates(solution: Solution, data: Data) -> NDArray[np.float64]:
-    """Residual ordinates over the root of the model's density, shape (n,): white of variance 1 where it holds."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Whitened:
+    """The residual over the root of the model's density: white of variance 1 where the model holds.
+
+    Attributes
+    ----------
+    samples : ndarray, shape (n,)
+        Over time.
+    bands : tuple
+        (first ordinate, end, power over time) of each octave from the top, while it has `BAND` values.
+    """
+
+    samples: NDArray[np.float64]
+    bands: tuple[tuple[int, int, NDArray[np.float64]], ...]
+
+    __repr__ = brief
+
+
+def whiten(solution: Solution, data: Data) -> Whitened:
+    """The whitened residual of a solution, over time and in octaves."""
     nodes = data.bins.nodes
     level = np.log(density(data.terms(solution.model), nodes, data.n))
-    j = np.maximum(np.arange(data.n), 1)
-    return solution.ordinates * np.exp(-0.5 * np.interp(np.log(j), np.log(nodes), level))
-
-
-def band_powers(
-    whitened: NDArray[np.float64], fewest: int
-) -> list[tuple[int, int, NDArray[np.float64]]]:
-    """(first ordinate, end, power over time) of each octave from the top while it has `fewest` values."""
-    out = []
-    high = whitened.size
-    while high - (low := high // 2) >= fewest:
-        series = np.concatenate([[0.0], whitened[low:high]])
-        out.append((low, high, _kernels.inverse_cosine_transform(series) ** 2))
+    j = np.maximum(np.arange(data.n, dtype=np.float64), 1.0)
+    white = np.interp(np.log(j, out=j), np.log(nodes), level)
+    white *= -0.5
+    np.exp(white, out=white)
+    white *= solution.ordinates
+    bands = []
+    high = data.n
+    while high - (low := high // 2) >= BAND:
+        series = np.concatenate([[0.0], white[low:high]])
+        bands.append((low, high, _kernels.inverse_cosine_transform(series) ** 2))
         high = low
-    return out
+    return Whitened(_kernels.inverse_cosine_transform(white), tuple(bands))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,9 +114,9 @@ class TimeMap:
         return float(self.start_s[low]), float(self.end_s[high])
 
 
-def time_map(solution: Solution, data: Data) -> TimeMap:
+def time_map(solution: Solution, data: Data, whitened: Whitened) -> TimeMap:
     """Cells of 32 segments by octaves; z compares a cell with its band's mean, so that it speaks of time alone."""
-    bands = band_powers(whitened_ordinates(solution, data), FEWEST * SEGMENTS)[::-1]
+    bands = [band for band in whitened.bands[::-1] if band[2].size > FEWEST * SEGMENTS]
     edges = np.linspace(data.start, data.start + data.duration, SEGMENTS + 1)
     half = data.rate / (2.0 * data.n)
     expected = expected_level(solution, edges)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from allanite.criticism import over_frequency, over_tau
-from allanite.criticism.over_time import time_map
+from allanite.criticism.over_time import Whitened, time_map
 from allanite.numbers import tidy
 from allanite.showing import brief
 
@@ -85,9 +85,9 @@ class Where:
         return [tidy(sentence) for sentence in out]
 
 
-def criticise(fit: Fit) -> Where:
+def criticise(fit: Fit, whitened: Whitened) -> Where:
     """All views of one fit."""
-    times = time_map(fit.solution, fit.data)
+    times = time_map(fit.solution, fit.data, whitened)
     return Where(
         over_tau.rows(fit.curve),
         over_frequency.rows(fit),

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.criticism import Where, criticise
+from allanite.criticism.over_time import whiten
 from allanite.numbers import tidy
 from allanite.suggestion.suggest import Suggestion, suggest
 
@@ -119,4 +120,5 @@ def _p(suggestion: Suggestion) -> str:
 
 def check_fit(fit: Fit, on_progress: Callable[[int, int], None] | None = None) -> Check:
     """Compare a fitted model with its recording on every view and rank what might be missing."""
-    return Check(fit, criticise(fit), suggest(fit, on_progress))
+    whitened = whiten(fit.solution, fit.data)
+    return Check(fit, criticise(fit, whitened), suggest(fit, whitened, on_progress))

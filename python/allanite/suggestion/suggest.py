@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite import _kernels
-from allanite.criticism.over_time import whitened_ordinates
 from allanite.effects import Model, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.result import Fit, group_scores, plain
@@ -46,6 +44,7 @@ STANDARD = {
 }
 
 if TYPE_CHECKING:
+    from allanite.criticism.over_time import Whitened
     from allanite.effects import Effect
     from allanite.fit.engine import Solution
 
@@ -133,7 +132,9 @@ class Suggestion:
         }
 
 
-def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, ...]:
+def suggest(
+    fit: Fit, whitened: Whitened, on_progress: Progress | None = None
+) -> tuple[Suggestion, ...]:
     """All candidates that explain anything, best first."""
     done = 0
 
@@ -144,20 +145,18 @@ def suggest(fit: Fit, on_progress: Progress | None = None) -> tuple[Suggestion, 
             on_progress(done, 5)
 
     base, data = fit.solution, fit.data
-    ordinates = whitened_ordinates(base, data)
-    samples = _kernels.inverse_cosine_transform(ordinates)
     with ThreadPoolExecutor(WORKERS) as pool:
-        lines_found = pool.submit(screen_lines, base, data, samples)
+        lines_found = pool.submit(screen_lines, base, data, whitened.samples)
         spectral = screen_spectral(base, data)
-        progress()
-        lines = lines_found.result()
         progress()
         slow = [c for c in spectral.candidates if c.effect.kind in SLOW]
         rival = max(slow, key=lambda c: c.gain).solution if slow else None
-        in_time = {"drift": screen_drifts, "step": screen_steps, "covariate": screen_covariates}
+        in_time = {"covariate": screen_covariates, "drift": screen_drifts, "step": screen_steps}
         found = {name: pool.submit(f, base, data, rival) for name, f in in_time.items()}
         bursts = pool.submit(screen_bursts, spectral.candidates, data)
-        moments = pool.submit(screen_moments, base, data, samples, ordinates)
+        moments = pool.submit(screen_moments, base, data, whitened)
+        lines = lines_found.result()
+        progress()
         single = (*moments.result(), bursts.result())
         progress()
         screens = beside_the_best({name: f.result() for name, f in found.items()}, data)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.criticism.over_time import band_powers, expected_level
+from allanite.criticism.over_time import expected_level
 from allanite.effects import Model
 from allanite.effects.noise_level_change import NoiseLevelChange
 from allanite.effects.outliers import Outliers
@@ -17,6 +17,7 @@ from allanite.suggestion.evidence import interval_trials
 from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
+    from allanite.criticism.over_time import Whitened
     from allanite.fit.data import Data
 
 __all__ = ["screen_levels", "screen_moments", "screen_outliers"]
@@ -26,16 +27,14 @@ COARSE, FINE = 256, 4096
 
 
 def screen_moments(
-    solution: Solution, data: Data, samples: NDArray[np.float64], whitened: NDArray[np.float64]
+    solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, Candidate | None]:
     """Outliers among the whitened samples, else a change of level: outliers crowd by chance and go first."""
-    outliers = screen_outliers(solution, data, samples)
+    outliers = screen_outliers(solution, data, whitened.samples)
     return outliers, screen_levels(solution, data, whitened) if outliers is None else None
 
 
-def screen_levels(
-    solution: Solution, data: Data, whitened: NDArray[np.float64]
-) -> Candidate | None:
+def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
     """The interval in which the white noise differs most from the rest, of any length.
 
     logL of two levels against one rises by −½(d_in ln ρ_in + d_out ln ρ_out), ρ the mean powers inside and outside.
@@ -74,14 +73,14 @@ def _log_tail(gain: float) -> float:
 
 
 def _white_power(
-    solution: Solution, data: Data, whitened: NDArray[np.float64]
+    solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[NDArray[np.float64] | None, float, float]:
     """Power over time of the octaves that the white effect dominates, its share in them, and values of all for each."""
     effects = solution.model.stochastic
     place = next((i for i, e in enumerate(effects) if e.kind == "angle_random_walk"), None)
     if place is None:
         return None, 0.0, 0.0
-    bands = band_powers(whitened, 256)
+    bands = whitened.bands
     if not bands:
         return None, 0.0, 0.0
     length = bands[0][2].size
