@@ -17,10 +17,10 @@ from pictures import picture
 
 import allanite as al
 from allanite._kernels import version
-from allanite.numbers import number
+from allanite.numbers import number, tidy
 from allanite.plots import plot_check, plot_study
 from allanite.plots.words import values_text
-from allanite.report.words import tidy, verdict
+from allanite.report.words import verdict
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "gallery"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -107,3 +109,27 @@ def test_every_example_is_told_and_every_figure_there():
     for page in pages:
         for link in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text(encoding="utf-8")):
             assert (page.parent / link).is_file(), (page.name, link)
+
+
+#: Programs beside which the benches measure; not needed by the tests.
+PEERS = {"numba", "colorednoise", "polars"}
+
+
+@pytest.mark.parametrize(
+    "script",
+    sorted((ROOT / "docs").glob("*.py")) + sorted((ROOT / "benches" / "python").glob("*.py")),
+    ids=lambda path: path.name,
+)
+def test_scripts_find_what_they_import(script):
+    """The long ones are not run by the tests; a name that moved must not wait for the next run."""
+    run = subprocess.run(
+        [sys.executable, "-c", f"import {script.stem}"],
+        cwd=script.parent,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    missing = re.search(r"No module named '(\w+)'", run.stderr)
+    if missing and missing[1] in PEERS:
+        pytest.skip(f"{missing[1]} is not installed")
+    assert run.returncode == 0, run.stderr
