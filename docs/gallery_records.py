@@ -127,7 +127,7 @@ def comb(recording: al.Recording, check: al.Check, study: al.Study) -> list[Expe
     out = band(0.55, 0.58, ("sinusoid", "resonance"))(recording, check, study)
     near = [e for e in added(study) if getattr(e, "frequency", None)]
     over = [e.frequency / 0.5645 for e in near]
-    whole = [f"{r:.3f}" for r in over if r > 1.5 and abs(r - round(r)) < 0.02 * round(r)]
+    whole = [f"{r:.3f}" for r in over if 1.5 < r < 10.5 and abs(r - round(r)) < 0.05]
     found = f"at {', '.join(whole)} times" if whole else "none added"
     out.append(Expected("harmonics of it", found, bool(whole)))
     return out
