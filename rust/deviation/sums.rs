@@ -23,23 +23,30 @@ enum Unit {
     Avx512,
 }
 
+impl Unit {
+    fn is_there(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if self != Self::Portable {
+            let wide = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+            return wide && (self == Self::Avx2 || is_x86_feature_detected!("avx512f"));
+        }
+        self == Self::Portable
+    }
+}
+
 impl Width {
     /// The widest unit that this processor has.
     pub fn best() -> Self {
-        Self::available().pop().unwrap_or(Self::portable())
+        Self::available().next_back().unwrap_or(Self::portable())
     }
 
     /// All units that this processor has, the widest last.
-    pub fn available() -> Vec<Self> {
-        let mut found = vec![Self::portable()];
+    pub fn available() -> impl DoubleEndedIterator<Item = Self> {
         #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-            found.push(Self(Unit::Avx2));
-            if is_x86_feature_detected!("avx512f") {
-                found.push(Self(Unit::Avx512));
-            }
-        }
-        found
+        let units = [Unit::Portable, Unit::Avx2, Unit::Avx512];
+        #[cfg(not(target_arch = "x86_64"))]
+        let units = [Unit::Portable];
+        units.into_iter().filter(|unit| unit.is_there()).map(Self)
     }
 
     /// Factors of a doubling run for which the unit has registers.
