@@ -11,6 +11,8 @@
 mod scan;
 mod series;
 
+#[cfg(target_arch = "x86_64")]
+use std::arch::x86_64::{_mm_sfence, _mm256_loadu_pd, _mm256_stream_pd};
 use std::sync::atomic::AtomicBool;
 
 use crate::deviation::parallel::for_each;
@@ -26,6 +28,11 @@ pub const BLOCK: usize = 16384;
 pub const LOCAL: usize = 2048;
 /// Plain summation inside this many samples, compensated across.
 const CHUNK: usize = 512;
+
+/// From so many points on, a global phase is written past the caches, which would not keep it until it is read.
+const STREAMED: usize = 1 << 22;
+/// Doubles of a cache line.
+const LINE: usize = 8;
 
 /// What the samples are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -166,7 +173,7 @@ impl<'a, T: Sample> Record<'a, T> {
         #[cfg(target_arch = "x86_64")]
         if Width::best().is_wide() {
             // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
-            return unsafe { raised_avx2(self.bases[block], local, slope, out) };
+            return unsafe { raised_avx2(self.bases[block], local, slope, out, self.len() >= STREAMED) };
         }
         raised(self.bases[block], local, slope, out);
     }
@@ -176,16 +183,40 @@ impl<'a, T: Sample> Record<'a, T> {
 /// The processor has AVX2 and FMA.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-unsafe fn raised_avx2(base: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {
-    raised(base, local, slope, out);
+unsafe fn raised_avx2(base: [f64; 2], local: &[f64], slope: f64, out: &mut [f64], streamed: bool) {
+    if !streamed {
+        return raised(base, local, slope, out);
+    }
+    let mut line = [0.0; LINE];
+    let head = out.as_ptr().align_offset(64).min(out.len());
+    raised(base, local, slope, &mut out[..head]);
+    let (lines, _) = out[head..].as_chunks_mut::<LINE>();
+    for (i, to) in lines.iter_mut().enumerate() {
+        let at = head + i * LINE;
+        raised_from(at, base, &local[at..], slope, &mut line);
+        // SAFETY: the line is aligned to 64 bytes, of which two registers are written.
+        unsafe {
+            _mm256_stream_pd(to.as_mut_ptr(), _mm256_loadu_pd(line.as_ptr()));
+            _mm256_stream_pd(to.as_mut_ptr().add(4), _mm256_loadu_pd(line.as_ptr().add(4)));
+        }
+    }
+    let at = head + lines.len() * LINE;
+    raised_from(at, base, &local[at..], slope, &mut out[at..]);
+    _mm_sfence();
 }
 
 /// Local phase on its line and its base.
 #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
-fn raised([high, low]: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {
+fn raised(base: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {
+    raised_from(0, base, local, slope, out);
+}
+
+#[allow(clippy::inline_always)] // as above
+#[inline(always)]
+fn raised_from(at: usize, [high, low]: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {
     for (i, (slot, value)) in out.iter_mut().zip(local).enumerate() {
-        *slot = high + (low + (slope * f64::from(i as u32) + value));
+        *slot = high + (low + (slope * f64::from((at + i) as u32) + value));
     }
 }
 

@@ -72,7 +72,10 @@ fn the_sum_is_the_sum() {
 fn a_stop_is_heard() {
     let mut samples = vec![0.0; 1 << 20];
     for threads in [1, 2] {
-        let result = generator(&[0, 3], threads).fill(&mut samples, &AtomicBool::new(true));
+        let mut stream = generator(&[0, 3], threads);
+        let result = stream.fill(&mut samples, &AtomicBool::new(true));
         assert_eq!(result, Err(allanite::Error::Interrupted));
+        let again = stream.fill(&mut samples, &AtomicBool::new(false)).unwrap_err();
+        assert!(again.to_string().contains("begin a new one"), "{again}");
     }
 }

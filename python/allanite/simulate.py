@@ -141,10 +141,11 @@ def simulate(
                 raise InputError(
                     f"{effect.kind}: {p.name} has no value: a simulation needs all of them"
                 )
-    time = np.arange(count) / rate
-    given = {k: np.asarray(v, dtype=float) for k, v in (covariates or {}).items()}
     level = [e for e in model.modifiers if e.kind == "noise_level_change"]
-    total = np.zeros(count)
+    # Nobody else reads the times: they take as long as the noise.
+    time = np.arange(count if level or model.deterministic else 0) / rate
+    given = {k: np.asarray(v, dtype=float) for k, v in (covariates or {}).items()}
+    parts: list[NDArray[np.float64]] = []
     generators: list[tuple[str, list[float]]] = []
     for number, effect in enumerate(model.stochastic):
         own = _of_effect(Model(tuple(e for e in model if e not in level)), effect, float(rate))
@@ -153,11 +154,15 @@ def simulate(
             for change in level:
                 v = change.values
                 white[(time >= v["start"]) & (time < v["end"])] *= v["factor"]
-            total += white
+            parts.append(white)
         else:
             generators += own
-    if generators:
-        total += _kernels.simulate(generators, count, seed, 0, axis)
+    if generators or not parts:
+        parts.append(_kernels.simulate(generators, count, seed, 0, axis))
+    total = parts[0]
+    for part in parts[1:]:
+        total += part
     for known in model.deterministic:
         total += known.signal(time, given)
+    total.flags.writeable = False  # which spares the recording a copy
     return Recording(total, rate=rate, unit=unit, covariates=given or None)

@@ -1,5 +1,5 @@
-//! Large buffers on large pages, kept for the next call: to have the system clear small pages costs more than the
-//! running sum itself, and to have it clear large ones as much.
+//! Large buffers on large pages, kept for the next call: to have the system clear small pages costs more than a running
+//! sum or the drawing of normals, and to have it clear large ones as much.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::Mutex;
@@ -7,7 +7,10 @@ use std::sync::Mutex;
 /// Doubles of a buffer that is kept: from 1 MiB to 256 MiB, which the system may take back at any time.
 const KEPT: std::ops::RangeInclusive<usize> = 1 << 17..=1 << 25;
 
-static SPARE: Mutex<Vec<f64>> = Mutex::new(Vec::new());
+/// Buffers kept: a simulated record and its phase.
+const SPARES: usize = 2;
+
+static SPARE: Mutex<Vec<Vec<f64>>> = Mutex::new(Vec::new());
 
 /// Doubles that hold anything until they are written.
 #[derive(Debug, Default)]
@@ -19,12 +22,14 @@ impl Buffer {
         if !KEPT.contains(&len) {
             return Self(zeroed(len));
         }
-        let mut spare = SPARE.lock().map(|mut spare| std::mem::take(&mut *spare)).unwrap_or_default();
-        if spare.len() < len || spare.len() / 2 > len {
-            spare = zeroed(len);
-        }
-        spare.truncate(len);
-        Self(spare)
+        let fits = |spare: &Vec<f64>| spare.len() >= len && spare.len() / 2 <= len;
+        let found = SPARE.lock().ok().and_then(|mut spares| {
+            let place = spares.iter().position(fits)?;
+            Some(spares.remove(place))
+        });
+        let mut buffer = found.unwrap_or_else(|| zeroed(len));
+        buffer.truncate(len);
+        Self(buffer)
     }
 }
 
@@ -32,10 +37,14 @@ impl Drop for Buffer {
     fn drop(&mut self) {
         let buffer = std::mem::take(&mut self.0);
         if KEPT.contains(&buffer.len())
-            && let Ok(mut spare) = SPARE.lock()
+            && let Ok(mut spares) = SPARE.lock()
         {
             advise(&buffer, Advice::Free);
-            *spare = buffer;
+            if spares.len() == SPARES {
+                // The one that has waited longest.
+                spares.remove(0);
+            }
+            spares.push(buffer);
         }
     }
 }

@@ -21,6 +21,7 @@ mod generator;
 mod least_squares;
 pub mod power_law;
 pub mod section;
+pub mod sections;
 pub mod simple;
 #[cfg(target_arch = "x86_64")]
 mod wide;
@@ -50,6 +51,9 @@ impl Deviates {
     }
 }
 
+/// Samples of a window, of which a process is always given whole ones.
+pub const WINDOW: usize = 256;
+
 /// A recursion that turns independent deviates into samples of one process.
 pub trait Process: Send {
     /// What it is fed.
@@ -57,12 +61,7 @@ pub trait Process: Send {
         Deviates::Normal
     }
 
-    /// Time that a sample takes, about, in that of drawing a normal deviate.
-    fn cost(&self) -> f64 {
-        0.5
-    }
-
-    /// Turns the deviates of the next samples, in place, into these samples. Their number is a multiple of 8.
+    /// Turns the deviates of the next samples, in place, into these samples. They are whole windows.
     fn run(&mut self, samples: &mut [f64]);
 }
 

@@ -5,24 +5,24 @@ use crate::rng::Stream;
 use crate::{Error, Result};
 
 /// Samples advanced at a time.
-const STEP: usize = 8;
+pub(super) const STEP: usize = 8;
 
 /// x ← φ x + normal, the sample being x before the step: stationary for |φ| < 1, a random walk for φ = 1.
 pub struct Lag {
-    phi: f64,
-    drive: f64,
-    state: f64,
-    /// φ¹ … φ⁸.
-    powers: [f64; STEP],
+    pub(super) drive: f64,
+    pub(super) state: f64,
+    /// φ⁰ … φ⁷.
+    pub(super) powers: [f64; STEP],
+    pub(super) eighth: f64,
 }
 
 impl Lag {
     fn new(phi: f64, drive: f64, state: f64) -> Self {
-        let mut powers = [phi; STEP];
+        let mut powers = [1.0; STEP];
         for i in 1..STEP {
             powers[i] = powers[i - 1] * phi;
         }
-        Self { phi, drive, state, powers }
+        Self { drive, state, powers, eighth: powers[STEP - 1] * phi }
     }
 
     /// Stationary, of a standard deviation and a correlation of neighbours.
@@ -42,31 +42,33 @@ impl Lag {
         Self::new(1.0, step, 0.0)
     }
 
-    /// Eight samples from a zero state, which do not wait for the step before, then what its state adds.
-    #[expect(clippy::inline_always, reason = "compiled again inside `wide` with its registers")]
-    #[inline(always)]
+    /// Eight samples from a zero state, by doubling, which do not wait for the step before, then what its state adds.
     fn advance(&mut self, samples: &mut [f64]) {
         let (steps, rest) = samples.as_chunks_mut::<STEP>();
         debug_assert!(rest.is_empty(), "blocks are whole steps");
+        let [_, phi, square, _, fourth, ..] = self.powers;
         for step in steps {
             let mut driven = step.map(|normal| self.drive * normal);
-            for i in 1..STEP {
-                driven[i] = self.phi.mul_add(driven[i - 1], driven[i]);
+            driven = combine(phi, delayed::<1>(driven), driven);
+            driven = combine(square, delayed::<2>(driven), driven);
+            driven = combine(fourth, delayed::<4>(driven), driven);
+            let before = delayed::<1>(driven);
+            for i in 0..STEP {
+                step[i] = self.powers[i].mul_add(self.state, before[i]);
             }
-            let state = self.state;
-            self.state = self.powers[STEP - 1].mul_add(state, driven[STEP - 1]);
-            step[0] = state;
-            for i in 1..STEP {
-                step[i] = self.powers[i - 1].mul_add(state, driven[i - 1]);
-            }
+            self.state = self.eighth.mul_add(self.state, driven[STEP - 1]);
         }
     }
+}
 
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma")]
-    fn wide(&mut self, samples: &mut [f64]) {
-        self.advance(samples);
-    }
+/// The samples `K` places later, zeros before.
+fn delayed<const K: usize>(samples: [f64; STEP]) -> [f64; STEP] {
+    std::array::from_fn(|i| if i < K { 0.0 } else { samples[i - K] })
+}
+
+/// factor·a + b.
+fn combine(factor: f64, a: [f64; STEP], b: [f64; STEP]) -> [f64; STEP] {
+    std::array::from_fn(|i| factor.mul_add(a[i], b[i]))
 }
 
 impl Process for Lag {
@@ -74,7 +76,7 @@ impl Process for Lag {
         #[cfg(target_arch = "x86_64")]
         if crate::rng::is_wide() {
             // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
-            unsafe { self.wide(samples) };
+            unsafe { super::wide::lag(self, samples) };
             return;
         }
         self.advance(samples);
@@ -135,10 +137,6 @@ fn product(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
 }
 
 impl Process for Filtered {
-    fn cost(&self) -> f64 {
-        3.0
-    }
-
     fn run(&mut self, samples: &mut [f64]) {
         let ([b0, b1, b2], [a1, a2], [mut z1, mut z2]) = (self.b, self.a, self.z);
         for x in samples {

@@ -17,10 +17,6 @@ impl White {
 }
 
 impl Process for White {
-    fn cost(&self) -> f64 {
-        0.1
-    }
-
     fn run(&mut self, samples: &mut [f64]) {
         #[cfg(target_arch = "x86_64")]
         if crate::rng::is_wide() {

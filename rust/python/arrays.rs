@@ -1,9 +1,27 @@
-//! `NumPy` arrays of any numeric type as series, without a copy.
+//! `NumPy` arrays of any numeric type as series and buffers as `NumPy` arrays, without a copy.
 
-use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
+use numpy::ndarray::ArrayView1;
+use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
+use crate::deviation::pages::Buffer;
 use crate::phase::{Sample, Series};
+
+/// Owner of an array's memory, which the next call gets when the array is gone.
+#[pyclass(frozen, module = "allanite._core")]
+struct Owner {
+    _buffer: Buffer,
+}
+
+/// The array of a buffer.
+pub fn from_buffer(py: Python<'_>, mut buffer: Buffer) -> PyResult<Bound<'_, PyArray1<f64>>> {
+    let (data, len) = (buffer.as_mut_ptr(), buffer.len());
+    let owner = Bound::new(py, Owner { _buffer: buffer })?;
+    // SAFETY: `len` doubles lie at `data`; nobody else has them, and moving the buffer did not move them.
+    let view = unsafe { ArrayView1::from_shape_ptr(len, data) };
+    // SAFETY: the owner keeps them, in place, as long as the array lives, and never looks at them.
+    Ok(unsafe { PyArray1::borrow_from_array(&view, owner.into_any()) })
+}
 
 /// The elements of a one-dimensional array, whatever its stride.
 pub fn series<'a, T>(array: &'a PyReadonlyArray1<'_, T>) -> PyResult<Series<'a, T>>

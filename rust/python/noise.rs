@@ -2,22 +2,23 @@
 
 use std::sync::Mutex;
 
-use numpy::{IntoPyArray, PyArray1};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 
+use super::arrays::from_buffer;
 use super::doorway::run;
-use crate::deviation::pages::zeroed;
+use crate::deviation::pages::Buffer;
 use crate::noise::Generator;
 use crate::{Error, Result};
 
 type Processes = Vec<(String, Vec<f64>)>;
 
-/// An array of `n` zeros, or an error where the machine refuses instead of an abort.
-fn zeros(n: usize) -> Result<Vec<f64>> {
+/// Room for `n` samples, or an error where the machine refuses instead of an abort.
+fn room(n: usize) -> Result<Buffer> {
     Vec::<f64>::new()
         .try_reserve_exact(n)
         .map_err(|_| Error::Input(format!("{n} samples do not fit into memory: simulate in chunks")))?;
-    Ok(zeroed(n))
+    Ok(Buffer::new(n))
 }
 
 /// Samples of a sum of processes.
@@ -35,11 +36,11 @@ pub fn simulate(
 ) -> PyResult<Bound<'_, PyArray1<f64>>> {
     let samples = run(py, |stop| {
         let mut generator = Generator::new(&processes, n, seed, replicate, axis, threads)?;
-        let mut samples = zeros(n)?;
+        let mut samples = room(n)?;
         generator.fill(&mut samples, stop)?;
         Ok(samples)
     })?;
-    Ok(samples.into_pyarray(py))
+    from_buffer(py, samples)
 }
 
 /// The same samples in chunks.
@@ -62,11 +63,11 @@ impl Simulator {
     /// The next `n` samples.
     fn next<'py>(&self, py: Python<'py>, n: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let samples = run(py, |stop| {
-            let mut samples = zeros(n)?;
+            let mut samples = room(n)?;
             let mut generator = self.generator.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             generator.fill(&mut samples, stop)?;
             Ok(samples)
         })?;
-        Ok(samples.into_pyarray(py))
+        from_buffer(py, samples)
     }
 }

@@ -1,14 +1,16 @@
 //! The normals of `super`, operation for operation, four lanes to a register (AVX2 and FMA).
 
 use std::arch::x86_64::{
-    __m256d, __m256i, _mm256_add_epi64, _mm256_add_pd, _mm256_and_si256, _mm256_castpd_si256,
-    _mm256_castsi256_pd, _mm256_div_pd, _mm256_fmadd_pd, _mm256_loadu_si256, _mm256_mul_pd, _mm256_or_pd,
-    _mm256_or_si256, _mm256_set1_epi64x, _mm256_set1_pd, _mm256_slli_epi64, _mm256_sqrt_pd,
-    _mm256_srli_epi64, _mm256_storeu_pd, _mm256_storeu_si256, _mm256_sub_epi64, _mm256_sub_pd,
-    _mm256_xor_si256,
+    __m256d, __m256i, _mm256_add_epi64, _mm256_and_si256, _mm256_castpd_si256, _mm256_castsi256_pd,
+    _mm256_fmadd_pd, _mm256_i64gather_pd, _mm256_loadu_si256, _mm256_mul_pd, _mm256_or_pd, _mm256_or_si256,
+    _mm256_set1_epi64x, _mm256_set1_pd, _mm256_slli_epi64, _mm256_sqrt_pd, _mm256_srli_epi64,
+    _mm256_storeu_pd, _mm256_storeu_si256, _mm256_sub_pd, _mm256_xor_si256,
 };
 
-use super::{BIAS, COS, GROUP, LANES, LOG, Lanes, MAGIC, ONE, ROOT_HALF, SIN};
+use super::{
+    ANGLE, ANGLE_BITS, ANGLE_MIDDLE, COS, EXPONENT, FRACTION, GROUP, LANES, LOG, LOGARITHMS, Lanes, MAGIC,
+    MINUS_TWO_LOG_TWO, ONE, RADIUS, RADIUS_BITS, RADIUS_SHIFT, RECIPROCALS, SIGN, SIN,
+};
 
 /// Lanes of one register.
 const WIDTH: usize = 4;
@@ -59,10 +61,8 @@ fn store(words: Quarter, state: &mut [Lanes; 4], half: usize) {
 #[target_feature(enable = "avx2,fma")]
 fn fill(state: &mut [Quarter; HALVES], group: &mut [f64; GROUP]) {
     let (cosines, sines) = group.split_at_mut(LANES);
-    let radii = [next(&mut state[0]), next(&mut state[1])];
-    let angles = [next(&mut state[0]), next(&mut state[1])];
     for half in 0..HALVES {
-        let [cosine, sine] = pair(radii[half], angles[half]);
+        let [cosine, sine] = pair(next(&mut state[half]));
         let (to_cosine, to_sine) =
             (&mut cosines[half * WIDTH..][..WIDTH], &mut sines[half * WIDTH..][..WIDTH]);
         // SAFETY: four numbers are writable at each place; the stores are unaligned.
@@ -95,11 +95,11 @@ fn integer(word: u64) -> __m256i {
     _mm256_set1_epi64x(word.cast_signed())
 }
 
-/// [1, 2) from the upper 52 bits.
+/// The bits of `mask` from `word`, the others from `base`, as a number.
 #[inline]
 #[target_feature(enable = "avx2,fma")]
-fn one_to_two(word: __m256i) -> __m256d {
-    _mm256_castsi256_pd(_mm256_or_si256(integer(ONE), _mm256_srli_epi64::<12>(word)))
+fn number(word: __m256i, mask: u64, base: u64) -> __m256d {
+    _mm256_castsi256_pd(_mm256_or_si256(_mm256_and_si256(word, integer(mask)), integer(base)))
 }
 
 #[inline]
@@ -112,32 +112,38 @@ fn polynomial<const N: usize>(coefficients: &[f64; N], x: __m256d) -> __m256d {
     sum
 }
 
+/// The entries of a table at indices from 0 to 15.
 #[inline]
 #[target_feature(enable = "avx2,fma")]
-fn minus_two_log(u: __m256d) -> __m256d {
-    let bits = _mm256_castpd_si256(u);
-    let above = _mm256_sub_epi64(bits, integer(ROOT_HALF.wrapping_sub(BIAS << 52)));
-    let shifted = _mm256_srli_epi64::<52>(above);
-    let exponent = _mm256_slli_epi64::<52>(_mm256_sub_epi64(shifted, integer(BIAS)));
-    let m = _mm256_castsi256_pd(_mm256_sub_epi64(bits, exponent));
-    let e = _mm256_sub_pd(
-        _mm256_castsi256_pd(_mm256_or_si256(integer(MAGIC), shifted)),
-        _mm256_set1_pd(4503599627370496.0 + BIAS as f64),
-    );
-    let one = _mm256_set1_pd(1.0);
-    let t = _mm256_div_pd(_mm256_sub_pd(m, one), _mm256_add_pd(m, one));
-    let series = _mm256_mul_pd(t, polynomial(&LOG, _mm256_mul_pd(t, t)));
-    _mm256_fmadd_pd(_mm256_mul_pd(e, _mm256_set1_pd(-2.0)), _mm256_set1_pd(std::f64::consts::LN_2), series)
+fn look_up(table: &[f64; 16], index: __m256i) -> __m256d {
+    // SAFETY: every index was masked to be one of the table.
+    unsafe { _mm256_i64gather_pd::<8>(table.as_ptr(), index) }
 }
 
 #[inline]
 #[target_feature(enable = "avx2,fma")]
-fn pair(radius: __m256i, angle: __m256i) -> [__m256d; 2] {
-    let u = _mm256_sub_pd(_mm256_set1_pd(2.0), one_to_two(radius));
-    let r = _mm256_sqrt_pd(minus_two_log(u));
-    let sign = _mm256_and_si256(_mm256_slli_epi64::<52>(radius), integer(1 << 63));
+fn minus_two_log(u: __m256d) -> __m256d {
+    let bits = _mm256_castpd_si256(u);
+    let e = _mm256_sub_pd(
+        _mm256_castsi256_pd(_mm256_or_si256(integer(MAGIC), _mm256_srli_epi64::<52>(bits))),
+        _mm256_set1_pd(EXPONENT),
+    );
+    let m = number(bits, FRACTION, ONE);
+    let i = _mm256_and_si256(_mm256_srli_epi64::<48>(bits), integer(15));
+    let r = _mm256_fmadd_pd(m, look_up(&RECIPROCALS, i), _mm256_set1_pd(-1.0));
+    let whole = _mm256_fmadd_pd(e, _mm256_set1_pd(MINUS_TWO_LOG_TWO), look_up(&LOGARITHMS, i));
+    let whole = _mm256_fmadd_pd(r, _mm256_set1_pd(-2.0), whole);
+    _mm256_fmadd_pd(_mm256_mul_pd(r, r), polynomial(&LOG, r), whole)
+}
+
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+fn pair(word: __m256i) -> [__m256d; 2] {
+    let radius = number(_mm256_srli_epi64::<{ RADIUS_SHIFT as i32 }>(word), RADIUS_BITS, RADIUS);
+    let r = _mm256_sqrt_pd(minus_two_log(_mm256_sub_pd(radius, _mm256_set1_pd(4096.0))));
+    let sign = _mm256_and_si256(word, integer(SIGN));
     let signed = _mm256_or_pd(r, _mm256_castsi256_pd(sign));
-    let v = _mm256_sub_pd(one_to_two(angle), _mm256_set1_pd(1.5));
+    let v = _mm256_sub_pd(number(word, ANGLE_BITS, ANGLE), _mm256_set1_pd(ANGLE_MIDDLE));
     let square = _mm256_mul_pd(v, v);
     let cosine = _mm256_mul_pd(signed, polynomial(&COS, square));
     let sine = _mm256_mul_pd(signed, _mm256_mul_pd(v, polynomial(&SIN, square)));

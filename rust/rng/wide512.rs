@@ -1,14 +1,17 @@
 //! The normals of `super`, operation for operation, eight lanes to a register (AVX-512).
 
 use std::arch::x86_64::{
-    __m512d, __m512i, _mm512_add_epi64, _mm512_add_pd, _mm512_and_si512, _mm512_castpd_si512,
-    _mm512_castsi512_pd, _mm512_div_pd, _mm512_fmadd_pd, _mm512_loadu_si512, _mm512_mul_pd, _mm512_or_si512,
-    _mm512_rol_epi64, _mm512_set1_epi64, _mm512_set1_pd, _mm512_slli_epi64, _mm512_sqrt_pd,
-    _mm512_srli_epi64, _mm512_storeu_pd, _mm512_storeu_si512, _mm512_sub_epi64, _mm512_sub_pd,
+    __m512d, __m512i, _mm512_add_epi64, _mm512_and_si512, _mm512_castpd_si512, _mm512_castsi512_pd,
+    _mm512_fmadd_pd, _mm512_getexp_pd, _mm512_loadu_pd, _mm512_loadu_si512, _mm512_mul_pd, _mm512_or_si512,
+    _mm512_permutex2var_pd, _mm512_rol_epi64, _mm512_set1_epi64, _mm512_set1_pd, _mm512_slli_epi64,
+    _mm512_sqrt_pd, _mm512_srli_epi64, _mm512_storeu_pd, _mm512_storeu_si512, _mm512_sub_pd,
     _mm512_xor_si512,
 };
 
-use super::{BIAS, COS, GROUP, LANES, LOG, Lanes, MAGIC, ONE, ROOT_HALF, SIN};
+use super::{
+    ANGLE, ANGLE_BITS, ANGLE_MIDDLE, COS, FRACTION, GROUP, LANES, LOG, LOGARITHMS, Lanes, MINUS_TWO_LOG_TWO,
+    ONE, RADIUS, RADIUS_BITS, RADIUS_SHIFT, RECIPROCALS, SIGN, SIN,
+};
 
 /// `super::normals_body`.
 #[target_feature(enable = "avx512f")]
@@ -38,9 +41,7 @@ fn load(row: &Lanes) -> __m512i {
 #[inline]
 #[target_feature(enable = "avx512f")]
 fn fill(state: &mut [__m512i; 4], group: &mut [f64; GROUP]) {
-    let radius = next(state);
-    let angle = next(state);
-    let [cosine, sine] = pair(radius, angle);
+    let [cosine, sine] = pair(next(state));
     let (cosines, sines) = group.split_at_mut(LANES);
     // SAFETY: eight numbers are writable at each place; the stores are unaligned.
     unsafe {
@@ -71,11 +72,11 @@ fn integer(word: u64) -> __m512i {
     _mm512_set1_epi64(word.cast_signed())
 }
 
-/// [1, 2) from the upper 52 bits.
+/// The bits of `mask` from `word`, the others from `base`, as a number.
 #[inline]
 #[target_feature(enable = "avx512f")]
-fn one_to_two(word: __m512i) -> __m512d {
-    _mm512_castsi512_pd(_mm512_or_si512(integer(ONE), _mm512_srli_epi64::<12>(word)))
+fn number(word: __m512i, mask: u64, base: u64) -> __m512d {
+    _mm512_castsi512_pd(_mm512_or_si512(_mm512_and_si512(word, integer(mask)), integer(base)))
 }
 
 #[inline]
@@ -88,32 +89,38 @@ fn polynomial<const N: usize>(coefficients: &[f64; N], x: __m512d) -> __m512d {
     sum
 }
 
+/// The entries of a table at the last four bits of each index.
 #[inline]
 #[target_feature(enable = "avx512f")]
-fn minus_two_log(u: __m512d) -> __m512d {
-    let bits = _mm512_castpd_si512(u);
-    let above = _mm512_sub_epi64(bits, integer(ROOT_HALF.wrapping_sub(BIAS << 52)));
-    let shifted = _mm512_srli_epi64::<52>(above);
-    let exponent = _mm512_slli_epi64::<52>(_mm512_sub_epi64(shifted, integer(BIAS)));
-    let m = _mm512_castsi512_pd(_mm512_sub_epi64(bits, exponent));
-    let e = _mm512_sub_pd(
-        _mm512_castsi512_pd(_mm512_or_si512(integer(MAGIC), shifted)),
-        _mm512_set1_pd(4503599627370496.0 + BIAS as f64),
-    );
-    let one = _mm512_set1_pd(1.0);
-    let t = _mm512_div_pd(_mm512_sub_pd(m, one), _mm512_add_pd(m, one));
-    let series = _mm512_mul_pd(t, polynomial(&LOG, _mm512_mul_pd(t, t)));
-    _mm512_fmadd_pd(_mm512_mul_pd(e, _mm512_set1_pd(-2.0)), _mm512_set1_pd(std::f64::consts::LN_2), series)
+fn look_up(table: &[f64; 16], index: __m512i) -> __m512d {
+    let (low, high) = table.split_at(LANES);
+    // SAFETY: eight numbers are readable at each place; the loads are unaligned.
+    let (low, high) = unsafe { (_mm512_loadu_pd(low.as_ptr()), _mm512_loadu_pd(high.as_ptr())) };
+    _mm512_permutex2var_pd(low, index, high)
 }
 
 #[inline]
 #[target_feature(enable = "avx512f")]
-fn pair(radius: __m512i, angle: __m512i) -> [__m512d; 2] {
-    let u = _mm512_sub_pd(_mm512_set1_pd(2.0), one_to_two(radius));
-    let r = _mm512_castpd_si512(_mm512_sqrt_pd(minus_two_log(u)));
-    let sign = _mm512_and_si512(_mm512_slli_epi64::<52>(radius), integer(1 << 63));
-    let signed = _mm512_castsi512_pd(_mm512_or_si512(r, sign));
-    let v = _mm512_sub_pd(one_to_two(angle), _mm512_set1_pd(1.5));
+fn minus_two_log(u: __m512d) -> __m512d {
+    let bits = _mm512_castpd_si512(u);
+    // The exponent of a normal number, and its fraction from 1 to 2.
+    let e = _mm512_getexp_pd(u);
+    let m = number(bits, FRACTION, ONE);
+    let i = _mm512_srli_epi64::<48>(bits);
+    let r = _mm512_fmadd_pd(m, look_up(&RECIPROCALS, i), _mm512_set1_pd(-1.0));
+    let whole = _mm512_fmadd_pd(e, _mm512_set1_pd(MINUS_TWO_LOG_TWO), look_up(&LOGARITHMS, i));
+    let whole = _mm512_fmadd_pd(r, _mm512_set1_pd(-2.0), whole);
+    _mm512_fmadd_pd(_mm512_mul_pd(r, r), polynomial(&LOG, r), whole)
+}
+
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn pair(word: __m512i) -> [__m512d; 2] {
+    let radius = number(_mm512_srli_epi64::<RADIUS_SHIFT>(word), RADIUS_BITS, RADIUS);
+    let r = _mm512_sqrt_pd(minus_two_log(_mm512_sub_pd(radius, _mm512_set1_pd(4096.0))));
+    let sign = _mm512_and_si512(word, integer(SIGN));
+    let signed = _mm512_castsi512_pd(_mm512_or_si512(_mm512_castpd_si512(r), sign));
+    let v = _mm512_sub_pd(number(word, ANGLE_BITS, ANGLE), _mm512_set1_pd(ANGLE_MIDDLE));
     let square = _mm512_mul_pd(v, v);
     let cosine = _mm512_mul_pd(signed, polynomial(&COS, square));
     let sine = _mm512_mul_pd(signed, _mm512_mul_pd(v, polynomial(&SIN, square)));

@@ -15,7 +15,7 @@ from allanite.deviation import oadev
 from allanite.effects import Stochastic
 from allanite.errors import InputError
 from allanite.fit.engine import with_coefficients
-from allanite.fit.estimates import shape_widening
+from allanite.fit.estimates import shape_widening, widened
 from allanite.fit.gls import fit_gls, gls_factors
 from allanite.fit.lines import read_lines
 from allanite.fit.whittle import log_likelihood
@@ -116,7 +116,7 @@ def _gls(fit: Fit) -> tuple[dict[str, Any], ...]:
                     fit.solution, place, given.std_error / max(float(given), 1e-300)
                 )
                 error *= factor
-                ends = value * (ends[0] / value) ** factor, value * (ends[1] / value) ** factor
+                ends = widened(value, ends, factor)
             own[effect.coefficient] = Estimate(
                 value, error, ends, given.unit, detected, effect.coefficient
             )

@@ -19,13 +19,15 @@ if TYPE_CHECKING:
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
 
-__all__ = ["estimates", "free_parameters", "joint_covariance", "shape_widening"]
+__all__ = ["estimates", "free_parameters", "joint_covariance", "shape_widening", "widened"]
 
 NORMAL = 1.959964
 #: A coefficient is detected where leaving it out costs this much logL: 1 % of ½χ²₁.
 DETECTED = 2.706
 #: The same for an effect that brings a shape or a phase of its own: 1 % of χ²₂.
 DETECTED_SHAPED = 4.605
+#: Ends of the interval of a value that is not known at all, in ln.
+UNKNOWN = 50.0
 
 
 def free_parameters(solution: Solution) -> int:
@@ -185,7 +187,8 @@ def _stochastic(
         relative = shaped.get((position, name))
         error = None if relative is None else value * relative
         if detected and relative is not None:
-            low, high = _widened(solution, place, value, low, high, relative)
+            # The profile is at fixed shapes: widened by what not knowing them adds to the standard error.
+            low, high = widened(value, (low, high), shape_widening(solution, place, relative))
         if not detected:
             low = 0.0
         out[name] = Estimate(value, error, (low, high), own_unit, detected, name)
@@ -218,14 +221,14 @@ def _value(solution: Solution) -> float:
     return log_likelihood(solution.power, solution.count, solution.spectrum)
 
 
-def _widened(
-    solution: Solution, place: int, value: float, low: float, high: float, relative: float
-) -> tuple[float, float]:
-    """The profile at fixed shapes, widened by what not knowing the shapes adds to the standard error."""
-    factor = shape_widening(solution, place, relative)
-    if low <= 0.0:
-        return 0.0, value * (high / value) ** factor
-    return value * (low / value) ** factor, value * (high / value) ** factor
+def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[float, float]:
+    """An interval so many times wider in ln(value); what is as good as unknown ends at e^±`UNKNOWN` of the value."""
+
+    def times(ratio: float) -> float:
+        return float(np.exp(np.clip(factor * np.log(ratio), -UNKNOWN, UNKNOWN)))
+
+    low, high = ends
+    return value * times(low / value) if low > 0.0 else 0.0, value * times(high / value)
 
 
 def shape_widening(solution: Solution, place: int, relative: float) -> float:
@@ -248,7 +251,7 @@ def _shape(effect: Effect, name: str, relative: float | None, detected: bool, un
     if effect.parameter(name).low < 0.0:
         interval = (value - NORMAL * relative, value + NORMAL * relative)
         return Estimate(float(value), relative, interval, own_unit, detected, name)
-    spread = float(np.exp(min(NORMAL * relative, 50.0)))
+    spread = float(np.exp(min(NORMAL * relative, UNKNOWN)))
     return Estimate(
         float(value),
         float(value * relative),

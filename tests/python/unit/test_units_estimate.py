@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from allanite.errors import InputError
+from allanite.fit.estimates import widened
 from allanite.parameters import Estimate
 
 
@@ -78,3 +79,11 @@ def test_json_has_no_nan():
 def test_text(estimate, text):
     assert repr(estimate) == text
     assert str(estimate) == text
+
+
+def test_what_is_as_good_as_unknown_has_a_wide_interval_and_no_overflow():
+    assert widened(2.0, (1.0, 4.0), 3.0) == pytest.approx((0.25, 16.0))
+    assert widened(2.0, (0.0, 4.0), 2.0) == pytest.approx((0.0, 8.0))
+    low, high = widened(2.0, (1.9, 2.1), 1e6)
+    assert 0.0 < low < 1e-20
+    assert 1e20 < high < np.inf
