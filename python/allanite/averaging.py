@@ -136,7 +136,7 @@ def _given(
     try:
         wanted = np.atleast_1d(np.asarray(values))
         whole = not seconds and wanted.dtype.kind == "i" and wanted.ndim == 1 and wanted.size > 0
-        if whole and (wanted[1:] > wanted[:-1]).all():  # the usual case, quickly
+        if whole and not np.count_nonzero(wanted[1:] <= wanted[:-1]):  # the usual case, quickly
             return wanted.astype(np.int64), ()
         wanted = wanted.astype(np.float64)
     except (TypeError, ValueError):

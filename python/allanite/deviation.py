@@ -271,7 +271,7 @@ def _estimate(
     else:
         variance, n, alpha, gaps = _kernels.family_variance(core, src.samples, m, src.angle)
     tau = m / src.rate
-    lost = complete(core, m, src.points) - n if gaps else np.zeros_like(n)
+    lost = complete(core, m, src.points) - n if gaps else np.zeros(n.size, np.int64)
     if gaps:
         share = lost / np.maximum(n + lost, 1)
         notes = (*notes, *said(gaps, src.samples.size, tau, share))

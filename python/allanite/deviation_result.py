@@ -64,8 +64,8 @@ class Deviation:
     def __post_init__(self) -> None:
         if self.lost.size != self.n.size:
             object.__setattr__(self, "lost", np.zeros_like(self.n))
-        for name in ("tau", "factors", "n", "deviation", "alpha", "lost"):
-            getattr(self, name).flags.writeable = False
+        for array in (self.tau, self.factors, self.n, self.deviation, self.alpha, self.lost):
+            array.setflags(write=False)
 
     @property
     def edf(self) -> NDArray[np.float64]:

@@ -16,8 +16,9 @@ use crate::Result;
 use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
 
 /// Tiers of the far factors: the largest of each, and how many terms an item of work has. What a tier reads of an item
-/// stays in the second-level cache, in the third, in neither; where it is large, each item has one group of factors.
-const TIERS: [(usize, usize); 3] = [(1 << 15, 1 << 16), (1 << 19, 1 << 21), (usize::MAX, 1 << 25)];
+/// stays in the second-level cache, twice in the third, in neither; where it is large, each item has one group of factors.
+const TIERS: [(usize, usize); 4] =
+    [(1 << 14, 1 << 16), (1 << 17, 1 << 20), (1 << 19, 1 << 21), (usize::MAX, 1 << 25)];
 
 /// Sums of squared second differences, one per factor, in units of one sample (phase: of one point).
 #[derive(Clone, Debug, PartialEq)]

@@ -4,6 +4,7 @@
 //! §5.5.6. The phase taken every m points is detrended and differenced until its lag-1 autocorrelation r says
 //! stationary, δ = r/(1+r) < ¼ after d differences; then `S_y` ∝ f^α with α = 2 − 2(δ + d).
 
+use super::sums::Width;
 use crate::phase::{Quantity, Record, Sample, plain_sum};
 
 /// Points used per factor: enough for the noise type, few enough to cost nothing beside the deviation.
@@ -70,8 +71,25 @@ fn thin(phase: &[f64], m: usize, to: &mut Vec<f64>) {
     to.extend(phase[(all - count) / 2 * m..].iter().step_by(m).take(count));
 }
 
-/// α, not rounded; what it takes is changed.
-fn exponent(mut z: &mut [f64]) -> f64 {
+/// α, not rounded; what it takes is changed. On wide registers where there are any: the same operations, the same bits.
+fn exponent(z: &mut [f64]) -> f64 {
+    #[cfg(target_arch = "x86_64")]
+    if Width::best().is_wide() {
+        // SAFETY: a wide `Width` is only made on a processor with AVX2.
+        return unsafe { exponent_wide(z) };
+    }
+    exponent_by(z)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn exponent_wide(z: &mut [f64]) -> f64 {
+    exponent_by(z)
+}
+
+#[expect(clippy::inline_always, reason = "compiled again inside `exponent_wide` with its registers")]
+#[inline(always)]
+fn exponent_by(mut z: &mut [f64]) -> f64 {
     if z.len() < FEWEST {
         return f64::NAN;
     }
@@ -94,6 +112,8 @@ fn exponent(mut z: &mut [f64]) -> f64 {
 }
 
 /// Removes the mean; the sums of squares and of products of neighbours that are left.
+#[expect(clippy::inline_always, reason = "part of `exponent_by`")]
+#[inline(always)]
 fn moments(z: &mut [f64]) -> (f64, f64) {
     let mean = plain_sum(z) / z.len() as f64;
     z.iter_mut().for_each(|v| *v -= mean);
@@ -115,6 +135,8 @@ fn moments(z: &mut [f64]) -> (f64, f64) {
 }
 
 /// Removes the least-squares parabola (orthogonal polynomials on an even grid).
+#[expect(clippy::inline_always, reason = "part of `exponent_by`")]
+#[inline(always)]
 fn detrend(z: &mut [f64]) {
     let n = z.len() as f64;
     let middle = (n - 1.0) / 2.0;

@@ -256,6 +256,9 @@ pub unsafe fn several<V: Lanes, const T: usize, const U: usize>(
     }
 }
 
+/// Partial sums of a block of rows: more would not stay in sixteen registers.
+const SUMS: usize = 8;
+
 /// Sum for one factor m over `blocks` blocks of J rows: k = (block·J + row)·m + i, i = 0..row.
 ///
 /// With `row` = m these are the terms k = 0..blocks·J·m, for which J + 2 loads serve J terms.
@@ -266,7 +269,7 @@ pub unsafe fn several<V: Lanes, const T: usize, const U: usize>(
 pub unsafe fn rows<V: Lanes, const J: usize>(theta: *const f64, m: usize, row: usize, blocks: usize) -> f64 {
     // SAFETY: the largest index read is ((blocks − 1)·J + J + 1)·m + row − 1; lanes beyond a row are not read.
     unsafe {
-        let mut sums = [V::zero(); J];
+        let mut sums = [V::zero(); SUMS];
         let whole = row - row % V::WIDTH;
         for block in 0..blocks {
             let start = theta.add(block * J * m);
@@ -275,10 +278,10 @@ pub unsafe fn rows<V: Lanes, const J: usize>(theta: *const f64, m: usize, row: u
                 let at = start.add(i);
                 let mut last = V::load(at.add(m));
                 let mut gain = V::minus(last, V::load(at));
-                for (j, sum) in sums.iter_mut().enumerate() {
+                for j in 0..J {
                     let next = V::load(at.add((j + 2) * m));
                     let more = V::minus(next, last);
-                    *sum = V::add_square(V::minus(more, gain), *sum);
+                    sums[j % SUMS] = V::add_square(V::minus(more, gain), sums[j % SUMS]);
                     (last, gain) = (next, more);
                 }
                 i += V::WIDTH;
@@ -287,10 +290,10 @@ pub unsafe fn rows<V: Lanes, const J: usize>(theta: *const f64, m: usize, row: u
                 let (at, count) = (start.add(whole), row - whole);
                 let mut last = V::load_some(at.add(m), count);
                 let mut gain = V::minus(last, V::load_some(at, count));
-                for (j, sum) in sums.iter_mut().enumerate() {
+                for j in 0..J {
                     let next = V::load_some(at.add((j + 2) * m), count);
                     let more = V::minus(next, last);
-                    *sum = V::add_square(V::minus(more, gain), *sum);
+                    sums[j % SUMS] = V::add_square(V::minus(more, gain), sums[j % SUMS]);
                     (last, gain) = (next, more);
                 }
             }

@@ -318,23 +318,39 @@ unsafe fn dispatch<V: Lanes>(theta: *const f64, group: &Group, n: usize) -> [f64
 #[allow(clippy::inline_always)] // as above
 #[inline(always)]
 unsafe fn by_rows<V: Lanes>(theta: *const f64, m: usize, n: usize) -> f64 {
-    let mut sum = 0.0;
-    let mut done = 0;
-    let mut take = |rows: usize| {
-        let (blocks, at) = ((n - done) / (rows * m), done);
-        done += blocks * rows * m;
-        (blocks, at)
-    };
+    let (whole, rest) = (n / m, n % m);
+    let (sixteens, eights, more) = (whole / 16, whole % 16 / 8, whole % 8);
     // SAFETY: the terms of each call lie within 0..n.
     unsafe {
-        let (blocks, at) = take(8);
-        sum += lanes::rows::<V, 8>(theta.add(at), m, m, blocks);
-        let (blocks, at) = take(4);
-        sum += lanes::rows::<V, 4>(theta.add(at), m, m, blocks);
-        let (blocks, at) = take(2);
-        sum += lanes::rows::<V, 2>(theta.add(at), m, m, blocks);
-        let (blocks, at) = take(1);
-        sum += lanes::rows::<V, 1>(theta.add(at), m, m, blocks);
-        sum + lanes::rows::<V, 1>(theta.add(done), m, n - done, usize::from(n > done))
+        let mut sum = lanes::rows::<V, 16>(theta, m, m, sixteens);
+        let theta = theta.add(16 * sixteens * m);
+        sum += lanes::rows::<V, 8>(theta, m, m, eights);
+        let theta = theta.add(8 * eights * m);
+        // The last row ends early: columns before its end have one more.
+        sum += some_rows::<V>(theta, m, rest, more + 1);
+        sum + some_rows::<V>(theta.add(rest), m, m - rest, more)
+    }
+}
+
+/// One block of at most eight rows.
+///
+/// # Safety
+/// As [`lanes::rows`].
+#[allow(clippy::inline_always)] // as above
+#[inline(always)]
+unsafe fn some_rows<V: Lanes>(theta: *const f64, m: usize, row: usize, rows: usize) -> f64 {
+    // SAFETY: this function's contract.
+    unsafe {
+        match rows {
+            8 => lanes::rows::<V, 8>(theta, m, row, 1),
+            7 => lanes::rows::<V, 7>(theta, m, row, 1),
+            6 => lanes::rows::<V, 6>(theta, m, row, 1),
+            5 => lanes::rows::<V, 5>(theta, m, row, 1),
+            4 => lanes::rows::<V, 4>(theta, m, row, 1),
+            3 => lanes::rows::<V, 3>(theta, m, row, 1),
+            2 => lanes::rows::<V, 2>(theta, m, row, 1),
+            1 => lanes::rows::<V, 1>(theta, m, row, 1),
+            _ => 0.0,
+        }
     }
 }

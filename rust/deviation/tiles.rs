@@ -15,7 +15,7 @@ const DOUBLINGS: usize = 6;
 /// Tiles of an item of work.
 const STRIPE: usize = 8;
 /// Rows to be asked for before they are copied.
-const AHEAD: usize = 8;
+const AHEAD: usize = 32;
 
 /// A doubling run over a phase without gaps.
 pub struct Run<'a> {
@@ -76,13 +76,13 @@ impl Run<'_> {
             let rows = rows.saturating_sub(first).min(self.rows);
             for column in (from..to).step_by(self.columns) {
                 let columns = self.columns.min(to - column);
-                tile.clear();
-                for row in 0..rows {
+                tile.resize(rows * columns, 0.0);
+                for (row, to) in tile.chunks_exact_mut(columns).enumerate() {
                     let at = (first + row) * m + column;
                     if row + AHEAD < rows {
                         prefetch(&self.theta[at + AHEAD * m..][..columns]);
                     }
-                    tile.extend_from_slice(&self.theta[at..][..columns]);
+                    copy(&self.theta[at..][..columns], to);
                 }
                 self.add_tile(tile, columns, sums);
             }
@@ -109,6 +109,15 @@ impl Run<'_> {
 fn groups(width: Width, factors: &[(usize, usize)], columns: usize) -> Vec<Group> {
     let placed: Placed = factors.iter().enumerate().map(|(t, factor)| (factor.0, columns << t)).collect();
     sums::groups(width, &placed)
+}
+
+/// A row is too short for a call to the system's copy to pay.
+fn copy(from: &[f64], to: &mut [f64]) {
+    let ((from, from_rest), (to, to_rest)) = (from.as_chunks::<16>(), to.as_chunks_mut::<16>());
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
+    }
+    to_rest.copy_from_slice(from_rest);
 }
 
 /// Asks for the cache lines of `points`.
