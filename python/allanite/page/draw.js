@@ -11,6 +11,9 @@ const Draw = (() => {
     const layout = structuredClone(view.layout);
     base = layout.shapes || [];
     await Plotly.react(plot(), view.data, layout, options);
+    // What stands above may have become taller: the observer of sizes would put that right, but only a moment later.
+    const { width, height } = plot()._fullLayout;
+    if (width !== plot().clientWidth || height !== plot().clientHeight) await Plotly.relayout(plot(), { autosize: true });
   }
 
   function light(place) {

@@ -236,9 +236,9 @@ async function figure() {
     const got = await speak(`tabs/${tab}/view/${view}?theme=${theme()}`);
     if (want !== drawn) return;
     $("empty").textContent = "";
+    key();
     await Draw.show(got);
     $("plot").setAttribute("aria-label", `${got.title}: ${got.subtitle}`);
-    key();
     document.body.dataset.drawn = want;
   } catch (error) {
     if (want !== drawn) return;
