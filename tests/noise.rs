@@ -69,6 +69,18 @@ fn the_sum_is_the_sum() {
 }
 
 #[test]
+fn an_effect_of_no_size_is_silent() {
+    let mut samples = vec![1.0; 10_000];
+    for (name, values) in
+        [("flicker", &[0.0][..]), ("power_law", &[-1.5, 0.0]), ("gauss_markov", &[0.0, 0.9])]
+    {
+        let mut stream = Generator::new(&[(name, values)], 1 << 30, 1, 0, 0, 1).unwrap();
+        stream.fill(&mut samples, &AtomicBool::new(false)).unwrap();
+        assert!(samples.iter().all(|x| *x == 0.0), "{name}");
+    }
+}
+
+#[test]
 fn a_stop_is_heard() {
     let mut samples = vec![0.0; 1 << 20];
     for threads in [1, 2] {

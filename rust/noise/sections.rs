@@ -1,8 +1,8 @@
 //! First-order sections side by side, all driven by the same normals.
 //!
 //! The [`FAST`] fastest advance with every sample. The others hardly move within a window: there any of them is a sum of
-//! the same four exponentials (interpolation in the rate of decay, at Chebyshev points),
-//! so that four sections stand for all of them, and each is brought up to date at the end of the window.
+//! the same four exponentials (interpolation in the rate of decay, at Chebyshev points), so that four sections stand
+//! for all of them, and each is brought up to date at the end of the window.
 
 use std::f64::consts::PI;
 
@@ -51,11 +51,11 @@ impl Sections {
     /// In their stationary state.
     pub fn new(ladder: &Ladder, level: f64, start: &mut Stream) -> Self {
         let state = stationary(&ladder.gaps, start);
-        let weight: Vec<_> = ladder.weights.iter().map(|weight| level * weight).collect();
+        let weight = &ladder.weights;
         let phi: Vec<_> = ladder.gaps.iter().map(|gap| 1.0 - gap).collect();
-        let direct = level * ladder.direct;
+        let direct = ladder.direct;
         if phi.len() <= FAST + LANES {
-            return Self::grouped(groups(&phi), &groups(&weight), groups(&state), direct, None);
+            return Self::grouped(groups(&phi), &groups(weight), groups(&state), direct, level);
         }
         // Gaps rise: the slow ones come first.
         let split = phi.len() - FAST;
@@ -66,7 +66,8 @@ impl Sections {
             all
         };
         let state = with(&state[split..], [0.0; LANES]);
-        Self::grouped(with(&phi[split..], psi), &with(&weight[split..], together), state, direct, Some(slow))
+        let weight = with(&weight[split..], together);
+        Self { slow: Some(slow), ..Self::grouped(with(&phi[split..], psi), &weight, state, direct, level) }
     }
 
     fn grouped(
@@ -74,16 +75,16 @@ impl Sections {
         weight: &[[f64; LANES]],
         state: Vec<[f64; LANES]>,
         direct: f64,
-        slow: Option<Slow>,
+        level: f64,
     ) -> Self {
-        let direct = [direct + weight.iter().flatten().sum::<f64>(), direct];
+        let direct = [direct + weight.iter().flatten().sum::<f64>(), direct].map(|direct| level * direct);
         let group = |(phi, weight): ([f64; LANES], &[f64; LANES])| Group {
             phi,
             square: phi.map(|phi| phi * phi),
-            weight: *weight,
-            earlier: std::array::from_fn(|q| weight[q] * phi[q]),
+            weight: weight.map(|weight| level * weight),
+            earlier: std::array::from_fn(|q| level * weight[q] * phi[q]),
         };
-        Self { groups: phi.into_iter().zip(weight).map(group).collect(), state, direct, slow }
+        Self { groups: phi.into_iter().zip(weight).map(group).collect(), state, direct, slow: None }
     }
 
     /// One section after the other: what the wide path does, operation for operation.
