@@ -1,7 +1,10 @@
 """Overlapping Allan deviation against allantools, NumPy and numba: time against N and number of τ."""
 
 import argparse
+import os
 from pathlib import Path
+
+os.environ["OMP_WAIT_POLICY"] = "passive"  # or numba's threads keep a processor from who comes next
 
 import allantools
 import numpy as np
