@@ -175,7 +175,7 @@ impl<'a, T: Sample> Record<'a, T> {
             // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
             return unsafe { raised_avx2(self.bases[block], local, slope, out, self.len() >= STREAMED) };
         }
-        raised(self.bases[block], local, slope, out);
+        raised(0, self.bases[block], local, slope, out);
     }
 }
 
@@ -185,15 +185,15 @@ impl<'a, T: Sample> Record<'a, T> {
 #[target_feature(enable = "avx2,fma")]
 unsafe fn raised_avx2(base: [f64; 2], local: &[f64], slope: f64, out: &mut [f64], streamed: bool) {
     if !streamed {
-        return raised(base, local, slope, out);
+        return raised(0, base, local, slope, out);
     }
     let mut line = [0.0; LINE];
     let head = out.as_ptr().align_offset(64).min(out.len());
-    raised(base, local, slope, &mut out[..head]);
+    raised(0, base, local, slope, &mut out[..head]);
     let (lines, _) = out[head..].as_chunks_mut::<LINE>();
     for (i, to) in lines.iter_mut().enumerate() {
         let at = head + i * LINE;
-        raised_from(at, base, &local[at..], slope, &mut line);
+        raised(at, base, &local[at..], slope, &mut line);
         // SAFETY: the line is aligned to 64 bytes, of which two registers are written.
         unsafe {
             _mm256_stream_pd(to.as_mut_ptr(), _mm256_loadu_pd(line.as_ptr()));
@@ -201,20 +201,14 @@ unsafe fn raised_avx2(base: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]
         }
     }
     let at = head + lines.len() * LINE;
-    raised_from(at, base, &local[at..], slope, &mut out[at..]);
+    raised(at, base, &local[at..], slope, &mut out[at..]);
     _mm_sfence();
 }
 
-/// Local phase on its line and its base.
+/// Local phase from point `at` of its block on, on its line and its base.
 #[allow(clippy::inline_always)] // to be compiled with the instructions of its caller
 #[inline(always)]
-fn raised(base: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {
-    raised_from(0, base, local, slope, out);
-}
-
-#[allow(clippy::inline_always)] // as above
-#[inline(always)]
-fn raised_from(at: usize, [high, low]: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {
+fn raised(at: usize, [high, low]: [f64; 2], local: &[f64], slope: f64, out: &mut [f64]) {
     for (i, (slot, value)) in out.iter_mut().zip(local).enumerate() {
         *slot = high + (low + (slope * f64::from((at + i) as u32) + value));
     }
@@ -342,4 +336,29 @@ pub fn add_to(sum: &mut [f64; 2], value: f64) {
     let low = low + sum[1];
     let to = high + low;
     *sum = [to, low - (to - high)];
+}
+
+#[cfg(all(test, target_arch = "x86_64", not(miri)))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn past_the_caches_goes_the_same_phase() {
+        if !Width::best().is_wide() {
+            return;
+        }
+        let local: Vec<f64> = (0..100).map(|i| f64::from(i * i % 97) / 7.0).collect();
+        let mut room = [vec![0.0; 120], vec![0.0; 120]];
+        for start in 0..9 {
+            for n in 0..=local.len() {
+                for (out, streamed) in room.iter_mut().zip([false, true]) {
+                    out.fill(-1.0);
+                    let out = &mut out[start..][..n];
+                    // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
+                    unsafe { raised_avx2([1e6, 1e-12], &local, 0.375, out, streamed) };
+                }
+                assert_eq!(room[0], room[1], "{n} from {start}");
+            }
+        }
+    }
 }

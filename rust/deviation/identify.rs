@@ -164,3 +164,17 @@ fn detrend(z: &mut [f64]) {
         *v -= level + t * tilt + (t * t - square) * bend;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wide_registers_change_no_bit() {
+        for n in 90..200_usize {
+            let values: Vec<f64> = (0..n).map(|i| ((i * i * 7919) % 1000) as f64 / 7.0).collect();
+            let (found, plain) = (exponent(&mut values.clone()), exponent_by(&mut values.clone()));
+            assert_eq!(found.to_bits(), plain.to_bits(), "{n} points");
+        }
+    }
+}

@@ -149,3 +149,30 @@ impl Process for Filtered {
         self.z = [z1, z2];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::StreamKey;
+
+    #[test]
+    fn wide_equals_narrow_equals_the_recursion() {
+        let key = StreamKey { seed: 1, replicate: 0, effect: 0, axis: 0 };
+        for phi in [1.0, 0.999, 0.5, 0.0, -0.9] {
+            let (mut wide, mut narrow) = (Lag::new(phi, 0.3, 2.0), Lag::new(phi, 0.3, 2.0));
+            let mut state = 2.0;
+            for steps in 0..20 {
+                let mut x = vec![0.0; steps * STEP];
+                Stream::new(key, steps as u64).normals(&mut x);
+                let (mut y, normals) = (x.clone(), x.clone());
+                wide.run(&mut x);
+                narrow.advance(&mut y);
+                assert_eq!(x, y, "phi {phi}");
+                for (x, normal) in x.iter().zip(normals) {
+                    assert!((x - state).abs() < 1e-12, "phi {phi}: {x} {state}");
+                    state = phi * state + 0.3 * normal;
+                }
+            }
+        }
+    }
+}
