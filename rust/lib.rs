@@ -12,6 +12,7 @@
 //! | [`lstsq`] | generalised and non-negative least squares | Lawson & Hanson ch. 23 |
 //! | [`noise`] | samples of coloured noise | Kasdin 1995 |
 //! | [`text`] | numeric columns of a text log | |
+//! | [`parallel`], [`pages`] | threads over blocks, large buffers | |
 //!
 //! Only `python` may name an interpreter; everything else builds and is tested without one.
 
@@ -23,6 +24,8 @@ pub mod envelope;
 pub mod error;
 pub mod lstsq;
 pub mod noise;
+pub mod pages;
+pub mod parallel;
 pub mod phase;
 #[cfg(feature = "python")]
 mod python;

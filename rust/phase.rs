@@ -15,8 +15,8 @@ mod series;
 use std::arch::x86_64::{_mm_sfence, _mm256_loadu_pd, _mm256_stream_pd};
 use std::sync::atomic::AtomicBool;
 
-use crate::deviation::parallel::for_each;
 use crate::deviation::sums::Width;
+use crate::parallel::for_each;
 use crate::{Error, Result};
 
 pub(crate) use scan::sum as plain_sum;

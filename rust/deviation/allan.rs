@@ -8,11 +8,11 @@
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
-use super::pages::Buffer;
-use super::parallel::for_each;
 use super::sums::{self, Group, Width};
 use super::tiles;
 use crate::Result;
+use crate::pages::Buffer;
+use crate::parallel::for_each;
 use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
 
 /// Tiers of the far factors: the largest of each, and how many terms an item of work has. What a tier reads of an item

@@ -4,11 +4,11 @@ use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use super::allan::{Means, Terms};
-use super::pages::Buffer;
-use super::parallel::for_each;
 use super::sums::Width;
 use super::{hadamard, modified, modified_total, theo, tie, total};
 use crate::Result;
+use crate::pages::Buffer;
+use crate::parallel::for_each;
 use crate::phase::{BLOCK, LOCAL, Quantity, Record, Sample, add_to};
 
 /// Which statistic of the phase.

@@ -8,8 +8,6 @@ mod lanes;
 mod modified;
 mod modified_total;
 pub mod naive;
-pub mod pages;
-pub mod parallel;
 mod stretches;
 pub mod sums;
 mod theo;

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::simple::add;
 use super::{Deviates, Process, process};
-use crate::deviation::parallel::{default_threads, for_each};
+use crate::parallel::{default_threads, for_each};
 use crate::rng::{Stream, StreamKey};
 use crate::{Error, Result};
 

@@ -16,8 +16,8 @@ use crate::averaging::{Grid, factors as grid_factors};
 use crate::deviation::allan::{Means, adjacent, overlapping};
 use crate::deviation::family::{Kind, variances};
 use crate::deviation::identify::laws;
-use crate::deviation::parallel::default_threads;
 use crate::deviation::sums::Width;
+use crate::parallel::default_threads;
 use crate::phase::{Quantity, Record};
 
 /// Terms from which a call runs beside the interpreter so that Ctrl-C is heard.
