@@ -1,9 +1,12 @@
 //! Threads over blocks of samples, with results that do not depend on their number.
 
+mod seats;
+
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::{Error, Result};
+use seats::Seats;
 
 /// Does `work(state, i)` for every item `i`, each worker with a state of its own, and returns the results in the
 /// order of the items. The calling thread is the first worker: short calls then do not wait for a wake-up.
@@ -36,9 +39,16 @@ where
     if threads == 1 {
         worker();
     } else {
+        let seats = Seats::default();
+        seats.take();
         std::thread::scope(|scope| {
             for _ in 1..threads {
-                scope.spawn(worker);
+                scope.spawn(|| {
+                    seats.take();
+                    worker();
+                });
+                // Where it has been put behind this thread, it goes first: to look for another place.
+                std::thread::yield_now();
             }
             worker();
         });
