@@ -100,8 +100,8 @@ pub struct Accumulator {
     width: Width,
 }
 
-/// What an accumulator knows: factor, stride, Σ d², number of terms.
-pub type Reading = Vec<(u64, u64, f64, u64)>;
+/// What an accumulator knows: factor, stride, Σ d², number of terms, and of those that gaps have cost.
+pub type Reading = Vec<(u64, u64, f64, u64, u64)>;
 
 impl Accumulator {
     /// An empty stretch that begins with sample `start` of its stream.
@@ -191,8 +191,8 @@ impl Accumulator {
         here.next += waiting as u64;
     }
 
-    /// Joins the stretch that follows this one.
-    pub fn merge(&mut self, other: &Self) -> Result<()> {
+    /// Joins the stretch that follows this one, whose samples were taken about a base that is `higher` by so much.
+    pub fn merge(&mut self, other: &Self, higher: f64) -> Result<()> {
         if other.grid != self.grid {
             return Err(Error::Input("accumulators with different averaging times cannot be merged".into()));
         }
@@ -204,10 +204,10 @@ impl Accumulator {
             )));
         }
         let shift = match (self.origin, other.origin) {
-            (Some(ours), Some(theirs)) => theirs - ours,
+            (Some(ours), Some(theirs)) => theirs - ours + higher,
             _ => 0.0,
         };
-        self.origin = self.origin.or(other.origin);
+        self.origin = self.origin.or(other.origin.map(|theirs| theirs + higher));
         self.samples += other.samples;
         self.gaps += other.gaps;
         let mut straddling: Option<f64> = None;
@@ -241,7 +241,7 @@ impl Accumulator {
         Ok(())
     }
 
-    /// The sums so far.
+    /// The sums so far, also where gaps have left no term.
     pub fn reading(&self) -> Reading {
         let mut out = Vec::new();
         for (level, here) in self.levels.iter().enumerate() {
@@ -250,8 +250,9 @@ impl Accumulator {
             let waiting = here.tail.len();
             add_terms(self.width, &here.tail, waiting, &factors, &mut sums, &mut counts);
             for ((q, sum), count) in factors.iter().zip(sums).zip(counts) {
-                if count > 0 {
-                    out.push(((*q as u64) << level, 1 << level, sum[0] + sum[1], count));
+                let all = (here.end() - here.start + 1).saturating_sub(2 * *q as u64);
+                if all > 0 {
+                    out.push(((*q as u64) << level, 1 << level, sum[0] + sum[1], count, all - count));
                 }
             }
         }

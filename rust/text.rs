@@ -88,6 +88,12 @@ impl Reader {
         Ok(Self { source, dialect, rows, first: Some(head), ready: VecDeque::new(), used: 0, meta })
     }
 
+    /// Asks for these columns only, before the first row is taken.
+    pub fn select(&mut self, columns: &[usize]) -> Result<()> {
+        self.rows = Rows::new(self.source.name(), &self.dialect, Some(columns))?;
+        Ok(())
+    }
+
     /// Names of the columns asked for, if the log has them.
     pub fn header(&self) -> Option<Vec<String>> {
         let names = self.dialect.header.as_ref()?;

@@ -12,28 +12,30 @@ fn integers(n: usize, seed: u64) -> Vec<f64> {
     (0..n).map(|_| next()).collect()
 }
 
-/// Σ d² and number of terms at every `stride`-th sample, in whole numbers.
-fn batch(samples: &[f64], m: usize, stride: usize) -> (i128, u64) {
+/// Σ d² and number of terms at every `stride`-th sample, in whole numbers, and of those that gaps have cost.
+fn batch(samples: &[f64], m: usize, stride: usize) -> (i128, u64, u64) {
     let mut theta = vec![0_i128];
     for x in samples {
         theta.push(theta[theta.len() - 1] + if x.is_nan() { 0 } else { *x as i128 });
     }
-    let (mut sum, mut count) = (0, 0);
+    let (mut sum, mut count, mut lost) = (0, 0, 0);
     for k in (0..(samples.len() + 1).saturating_sub(2 * m)).step_by(stride) {
         if samples[k..k + 2 * m].iter().all(|x| !x.is_nan()) {
             sum += (theta[k + 2 * m] - 2 * theta[k + m] + theta[k]).pow(2);
             count += 1;
+        } else {
+            lost += 1;
         }
     }
-    (sum, count)
+    (sum, count, lost)
 }
 
 fn check(samples: &[f64], accumulator: &Accumulator) {
     let reading = accumulator.reading();
     assert_eq!(accumulator.len() as usize, samples.len());
-    for (m, stride, sum, count) in reading {
+    for (m, stride, sum, count, lost) in reading {
         assert_eq!(
-            (sum as i128, count),
+            (sum as i128, count, lost),
             batch(samples, m as usize, stride as usize),
             "m = {m}, stride {stride}"
         );
@@ -70,7 +72,7 @@ proptest! {
             }
             let right = 1 + pick % (parts.len() - 1);
             let other = parts.remove(right);
-            parts[right - 1].merge(&other).unwrap();
+            parts[right - 1].merge(&other, 0.0).unwrap();
         }
         check(&x, &parts[0]);
     }
@@ -84,18 +86,31 @@ fn a_merged_stretch_goes_on() {
     first.update(&x[..5]).unwrap();
     let mut second = Accumulator::new(grid(), 5);
     second.update(&x[5..20_003]).unwrap();
-    first.merge(&second).unwrap();
+    first.merge(&second, 0.0).unwrap();
     first.update(&x[20_003..]).unwrap();
     check(&x, &first);
     assert!(first.reading().iter().any(|r| r.0 == 8192));
 }
 
 #[test]
+fn stretches_about_different_bases_are_one() {
+    let x = integers(5_000, 9);
+    let grid = || Grid::per_octave(2).unwrap();
+    let (mut first, mut second) = (Accumulator::new(grid(), 0), Accumulator::new(grid(), 1_001));
+    first.update(&x[..1_001]).unwrap();
+    second.update(&x[1_001..].iter().map(|v| v - 70.0).collect::<Vec<_>>()).unwrap();
+    let mut none = Accumulator::new(grid(), 0);
+    none.merge(&first, 0.0).unwrap();
+    none.merge(&second, 70.0).unwrap();
+    check(&x, &none);
+}
+
+#[test]
 fn what_does_not_fit_is_an_error() {
     let mut first = Accumulator::new(Grid::per_octave(1).unwrap(), 0);
     first.update(&[1.0, 2.0]).unwrap();
-    assert!(first.merge(&Accumulator::new(Grid::per_octave(1).unwrap(), 3)).is_err());
-    assert!(first.merge(&Accumulator::new(Grid::per_octave(2).unwrap(), 2)).is_err());
+    assert!(first.merge(&Accumulator::new(Grid::per_octave(1).unwrap(), 3), 0.0).is_err());
+    assert!(first.merge(&Accumulator::new(Grid::per_octave(2).unwrap(), 2), 0.0).is_err());
     assert!(first.update(&[f64::INFINITY]).is_err());
     assert!(Grid::per_octave(0).is_err());
 }

@@ -10,12 +10,17 @@ from allanite import _kernels
 from allanite.averaging import QUANTITIES, one_column, positive_rate
 from allanite.deviation import Deviation
 from allanite.errors import InputError, TooShortError
+from allanite.gaps import said
 from allanite.identification import degrees_of_freedom
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["Accumulator"]
+
+#: Averages from which a power law is read, and what white FM is carried on as (rust/deviation/identify.rs).
+FEWEST = 90
+UNSURE = -0.5
 
 
 class Accumulator:
@@ -46,7 +51,7 @@ class Accumulator:
         A rate, grid or quantity that cannot be used.
     """
 
-    __slots__ = ("_core", "_octaves", "quantity", "rate", "start", "unit")
+    __slots__ = ("_base", "_core", "_octaves", "quantity", "rate", "start", "unit")
 
     def __init__(
         self,
@@ -69,6 +74,8 @@ class Accumulator:
         self.unit = unit
         self.start = int(start)
         self._core = _kernels.Accumulator(max(self._octaves, 0), self.start)
+        # What the core's samples are counted from: doubles do not hold every 64-bit integer.
+        self._base = 0
 
     @property
     def n(self) -> int:
@@ -93,7 +100,14 @@ class Accumulator:
         InputError
             Infinite samples, or not one column of real numbers; nothing of the chunk is taken then.
         """
-        self._core.update(np.ascontiguousarray(one_column(chunk), np.float64))
+        x = one_column(chunk)
+        if x.dtype.kind in "iu" and x.dtype.itemsize == 8 and x.size:
+            if self.n == 0:
+                self._base = int(x[0])
+            x = _counted(x, self._base)
+        elif self._base:
+            x = x - float(self._base)
+        self._core.update(np.ascontiguousarray(x, np.float64))
 
     def merge(self, other: Accumulator) -> None:
         """Join the stretch that follows this one.
@@ -108,7 +122,9 @@ class Accumulator:
                 f"cannot merge {other.quantity} at {other.rate:g} Hz"
                 f" into {self.quantity} at {self.rate:g} Hz"
             )
-        self._core.merge(other._core)
+        if self.n == 0:
+            self._base = other._base
+        self._core.merge(other._core, float(other._base - self._base))
 
     def oadev(self) -> Deviation:
         """Overlapping Allan deviation of what has been taken so far.
@@ -121,15 +137,15 @@ class Accumulator:
         reading = sorted(self._core.reading())
         if not reading:
             raise TooShortError(f"{self.n} samples so far: at least 3 are needed")
-        m = np.array([row[0] for row in reading], np.int64)
-        stride = np.array([row[1] for row in reading], np.int64)
+        m, stride, n, lost = (np.array([row[i] for row in reading], np.int64) for i in (0, 1, 3, 4))
         total = np.array([row[2] for row in reading])
-        n = np.array([row[3] for row in reading], np.int64)
-        variance = total / (2.0 * m.astype(np.float64) ** 2 * n)
-        alpha = _slopes(m, variance)
+        with np.errstate(invalid="ignore"):
+            variance = total / (2.0 * m.astype(np.float64) ** 2 * n)
+        alpha = _laws(m, variance, self.n)
         notes = ["stream: terms every 2^l samples, m/32 < 2^l ≤ m/16, for m ≥ 32"]
         if self.gaps:
-            notes.append(f"{self.gaps} of {self.n} samples are missing")
+            share = lost / (n + lost)
+            notes.extend(said(self.gaps, self.n, m / self.rate, share))
 
         def freedom() -> NDArray[np.float64]:
             return np.array(
@@ -151,6 +167,7 @@ class Accumulator:
             self.unit,
             tuple(notes),
             freedom,
+            lost=lost,
         )
 
     def __repr__(self) -> str:
@@ -160,16 +177,37 @@ class Accumulator:
         twin = Accumulator(
             self.rate, self._octaves, quantity=self.quantity, unit=self.unit, start=self.start
         )
-        twin._core = self._core.copy()
+        twin._core, twin._base = self._core.copy(), self._base
         return twin
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Accumulator:
         return self.__copy__()
 
 
-def _slopes(m: NDArray[np.int64], variance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Power laws from the local slope µ of the variance, α = −1 − µ; flicker PM where µ = −2 says PM."""
-    if m.size < 2 or not (variance > 0).all():
-        return np.zeros(m.size)
-    slope = np.gradient(np.log(variance), np.log(m))
-    return np.clip(np.round(-1.0 - slope), -2.0, 1.0) + 0.0
+def _counted(x: NDArray[Any], base: int) -> NDArray[Any]:
+    """Integers counted from `base`: exact where that is below 2^63, and then below 2^53 as doubles."""
+    if -(2**63) <= int(x.min()) - base and int(x.max()) - base < 2**63:
+        # Modulo 2^64, of which the signed difference is the right one.
+        return (x.view(np.uint64) - np.uint64(base % 2**64)).view(np.int64)
+    return x.astype(np.float64) - float(base)
+
+
+def _laws(
+    m: NDArray[np.int64], variance: NDArray[np.float64], samples: int
+) -> NDArray[np.float64]:
+    """Power laws α = −1 − µ from the slope µ of the variance between half and twice each factor.
+
+    Slopes of few averages would choose the interval by chance: there the last sure law goes on, white FM halfway to
+    flicker FM, as in records that are kept.
+    """
+    alpha = np.zeros(m.size)
+    sure = (variance > 0) & (m * FEWEST <= samples)
+    if np.count_nonzero(sure) < 2:
+        return alpha
+    x, y = np.log(m[sure]), np.log(variance[sure])
+    left, right = (np.clip(x + by, x[0], x[-1]) for by in (-np.log(2.0), np.log(2.0)))
+    slope = (np.interp(right, x, y) - np.interp(left, x, y)) / (right - left)
+    alpha[sure] = np.clip(np.round(-1.0 - slope), -2.0, 1.0) + 0.0
+    last = alpha[sure][-1]
+    alpha[m > m[sure][-1]] = UNSURE if last == 0.0 else last
+    return alpha

@@ -158,9 +158,9 @@ impl PyAccumulator {
         run_short(py, || inner.update(samples))
     }
 
-    fn merge(&mut self, py: Python<'_>, other: PyRef<'_, Self>) -> PyResult<()> {
+    fn merge(&mut self, py: Python<'_>, other: PyRef<'_, Self>, higher: f64) -> PyResult<()> {
         let (inner, other) = (&mut self.0, &other.0);
-        run_short(py, || inner.merge(other))
+        run_short(py, || inner.merge(other, higher))
     }
 
     fn copy(&self) -> Self {
@@ -175,8 +175,8 @@ impl PyAccumulator {
         self.0.gaps()
     }
 
-    /// Factor, stride, sum and number of terms, rising.
-    fn reading(&self) -> Vec<(u64, u64, f64, u64)> {
+    /// Factor, stride, sum, number of terms and of lost ones.
+    fn reading(&self) -> accumulator::Reading {
         self.0.reading()
     }
 }

@@ -95,6 +95,11 @@ impl TextReader {
         self.with(|reader| reader.header())
     }
 
+    /// Asks for these columns only, before the first row is taken.
+    fn select(&self, columns: Vec<usize>) -> PyResult<()> {
+        self.with(|reader| reader.select(&columns)).map_err(super::errors::to_python)
+    }
+
     /// What was found so far.
     #[getter]
     fn meta<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
