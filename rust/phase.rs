@@ -77,7 +77,7 @@ impl<'a, T: Sample> Record<'a, T> {
         let runs = if gaps == 0 { vec![(0, n)] } else { find_runs(series, &looks) };
         let (mean, bases, slopes) = match quantity {
             Quantity::Rate => bases::<T>(origin, &looks, n - gaps),
-            Quantity::Angle => (origin, Vec::new(), Vec::new()),
+            Quantity::Angle => (level(series, first), Vec::new(), Vec::new()),
         };
         Ok(Self { series, quantity, mean, bases, slopes, gaps, runs })
     }
@@ -112,7 +112,7 @@ impl<'a, T: Sample> Record<'a, T> {
         self.len() + usize::from(self.quantity == Quantity::Rate)
     }
 
-    /// Phase points `start .. start + phase.len()` about a local origin and slope; returns the slope removed.
+    /// Phase points `start .. start + phase.len()`, of a rate about a local origin and slope; returns the slope removed.
     ///
     /// Gaps of a rate count as zeros (terms that touch them are left out by their runs); gaps of a phase stay NaN.
     pub fn local(&self, start: usize, phase: &mut [f64]) -> f64 {
@@ -144,10 +144,6 @@ impl<'a, T: Sample> Record<'a, T> {
         let Some(samples) = phase.len().checked_sub(1) else { return 0.0 };
         if self.quantity == Quantity::Angle {
             self.series.load(start, self.mean, phase);
-            let origin = phase.iter().copied().find(|v| !v.is_nan()).unwrap_or(0.0);
-            for v in phase.iter_mut() {
-                *v -= origin;
-            }
             return 0.0;
         }
         let slope = self.slopes[start / BLOCK];
@@ -268,6 +264,16 @@ fn look_at_blocks<T: Sample>(
         },
     )?;
     looks.into_iter().collect()
+}
+
+/// What is subtracted from a phase: where it keeps about one level, the first point, which is exact then; of drifting
+/// floats nothing, because a small number taken from large ones costs their last digits.
+fn level<T: Sample>(series: Series<'_, T>, first: T) -> T::Base {
+    let about = first.value();
+    let (low, high) = (about.min(4.0 * about) / 2.0, about.max(about / 4.0) * 2.0);
+    let near = |x: f64| x.is_nan() || (low <= x && x <= high);
+    let mut some = (0..series.len()).step_by(64).map(|i| series.at(i).value());
+    if T::INTEGER || some.all(near) { first.base() } else { T::ZERO }
 }
 
 fn find_runs<T: Sample>(series: Series<'_, T>, looks: &[Look]) -> Vec<(usize, usize)> {

@@ -3,6 +3,8 @@
 //! Three shapes. A *chain* m, 2m, 4m, … shares loads: θ[k+2m] of one factor is θ[k+m'] of the next, which reaches
 //! the FMA limit. *Rows* of one factor, the terms at k, k+m, k+2m, …, share them likewise and serve every m that is
 //! long enough for a row. *Several* short factors share θ[k] only and are limited by loads.
+//!
+//! Every second difference is one of first differences, which neither an offset nor a drift of the phase makes inexact.
 
 // Instructions of a wider unit may only be inlined into a function that has them enabled.
 #![allow(clippy::inline_always)]
@@ -26,8 +28,8 @@ pub unsafe trait Lanes: Copy {
     unsafe fn load_some(from: *const f64, count: usize) -> Self;
     /// a − b.
     unsafe fn minus(a: Self, b: Self) -> Self;
-    /// a − 2b + c.
-    unsafe fn second_difference(a: Self, b: Self, c: Self) -> Self;
+    /// a − 2b.
+    unsafe fn minus_twice(a: Self, b: Self) -> Self;
     /// d² + sum.
     unsafe fn add_square(d: Self, sum: Self) -> Self;
     /// Sum of the lanes, in a fixed order.
@@ -60,8 +62,8 @@ unsafe impl Lanes for Portable {
         Self(std::array::from_fn(|i| a.0[i] - b.0[i]))
     }
     #[inline(always)]
-    unsafe fn second_difference(a: Self, b: Self, c: Self) -> Self {
-        Self(std::array::from_fn(|i| (a.0[i] + c.0[i]) - 2.0 * b.0[i]))
+    unsafe fn minus_twice(a: Self, b: Self) -> Self {
+        Self(std::array::from_fn(|i| a.0[i] - 2.0 * b.0[i]))
     }
     #[inline(always)]
     unsafe fn add_square(d: Self, sum: Self) -> Self {
@@ -76,10 +78,10 @@ unsafe impl Lanes for Portable {
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use std::arch::x86_64::{
-        __m256d, __m512d, _mm256_add_pd, _mm256_fmadd_pd, _mm256_fnmadd_pd, _mm256_loadu_pd,
-        _mm256_loadu_si256, _mm256_maskload_pd, _mm256_set1_pd, _mm256_setzero_pd, _mm256_storeu_pd,
-        _mm256_sub_pd, _mm512_add_pd, _mm512_fmadd_pd, _mm512_fnmadd_pd, _mm512_loadu_pd,
-        _mm512_maskz_loadu_pd, _mm512_set1_pd, _mm512_setzero_pd, _mm512_storeu_pd, _mm512_sub_pd,
+        __m256d, __m512d, _mm256_fmadd_pd, _mm256_fnmadd_pd, _mm256_loadu_pd, _mm256_loadu_si256,
+        _mm256_maskload_pd, _mm256_set1_pd, _mm256_setzero_pd, _mm256_storeu_pd, _mm256_sub_pd,
+        _mm512_fmadd_pd, _mm512_fnmadd_pd, _mm512_loadu_pd, _mm512_maskz_loadu_pd, _mm512_set1_pd,
+        _mm512_setzero_pd, _mm512_storeu_pd, _mm512_sub_pd,
     };
 
     /// Four doubles of AVX2 with FMA.
@@ -112,9 +114,9 @@ mod x86 {
             Self(unsafe { _mm256_sub_pd(a.0, b.0) })
         }
         #[inline(always)]
-        unsafe fn second_difference(a: Self, b: Self, c: Self) -> Self {
+        unsafe fn minus_twice(a: Self, b: Self) -> Self {
             // SAFETY: FMA is there (contract of the trait).
-            Self(unsafe { _mm256_fnmadd_pd(_mm256_set1_pd(2.0), b.0, _mm256_add_pd(a.0, c.0)) })
+            Self(unsafe { _mm256_fnmadd_pd(_mm256_set1_pd(2.0), b.0, a.0) })
         }
         #[inline(always)]
         unsafe fn add_square(d: Self, sum: Self) -> Self {
@@ -159,9 +161,9 @@ mod x86 {
             Self(unsafe { _mm512_sub_pd(a.0, b.0) })
         }
         #[inline(always)]
-        unsafe fn second_difference(a: Self, b: Self, c: Self) -> Self {
+        unsafe fn minus_twice(a: Self, b: Self) -> Self {
             // SAFETY: AVX-512F is there (contract of the trait).
-            Self(unsafe { _mm512_fnmadd_pd(_mm512_set1_pd(2.0), b.0, _mm512_add_pd(a.0, c.0)) })
+            Self(unsafe { _mm512_fnmadd_pd(_mm512_set1_pd(2.0), b.0, a.0) })
         }
         #[inline(always)]
         unsafe fn add_square(d: Self, sum: Self) -> Self {
@@ -183,7 +185,7 @@ pub use x86::{Avx2, Avx512};
 
 #[inline(always)]
 fn term(a: f64, b: f64, c: f64) -> f64 {
-    let d = (a + c) - 2.0 * b;
+    let d = (c - a) - 2.0 * (b - a);
     d * d
 }
 
@@ -201,11 +203,11 @@ pub unsafe fn chain<V: Lanes, const T: usize>(theta: *const f64, m: usize, n: us
         while k < whole {
             let at = theta.add(k);
             let a = V::load(at);
-            let mut b = V::load(at.add(m));
+            let mut last = V::minus(V::load(at.add(m)), a);
             for (t, sum) in sums.iter_mut().enumerate() {
-                let c = V::load(at.add(m << (t + 1)));
-                *sum = V::add_square(V::second_difference(a, b, c), *sum);
-                b = c;
+                let next = V::minus(V::load(at.add(m << (t + 1))), a);
+                *sum = V::add_square(V::minus_twice(next, last), *sum);
+                last = next;
             }
             k += V::WIDTH;
         }
@@ -240,7 +242,8 @@ pub unsafe fn several<V: Lanes, const T: usize, const U: usize>(
                 let at = theta.add(k + u * V::WIDTH);
                 let a = V::load(at);
                 for (&m, sums) in m.iter().zip(&mut sums) {
-                    let d = V::second_difference(a, V::load(at.add(m)), V::load(at.add(2 * m)));
+                    let (b, c) = (V::load(at.add(m)), V::load(at.add(2 * m)));
+                    let d = V::minus_twice(V::minus(c, a), V::minus(b, a));
                     sums[u] = V::add_square(d, sums[u]);
                 }
             }

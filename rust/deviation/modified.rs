@@ -5,7 +5,7 @@ use super::family::Piece;
 /// Modified Allan variance, NIST SP 1065 eq. 14: `Σ_k (Σ_{i=k}^{k+m−1} (θ[i+2m] − 2θ[i+m] + θ[i]))²`.
 pub fn averages(piece: &Piece<'_>) -> (f64, u64) {
     let (n, m, theta) = (piece.n, piece.m, piece.theta);
-    let mut window: f64 = (0..m).map(|i| (theta[i] + theta[i + 2 * m]) - 2.0 * theta[i + m]).sum();
+    let mut window: f64 = (0..m).map(|i| (theta[i + 2 * m] - theta[i + m]) - (theta[i + m] - theta[i])).sum();
     let mut sum = window * window;
     for k in 0..n - 1 {
         window += (theta[k + 3 * m] - theta[k]) - 3.0 * (theta[k + 2 * m] - theta[k + m]);

@@ -202,7 +202,7 @@ pub fn add_with_gaps(
             if sum.is_nan() {
                 (sum, count) = (0.0, 0);
                 for ((a, b), c) in theta[..n].iter().zip(&theta[m..]).zip(&theta[2 * m..]) {
-                    let d = (a + c) - 2.0 * b;
+                    let d = (c - a) - 2.0 * (b - a);
                     sum += if d.is_nan() { 0.0 } else { d * d };
                     count += u64::from(!d.is_nan());
                 }
@@ -228,7 +228,7 @@ pub fn add_adjacent(
             let last = to.min((end + 1).saturating_sub(2 * m));
             for k in (from.max(start).next_multiple_of(m)..last).step_by(m) {
                 let at = k - origin;
-                let d = (theta[at] + theta[at + 2 * m]) - 2.0 * theta[at + m];
+                let d = (theta[at + 2 * m] - theta[at + m]) - (theta[at + m] - theta[at]);
                 if !d.is_nan() {
                     sums[place] += d * d;
                     counts[place] += 1;

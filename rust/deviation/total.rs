@@ -54,7 +54,7 @@ fn one_by_one(theta: &[f64], runs: &[(usize, usize)], (from, to): (usize, usize)
                 continue;
             }
         }
-        let d = (left + right) - 2.0 * theta[i];
+        let d = (right - theta[i]) - (theta[i] - left);
         if !d.is_nan() {
             sum += d * d;
             count += 1;

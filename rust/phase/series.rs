@@ -8,6 +8,8 @@ pub trait Sample: Copy + Send + Sync + 'static {
     type Base: Copy + Send + Sync;
     /// Integer samples keep integer bases, so that their phase stays exact.
     const INTEGER: bool;
+    /// Nothing to subtract.
+    const ZERO: Self::Base;
     /// The sample as something to subtract.
     fn base(self) -> Self::Base;
     /// `self − base`.
@@ -23,6 +25,7 @@ macro_rules! float_sample {
         impl Sample for $kind {
             type Base = f64;
             const INTEGER: bool = false;
+            const ZERO: f64 = 0.0;
             #[inline]
             #[allow(clippy::cast_lossless, clippy::unnecessary_cast)]
             fn base(self) -> f64 {
@@ -51,6 +54,7 @@ macro_rules! small_integer_sample {
         impl Sample for $kind {
             type Base = f64; // holds every integer these can reach
             const INTEGER: bool = true;
+            const ZERO: f64 = 0.0;
             #[inline]
             fn base(self) -> f64 {
                 f64::from(self)
@@ -75,6 +79,7 @@ macro_rules! large_integer_sample {
         impl Sample for $kind {
             type Base = $kind;
             const INTEGER: bool = true;
+            const ZERO: $kind = 0;
             #[inline]
             fn base(self) -> $kind {
                 self
