@@ -31,7 +31,7 @@ pub struct StreamKey {
     pub seed: u64,
     /// Which repetition of the same simulation.
     pub replicate: u64,
-    /// Place of the effect in the list.
+    /// Number of the effect.
     pub effect: u64,
     /// Which column of a sensor.
     pub axis: u64,

@@ -90,6 +90,16 @@ impl Voice {
     }
 }
 
+/// Number of the streams of a process, of which so many of the same kind stand before it in the list: two records of one
+/// seed, each of another effect, are independent, and the same effect is the same in whatever company.
+fn number(name: &str, before: usize) -> u64 {
+    // FNV-1a: a name is a few bytes.
+    let hash = name
+        .bytes()
+        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
+    u64::wrapping_add(hash, before as u64)
+}
+
 /// A stream of samples of a sum of processes.
 pub struct Generator {
     voices: Vec<Voice>,
@@ -118,7 +128,8 @@ impl Generator {
             .iter()
             .enumerate()
             .map(|(effect, (name, values))| {
-                let key = StreamKey { seed, replicate, effect: effect as u64, axis };
+                let same = processes[..effect].iter().filter(|(other, _)| other.as_ref() == name.as_ref());
+                let key = StreamKey { seed, replicate, effect: number(name.as_ref(), same.count()), axis };
                 Ok(Voice::new(process(name.as_ref(), values.as_ref(), total, key)?, key))
             })
             .collect::<Result<_>>()?;
