@@ -92,7 +92,7 @@ class _Measured:
         return f"{r.path or 'recording'} · {r.columns[0]} · {what}\n{self.deviation}"
 
     def plot(self, path: Path) -> None:
-        """Draw the curve with its interval."""
+        """Draw the curve with its interval, where one is known."""
         from allanite.plots import plot_deviation
 
         plot_deviation(self.deviation, path, recording=cast("Recording", self.recording))
