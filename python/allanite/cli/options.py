@@ -20,6 +20,7 @@ __all__ = [
     "DEFAULT_MODEL",
     "LogOptions",
     "columns_of",
+    "is_number",
     "json_option",
     "log_options",
     "model_option",
@@ -94,6 +95,11 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(_LOG_OPTIONS):
         wrapped = option(wrapped)
     return wrapped
+
+
+def is_number(taus: str) -> bool:
+    """Whether averaging times are given as a number per decade; ² is a digit and no number."""
+    return taus.isascii() and taus.isdigit()
 
 
 def columns_of(path: str, options: LogOptions) -> list[Recording]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.cli.options import is_number
 from allanite.cli.pipe import NAME, PIPE
 from allanite.errors import InputError, TooShortError
 
@@ -223,7 +224,7 @@ class _Column:
             self.factor, self.unit = conversion(self.unit, target), target
         self.last: NDArray[np.float64] = np.empty(0)
         # A decade has log2(10) octaves.
-        grid: str | int = math.ceil(int(taus) / math.log2(10)) if taus.isdigit() else taus
+        grid: str | int = math.ceil(int(taus) / math.log2(10)) if is_number(taus) else taus
         self.sums: Accumulator = Accumulator(
             rate,
             grid,
