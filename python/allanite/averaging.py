@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.asked import positive_rate
 from allanite.errors import InputError, TooShortError
 
 if TYPE_CHECKING:
@@ -59,17 +60,6 @@ def source(x: object, rate: float, quantity: str) -> Source:
     if not array.flags.aligned or array.strides[0] % array.itemsize or array.strides[0] == 0:
         array = np.ascontiguousarray(array)
     return Source(array, rate, quantity, unit)
-
-
-def positive_rate(rate: float) -> float:
-    """Check a sampling rate."""
-    try:
-        rate = float(rate)
-    except (TypeError, ValueError):
-        raise InputError(f"the rate must be a number of Hz, found {rate!r}") from None
-    if not 0 < rate < np.inf:
-        raise InputError(f"the rate must be a positive number of Hz, found {rate:g}")
-    return rate
 
 
 def one_column(x: object) -> NDArray[Any]:
