@@ -14,7 +14,7 @@ from allanite.recording import Recording
 from allanite.samples import covariate
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["SAMPLES", "processes", "simulate"]
+__all__ = ["SAMPLES", "processes", "simulate", "simulate_chunks"]
 
 #: Samples whose numbers are exact; no memory holds as many.
 SAMPLES = 2**53
@@ -105,6 +105,7 @@ def simulate(
     unit: str = "1",
     covariates: Mapping[str, ArrayLike] | None = None,
     axis: int = 0,
+    replicate: int = 0,
 ) -> Recording:
     """Samples of a model, with the declared discrete spectrum and Allan variance at every averaging factor.
 
@@ -124,6 +125,8 @@ def simulate(
         Columns that covariate effects refer to.
     axis : int
         Another axis is another, independent record of the same seed.
+    replicate : int
+        Another repetition, from 0 to 2^32 − 1, is another, independent record of the same seed and axis.
 
     Returns
     -------
@@ -133,10 +136,50 @@ def simulate(
     ------
     InputError
         A value of the model is missing or too large, rate or length are not positive, a length that does not
-        fit into memory, or a seed or axis that is no whole number from 0 on.
+        fit into memory, or a seed, axis or replicate that is no whole number from 0 on.
     """
-    source = _Source(model, duration, n, rate, seed, unit, covariates, axis)
+    source = _Source(model, duration, n, rate, seed, unit, covariates, axis, replicate)
     return source.take(source.n)
+
+
+def simulate_chunks(
+    model: Model | Effect | str,
+    *,
+    size: int = 2**20,
+    duration: float | None = None,
+    n: int | None = None,
+    rate: float,
+    seed: int = 0,
+    unit: str = "1",
+    covariates: Mapping[str, ArrayLike] | None = None,
+    axis: int = 0,
+    replicate: int = 0,
+) -> Iterator[Recording]:
+    """The record of `simulate` in consecutive pieces, which together are the same samples bit for bit.
+
+    Only the piece at hand is in memory, unless a covariate or an effect of one's own looks at the whole record.
+
+    Parameters
+    ----------
+    size : int
+        Samples of each piece; the last one has what remains.
+    model, duration, n, rate, seed, unit, covariates, axis, replicate
+        Of the whole record, as of `simulate`; each piece brings its part of the covariates.
+
+    Returns
+    -------
+    iterator of Recording
+        Each begins at a time of its own: sample k of piece i is sample i·size + k of the record.
+
+    Raises
+    ------
+    InputError
+        As of `simulate`, or a size below 1; before the first piece is asked for.
+    """
+    size = whole(size, "size", 1, SAMPLES, "the samples of a piece")
+    source = _Source(model, duration, n, rate, seed, unit, covariates, axis, replicate)
+    steps = range(0, source.n, size)
+    return (source.take(min(size, source.n - first)) for first in steps)
 
 
 class _Source:
@@ -152,6 +195,7 @@ class _Source:
         unit: str,
         covariates: Mapping[str, ArrayLike] | None,
         axis: int,
+        replicate: int,
     ) -> None:
         if isinstance(model, str):
             model = parse_model(model)
@@ -163,6 +207,8 @@ class _Source:
         self.at = 0
         seed = whole(seed, "seed", 0, SEEDS)
         axis = whole(axis, "axis", 0, SEEDS)
+        # The low half of the key tells the parts of one record from each other.
+        key = whole(replicate, "replicate", 0, 2**32 - 1) << 32
         _require(model)
         self.covariates = {k: covariate(k, v, self.n, "") for k, v in (covariates or {}).items()}
         self.levels = [e.values for e in model.modifiers if e.kind == "noise_level_change"]
@@ -174,12 +220,12 @@ class _Source:
         for number, effect in enumerate(model.stochastic):
             own = _of_effect(steady, effect, self.rate)
             if effect.kind == "angle_random_walk" and self.levels:
-                white = _kernels.Simulator(own, seed, 1 + number, axis, self.n)
+                white = _kernels.Simulator(own, seed, key + 1 + number, axis, self.n)
                 self.parts.append((white, True))
             else:
                 generators += own
         if generators or not self.parts:
-            rest = _kernels.Simulator(generators, seed, 0, axis, self.n)
+            rest = _kernels.Simulator(generators, seed, key, axis, self.n)
             self.parts.append((rest, False))
 
     def take(self, count: int) -> Recording:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -152,6 +152,10 @@ class Effect:
     def simulate(self, **options: Any) -> Recording:
         """Samples of this effect alone; see `Model.simulate`."""
         return self._model().simulate(**options)
+
+    def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
+        """The same samples in consecutive pieces; see `Model.simulate_chunks`."""
+        return self._model().simulate_chunks(**options)
 
     def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
         """Two-sided density in U²/Hz; see `Model.psd`."""

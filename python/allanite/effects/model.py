@@ -191,6 +191,12 @@ class Model:
 
         return simulate(self, **options)
 
+    def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
+        """The same samples in consecutive pieces of `size`: `allanite.simulate.simulate_chunks`."""
+        from allanite.simulate import simulate_chunks
+
+        return simulate_chunks(self, **options)
+
     def save(self, path: str) -> None:
         """Write the model as JSON (schema ``allanite/model/1``)."""
         from allanite.effects.files import save_model
