@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from allanite.plots import Figure
 
-__all__ = ["Deviation"]
+__all__ = ["Deviation", "cell"]
 
 #: Estimators of the phase itself, what a rate gains in τ.
 _OF_THE_PHASE = ("tdev", "ttotdev", "tierms", "mtie")
@@ -134,7 +134,7 @@ class Deviation:
     def __str__(self) -> str:
         head = f"{'tau (s)':>12} {'m':>10} {'n':>11} {self.kind:>12} {'low':>12} {'high':>12} {'edf':>9}"
         rows = [
-            f"{t:12.6g} {m:10d} {n:11d} {' '.join(_cell(v, 12, '.5e') for v in values)} {_cell(e, 9, '.4g')}"
+            f"{t:12.6g} {m:10d} {n:11d} {' '.join(cell(v, 12, '.5e') for v in values)} {cell(e, 9, '.4g')}"
             for t, m, n, *values, e in self._rows()
         ]
         known = "95 % interval" if self.has_interval else "no interval is known"
@@ -155,7 +155,7 @@ class Deviation:
             f"<th>{name}</th>" for name in ("τ (s)", "m", "n", own, "low", "high", "edf")
         )
         rows = "".join(
-            "<tr>" + "".join(f"<td>{_cell(value, 0, '.6g')}</td>" for value in row) + "</tr>"
+            "<tr>" + "".join(f"<td>{cell(value, 0, '.6g')}</td>" for value in row) + "</tr>"
             for row in self._rows()
         )
         return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
@@ -173,7 +173,7 @@ class Deviation:
         )
 
 
-def _cell(value: float, width: int, form: str) -> str:
+def cell(value: float, width: int, form: str) -> str:
     """A number of a table, a dash for what is not known."""
     return (format(value, form) if np.isfinite(value) else "-").rjust(width)
 
