@@ -69,6 +69,8 @@ def one_column(x: object) -> NDArray[Any]:
         raise InputError(
             f"one column of samples is needed, found shape {array.shape}: choose a column"
         )
+    if array.dtype.kind == "b":
+        array = array.astype(np.int8)
     kind, size = array.dtype.kind, array.dtype.itemsize
     if kind not in "iuf":
         raise InputError(f"samples must be real numbers, found {array.dtype}")
@@ -82,8 +84,6 @@ def _array(x: Any) -> NDArray[Any]:
     if isinstance(x, np.ma.MaskedArray):
         return np.ma.filled(x.astype(np.float64), np.nan)
     array = np.asarray(x)
-    if array.dtype.kind == "b":
-        return array.astype(np.int8)
     if array.dtype.kind == "O" or array.size == 0:
         try:
             return array.astype(np.float64)

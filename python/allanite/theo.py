@@ -119,7 +119,14 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     whole_n = [complete("oadev", near, src.points), complete("theo1", far, src.points)]
     lost = np.concatenate(whole_n) - counts
     notes = (*notes, *said(gaps, src.samples.size, tau, lost / np.maximum(counts + lost, 1)))
-    notes = (*notes, f"Theo1 beyond {near[-1] / src.rate:g} s, its bias {bias:.4g} removed")
+    beyond = f"beyond {near[-1] / src.rate:g} s"
+    told = (
+        f"Theo1 {beyond}, its bias {bias:.4g} removed"
+        if np.isfinite(bias)
+        else f"nothing {beyond}: no bias of Theo1 could be estimated, as gaps leave no term at some"
+        " averaging times"
+    )
+    notes = (*notes, told)
     return Deviation(
         "theoh",
         tau,
