@@ -36,6 +36,18 @@ def theo1(
 
     No bias is removed (`theoh` does). `n` counts the terms (L − m) m/2. O(n m). Parameters as of
     `allanite.oadev`; `taus` in seconds are effective ones, odd `factors` are left out.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `allanite.oadev`.
+    TooShortError
+        Fewer than 3 samples, no averaging time that fits, or no even factor.
     """
     src = source(x, rate, quantity)
     if factors is None and not isinstance(taus, (str, int, np.integer)):
@@ -77,6 +89,11 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     The bias is the mean ratio of the Allan variance at m = 9 + 3i to Theo1 at m = 12 + 4i, the same
     effective τ (NIST SP 1065 eq. 33), over at most 30 i spread evenly. `factors` hold m of the Allan
     variance, then m of Theo1. Parameters as of `allanite.oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
 
     Raises
     ------

@@ -66,3 +66,19 @@ def test_an_interval_is_only_spoken_of_where_there_is_one(kind, tmp_path):
     svg = (tmp_path / "figure.svg").read_text()
     assert ("95 % interval" in svg) == known
     assert figure.panels[0].y.label.endswith("(°/s)" if kind == "oadev" else "(°)")
+
+
+@pytest.mark.parametrize("kind", [*KINDS, *OF_THE_PHASE])
+def test_docstrings_say_unit_errors_and_source(kind):
+    told = getattr(al, kind).__doc__
+    assert "Returns\n" in told
+    assert "Raises\n" in told
+    assert "InputError" in told
+    assert "TooShortError" in told
+    assert any(source in told for source in ("NIST SP 1065 eq", "ITU-T G.810", "et al. 2016 eq"))
+    unit = (
+        "the unit of the rate times s (deg of deg/s"
+        if kind in OF_THE_PHASE
+        else "the unit of the rate"
+    )
+    assert unit in told
