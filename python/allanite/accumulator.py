@@ -115,8 +115,19 @@ class Accumulator:
         Raises
         ------
         InputError
-            Another grid, rate or quantity, or a stretch that does not begin where this one ends.
+            Another grid, rate, quantity or unit, a stretch that does not begin where this one ends, or no
+            other accumulator.
         """
+        if not isinstance(other, Accumulator):
+            raise InputError(f"cannot merge {other!r}: another Accumulator is needed")
+        if other is self:
+            raise InputError(
+                "cannot merge an accumulator with itself: give the stretch that follows"
+            )
+        if self.unit != other.unit:
+            raise InputError(
+                f"cannot merge samples in {other.unit} into samples in {self.unit}: convert them first"
+            )
         if (self.rate, self.quantity) != (other.rate, other.quantity):
             raise InputError(
                 f"cannot merge {other.quantity} at {other.rate:g} Hz"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.asked import positive_rate
 from allanite.errors import InputError, TooShortError
 
 if TYPE_CHECKING:
@@ -61,17 +62,6 @@ def source(x: object, rate: float, quantity: str) -> Source:
     return Source(array, rate, quantity, unit)
 
 
-def positive_rate(rate: float) -> float:
-    """Check a sampling rate."""
-    try:
-        rate = float(rate)
-    except (TypeError, ValueError):
-        raise InputError(f"the rate must be a number of Hz, found {rate!r}") from None
-    if not 0 < rate < np.inf:
-        raise InputError(f"the rate must be a positive number of Hz, found {rate:g}")
-    return rate
-
-
 def one_column(x: object) -> NDArray[Any]:
     """Real numbers of one of the native types, shape (n,); masked samples become NaN."""
     array = x if type(x) is np.ndarray else _array(x)
@@ -79,6 +69,8 @@ def one_column(x: object) -> NDArray[Any]:
         raise InputError(
             f"one column of samples is needed, found shape {array.shape}: choose a column"
         )
+    if array.dtype.kind == "b":
+        array = array.astype(np.int8)
     kind, size = array.dtype.kind, array.dtype.itemsize
     if kind not in "iuf":
         raise InputError(f"samples must be real numbers, found {array.dtype}")
@@ -92,8 +84,6 @@ def _array(x: Any) -> NDArray[Any]:
     if isinstance(x, np.ma.MaskedArray):
         return np.ma.filled(x.astype(np.float64), np.nan)
     array = np.asarray(x)
-    if array.dtype.kind == "b":
-        return array.astype(np.int8)
     if array.dtype.kind == "O" or array.size == 0:
         try:
             return array.astype(np.float64)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.asked import positive_rate
 from allanite.errors import InputError
 from allanite.showing import brief
 from allanite.units import conversion, parse_unit
@@ -145,7 +146,7 @@ def compare(
 
     logs = [(name, item) for name, item, _ in items if isinstance(item, Recording)]
     measured = {name: oadev(log) for name, log in logs}
-    rate = rate or (logs[0][1].rate if logs else None)
+    rate = (logs[0][1].rate if logs else None) if rate is None else positive_rate(rate)
     if rate is None:
         raise InputError("models alone have no sampling rate: give --rate HZ")
     unit = unit or (logs[0][1].unit if logs else "1")

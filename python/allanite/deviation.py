@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-import numpy as np
-
-from allanite import _kernels
-from allanite.averaging import Source, averaging, source
+from allanite.averaging import source
 from allanite.deviation_result import Deviation
-from allanite.gaps import complete, said
-from allanite.total import corrected, freedom
+from allanite.estimation import estimate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
     Taus: TypeAlias = str | int | Sequence[float] | NDArray[np.float64]
@@ -68,7 +64,7 @@ def oadev(
     Returns
     -------
     Deviation
-        With 95 % intervals from the noise identified at each τ.
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
 
     Raises
     ------
@@ -77,7 +73,7 @@ def oadev(
     TooShortError
         Fewer than 3 samples, or no averaging time that fits.
     """
-    return _estimate("oadev", source(x, rate, quantity), taus, factors)
+    return estimate("oadev", source(x, rate, quantity), taus, factors)
 
 
 def adev(
@@ -87,8 +83,23 @@ def adev(
     factors: ArrayLike | None = None,
     quantity: str = "rate",
 ) -> Deviation:
-    """Allan deviation of adjacent averages, not overlapping: NIST SP 1065 eq. 9; parameters as of `oadev`."""
-    return _estimate("adev", source(x, rate, quantity), taus, factors)
+    """Allan deviation of adjacent averages, not overlapping: NIST SP 1065 eq. 9.
+
+    Parameters as of `oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `oadev`.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
+    """
+    return estimate("adev", source(x, rate, quantity), taus, factors)
 
 
 def ohdev(
@@ -98,8 +109,23 @@ def ohdev(
     factors: ArrayLike | None = None,
     quantity: str = "rate",
 ) -> Deviation:
-    """Overlapping Hadamard deviation, blind to a drift of the rate: NIST SP 1065 eq. 20; parameters as of `oadev`."""
-    return _estimate("ohdev", source(x, rate, quantity), taus, factors)
+    """Overlapping Hadamard deviation, blind to a drift of the rate: NIST SP 1065 eq. 20.
+
+    Parameters as of `oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `oadev`.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
+    """
+    return estimate("ohdev", source(x, rate, quantity), taus, factors)
 
 
 def hdev(
@@ -109,8 +135,23 @@ def hdev(
     factors: ArrayLike | None = None,
     quantity: str = "rate",
 ) -> Deviation:
-    """Hadamard deviation of adjacent averages, not overlapping: NIST SP 1065 eq. 18; parameters as of `oadev`."""
-    return _estimate("hdev", source(x, rate, quantity), taus, factors)
+    """Hadamard deviation of adjacent averages, not overlapping: NIST SP 1065 eq. 18.
+
+    Parameters as of `oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `oadev`.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
+    """
+    return estimate("hdev", source(x, rate, quantity), taus, factors)
 
 
 def mdev(
@@ -123,8 +164,20 @@ def mdev(
     """Modified Allan deviation, which tells white from flicker phase noise: NIST SP 1065 eq. 14.
 
     Parameters as of `oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `oadev`.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
     """
-    return _estimate("mdev", source(x, rate, quantity), taus, factors)
+    return estimate("mdev", source(x, rate, quantity), taus, factors)
 
 
 def tdev(
@@ -134,8 +187,24 @@ def tdev(
     factors: ArrayLike | None = None,
     quantity: str = "rate",
 ) -> Deviation:
-    """Time deviation, τ/√3 times the modified Allan deviation: NIST SP 1065 eq. 16; parameters as of `oadev`."""
-    return _estimate("tdev", source(x, rate, quantity), taus, factors)
+    """Time deviation, τ/√3 times the modified Allan deviation: NIST SP 1065 eq. 16.
+
+    Parameters as of `oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate times s (deg of deg/s, s of a frequency);
+        95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `oadev`.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
+    """
+    return estimate("tdev", source(x, rate, quantity), taus, factors)
 
 
 def pdev(
@@ -148,8 +217,20 @@ def pdev(
     """Parabolic deviation, of slopes fitted to the phase: Vernotte et al. 2016 eq. 9.
 
     The interval uses the degrees of freedom of `mdev`, which are fewer. Parameters as of `oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `oadev`.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
     """
-    return _estimate("pdev", source(x, rate, quantity), taus, factors)
+    return estimate("pdev", source(x, rate, quantity), taus, factors)
 
 
 def totdev(
@@ -164,8 +245,20 @@ def totdev(
 
     `unbiased` divides by the published bias of flicker and random-walk FM, 1 − a τ/T up to half of the record.
     Other parameters as of `oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `oadev`.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
     """
-    return _estimate("totdev", source(x, rate, quantity), taus, factors, unbiased)
+    return estimate("totdev", source(x, rate, quantity), taus, factors, unbiased)
 
 
 def mtotdev(
@@ -180,8 +273,20 @@ def mtotdev(
 
     `unbiased` divides by the published bias (0.73 of white FM in variance), which Stable32 1.60 leaves in, as is
     done by default. O(n). Other parameters as of `oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `oadev`.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
     """
-    return _estimate("mtotdev", source(x, rate, quantity), taus, factors, unbiased)
+    return estimate("mtotdev", source(x, rate, quantity), taus, factors, unbiased)
 
 
 def ttotdev(
@@ -192,8 +297,24 @@ def ttotdev(
     quantity: str = "rate",
     unbiased: bool = False,
 ) -> Deviation:
-    """Time total deviation, τ/√3 times the modified total deviation: NIST SP 1065 eq. 28; parameters as of `mtotdev`."""
-    return _estimate("ttotdev", source(x, rate, quantity), taus, factors, unbiased)
+    """Time total deviation, τ/√3 times the modified total deviation: NIST SP 1065 eq. 28.
+
+    Parameters as of `mtotdev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate times s (deg of deg/s, s of a frequency);
+        95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `oadev`.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
+    """
+    return estimate("ttotdev", source(x, rate, quantity), taus, factors, unbiased)
 
 
 def htotdev(
@@ -208,8 +329,20 @@ def htotdev(
 
     `unbiased` divides by the published bias at m > 1 (0.995 of white FM in variance). O(n). Other parameters
     as of `oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `oadev`.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
     """
-    return _estimate("htotdev", source(x, rate, quantity), taus, factors, unbiased)
+    return estimate("htotdev", source(x, rate, quantity), taus, factors, unbiased)
 
 
 def tierms(
@@ -221,9 +354,21 @@ def tierms(
 ) -> Deviation:
     """Root mean square of the time interval error: ITU-T G.810.
 
-    What the phase gains in τ beyond the mean rate; in U·s for rates in U. No interval is known. Parameters as of `oadev`.
+    What the phase gains in τ beyond the mean rate. Parameters as of `oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate times s (deg of deg/s, s of a frequency); no interval is known.
+
+    Raises
+    ------
+    InputError
+        As of `oadev`.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
     """
-    return _estimate("tierms", source(x, rate, quantity), taus, factors)
+    return estimate("tierms", source(x, rate, quantity), taus, factors)
 
 
 def mtie(
@@ -235,62 +380,18 @@ def mtie(
 ) -> Deviation:
     """Largest time interval error within τ: ITU-T G.810.
 
-    In U·s for rates in U. No interval is known. Parameters as of `oadev`.
+    Parameters as of `oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate times s (deg of deg/s, s of a frequency); no interval is known.
+
+    Raises
+    ------
+    InputError
+        As of `oadev`.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
     """
-    return _estimate("mtie", source(x, rate, quantity), taus, factors)
-
-
-#: Largest averaging factor of L phase points.
-_MOST = {
-    "oadev": lambda points: (points - 1) // 2,
-    "adev": lambda points: (points - 1) // 2,
-    "pdev": lambda points: (points - 1) // 2,
-    "ohdev": lambda points: (points - 1) // 3,
-    "hdev": lambda points: (points - 1) // 3,
-    "htotdev": lambda points: (points - 1) // 3,
-    "mdev": lambda points: points // 3,
-    "mtotdev": lambda points: points // 3,
-    "totdev": lambda points: points - 1,
-    "tierms": lambda points: points - 1,
-    "mtie": lambda points: points - 1,
-}
-#: Time deviations, and the modified ones that they are τ/√3 times.
-_TIMES = {"tdev": "mdev", "ttotdev": "mtotdev"}
-
-
-def _estimate(
-    kind: str, src: Source, taus: Taus, factors: ArrayLike | None, unbiased: bool = True
-) -> Deviation:
-    core = _TIMES.get(kind, kind)
-    m, notes = averaging(src, taus, factors, _MOST[core](src.points))
-    if core in ("oadev", "adev"):
-        compute = _kernels.overlapping_allan if core == "oadev" else _kernels.adjacent_allan
-        variance, n, alpha, gaps = compute(src.samples, m, src.angle)
-        if src.angle:
-            variance = variance / m**2
-    else:
-        variance, n, alpha, gaps = _kernels.family_variance(core, src.samples, m, src.angle)
-    tau = m / src.rate
-    lost = complete(core, m, src.points) - n if gaps else np.zeros(n.size, np.int64)
-    if gaps:
-        share = lost / np.maximum(n + lost, 1)
-        notes = (*notes, *said(gaps, src.samples.size, tau, share))
-    variance, more = corrected(core, variance, alpha, m, src.points, unbiased)
-    scale: float | NDArray[np.float64] = src.scale
-    if core in ("tierms", "mtie"):
-        scale = src.scale / src.rate
-    elif core != kind:
-        scale = src.scale * tau / np.sqrt(3.0)
-    return Deviation(
-        kind,
-        tau,
-        m,
-        n,
-        np.sqrt(variance) * scale,
-        alpha,
-        src.rate,
-        src.unit,
-        notes + more,
-        partial(freedom, core, alpha, m, n, src.points),
-        lost=lost,
-    )
+    return estimate("mtie", source(x, rate, quantity), taus, factors)

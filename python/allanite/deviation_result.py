@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
     from allanite.plots import Figure
 
-__all__ = ["Deviation"]
+__all__ = ["Deviation", "cell"]
+
+#: Estimators of the phase itself, what a rate gains in τ.
+_OF_THE_PHASE = ("tdev", "ttotdev", "tierms", "mtie")
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -35,13 +38,13 @@ class Deviation:
     n : ndarray of shape (k,)
         Number of terms that were averaged.
     deviation : ndarray of shape (k,)
-        The estimates, in `unit`.
+        The estimates, in `deviation_unit`.
     alpha : ndarray of shape (k,)
         Exponent of the noise S_y ∝ f^α identified at each τ; it sets `edf`.
     rate : float
         Sampling rate, Hz.
     unit : str
-        Unit of the samples as a rate; time deviations and interval errors are in that times s.
+        Unit of the samples as a rate; that of the estimates is `deviation_unit`.
     diagnostics : tuple of str
         What to know before trusting it.
     lost : ndarray of shape (k,)
@@ -66,6 +69,16 @@ class Deviation:
             object.__setattr__(self, "lost", np.zeros_like(self.n))
         for array in (self.tau, self.factors, self.n, self.deviation, self.alpha, self.lost):
             array.setflags(write=False)
+
+    @property
+    def deviation_unit(self) -> str:
+        """Unit of `deviation`, `low` and `high`: `unit`, or that times s of time deviations and interval errors."""
+        return _integrated(self.unit) if self.kind in _OF_THE_PHASE else self.unit
+
+    @property
+    def has_interval(self) -> bool:
+        """Whether a 95 % interval is known at any τ; none is of `tierms` and `mtie`."""
+        return bool(np.isfinite(self.low).any())
 
     @property
     def edf(self) -> NDArray[np.float64]:
@@ -102,7 +115,7 @@ class Deviation:
         return plot_deviation(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON form: `kind` and `points`; null for what is not known."""
+        """JSON form: `kind`, `unit` of the deviations, and `points`; null for what is not known."""
         columns = (self.deviation, self.low, self.high, self.edf)
         names = ("deviation", "low", "high", "edf")
         points = []
@@ -111,15 +124,21 @@ class Deviation:
             for name, value in zip(names, values, strict=True):
                 point[name] = float(value) if np.isfinite(value) else None
             points.append(point)
-        return {"kind": self.kind, "points": points, "diagnostics": list(self.diagnostics)}
+        return {
+            "kind": self.kind,
+            "unit": self.deviation_unit,
+            "points": points,
+            "diagnostics": list(self.diagnostics),
+        }
 
     def __str__(self) -> str:
         head = f"{'tau (s)':>12} {'m':>10} {'n':>11} {self.kind:>12} {'low':>12} {'high':>12} {'edf':>9}"
         rows = [
-            f"{t:12.6g} {m:10d} {n:11d} {d:12.5e} {low:12.5e} {high:12.5e} {e:9.4g}"
-            for t, m, n, d, low, high, e in self._rows()
+            f"{t:12.6g} {m:10d} {n:11d} {' '.join(cell(v, 12, '.5e') for v in values)} {cell(e, 9, '.4g')}"
+            for t, m, n, *values, e in self._rows()
         ]
-        title = f"{self.kind} ({self.unit}), 95 % interval"
+        known = "95 % interval" if self.has_interval else "no interval is known"
+        title = f"{self.kind} ({self.deviation_unit}), {known}"
         return "\n".join([title, head, *rows, *self.diagnostics])
 
     def __repr__(self) -> str:
@@ -127,15 +146,16 @@ class Deviation:
             return f"Deviation({self.kind}: empty)"
         return (
             f"Deviation({self.kind}: {len(self)} averaging times from {self.tau[0]:g} s to "
-            f"{self.tau[-1]:g} s in {self.unit})"
+            f"{self.tau[-1]:g} s in {self.deviation_unit})"
         )
 
     def _repr_html_(self) -> str:
+        own = f"{self.kind} ({self.deviation_unit})"
         head = "".join(
-            f"<th>{name}</th>" for name in ("τ (s)", "m", "n", self.kind, "low", "high", "edf")
+            f"<th>{name}</th>" for name in ("τ (s)", "m", "n", own, "low", "high", "edf")
         )
         rows = "".join(
-            "<tr>" + "".join(f"<td>{value:.6g}</td>" for value in row) + "</tr>"
+            "<tr>" + "".join(f"<td>{cell(value, 0, '.6g')}</td>" for value in row) + "</tr>"
             for row in self._rows()
         )
         return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
@@ -151,3 +171,17 @@ class Deviation:
             self.edf,
             strict=True,
         )
+
+
+def cell(value: float, width: int, form: str) -> str:
+    """A number of a table, a dash for what is not known."""
+    return (format(value, form) if np.isfinite(value) else "-").rjust(width)
+
+
+def _integrated(unit: str) -> str:
+    """U·s as it is spelled: deg/s → deg, m/s^2 → m/s, 1 → s, deg/h → deg/h·s."""
+    if unit in ("", "1"):
+        return "s"
+    if unit.endswith("/s^2"):
+        return unit.removesuffix("^2")
+    return unit.removesuffix("/s") if unit.endswith("/s") else f"{unit}·s"

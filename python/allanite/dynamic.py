@@ -8,15 +8,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.averaging import averaging, source
-from allanite.errors import InputError, TooShortError
+from allanite.asked import positive
+from allanite.averaging import Source, averaging, source
+from allanite.deviation_result import cell
+from allanite.errors import TooShortError
+from allanite.gaps import complete, said
+from allanite.showing import html_list, html_table
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from numpy.typing import ArrayLike, NDArray
 
     from allanite.deviation import Taus
+    from allanite.plots import Figure
 
 __all__ = ["DynamicDeviation", "dynamic_oadev"]
+
+#: Windows and averaging times of a printed table.
+ROWS, COLUMNS = 24, 6
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -71,6 +81,43 @@ class DynamicDeviation:
             "diagnostics": list(self.diagnostics),
         }
 
+    def shown(self, most: int) -> NDArray[np.int64]:
+        """Numbers of at most so many averaging times, spread evenly, the first and the last among them."""
+        return np.unique(np.round(np.linspace(0, self.tau.size - 1, most)).astype(np.int64))
+
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """Figure of the deviations over time; see `allanite.plots.plot_dynamic`."""
+        from allanite.plots import plot_dynamic
+
+        return plot_dynamic(self, path, theme)
+
+    def _table(self) -> tuple[str, list[str], list[list[str]], list[str]]:
+        """Title, head, rows and remarks: not more than can be read at once."""
+        columns = self.shown(COLUMNS)
+        rows = np.unique(np.round(np.linspace(0, self.time.size - 1, ROWS)).astype(np.int64))
+        remarks = list(self.diagnostics)
+        if rows.size < self.time.size or columns.size < self.tau.size:
+            remarks.append(
+                f"{rows.size} of {self.time.size} windows and {columns.size} of {self.tau.size} averaging"
+                " times are shown"
+            )
+        title = f"overlapping Allan deviation ({self.unit}) of windows of {self.window:g} s"
+        head = ["time (s)", *(f"τ = {self.tau[k]:.4g} s" for k in columns)]
+        body = [
+            [f"{self.time[i]:.6g}", *(cell(self.deviation[i, k], 0, ".5e") for k in columns)]
+            for i in rows
+        ]
+        return title, head, body, remarks
+
+    def __str__(self) -> str:
+        title, head, body, remarks = self._table()
+        lines = [" ".join(text.rjust(14) for text in row) for row in (head, *body)]
+        return "\n".join([title, *lines, *remarks])
+
+    def _repr_html_(self) -> str:
+        title, head, body, remarks = self._table()
+        return html_table(title, head, body, range(len(head))) + html_list(remarks)
+
     def __repr__(self) -> str:
         windows, times = self.deviation.shape
         return (
@@ -116,15 +163,17 @@ def dynamic_oadev(
         A window longer than the record or shorter than 3 samples.
     """
     src = source(x, rate, quantity)
-    if not (np.isfinite(window) and window > 0 and (step is None or step > 0)):
-        raise InputError(f"window and step must be positive seconds, found {window!r}, {step!r}")
+    window = positive(window, "window", "s", "a positive number of seconds")
+    step = (
+        window / 4 if step is None else positive(step, "step", "s", "a positive number of seconds")
+    )
     size = round(window * src.rate)
     total = src.samples.size
     if not 3 <= size <= total:
         raise TooShortError(
             f"a window of {window:g} s is {size} samples: it must hold 3 to {total}, the record"
         )
-    every = max(1, round((window / 4 if step is None else step) * src.rate))
+    every = min(max(1, round(step * src.rate)), total)
     m, notes = averaging(src, taus, factors, (size - src.angle) // 2)
     starts = np.arange(0, total - size + 1, every)
     deviation = np.full((starts.size, m.size), np.nan)
@@ -136,7 +185,18 @@ def dynamic_oadev(
             continue
         variance, n[row], _, _ = _kernels.overlapping_allan(part, m, src.angle)
         deviation[row] = np.sqrt(variance / m**2 if src.angle else variance) * src.scale
+    notes = (*notes, *_missing(src, n, m, size))
     time = np.asarray((starts + size / 2) / src.rate, np.float64)
     return DynamicDeviation(
         time, m / src.rate, m, n, deviation, size / src.rate, src.rate, src.unit, notes
     )
+
+
+def _missing(src: Source, n: NDArray[np.int64], m: NDArray[np.int64], size: int) -> tuple[str, ...]:
+    """What to know where samples are missing: how many, the terms lost, windows that have none."""
+    missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
+    whole = n.shape[0] * complete("oadev", m, size + (not src.angle))
+    share = 1.0 - n.sum(axis=0) / np.maximum(whole, 1)
+    notes = said(missing, src.samples.size, np.asarray(m / src.rate), share)
+    empty = np.count_nonzero(~n.any(axis=1))
+    return (*notes, f"{empty} of {n.shape[0]} windows have no term") if empty else notes

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.asked import moment, positive_rate
 from allanite.errors import InputError
 from allanite.samples import column_names, covariate, locked, own
 from allanite.timebase import Stamps, fill_gaps, read_stamps
@@ -120,14 +121,13 @@ class Recording:
                     f"{where}no sampling rate: give rate= (--rate HZ) or a time column"
                 )
             rate = stamps.rate
-        if not (np.isfinite(rate) and rate > 0):
-            raise InputError(f"{where}the rate must be a positive number of Hz, found {rate:g}")
+        rate = positive_rate(rate, where)
         units = (unit,) * len(names) if isinstance(unit, str) else tuple(unit)
         if len(units) != len(names):
             raise InputError(f"{where}{len(units)} units for {len(names)} columns")
         self._fix(
             samples=locked(array),
-            rate=float(rate),
+            rate=rate,
             units=tuple(rate_unit(text, quantity).name for text in units),
             quantity=quantity,
             columns=names,
@@ -228,8 +228,8 @@ class Recording:
 
     def trim(self, start_s: float | None = None, end_s: float | None = None) -> Recording:
         """Return the samples from `start_s` to `end_s`, in seconds from the first sample."""
-        first = 0 if start_s is None else max(round(start_s * self.rate), 0)
-        last = self.n if end_s is None else min(round(end_s * self.rate), self.n)
+        first = 0 if start_s is None else max(moment(start_s, self.rate), 0)
+        last = self.n if end_s is None else min(moment(end_s, self.rate), self.n)
         if last <= first:
             raise InputError(
                 f"trim from {start_s or 0:g} s to {self.duration if end_s is None else end_s:g} s "

@@ -5,20 +5,30 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.asked import SEEDS, positive, positive_rate, whole
 from allanite.effects import Model, parse_model
 from allanite.errors import InputError
 from allanite.recording import Recording
+from allanite.samples import covariate
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
+
+    from numpy.typing import ArrayLike, NDArray
 
     from allanite.effects import Effect
     from allanite.effects.terms import Term
 
-__all__ = ["processes", "simulate"]
+    Array = NDArray[np.float64]
+
+__all__ = ["SAMPLES", "processes", "simulate", "simulate_chunks"]
+
+#: Samples whose numbers are exact; no memory holds as many.
+SAMPLES = 2**53
+#: Parameters that a simulation does without.
+OPTIONAL = ("phase", "lag", "quadratic", "count")
 
 
 def processes(terms: tuple[Term, ...]) -> list[tuple[str, list[float]]]:
@@ -70,7 +80,13 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
         if effect.kind == "angle_random_walk"
         else Model((effect,))
     )
-    terms = part.terms(rate)
+    with np.errstate(over="ignore", invalid="ignore"):
+        terms = part.terms(rate)
+    if not all(np.isfinite(v).all() for _, v in terms):
+        raise InputError(
+            f"{effect.kind}: its variance at {rate:g} Hz is too large to be a number: lower"
+            f" {effect.coefficient} or the rate"
+        )
     if effect.kind == "burst_noise":
         switching = 0.5 * (1.0 - terms[0][1][2])
         return [("telegraph", [effect.values["amplitude"], switching])]
@@ -87,8 +103,9 @@ def simulate(
     rate: float,
     seed: int = 0,
     unit: str = "1",
-    covariates: Mapping[str, NDArray[np.float64]] | None = None,
+    covariates: Mapping[str, ArrayLike] | None = None,
     axis: int = 0,
+    replicate: int = 0,
 ) -> Recording:
     """Samples of a model, with the declared discrete spectrum and Allan variance at every averaging factor.
 
@@ -101,13 +118,15 @@ def simulate(
     rate : float
         Sampling rate in Hz.
     seed : int
-        The same seed gives the same bits whatever the number of threads.
+        From 0 to 2^64 − 1. The same seed gives the same bits whatever the number of threads.
     unit : str
         Unit U of the samples and of the model's values.
-    covariates : mapping of str to ndarray, shape (n,), optional
+    covariates : mapping of str to array_like, shape (n,), optional
         Columns that covariate effects refer to.
     axis : int
         Another axis is another, independent record of the same seed.
+    replicate : int
+        Another repetition, from 0 to 2^32 − 1, is another, independent record of the same seed and axis.
 
     Returns
     -------
@@ -116,53 +135,151 @@ def simulate(
     Raises
     ------
     InputError
-        A value of the model is missing, or rate or length are not positive.
+        A value of the model is missing or too large, rate or length are not positive, a length that does not
+        fit into memory, or a seed, axis or replicate that is no whole number from 0 on.
     """
-    if isinstance(model, str):
-        model = parse_model(model)
-    if not isinstance(model, Model):
-        model = Model((model,))
-    if not rate > 0:
-        raise InputError(f"rate = {rate} Hz: a sampling rate is positive")
+    source = _Source(model, duration, n, rate, seed, unit, covariates, axis, replicate)
+    return source.take(source.n)
+
+
+def simulate_chunks(
+    model: Model | Effect | str,
+    *,
+    size: int = 2**20,
+    duration: float | None = None,
+    n: int | None = None,
+    rate: float,
+    seed: int = 0,
+    unit: str = "1",
+    covariates: Mapping[str, ArrayLike] | None = None,
+    axis: int = 0,
+    replicate: int = 0,
+) -> Iterator[Recording]:
+    """The record of `simulate` in consecutive pieces, which together are the same samples bit for bit.
+
+    Only the piece at hand is in memory, unless a covariate or an effect of one's own looks at the whole record.
+
+    Parameters
+    ----------
+    size : int
+        Samples of each piece; the last one has what remains.
+    model, duration, n, rate, seed, unit, covariates, axis, replicate
+        Of the whole record, as of `simulate`; each piece brings its part of the covariates.
+
+    Returns
+    -------
+    iterator of Recording
+        Each begins at a time of its own: sample k of piece i is sample i·size + k of the record.
+
+    Raises
+    ------
+    InputError
+        As of `simulate`, or a size below 1; before the first piece is asked for.
+    """
+    size = whole(size, "size", 1, SAMPLES, "the samples of a piece")
+    source = _Source(model, duration, n, rate, seed, unit, covariates, axis, replicate)
+    steps = range(0, source.n, size)
+    return (source.take(min(size, source.n - first)) for first in steps)
+
+
+class _Source:
+    """One record of a model, handed out from its first sample to its last."""
+
+    def __init__(
+        self,
+        model: Model | Effect | str,
+        duration: float | None,
+        n: int | None,
+        rate: float,
+        seed: int,
+        unit: str,
+        covariates: Mapping[str, ArrayLike] | None,
+        axis: int,
+        replicate: int,
+    ) -> None:
+        if isinstance(model, str):
+            model = parse_model(model)
+        if not isinstance(model, Model):
+            model = Model((model,))
+        self.rate = positive_rate(rate)
+        self.n = _length(duration, n, self.rate)
+        self.unit = unit
+        self.at = 0
+        seed = whole(seed, "seed", 0, SEEDS)
+        axis = whole(axis, "axis", 0, SEEDS)
+        # The low half of the key tells the parts of one record from each other.
+        key = whole(replicate, "replicate", 0, 2**32 - 1) << 32
+        _require(model)
+        self.covariates = {k: covariate(k, v, self.n, "") for k, v in (covariates or {}).items()}
+        self.levels = [e.values for e in model.modifiers if e.kind == "noise_level_change"]
+        self.known = [e.sampler(self.n, self.rate, self.covariates) for e in model.deterministic]
+        # Parts of the noise, and whether the level of a part changes.
+        self.parts: list[tuple[_kernels.Simulator, bool]] = []
+        steady = Model(tuple(e for e in model if e.kind != "noise_level_change"))
+        generators: list[tuple[str, list[float]]] = []
+        for number, effect in enumerate(model.stochastic):
+            own = _of_effect(steady, effect, self.rate)
+            if effect.kind == "angle_random_walk" and self.levels:
+                white = _kernels.Simulator(own, seed, key + 1 + number, axis, self.n)
+                self.parts.append((white, True))
+            else:
+                generators += own
+        if generators or not self.parts:
+            rest = _kernels.Simulator(generators, seed, key, axis, self.n)
+            self.parts.append((rest, False))
+
+    def take(self, count: int) -> Recording:
+        """The next `count` samples."""
+        first, self.at = self.at, self.at + count
+        total = self._noise(count, first)
+        for samples in self.known:
+            total += samples(first, self.at)
+        total.flags.writeable = False  # which spares the recording a copy
+        given = {k: v[first : self.at] for k, v in self.covariates.items()}
+        return Recording(total, rate=self.rate, unit=self.unit, covariates=given or None)
+
+    def _noise(self, count: int, first: int) -> Array:
+        """Sum of the random processes."""
+        total: Array | None = None
+        for process, changes in self.parts:
+            part = process.next(count)
+            if changes:
+                time = np.arange(first, first + count) / self.rate
+                for level in self.levels:
+                    part[(time >= level["start"]) & (time < level["end"])] *= level["factor"]
+            if total is None:
+                total = part
+            else:
+                total += part
+        assert total is not None
+        return total
+
+
+def _length(duration: float | None, n: int | None, rate: float) -> int:
     if (duration is None) == (n is None):
         raise InputError("give either a duration in seconds or a number of samples n")
-    count = int(n) if n is not None else round(float(duration or 0.0) * rate)
+    if n is not None:
+        if isinstance(n, (int, np.integer)) and n < 1:
+            raise InputError(f"a record of {n} samples: at least 1 is needed")
+        return whole(n, "n", 1, SAMPLES, "more do not fit into any memory")
+    seconds = positive(duration, "duration", "s", "give a positive number of seconds")
+    if seconds * rate > SAMPLES:
+        raise InputError(
+            f"duration = {seconds:g} s at {rate:g} Hz: {seconds * rate:.3g} samples are more than any"
+            " memory holds: ask for a shorter duration"
+        )
+    count = round(seconds * rate)
     if count < 1:
         raise InputError(f"a record of {count} samples: ask for a longer duration")
+    return count
+
+
+def _require(model: Model) -> None:
+    """Every value that a simulation needs is there."""
     for effect in model:
         for p in effect.parameters:
-            optional = p.role in {"derived", "choice"} or p.name in {
-                "phase",
-                "lag",
-                "quadratic",
-                "count",
-            }
+            optional = p.role in {"derived", "choice"} or p.name in OPTIONAL
             if not optional and effect.values[p.name] is None:
                 raise InputError(
                     f"{effect.kind}: {p.name} has no value: a simulation needs all of them"
                 )
-    level = [e for e in model.modifiers if e.kind == "noise_level_change"]
-    # Nobody else reads the times: they take as long as the noise.
-    time = np.arange(count if level or model.deterministic else 0) / rate
-    given = {k: np.asarray(v, dtype=float) for k, v in (covariates or {}).items()}
-    parts: list[NDArray[np.float64]] = []
-    generators: list[tuple[str, list[float]]] = []
-    for number, effect in enumerate(model.stochastic):
-        own = _of_effect(Model(tuple(e for e in model if e not in level)), effect, float(rate))
-        if effect.kind == "angle_random_walk" and level:
-            white = _kernels.simulate(own, count, seed, 1 + number, axis)
-            for change in level:
-                v = change.values
-                white[(time >= v["start"]) & (time < v["end"])] *= v["factor"]
-            parts.append(white)
-        else:
-            generators += own
-    if generators or not parts:
-        parts.append(_kernels.simulate(generators, count, seed, 0, axis))
-    total = parts[0]
-    for part in parts[1:]:
-        total += part
-    for known in model.deterministic:
-        total += known.signal(time, given)
-    total.flags.writeable = False  # which spares the recording a copy
-    return Recording(total, rate=rate, unit=unit, covariates=given or None)

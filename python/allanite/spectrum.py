@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.asked import positive_rate
 from allanite.errors import InputError, TooShortError
 from allanite.showing import brief
 
@@ -224,9 +225,7 @@ def psd(x: Any, rate: float | None = None) -> Spectrum:
     from scipy.special import chdtri
 
     samples = x.rate_samples() if hasattr(x, "rate_samples") else np.asarray(x)
-    fs = float(rate if rate is not None else getattr(x, "rate", 1.0))
-    if not fs > 0:
-        raise InputError(f"rate = {fs} Hz: a sampling rate is positive")
+    fs = positive_rate(rate if rate is not None else getattr(x, "rate", 1.0))
     if samples.ndim != 1:
         raise InputError(f"a spectrum needs one column, found an array of shape {samples.shape}")
     if samples.size < 8:

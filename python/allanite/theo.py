@@ -36,6 +36,18 @@ def theo1(
 
     No bias is removed (`theoh` does). `n` counts the terms (L − m) m/2. O(n m). Parameters as of
     `allanite.oadev`; `taus` in seconds are effective ones, odd `factors` are left out.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `allanite.oadev`.
+    TooShortError
+        Fewer than 3 samples, no averaging time that fits, or no even factor.
     """
     src = source(x, rate, quantity)
     if factors is None and not isinstance(taus, (str, int, np.integer)):
@@ -78,6 +90,11 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     effective τ (NIST SP 1065 eq. 33), over at most 30 i spread evenly. `factors` hold m of the Allan
     variance, then m of Theo1. Parameters as of `allanite.oadev`.
 
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
     Raises
     ------
     InputError
@@ -119,7 +136,14 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     whole_n = [complete("oadev", near, src.points), complete("theo1", far, src.points)]
     lost = np.concatenate(whole_n) - counts
     notes = (*notes, *said(gaps, src.samples.size, tau, lost / np.maximum(counts + lost, 1)))
-    notes = (*notes, f"Theo1 beyond {near[-1] / src.rate:g} s, its bias {bias:.4g} removed")
+    beyond = f"beyond {near[-1] / src.rate:g} s"
+    told = (
+        f"Theo1 {beyond}, its bias {bias:.4g} removed"
+        if np.isfinite(bias)
+        else f"nothing {beyond}: no bias of Theo1 could be estimated, as gaps leave no term at some"
+        " averaging times"
+    )
+    notes = (*notes, told)
     return Deviation(
         "theoh",
         tau,

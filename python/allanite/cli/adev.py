@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from allanite.cli.options import LogOptions, log_options, plot_option
+from allanite.cli.options import LogOptions, is_number, log_options, plot_option
 from allanite.cli.pipe import PIPE
 
 if TYPE_CHECKING:
@@ -17,7 +17,24 @@ if TYPE_CHECKING:
     from allanite.deviation import Deviation
     from allanite.recording import Recording
 
-KINDS = ("oadev", "adev", "mdev", "hdev", "ohdev", "tdev", "totdev", "pdev")
+#: Every estimator of `allanite` by its name there.
+KINDS = (
+    "oadev",
+    "adev",
+    "mdev",
+    "hdev",
+    "ohdev",
+    "tdev",
+    "totdev",
+    "pdev",
+    "mtotdev",
+    "ttotdev",
+    "htotdev",
+    "theo1",
+    "theoh",
+    "tierms",
+    "mtie",
+)
 
 
 @click.command("adev")
@@ -35,7 +52,11 @@ KINDS = ("oadev", "adev", "mdev", "hdev", "ohdev", "tdev", "totdev", "pdev")
 @plot_option
 @log_options
 def command(log: str, kind: str, taus: str, plot: str | None, options: LogOptions) -> None:
-    """Allan deviation of LOG: tau, deviation, 95 % interval."""
+    """Allan deviation of LOG: tau, deviation, 95 % interval.
+
+    tierms and mtie have no interval; theo1 and theoh have averaging times of their own, up to three
+    quarters of the log, and take time in proportion to them.
+    """
     from allanite.cli import output
 
     output.check_targets(plot)
@@ -51,7 +72,7 @@ def _streams(log: str, kind: str, taus: str, options: LogOptions) -> bool:
     from allanite.cli.stream import too_large
 
     simple = options.trim is None and options.decimate is None
-    if kind != "oadev" or not simple or not (taus.isdigit() or taus == "octave"):
+    if kind != "oadev" or not simple or not (is_number(taus) or taus == "octave"):
         return False
     return log == PIPE or too_large(log)
 
@@ -66,10 +87,11 @@ def _whole(log: str, kind: str, taus: str, options: LogOptions) -> list[_Measure
     from allanite.cli.options import columns_of
 
     columns = columns_of(log, options)
-    from allanite import deviation
+    import allanite
 
-    grid = int(taus) if taus.isdigit() else taus
-    return [_Measured(column, getattr(deviation, kind)(column, taus=grid)) for column in columns]
+    estimate = getattr(allanite, kind)
+    grid = int(taus) if is_number(taus) else taus
+    return [_Measured(column, estimate(column, taus=grid)) for column in columns]
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +114,7 @@ class _Measured:
         return f"{r.path or 'recording'} · {r.columns[0]} · {what}\n{self.deviation}"
 
     def plot(self, path: Path) -> None:
-        """Draw the curve with its interval."""
+        """Draw the curve with its interval, where one is known."""
         from allanite.plots import plot_deviation
 
         plot_deviation(self.deviation, path, recording=cast("Recording", self.recording))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from allanite.cli.options import json_option
+from allanite.cli.options import SEED, json_option
 
 if TYPE_CHECKING:
     from allanite.study import Study
@@ -28,7 +28,7 @@ RATE, DURATION = 100.0, 7200.0
     metavar="DIR",
     help="For the figures.",
 )
-@click.option("--seed", type=int, default=1, show_default=True, metavar="N", help="Seed.")
+@click.option("--seed", type=SEED, default=1, show_default=True, metavar="N", help="Seed.")
 @json_option
 def command(output: str, seed: int, as_json: bool) -> None:
     """Simulate two hours of a gyroscope, hide two effects in it, and let the loop find them."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 from functools import wraps
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from allanite.asked import SEEDS
 from allanite.cli.pipe import NAME, PIPE, log_file, named
 from allanite.errors import InputError, TooShortError
 
@@ -18,8 +20,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DEFAULT_MODEL",
+    "SEED",
     "LogOptions",
     "columns_of",
+    "is_number",
     "json_option",
     "log_options",
     "model_option",
@@ -35,6 +39,8 @@ model_option = click.option(
     metavar="MODEL",
     help="Sum of effects, e.g. N+B+K or N+GM(T=30), or a model file.",
 )
+#: What every generator of random numbers takes.
+SEED = click.IntRange(0, SEEDS)
 json_option = click.option("--json", "as_json", is_flag=True, help="JSON on stdout, nothing else.")
 plot_option = click.option("--plot", metavar="FILE", help="Figure: SVG, PNG or PDF.")
 
@@ -59,7 +65,7 @@ _LOG_OPTIONS = (
     click.option("--output-unit", metavar="UNIT", help="Unit of the results."),
     click.option("--trim", metavar="START:END", help="Use only these seconds of the log."),
     click.option("--decimate", type=int, metavar="K", help="Average K samples into one."),
-    click.option("--seed", type=int, metavar="N", help="Seed of everything random."),
+    click.option("--seed", type=SEED, metavar="N", help="Seed of everything random."),
     json_option,
     click.option("--quiet", is_flag=True, help="No notes, no progress."),
 )
@@ -94,6 +100,11 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(_LOG_OPTIONS):
         wrapped = option(wrapped)
     return wrapped
+
+
+def is_number(taus: str) -> bool:
+    """Whether averaging times are given as a number per decade; ² is a digit and no number."""
+    return taus.isascii() and taus.isdigit()
 
 
 def columns_of(path: str, options: LogOptions) -> list[Recording]:
@@ -157,6 +168,6 @@ def _span(text: str) -> tuple[float | None, float | None]:
         bounds = (float(start) if start else None), (float(end) if end else None)
     except ValueError:
         colon = ""
-    if not colon:
+    if not colon or not all(b is None or math.isfinite(b) for b in bounds):
         raise InputError(f"--trim {text!r}: give START:END in seconds, e.g. 600: or 60:3600")
     return bounds

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from allanite.cli.options import json_option
+from allanite.cli.options import SEED, json_option
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @click.option(
     "--unit", metavar="UNIT", help="Unit of the samples; default the model file's, else 1."
 )
-@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Seed.")
+@click.option("--seed", type=SEED, default=0, show_default=True, metavar="N", help="Seed.")
 @click.option("-o", "--output", metavar="FILE", help=".npz, .npy or .csv; default CSV on stdout.")
 @json_option
 def command(
@@ -40,16 +40,20 @@ def command(
     as_json: bool,
 ) -> None:
     """Simulate MODEL (a sum with values, e.g. "N(N=0.01)+K(K=1e-4)", or a model file)."""
+    from allanite.asked import positive, positive_rate, whole
     from allanite.cli.models import models_of
     from allanite.cli.output import check_target, dumps, whole_file
     from allanite.errors import InputError
+    from allanite.simulate import SAMPLES
 
     if (duration is None) == (samples is None):
         raise InputError("give the length: either --duration S or --samples N")
     if as_json and output is None:
         raise InputError("--json describes the file that is written: name it with --output")
-    if (duration or samples or 0) <= 0:
-        raise InputError("the length must be positive")
+    if duration is not None:
+        positive(duration, "--duration", "s", "the length must be a positive number of seconds")
+    elif samples is not None:
+        whole(samples, "--samples", 1, SAMPLES)
     if output is not None:
         _known_format(output)
         check_target(output)
@@ -59,8 +63,7 @@ def command(
     rate = models[0].rate if rate is None else rate
     if rate is None:
         raise InputError("no sampling rate: give --rate HZ")
-    if not rate > 0:
-        raise InputError(f"--rate {rate:g}: the rate must be a positive number of Hz")
+    rate = positive_rate(rate, "--rate: ")
     length = {"duration": duration} if samples is None else {"n": samples}
     own = models[0].unit or unit or "1"
     recording = models[0].model.simulate(**length, rate=rate, seed=seed, unit=own)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.asked import positive_rate
+from allanite.cli.options import is_number
 from allanite.cli.pipe import NAME, PIPE
 from allanite.errors import InputError, TooShortError
 
@@ -185,9 +187,7 @@ def _rate(
     from allanite.timebase import read_stamps
 
     if request.rate is not None:
-        if not (math.isfinite(request.rate) and request.rate > 0):
-            raise InputError(f"{log}: the rate must be a positive number of Hz")
-        return request.rate
+        return positive_rate(request.rate, f"{log}: ")
     if choice.time is None:
         raise InputError(f"{log}: no sampling rate: give --rate HZ or a time column")
     at = choice.time
@@ -223,7 +223,7 @@ class _Column:
             self.factor, self.unit = conversion(self.unit, target), target
         self.last: NDArray[np.float64] = np.empty(0)
         # A decade has log2(10) octaves.
-        grid: str | int = math.ceil(int(taus) / math.log2(10)) if taus.isdigit() else taus
+        grid: str | int = math.ceil(int(taus) / math.log2(10)) if is_number(taus) else taus
         self.sums: Accumulator = Accumulator(
             rate,
             grid,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.asked import LARGEST
 from allanite.effects import terms as _terms
 from allanite.errors import InputError
 
@@ -80,11 +81,16 @@ class Effect:
             if isinstance(value, tuple):
                 object.__setattr__(self, parameter.name, tuple(float(v) for v in value))
                 continue
-            number = float(value)
-            if not np.isfinite(number) or not parameter.low <= number <= parameter.high:
+            try:
+                number = float(value)
+            except (TypeError, ValueError, OverflowError):
                 raise InputError(
-                    f"{self.kind}: {parameter.name} = {value!r} is out of its range "
-                    f"{parameter.low:g} … {parameter.high:g}"
+                    f"{self.kind}: {parameter.name} = {value!r} is not a number"
+                ) from None
+            low, high = max(parameter.low, -LARGEST), min(parameter.high, LARGEST)
+            if not low <= number <= high:
+                raise InputError(
+                    f"{self.kind}: {parameter.name} = {value!r} is out of its range {low:g} … {high:g}"
                 )
             object.__setattr__(self, parameter.name, number)
         unknown = set(self.held) - {p.name for p in self.parameters}
@@ -147,6 +153,10 @@ class Effect:
         """Samples of this effect alone; see `Model.simulate`."""
         return self._model().simulate(**options)
 
+    def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
+        """The same samples in consecutive pieces; see `Model.simulate_chunks`."""
+        return self._model().simulate_chunks(**options)
+
     def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
         """Two-sided density in U²/Hz; see `Model.psd`."""
         return self._model().psd(f, rate)
@@ -207,6 +217,23 @@ class Deterministic(Effect):
         """Shape (n,): what this effect adds to the samples, U."""
         return np.asarray(self.regressors(time, covariates) @ self.amplitudes())
 
+    def sampler(
+        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A function (first, last) → what this effect adds to samples first … last − 1 of a record of n, U.
+
+        As here, the whole record is computed once; an effect that looks at one time after the other needs no more
+        than the samples asked for (`_pointwise`).
+        """
+        whole = self.signal(np.arange(n) / rate, covariates)
+        return lambda first, last: whole[first:last]
+
+    def _pointwise(
+        self, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A `sampler` whose samples depend on their own time alone."""
+        return lambda first, last: self.signal(np.arange(first, last) / rate, covariates)
+
     @classmethod
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
@@ -232,6 +259,12 @@ class Periodic(Deterministic):
     """
 
     frequency: float | None = None
+
+    def sampler(
+        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A function (first, last) → samples of the lines."""
+        return self._pointwise(rate, covariates)
 
     @property
     def lines(self) -> tuple[tuple[int, float, float], ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -65,6 +65,12 @@ class BiasStep(Deterministic):
     ) -> NDArray[np.float64]:
         """One column of 0 and 1."""
         return (time >= (self.time or 0.0)).astype(float)[:, None]
+
+    def sampler(
+        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A function (first, last) → samples of the step."""
+        return self._pointwise(rate, covariates)
 
     @classmethod
     def regressor_ordinates(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.asked import positive_rate
 from allanite.effects import terms as _terms
 from allanite.effects._base import Deterministic, Effect, Modifier, Stochastic
 from allanite.errors import InputError
@@ -176,9 +177,7 @@ class Model:
     def _rate(rate: float | None, smallest: float) -> float:
         if rate is None:
             return 1.0 / smallest if np.isfinite(smallest) and smallest > 0 else 1.0
-        if not rate > 0:
-            raise InputError(f"rate = {rate} Hz: a sampling rate is positive")
-        return float(rate)
+        return positive_rate(rate)
 
     def fit(self, recording: Recording, **options: Any) -> Any:
         """Fit the model to a recording: `allanite.fit.fit_model`."""
@@ -191,6 +190,12 @@ class Model:
         from allanite.simulate import simulate
 
         return simulate(self, **options)
+
+    def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
+        """The same samples in consecutive pieces of `size`: `allanite.simulate.simulate_chunks`."""
+        from allanite.simulate import simulate_chunks
+
+        return simulate_chunks(self, **options)
 
     def save(self, path: str) -> None:
         """Write the model as JSON (schema ``allanite/model/1``)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -44,6 +44,13 @@ class RateRamp(Deterministic):
     ) -> NDArray[np.float64]:
         """One column: t − mean(t), s (the offset belongs to the bias, which no model keeps)."""
         return (time - time.mean())[:, None]
+
+    def sampler(
+        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A function (first, last) → samples of the ramp, which is 0 in the middle of the record."""
+        slope, middle = self.R or 0.0, 0.5 * (n - 1) / rate
+        return lambda first, last: slope * (np.arange(first, last) / rate - middle)
 
     @classmethod
     def regressor_ordinates(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -59,6 +59,12 @@ class WarmUp(Deterministic):
     ) -> NDArray[np.float64]:
         """One column e^{−t/τ}."""
         return np.exp(-time / (self.time_constant or 1.0))[:, None]
+
+    def sampler(
+        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A function (first, last) → samples of the decay."""
+        return self._pointwise(rate, covariates)
 
     @classmethod
     def regressor_ordinates(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from allanite.asked import positive_rate
 from allanite.errors import InputError
 from allanite.parameters import Estimate
 from allanite.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
@@ -224,4 +225,4 @@ def rate_of(axes: Iterable[Axis], rate: float | None, target: str) -> float:
         raise InputError(
             f"{target} holds for one sampling rate, found {found}: give it with --rate"
         )
-    return float(rates.pop())
+    return positive_rate(rates.pop())

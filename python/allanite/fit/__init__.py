@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from allanite.effects import Periodic
 from allanite.effects.outliers import Outliers
 from allanite.errors import InputError
 from allanite.fit.data import prepare
@@ -39,7 +40,7 @@ def fit_model(recording: Recording, model: Model | Effect | str, method: str = "
     Raises
     ------
     InputError
-        Several columns, infinities, an unknown method.
+        Several columns, infinities, an unknown method, a line beyond half of the rate.
     TooShortError
         Fewer than 32 samples, or constant ones.
     """
@@ -63,6 +64,12 @@ def fit_model(recording: Recording, model: Model | Effect | str, method: str = "
         if p.role == "time" and e.values[p.name] is None and p.name != "count"
     ]:
         raise InputError(f"{missing[0]} has no value: give one, or let check find it over time")
+    for line in (e for e in model if isinstance(e, Periodic)):
+        if (line.frequency or 0.0) > 0.5 * recording.rate:
+            raise InputError(
+                f"{line.kind}: frequency = {line.frequency:g} Hz is beyond half of the sampling rate,"
+                f" {recording.rate / 2:g} Hz: give the one at which the samples show it"
+            )
     outliers = next((e for e in model if isinstance(e, Outliers)), None)
     # Angles have one difference fewer than samples.
     n = recording.n - (recording.quantity == "angle")

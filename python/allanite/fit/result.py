@@ -21,7 +21,7 @@ from allanite.fit.whittle import normal_scores
 from allanite.parameters import Estimate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from allanite.effects import Effect, Model
     from allanite.fit.data import Data
@@ -200,6 +200,12 @@ class Fit:
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
         return self.model.simulate(**options)
+
+    def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
+        """The same samples in consecutive pieces of `size`; see `Model.simulate_chunks`."""
+        options.setdefault("rate", self.recording.rate)
+        options.setdefault("unit", self.recording.unit)
+        return self.model.simulate_chunks(**options)
 
     def simulate_check(
         self, n: int = 200, seed: int = 0, progress: Callable[[int, int], None] | None = None

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.asked import positive, positive_rate
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Periodic, parse_model
 from allanite.errors import InputError
 from allanite.planning import expected as _expected
@@ -173,13 +174,11 @@ def power(
     """
     base = as_model(model)
     added = None if effect is None else as_effect(effect)
-    if not (rate > 0 and duration > 0):
-        raise InputError(
-            f"duration = {duration} s at rate = {rate} Hz: both have to be positive numbers"
-        )
+    rate = positive_rate(rate)
+    duration = positive(duration, "duration", "s", "a positive number of seconds")
     whole = base if added is None else base + added
     _expected.require(whole)
-    data = _expected.blank(round(duration * rate), float(rate))
+    data = _expected.blank(round(duration * rate), rate)
     grid = _expected.coarse(data, covariates)
     errors = MappingProxyType(standard_errors(whole, data, grid))
     if added is None:

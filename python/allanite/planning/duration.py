@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.asked import positive, positive_rate
 from allanite.errors import InputError
 from allanite.planning import expected as _expected
 from allanite.planning.detection import Power, as_effect, as_model, chance_of
@@ -139,10 +140,8 @@ def plan(
         raise InputError("plan: ask either to find an effect or to know a number")
     if not 0.0 < power < 1.0:
         raise InputError(f"power = {power}: a probability between 0 and 1, such as 0.9")
-    if not to > 0.0:
-        raise InputError(f"to = {to}: a positive share of the value, such as 0.1 for 10 %")
-    if rate is not None and not rate > 0.0:
-        raise InputError(f"rate = {rate} Hz: a sampling rate is positive")
+    to = positive(to, "to", "", "a positive share of the value, such as 0.1 for 10 %")
+    rate = None if rate is None else positive_rate(rate)
     _expected.require(base if effect is None else base + effect)
     if know is not None:
         question = f"to know {know} to {100 * to:g} %"
@@ -151,7 +150,7 @@ def plan(
         assert effect is not None
         question = f"to find {effect} with probability {power:g}"
         enough = _found(base, effect, power, covariates)
-    tried = tuple((r, _shortest(enough, r)) for r in (RATES if rate is None else (float(rate),)))
+    tried = tuple((r, _shortest(enough, r)) for r in (RATES if rate is None else (rate,)))
     possible = [(d, r) for r, d in tried if d is not None]
     if not possible:
         raise InputError(

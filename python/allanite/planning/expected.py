@@ -45,6 +45,8 @@ __all__ = [
 Array = NDArray[np.float64]
 #: Samples of the coarse grid; slow effects have all but 1e-4 of their weight below a quarter of them.
 COARSE = 32768
+#: Samples whose numbers are exact, three years at 100 MHz.
+LONGEST = 2**53
 
 
 def blank(n: int, rate: float) -> Data:
@@ -52,11 +54,18 @@ def blank(n: int, rate: float) -> Data:
 
     Raises
     ------
+    InputError
+        More samples than can be counted exactly.
     TooShortError
         Fewer samples than any fit needs.
     """
     if n < SHORTEST:
         raise TooShortError(f"a record of {n} samples: a fit needs at least {SHORTEST}")
+    if n > LONGEST:
+        raise InputError(
+            f"a record of {n:.3g} samples at {rate:g} Hz: more than {LONGEST:.3g} are not planned,"
+            " lower the rate or the duration"
+        )
     nothing = np.broadcast_to(np.float64(0.0), (n,))
     return Data(nothing, nothing, rate, bins_of(n))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from allanite.plots.compare import plot_compare
 from allanite.plots.deviation import plot_deviation
+from allanite.plots.dynamic import plot_dynamic
 from allanite.plots.fit import plot_check, plot_fit
 from allanite.plots.recording import plot_recording
 from allanite.plots.spec import Figure
@@ -15,6 +16,7 @@ __all__ = [
     "plot_check",
     "plot_compare",
     "plot_deviation",
+    "plot_dynamic",
     "plot_fit",
     "plot_recording",
     "plot_study",

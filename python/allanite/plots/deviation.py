@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from allanite.plots.words import in_unit, recording_text
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from allanite.deviation_result import Deviation
     from allanite.recording import Recording
 
 __all__ = ["NAMES", "plot_deviation"]
@@ -25,17 +26,25 @@ NAMES = {
     "hdev": "Hadamard deviation",
     "ohdev": "overlapping Hadamard deviation",
     "tdev": "time deviation",
+    "pdev": "parabolic deviation",
     "totdev": "total deviation",
+    "mtotdev": "modified total deviation",
+    "ttotdev": "time total deviation",
+    "htotdev": "Hadamard total deviation",
+    "theo1": "Theo1 deviation",
+    "theoh": "TheoH deviation",
+    "tierms": "root mean square time interval error",
+    "mtie": "maximum time interval error",
 }
 
 
 def plot_deviation(
-    deviation: Any,
+    deviation: Deviation,
     path: str | Path | None = None,
     theme: str = "light",
     recording: Recording | None = None,
 ) -> Figure:
-    """A deviation over averaging time with its 95 % interval, on logarithmic axes.
+    """A deviation over averaging time with its 95 % interval where one is known, on logarithmic axes.
 
     Parameters
     ----------
@@ -54,20 +63,16 @@ def plot_deviation(
     tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
     low, high = np.asarray(deviation.low), np.asarray(deviation.high)
     kept = np.isfinite(values) & (values > 0)
-    kind = str(getattr(deviation, "kind", "oadev"))
-    unit = str(getattr(deviation, "unit", "1"))
-    words = NAMES.get(kind, kind)
-    # The time deviation integrates once more: of a rate in U it is in U·s.
-    unit = f"{unit}·s" if kind == "tdev" and unit != "1" else ("s" if kind == "tdev" else unit)
+    words = NAMES.get(deviation.kind, deviation.kind)
+    known = bool(np.isfinite(low[kept]).any())
+    label = "estimate, 95 % interval" if known else "estimate"
+    ends = (low[kept], high[kept]) if known else (None, None)
     marks = (
         Line(tau[kept], values[kept], "c1", width=1.4),
-        Points(
-            tau[kept], values[kept], "measured", "estimate, 95 % interval", low[kept], high[kept]
-        ),
+        Points(tau[kept], values[kept], "measured", label, *ends),
     )
-    panel = Panel(
-        log_axis(TAU, tau[kept]), log_axis(in_unit(words, unit), values, low, high), marks
-    )
+    y = log_axis(in_unit(words, deviation.deviation_unit), values, low, high)
+    panel = Panel(log_axis(TAU, tau[kept]), y, marks)
     title = words[0].upper() + words[1:]
     figure = Figure(
         title,

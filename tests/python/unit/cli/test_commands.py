@@ -152,9 +152,45 @@ def test_notes_of_the_audit_are_shown_unless_quiet(run, tmp_path):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_of_deviation(run, log, kind):
-    if not hasattr(needs("deviation"), kind):
-        pytest.skip(f"no {kind}")
-    document = strict(run("adev", log, "--kind", kind, "--json")[1])
+def test_every_kind_of_deviation(run, tmp_path, kind):
+    needs("deviation")
+    log, figure = tmp_path / "gyro.csv", tmp_path / "figure.svg"
+    log.write_text("gyro_x\n" + "".join(f"{v:.9f}\n" for v in RNG.standard_normal(600)))
+    options = ("--kind", kind, "--rate", 10, "--unit", "deg/s")
+    code, out, err = run("adev", log, *options, "--json", "--plot", figure)
+    assert (code, err) == (0, "")
+    document = strict(out)
+    assert document["schema"] == "allanite/adev/1"
     assert document["kind"] == kind
+    phase = kind in ("tdev", "ttotdev", "tierms", "mtie")
+    assert document["unit"] == ("deg" if phase else "deg/s")
+    for point in document["points"]:
+        assert set(point) == {"tau_s", "m", "n", "deviation", "low", "high", "edf"}
+        share = 0.75 if kind == "theo1" or (kind == "theoh" and point["tau_s"] > 6.0) else 1.0
+        assert point["tau_s"] == pytest.approx(share * point["m"] / 10)
+        if kind in ("tierms", "mtie"):
+            assert (point["low"], point["high"], point["edf"]) == (None, None, None)
     assert document["points"][0]["deviation"] > 0
+    said = " ".join(document["diagnostics"])
+    assert ("published bias" in said) == (
+        kind in ("mtotdev", "ttotdev", "htotdev")
+    ) or kind == "totdev"
+    assert figure.read_text().startswith("<?xml")
+    code, out, err = run("adev", log, *options)
+    assert (code, err) == (0, "")
+    assert f"{kind} ({document['unit']})" in out
+    assert "nan" not in out
+
+
+def test_the_command_knows_every_estimator():
+    import allanite
+    from allanite.deviation import __all__ as family
+
+    assert set(KINDS) == {n for n in family if n[0].islower()} | {"theo1", "theoh"}
+    assert set(KINDS) < set(allanite.__all__)
+
+
+def test_a_digit_that_is_no_number_is_refused(run, log):
+    refused(run("adev", log, "--taus", "²"), 2, "²", "octave")
+    refused(run("adev", log, "--taus", "-1"), 2, "-1", "octave")
+    refused(run("adev", log, "--taus", "0"), 2, "0 averaging times")

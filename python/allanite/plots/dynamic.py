@@ -1,0 +1,63 @@
+"""How a deviation changes along the record."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.plots.axes import linear_axis, log_axis
+from allanite.plots.spec import Figure, Line, Mark, Panel, Points
+from allanite.plots.themes import COMPONENTS
+from allanite.plots.time import time_scale
+from allanite.plots.words import duration_text, in_unit
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.dynamic import DynamicDeviation
+
+__all__ = ["plot_dynamic"]
+
+#: Windows up to which each is marked.
+FEW = 80
+
+
+def plot_dynamic(
+    dynamic: DynamicDeviation, path: str | Path | None = None, theme: str = "light"
+) -> Figure:
+    """Deviation over the time of the window, a line for each of up to six averaging times; gaps stay open.
+
+    Parameters
+    ----------
+    dynamic : DynamicDeviation
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
+    """
+    half = 0.5 * dynamic.window
+    low, high = float(dynamic.time[0]) - half, float(dynamic.time[-1]) + half
+    size, name = time_scale(high - low)
+    marks: list[Mark] = []
+    for color, k in zip(COMPONENTS, dynamic.shown(len(COMPONENTS)), strict=False):
+        time, values = dynamic.time / size, dynamic.deviation[:, k]
+        marks.append(Line(time, values, color, f"τ = {dynamic.tau[k]:.4g} s"))
+        if time.size <= FEW:
+            marks.append(Points(time, values, color, size=3.0))
+    words = "overlapping Allan deviation"
+    shown = [m.y for m in marks if isinstance(m, Line)]
+    panel = Panel(
+        linear_axis(f"time ({name})", low / size, high / size, 8),
+        log_axis(in_unit(words, dynamic.unit), np.concatenate(shown)),
+        tuple(marks),
+    )
+    windows = f"{dynamic.time.size} windows of {duration_text(dynamic.window)}"
+    figure = Figure(words[0].upper() + words[1:] + " over time", windows, (panel,), kind="dynamic")
+    if path is not None:
+        figure.save(path, theme)
+    return figure
