@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use allanite::text::{Options, Reader, read};
+use allanite::text::{Options, Reader, Table, read};
 use proptest::prelude::*;
 
 struct Log(std::path::PathBuf);
@@ -26,6 +26,44 @@ impl Drop for Log {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.0);
     }
+}
+
+fn table(text: &str) -> Table {
+    read(Log::new(text.as_bytes()).path(), &Options::default(), &AtomicBool::new(false)).unwrap()
+}
+
+fn refusal(text: &str) -> String {
+    let options = Options::default();
+    read(Log::new(text.as_bytes()).path(), &options, &AtomicBool::new(false)).unwrap_err().to_string()
+}
+
+/// Columns with −1 for what is missing: NaN equals nothing.
+fn columns(text: &str) -> Vec<Vec<f64>> {
+    let plain = |x: f64| if x.is_nan() { -1.0 } else { x };
+    table(text).columns.into_iter().map(|column| column.into_iter().map(plain).collect()).collect()
+}
+
+#[test]
+fn the_words_of_spreadsheets_are_missing_cells() {
+    for word in ["#N/A", "#NA", "#NUM!", "#DIV/0!", "#VALUE!", "#REF!", "#NAME?", "#NULL!", "#n/a"] {
+        for delimiter in [",", ";", "\t", " ", " ; "] {
+            let text = ["a,b", "1,2", "#,3", "4,#", "#,#", "5,6", ""].join("\n");
+            let text = text.replace(',', delimiter).replace('#', word);
+            let found = table(&text);
+            assert_eq!((found.meta.rows, found.meta.missing, found.meta.comments), (5, 4, 0), "{text}");
+            assert_eq!(columns(&text), [[1.0, -1.0, 4.0, -1.0, 5.0], [2.0, 3.0, -1.0, -1.0, 6.0]], "{text}");
+        }
+        assert_eq!(columns(&format!("x\n1\n{word}\n3\n")), [[1.0, -1.0, 3.0]]);
+    }
+    assert_eq!(table("a b\n#NA means no answer\n# NA\n1 2\n").meta.comments, 2);
+}
+
+#[test]
+fn a_comment_is_none_of_the_rows_whatever_columns_are_wanted() {
+    let log = Log::new(b"a,b\n1,2\n# restart,7\n#N/A,4\n");
+    let options = Options { columns: Some(vec![1]), ..Options::default() };
+    let found = read(log.path(), &options, &AtomicBool::new(false)).unwrap();
+    assert_eq!((found.columns, found.meta.comments), (vec![vec![2.0, 4.0]], 1));
 }
 
 fn numbers() -> impl Strategy<Value = Vec<Vec<f64>>> {
