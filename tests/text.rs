@@ -32,11 +32,6 @@ fn table(text: &str) -> Table {
     read(Log::new(text.as_bytes()).path(), &Options::default(), &AtomicBool::new(false)).unwrap()
 }
 
-fn refusal(text: &str) -> String {
-    let options = Options::default();
-    read(Log::new(text.as_bytes()).path(), &options, &AtomicBool::new(false)).unwrap_err().to_string()
-}
-
 /// Columns with −1 for what is missing: NaN equals nothing.
 fn columns(text: &str) -> Vec<Vec<f64>> {
     let plain = |x: f64| if x.is_nan() { -1.0 } else { x };
@@ -64,6 +59,28 @@ fn a_comment_is_none_of_the_rows_whatever_columns_are_wanted() {
     let options = Options { columns: Some(vec![1]), ..Options::default() };
     let found = read(log.path(), &options, &AtomicBool::new(false)).unwrap();
     assert_eq!((found.columns, found.meta.comments), (vec![vec![2.0, 4.0]], 1));
+}
+
+#[test]
+fn commas_under_a_single_name_are_decimal() {
+    let column = [[0.1257, -0.1321, 2.0, -1.0, 1.5e-3]];
+    for text in [
+        "gyro\n0,1257\n-0,1321\n2\nnan\n1,5e-3\n",
+        "gyro x [deg/s]\r\n0,1257\r\n-0,1321\r\n2\r\n#N/A\r\n1,5e-3\r\n",
+        "0,1257\n-0,1321\n2\nnan\n1,5e-3\n",
+        "Logger\nSerial: A\n0,1257\n-0,1321\n2\nnan\n1,5e-3\n",
+    ] {
+        assert_eq!(columns(text), column, "{text}");
+    }
+    assert_eq!(table("gyro\n9,81\n9,82\n").header.unwrap(), ["gyro"]);
+    assert_eq!(columns("gyro\n9,81\n9,82\n"), [[9.81, 9.82]]);
+    // Whole numbers, or too little to tell.
+    for text in ["a,b\n1,2\n3,4\n", "1,2\n3,4\n", "Serial: 5\n1,2\n3,4\n", "Logger 7\nStatic\n1,2\n3,4\n"] {
+        assert_eq!(columns(text), [[1.0, 3.0], [2.0, 4.0]], "{text}");
+    }
+    assert_eq!(columns("Logger\n1,-2\n3,4\n").len(), 2);
+    assert_eq!(columns("a,b\n-0,2\n3,4\n").len(), 2);
+    assert_eq!(columns("# a,b\n-0,2\n3,4\n").len(), 2);
 }
 
 fn numbers() -> impl Strategy<Value = Vec<Vec<f64>>> {

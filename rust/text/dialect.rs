@@ -50,7 +50,7 @@ impl Dialect {
         if lines.is_empty() {
             return Err(no_rows(name));
         }
-        let (delimiter, decimal_comma) = choose(&lines, options);
+        let (delimiter, decimal_comma) = choose(&lines, comment.as_ref(), options);
         let number = |cell: &[u8]| number(cell, decimal_comma);
         let is_row = |line: &Line| {
             let mut cells = split(line.text, delimiter);
@@ -146,7 +146,7 @@ fn uncommented(line: &[u8]) -> &[u8] {
 }
 
 /// The pair of delimiter and decimal sign under which most lines are rows of numbers.
-fn choose(lines: &[Line], options: &Options) -> (Delimiter, bool) {
+fn choose(lines: &[Line], comment: Option<&Line>, options: &Options) -> (Delimiter, bool) {
     let delimiters = match options.delimiter {
         Some(b' ') => vec![Delimiter::Space],
         Some(byte) => vec![Delimiter::Byte(byte)],
@@ -168,7 +168,47 @@ fn choose(lines: &[Line], options: &Options) -> (Delimiter, bool) {
             }
         }
     }
-    best.1
+    let found = best.1;
+    let free = options.delimiter.is_none() && options.decimal_comma.is_none();
+    if free && found == (Delimiter::Byte(b','), false) && is_one_column(sample, comment) {
+        return (Delimiter::Space, true);
+    }
+    found
+}
+
+/// Whether commas that may as well stand between two whole numbers are decimal commas: they are under a single name,
+/// and where a whole number would be −0.
+fn is_one_column(sample: &[Line], comment: Option<&Line>) -> bool {
+    let Some(first) = sample.iter().position(|line| halves(line.text).is_some()) else { return false };
+    let mut negative_zero = false;
+    for line in &sample[first..] {
+        match halves(line.text) {
+            Some(whole) => negative_zero |= whole == b"-0",
+            None if number(line.text.trim_ascii(), true).is_some() => {}
+            None => return false,
+        }
+    }
+    // Names on either side of a comma are names of two columns.
+    if sample[..first].iter().chain(comment).any(|line| line.text.contains(&b',')) {
+        return false;
+    }
+    // "Serial: 5" is no name.
+    let one_name = first == 1
+        && number(sample[0].text.trim_ascii(), true).is_none()
+        && !sample[0].text.iter().any(|byte| b";|:=\t".contains(byte));
+    one_name || negative_zero
+}
+
+/// What stands before the comma of a number like -12,0345, if the line is one.
+fn halves(line: &[u8]) -> Option<&[u8]> {
+    let line = line.trim_ascii();
+    let (whole, fraction) = line.split_at(memchr::memchr(b',', line)?);
+    let digits = |text: &[u8]| !text.is_empty() && text.iter().all(u8::is_ascii_digit);
+    let unsigned = whole.strip_prefix(b"-").or(whole.strip_prefix(b"+")).unwrap_or(whole);
+    (digits(unsigned)
+        && number(line, true).is_some()
+        && fraction[1..].first().is_some_and(u8::is_ascii_digit))
+    .then_some(whole)
 }
 
 fn quoted(sample: &[Line]) -> bool {
