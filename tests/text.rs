@@ -32,6 +32,11 @@ fn table(text: &str) -> Table {
     read(Log::new(text.as_bytes()).path(), &Options::default(), &AtomicBool::new(false)).unwrap()
 }
 
+fn refusal(text: &str) -> String {
+    let options = Options::default();
+    read(Log::new(text.as_bytes()).path(), &options, &AtomicBool::new(false)).unwrap_err().to_string()
+}
+
 /// Columns with −1 for what is missing: NaN equals nothing.
 fn columns(text: &str) -> Vec<Vec<f64>> {
     let plain = |x: f64| if x.is_nan() { -1.0 } else { x };
@@ -62,6 +67,36 @@ fn a_comment_is_none_of_the_rows_whatever_columns_are_wanted() {
 }
 
 #[test]
+fn tabs_stand_beside_empty_cells_as_semicolons_do() {
+    for text in [
+        "a;b\n1.5;1\n2.5;\n3.5;2\n",
+        "a;b\n;1\n2.5;\n;\n3.5;2\n",
+        "a;b\n;\n;\n1;2\n",
+        "a;b;c\n;;\n1;2;3\n;;\n4;;\n;;5\n",
+        ";x;y\n0;1;2\n1;;3\n2;;\n",
+        "a;b;\n1;2;\n;4;\n3;;\n",
+        "a;b\n1;2;\n;4;\n",
+        "1;2;\n3;;\n",
+        "1;\n2;3\n4;5\n",
+        "a;b\r\n1;\r\n2;3\r\n",
+    ] {
+        let tabbed = text.replace(';', "\t");
+        assert_eq!(columns(&tabbed), columns(text), "{text}");
+        let (mut found, wanted) = (table(&tabbed), table(text));
+        found.meta.delimiter = ';';
+        assert_eq!((found.header, found.meta), (wanted.header, wanted.meta), "{text}");
+    }
+    assert_eq!(table("gyro x\n1\t\n2\n3\t\n").header.unwrap(), ["gyro x"]);
+    // Tabs between blanks, indented or at the end, are blanks.
+    for text in ["  a   b\n 1  2 \n\t3 \t 4\n", "\ta b\n\t1\t2\n\t3\t4\n", "a b\n1 2\t\n\t\n3 4\n"] {
+        assert_eq!(columns(text), [[1.0, 3.0], [2.0, 4.0]], "{text}");
+    }
+    assert_eq!(table("a\tb\t\n1\t2\n").header.unwrap(), ["a", "b"]);
+    assert_eq!(columns("a,b\t\n1,2\t\n3,4\t\n"), [[1.0, 3.0], [2.0, 4.0]]);
+    assert_eq!(columns("Logger\n\t\na\tb\tc\n\t\n1\t2\t3\n"), [[1.0], [2.0], [3.0]]);
+}
+
+#[test]
 fn commas_under_a_single_name_are_decimal() {
     let column = [[0.1257, -0.1321, 2.0, -1.0, 1.5e-3]];
     for text in [
@@ -81,6 +116,29 @@ fn commas_under_a_single_name_are_decimal() {
     assert_eq!(columns("Logger\n1,-2\n3,4\n").len(), 2);
     assert_eq!(columns("a,b\n-0,2\n3,4\n").len(), 2);
     assert_eq!(columns("# a,b\n-0,2\n3,4\n").len(), 2);
+}
+
+#[test]
+fn a_comment_behind_the_numbers_costs_no_row() {
+    for comment in ["# note", "#", "% moved, 3 mm", "// 12", "! see 7"] {
+        let one = format!("0.5 {comment}\n1.5\n2.5\t{comment}\n3.5\n");
+        assert_eq!(columns(&one), [[0.5, 1.5, 2.5, 3.5]], "{one}");
+        assert_eq!(columns(&format!("gyro\n{one}")), [[0.5, 1.5, 2.5, 3.5]], "{one}");
+        for delimiter in [",", ";", "\t", " "] {
+            let d = delimiter;
+            let two = format!("1{d}2 {comment}\n3{d}4\nnan{d}6 {comment}\n7{d}8\n");
+            assert_eq!(columns(&two), [[1.0, 3.0, -1.0, 7.0], [2.0, 4.0, 6.0, 8.0]], "{two}");
+        }
+    }
+    assert!(refusal("1\n2\n3#4\n").contains("row 3"));
+    assert!(refusal("1,2\n3,4\n5 # lost,6\n").contains("row 3"));
+    assert!(refusal("1,2\n3,four # 5\n").contains("row 2, column 2: \"four # 5\""));
+    // Of names and of text that nobody asked for nothing is cut.
+    assert_eq!(table("sensor #1,sensor #2\n1,2\n").header.unwrap(), ["sensor #1", "sensor #2"]);
+    let log = Log::new(b"x,note,y\n1,bump # 7,2\n3,,4\n");
+    let options = Options { columns: Some(vec![0, 2]), ..Options::default() };
+    let found = read(log.path(), &options, &AtomicBool::new(false)).unwrap();
+    assert_eq!(found.columns, [[1.0, 3.0], [2.0, 4.0]]);
 }
 
 fn numbers() -> impl Strategy<Value = Vec<Vec<f64>>> {

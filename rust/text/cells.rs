@@ -35,6 +35,16 @@ fn starts_with_error(trimmed: &[u8]) -> bool {
     }
 }
 
+/// What stands before a comment that ends a line.
+pub(super) fn before_comment(line: &[u8]) -> Option<&[u8]> {
+    // A blank before it tells it from a damaged number; a bare percent sign is a unit.
+    let begins = |at: &usize| {
+        matches!(line[at - 1], b' ' | b'\t') && is_comment(&line[*at..]) && line[*at..].trim_ascii() != b"%"
+    };
+    let before = line[..(1..line.len()).find(begins)?].trim_ascii_end();
+    (!before.is_empty()).then_some(before)
+}
+
 /// A cell between quotes without them.
 fn unquoted(cell: &[u8]) -> &[u8] {
     match cell {

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::cells::{self, Delimiter, is_comment, number, split};
+use super::Options;
+use super::cells::{self, Delimiter, before_comment, is_comment, number, split};
 use super::dialect::{Dialect, decoded};
 use crate::{Error, Result};
 
@@ -129,9 +130,9 @@ impl Rows {
                     block.comments += 1;
                     continue;
                 }
-                // A tab may be an empty cell: only a line of one column is blank in spite of it.
-                if trimmed.is_empty() && (line.is_empty() || self.dialect.delimiter != Delimiter::Byte(b'\t'))
-                {
+                // A tab may stand between empty cells.
+                let tabbed = self.dialect.delimiter == Delimiter::Byte(b'\t') && line.contains(&b'\t');
+                if trimmed.is_empty() && !tabbed {
                     block.blank += 1;
                     continue;
                 }
@@ -156,7 +157,8 @@ impl Rows {
         block
     }
 
-    /// A line that is not as simple as most: quotes, words for nothing, an empty last cell, or wrong.
+    /// A line that is not as simple as most: quotes, words for nothing, an empty last cell, a comment at its end, or
+    /// wrong.
     fn slow(&self, line: &[u8], row: &mut [f64]) -> std::result::Result<usize, Bad> {
         let mut cells = split(line, self.dialect.delimiter);
         if self.dialect.trailing && cells.len() == row.len() + 1 && cells.last().is_some_and(|c| c.is_empty())
@@ -171,6 +173,13 @@ impl Rows {
             if !self.mask[column] {
                 continue;
             }
+        self.cells(line, row).or_else(|bad| {
+            // What looks like a comment may be text in a column that nobody asked for: not cut unless it must be.
+            before_comment(line).and_then(|before| self.cells(before, row).ok()).ok_or(bad)
+        })
+    }
+
+    fn cells(&self, line: &[u8], row: &mut [f64]) -> std::result::Result<usize, Bad> {
             let Some(found) = number(cell, self.dialect.decimal_comma) else {
                 let text = decoded(cell);
                 let text = if text.chars().count() > 24 {
