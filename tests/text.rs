@@ -119,6 +119,26 @@ fn commas_under_a_single_name_are_decimal() {
 }
 
 #[test]
+fn an_infinite_cell_is_named_by_row_and_column() {
+    let options = Options { finite: true, ..Options::default() };
+    let stop = AtomicBool::new(false);
+    let refusal =
+        |text: &str| read(Log::new(text.as_bytes()).path(), &options, &stop).unwrap_err().to_string();
+    let words = "row 4, column 2 (b): \"inf\" is infinite: write nan for a missing sample";
+    assert!(refusal("a,b\n1,2\n# c\n3,inf\n").ends_with(words));
+    assert!(refusal("1\n-Infinity\n").contains("row 2, column 1: \"-Infinity\""));
+    assert!(refusal("1\n1e999\n").contains("row 2, column 1: \"1e999\""));
+    assert!(refusal("a;b\n1,5;2,5\n3;inf\n").contains("row 3, column 2 (b)"));
+    // Not where nobody asked for the column, nor where the caller can do with infinities.
+    let log = Log::new(b"a,b\n1,2\n3,inf\n");
+    let mut reader = Reader::open(log.path(), &options, &stop).unwrap();
+    reader.select(vec![0]).unwrap();
+    assert_eq!(reader.next(9, &stop).unwrap().unwrap(), [1.0, 3.0]);
+    assert!(reader.select(vec![1]).is_err());
+    assert_eq!(columns("a,b\n1,2\n3,inf\n")[1], [2.0, f64::INFINITY]);
+}
+
+#[test]
 fn a_comment_behind_the_numbers_costs_no_row() {
     for comment in ["# note", "#", "% moved, 3 mm", "// 12", "! see 7"] {
         let one = format!("0.5 {comment}\n1.5\n2.5\t{comment}\n3.5\n");

@@ -158,7 +158,12 @@ pub(super) fn quick(line: &[u8], dialect: &Dialect, wanted: &[bool], row: &mut [
             } else {
                 fast_float2::parse_partial(rest).ok()?
             };
-            missing += usize::from(value.is_nan());
+            if !value.is_finite() {
+                if value.is_infinite() {
+                    return None;
+                }
+                missing += 1;
+            }
             at += length;
         }
         if !spaced {

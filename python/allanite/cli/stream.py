@@ -13,7 +13,7 @@ from allanite.cli.pipe import NAME, PIPE
 from allanite.errors import InputError, TooShortError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
@@ -117,15 +117,19 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
         options.time_column,
     )
     name = NAME if log == PIPE else log
-    header, chunks = _chunks(log)
+    (names, units), rows = _opened(log)
+    choice = choose(names, units, request, name)
+    stamps = () if choice.time is None or request.rate is not None else (choice.time,)
+    # Columns that nobody asked for may hold any text, and infinities.
+    wanted = sorted({*choice.samples, *stamps})
+    chunks = rows(wanted)
     first = next(chunks, None)
     if first is None or len(first) < 3:
         raise TooShortError(f"{name}: too few rows of numbers")
-    names, units = header or _nameless(first.shape[1])
-    choice = choose(names, units, request, name)
-    rate = _rate(first, choice, names, units, request, name)
+    time = first[:, wanted.index(stamps[0])] if stamps else None
+    rate = _rate(time, choice, names, units, request, name)
     columns = [
-        _Column(names[i], units[i], i, rate, request, taus, options.output_unit, name)
+        _Column(names[i], units[i], wanted.index(i), rate, request, taus, options.output_unit, name)
         for i in choice.samples
     ]
     chunk: NDArray[np.float64] | None = first
@@ -140,26 +144,27 @@ def _nameless(k: int) -> _Header:
     return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k)), (None,) * k
 
 
-def _chunks(log: str) -> tuple[_Header | None, Iterator[NDArray[np.float64]]]:
-    """Names and units where the log has them, and its rows a chunk at a time."""
+def _opened(log: str) -> tuple[_Header, Callable[[list[int]], Iterator[NDArray[np.float64]]]]:
+    """Names and units, and what gives the rows of some columns a chunk at a time."""
     from allanite._kernels import TextReader
     from allanite.readers.text import split_header
 
     if log != PIPE:
         with Path(log).open("rb") as stream:
             if stream.read(len(NPY)) == NPY:
-                return None, _mapped(log)
-    reader = TextReader(log)
-    header = None if reader.header is None else split_header(reader.header)
+                return _mapped(log)
+    reader = TextReader(log, finite=True)
+    header = _nameless(reader.width) if reader.header is None else split_header(reader.header)
 
-    def rows() -> Iterator[NDArray[np.float64]]:
+    def rows(wanted: list[int]) -> Iterator[NDArray[np.float64]]:
+        reader.select(wanted)
         while (chunk := reader.next(ROWS)) is not None:
             yield chunk
 
-    return header, rows()
+    return header, rows
 
 
-def _mapped(log: str) -> Iterator[NDArray[np.float64]]:
+def _mapped(log: str) -> tuple[_Header, Callable[[list[int]], Iterator[NDArray[np.float64]]]]:
     """Rows of an array that stays in its file."""
     data = np.load(log, mmap_mode="r", allow_pickle=False)
     if data.ndim not in (1, 2) or data.dtype.kind not in "iufb":
@@ -167,13 +172,17 @@ def _mapped(log: str) -> Iterator[NDArray[np.float64]]:
             f"{log}: samples must be numbers of shape (n,) or (n, columns), found {data.dtype} of"
             f" shape {data.shape}"
         )
-    for at in range(0, len(data), ROWS):
-        rows = np.asarray(data[at : at + ROWS], np.float64)
-        yield rows if rows.ndim == 2 else rows[:, np.newaxis]
+    table = data if data.ndim == 2 else data[:, np.newaxis]
+
+    def rows(wanted: list[int]) -> Iterator[NDArray[np.float64]]:
+        for at in range(0, len(table), ROWS):
+            yield np.asarray(table[at : at + ROWS], np.float64)[:, wanted]
+
+    return _nameless(table.shape[1]), rows
 
 
 def _rate(
-    first: NDArray[np.float64],
+    time: NDArray[np.float64] | None,
     choice: Choice,
     names: tuple[str, ...],
     units: tuple[str | None, ...],
@@ -188,10 +197,10 @@ def _rate(
         if not (math.isfinite(request.rate) and request.rate > 0):
             raise InputError(f"{log}: the rate must be a positive number of Hz")
         return request.rate
-    if choice.time is None:
+    if time is None or choice.time is None:
         raise InputError(f"{log}: no sampling rate: give --rate HZ or a time column")
     at = choice.time
-    return read_stamps(first[:, at], time_unit_of(names[at], units[at])).rate
+    return read_stamps(time, time_unit_of(names[at], units[at])).rate
 
 
 class _Column:
@@ -221,6 +230,7 @@ class _Column:
         if output_unit is not None:
             target = parse_unit(output_unit).name
             self.factor, self.unit = conversion(self.unit, target), target
+        self.rows = 0
         self.last: NDArray[np.float64] = np.empty(0)
         # A decade has log2(10) octaves.
         grid: str | int = math.ceil(int(taus) / math.log2(10)) if taus.isdigit() else taus
@@ -232,12 +242,23 @@ class _Column:
         )
 
     def take(self, chunk: NDArray[np.float64]) -> None:
-        x = chunk[:, self.at]
+        x = samples = chunk[:, self.at]
         if self.quantity == "angle":
             joined = np.concatenate((self.last, x))
             self.last = joined[-1:]
             x = np.diff(joined) * self.rate
-        self.sums.update(x if self.factor == 1.0 else x * self.factor)
+        try:
+            self.sums.update(x if self.factor == 1.0 else x * self.factor)
+        except InputError:
+            # Of a text log the reader has refused it by its line: this is an array's.
+            bad = np.flatnonzero(np.isinf(samples))
+            if bad.size == 0:
+                raise
+            raise InputError(
+                f"{self.log}: column {self.name}: sample {self.rows + int(bad[0]) + 1}, counted"
+                f" from 1, is {samples[bad[0]]}: mark missing samples with NaN"
+            ) from None
+        self.rows += len(samples)
 
     def result(self) -> tuple[Stream, Deviation]:
         """Description and deviation."""
