@@ -132,7 +132,7 @@ impl Accumulator {
         if !clean && let Some(bad) = samples.iter().position(|x| x.is_infinite()) {
             let at = self.start + self.samples + bad as u64;
             return Err(Error::Input(format!(
-                "sample {at} is {}: only finite values and NaN (gaps) can be used",
+                "sample {at} is {} (counted from 0): only finite values and NaN (gaps) can be used",
                 samples[bad]
             )));
         }

@@ -250,7 +250,7 @@ fn look_at_blocks<T: Sample>(
                             look.finite -= 1;
                         } else if !value.is_finite() {
                             return Err(Error::Input(format!(
-                                "sample {} is {}: only finite values and NaN (gaps) can be used",
+                                "sample {} is {} (counted from 0): only finite values and NaN (gaps) can be used",
                                 at + i,
                                 series.at(at + i).value()
                             )));

@@ -32,6 +32,8 @@ pub struct Options {
     pub decimal_comma: Option<bool>,
     /// Columns wanted, from 0, in the order wanted; the others may hold any text.
     pub columns: Option<Vec<usize>>,
+    /// Whether an infinite cell is refused, as a cell that is no number is.
+    pub finite: bool,
 }
 
 /// What was found besides numbers.
@@ -84,14 +86,8 @@ impl Reader {
         let head = source.head(stop)?;
         let dialect = Dialect::find(path, &head, options)?;
         let meta = dialect.meta();
-        let rows = Rows::new(path, &dialect, options.columns.as_deref())?;
+        let rows = Rows::new(path, &dialect, options)?;
         Ok(Self { source, dialect, rows, first: Some(head), ready: VecDeque::new(), used: 0, meta })
-    }
-
-    /// Asks for these columns only, before the first row is taken.
-    pub fn select(&mut self, columns: &[usize]) -> Result<()> {
-        self.rows = Rows::new(self.source.name(), &self.dialect, Some(columns))?;
-        Ok(())
     }
 
     /// Names of the columns asked for, if the log has them.
@@ -108,6 +104,14 @@ impl Reader {
     /// Number of columns asked for.
     pub fn width(&self) -> usize {
         self.rows.wanted.len()
+    }
+
+    /// Asks for some columns only, once their names are known; before the first rows.
+    pub fn select(&mut self, columns: Vec<usize>) -> Result<()> {
+        if self.first.is_none() {
+            return Err(Error::Input(format!("{}: rows were read already", self.source.name())));
+        }
+        self.rows.select(columns)
     }
 
     /// The next chunk of whole lines and how they parse.

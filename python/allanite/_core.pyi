@@ -64,6 +64,7 @@ def read_text(
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
     columns: Sequence[int] | None = None,
+    finite: bool = False,
 ) -> tuple[list[str] | None, list[NDArray[np.float64]], dict[str, Any]]: ...
 
 @final
@@ -74,9 +75,12 @@ class TextReader:
         delimiter: str | None = None,
         decimal_comma: bool | None = None,
         columns: Sequence[int] | None = None,
+        finite: bool = False,
     ) -> Self: ...
     @property
     def header(self) -> list[str] | None: ...
+    @property
+    def width(self) -> int: ...
     def select(self, columns: Sequence[int]) -> None: ...
     @property
     def meta(self) -> dict[str, Any]: ...

@@ -197,15 +197,13 @@ class Accumulator:
 
 def _counted(x: NDArray[Any], base: int) -> NDArray[Any]:
     """Integers counted from `base`: exact where that is below 2^63, and then below 2^53 as doubles."""
-    if -(2**63) <= int(x.min()) - base and int(x.max()) - base < 2**63:
+    if int(x.min()) - base >= -(2**63) and int(x.max()) - base < 2**63:
         # Modulo 2^64, of which the signed difference is the right one.
         return (x.view(np.uint64) - np.uint64(base % 2**64)).view(np.int64)
     return x.astype(np.float64) - float(base)
 
 
-def _laws(
-    m: NDArray[np.int64], variance: NDArray[np.float64], samples: int
-) -> NDArray[np.float64]:
+def _laws(m: NDArray[np.int64], variance: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
     """Power laws α = −1 − µ from the slope µ of the variance between half and twice each factor.
 
     Slopes of few averages would choose the interval by chance: there the last sure law goes on, white FM halfway to

@@ -100,7 +100,7 @@ class Recording:
             samples = samples.magnitude if unit == "1" else samples.to(_pint(unit)).magnitude  # type: ignore[union-attr]
         if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
             columns = [str(name) for name in samples.columns]
-        array = own(samples, where)
+        array = own(samples, where, columns)
         if array.ndim == 2 and array.shape[1] == 1:
             array = array[:, 0]
         n = array.shape[0]

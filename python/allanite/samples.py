@@ -18,7 +18,7 @@ CHUNK = 1 << 18  # rows looked at at a time
 __all__ = ["column_names", "covariate", "locked", "own"]
 
 
-def own(samples: object, where: str) -> NDArray[Any]:
+def own(samples: object, where: str, columns: Sequence[str] | None = None) -> NDArray[Any]:
     """Array of one or two dimensions that nobody else can write to."""
     array = np.asarray(samples)
     if array.dtype.kind == "b":
@@ -32,16 +32,16 @@ def own(samples: object, where: str) -> NDArray[Any]:
     if array.size == 0:
         raise TooShortError(f"{where}no samples")
     if array.dtype.kind == "f":
-        _finite(array, where)
+        _finite(array, where, columns)
     if array.flags.writeable:
         # A view, or an array someone else holds, could change under a running computation.
         array = array.copy()
     return array
 
 
-def _finite(array: NDArray[Any], where: str) -> None:
+def _finite(array: NDArray[Any], where: str, columns: Sequence[str] | None) -> None:
     """Refuse infinities, and nothing but NaN; in pieces, because the array may be a mapped file."""
-    count, first, present = 0, -1, False
+    count, first, present = 0, "", False
     for at in range(0, len(array), CHUNK):
         piece = array[at : at + CHUNK]
         # A sum is finite only of finite terms: the details are looked at only where it is not.
@@ -53,15 +53,23 @@ def _finite(array: NDArray[Any], where: str) -> None:
         bad = np.isinf(piece)
         present = present or not np.isnan(piece).all()
         if bad.any():
-            first = at + int(np.argwhere(bad)[0][0]) if first < 0 else first
+            first = first or _place(piece, bad, at, columns)
             count += int(np.count_nonzero(bad))
     if count:
-        raise InputError(
-            f"{where}{count} infinite samples, the first in row {first}:"
-            " mark missing samples with NaN"
-        )
+        raise InputError(f"{where}{count} infinite samples, {first}: mark missing samples with NaN")
     if not present:
         raise TooShortError(f"{where}every sample is NaN")
+
+
+def _place(
+    piece: NDArray[Any], bad: NDArray[np.bool_], at: int, columns: Sequence[str] | None
+) -> str:
+    """Say where the first infinity is, in words for people: they count from 1."""
+    row, *rest = (int(i) for i in np.argwhere(bad)[0])
+    k = 1 if piece.ndim == 1 else piece.shape[1]
+    names = columns if columns is not None and len(columns) == k else column_names(None, piece)
+    name = names[rest[0] if rest else 0]
+    return f"the first in column {name}: sample {at + row + 1}, counted from 1, is {piece[bad][0]}"
 
 
 def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[str, ...]:

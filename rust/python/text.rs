@@ -15,6 +15,7 @@ fn options(
     delimiter: Option<&str>,
     decimal_comma: Option<bool>,
     columns: Option<Vec<usize>>,
+    finite: bool,
 ) -> Result<Options> {
     let delimiter = match delimiter.map(str::as_bytes) {
         None => None,
@@ -26,7 +27,7 @@ fn options(
             )));
         }
     };
-    Ok(Options { delimiter, decimal_comma, columns })
+    Ok(Options { delimiter, decimal_comma, columns, finite })
 }
 
 fn dictionary<'py>(py: Python<'py>, meta: &Meta) -> PyResult<Bound<'py, PyDict>> {
@@ -46,15 +47,16 @@ type Read<'py> = (Option<Vec<String>>, Vec<Bound<'py, PyArray1<f64>>>, Bound<'py
 
 /// All columns of a log.
 #[pyfunction]
-#[pyo3(signature = (path, delimiter = None, decimal_comma = None, columns = None))]
+#[pyo3(signature = (path, delimiter = None, decimal_comma = None, columns = None, finite = false))]
 pub fn read_text<'py>(
     py: Python<'py>,
     path: &str,
     delimiter: Option<&str>,
     decimal_comma: Option<bool>,
     columns: Option<Vec<usize>>,
+    finite: bool,
 ) -> PyResult<Read<'py>> {
-    let options = options(delimiter, decimal_comma, columns).map_err(super::errors::to_python)?;
+    let options = options(delimiter, decimal_comma, columns, finite).map_err(super::errors::to_python)?;
     let table = run(py, |stop| crate::text::read(path, &options, stop))?;
     let meta = dictionary(py, &table.meta)?;
     let columns = table.columns.into_iter().map(|column| column.into_pyarray(py)).collect();
@@ -76,15 +78,16 @@ impl TextReader {
 #[pymethods]
 impl TextReader {
     #[new]
-    #[pyo3(signature = (path, delimiter = None, decimal_comma = None, columns = None))]
+    #[pyo3(signature = (path, delimiter = None, decimal_comma = None, columns = None, finite = false))]
     fn new(
         py: Python<'_>,
         path: &str,
         delimiter: Option<&str>,
         decimal_comma: Option<bool>,
         columns: Option<Vec<usize>>,
+        finite: bool,
     ) -> PyResult<Self> {
-        let options = options(delimiter, decimal_comma, columns).map_err(super::errors::to_python)?;
+        let options = options(delimiter, decimal_comma, columns, finite).map_err(super::errors::to_python)?;
         let reader = run(py, |stop| Reader::open(path, &options, stop))?;
         Ok(Self { reader: Mutex::new(reader) })
     }
@@ -95,9 +98,15 @@ impl TextReader {
         self.with(|reader| reader.header())
     }
 
-    /// Asks for these columns only, before the first row is taken.
+    /// Number of columns asked for.
+    #[getter]
+    fn width(&self) -> usize {
+        self.with(|reader| reader.width())
+    }
+
+    /// Asks for some columns only; before the first rows.
     fn select(&self, columns: Vec<usize>) -> PyResult<()> {
-        self.with(|reader| reader.select(&columns)).map_err(super::errors::to_python)
+        self.with(|reader| reader.select(columns)).map_err(super::errors::to_python)
     }
 
     /// What was found so far.

@@ -12,7 +12,37 @@ pub(super) enum Delimiter {
 
 /// Whether a line is there for people.
 pub(super) fn is_comment(trimmed: &[u8]) -> bool {
-    matches!(trimmed, [b'#' | b'%' | b'!', ..] | [b'/', b'/', ..])
+    matches!(trimmed, [b'#' | b'%' | b'!', ..] | [b'/', b'/', ..]) && !starts_with_error(trimmed)
+}
+
+/// What spreadsheets write where there is no number; a word comes after those that begin with it.
+const ERRORS: [&[u8]; 8] =
+    [b"#N/A", b"#NUM!", b"#DIV/0!", b"#VALUE!", b"#REF!", b"#NAME?", b"#NULL!", b"#NA"];
+
+/// Whether the first cell of a line is a spreadsheet's word for nothing, so that its sign makes no comment.
+fn starts_with_error(trimmed: &[u8]) -> bool {
+    let is_error =
+        |word: &&[u8]| trimmed.get(..word.len()).is_some_and(|cell| cell.eq_ignore_ascii_case(word));
+    let Some(word) = ERRORS.iter().find(|word| is_error(word)) else { return false };
+    let rest = &trimmed[word.len()..];
+    match rest.trim_ascii_start() {
+        [] | [b',' | b';' | b'|', ..] => true,
+        // "#NA means no answer" is a comment.
+        next => {
+            let end = next.iter().position(u8::is_ascii_whitespace).unwrap_or(next.len());
+            rest[0] == b'\t' || (rest[0] == b' ' && number(&next[..end], true).is_some())
+        }
+    }
+}
+
+/// What stands before a comment that ends a line.
+pub(super) fn before_comment(line: &[u8]) -> Option<&[u8]> {
+    // A blank before it tells it from a damaged number; a bare percent sign is a unit.
+    let begins = |at: &usize| {
+        matches!(line[at - 1], b' ' | b'\t') && is_comment(&line[*at..]) && line[*at..].trim_ascii() != b"%"
+    };
+    let before = line[..(1..line.len()).find(begins)?].trim_ascii_end();
+    (!before.is_empty()).then_some(before)
 }
 
 /// A cell between quotes without them.
@@ -50,7 +80,8 @@ pub(super) fn split(line: &[u8], delimiter: Delimiter) -> Vec<&[u8]> {
 /// Whether a cell says that there is no number.
 pub(super) fn is_missing(cell: &[u8]) -> bool {
     const WORDS: [&[u8]; 6] = [b"", b"nan", b"na", b"n/a", b"null", b"none"];
-    WORDS.iter().any(|word| cell.eq_ignore_ascii_case(word))
+    let words = if cell.starts_with(b"#") { &ERRORS[..] } else { &WORDS[..] };
+    words.iter().any(|word| cell.eq_ignore_ascii_case(word))
 }
 
 /// The number in a cell; NaN where the cell says that there is none.
@@ -111,6 +142,10 @@ pub(super) fn quick(line: &[u8], dialect: &Dialect, wanted: &[bool], row: &mut [
         at = after_blanks(at);
         let rest = &line[at..];
         if !wanted {
+            // Any text may stand here, but not a line that is a comment.
+            if j == 0 && is_comment(rest) {
+                return None;
+            }
             at += length_of_cell(rest);
         } else if rest.first() == Some(&delimiter) {
             *value = f64::NAN;
@@ -123,7 +158,12 @@ pub(super) fn quick(line: &[u8], dialect: &Dialect, wanted: &[bool], row: &mut [
             } else {
                 fast_float2::parse_partial(rest).ok()?
             };
-            missing += usize::from(value.is_nan());
+            if !value.is_finite() {
+                if value.is_infinite() {
+                    return None;
+                }
+                missing += 1;
+            }
             at += length;
         }
         if !spaced {

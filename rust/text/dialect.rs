@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::cells::{Delimiter, is_comment, is_missing, number, split};
+use super::cells::{Delimiter, before_comment, is_comment, is_missing, number, split};
 use super::{Meta, Options};
 use crate::{Error, Result};
 
@@ -35,22 +35,28 @@ impl Dialect {
         let feed = memchr::memchr(b'\n', head).is_some() || memchr::memchr(b'\r', head).is_none();
         let terminator = if feed { b'\n' } else { b'\r' };
         let mut lines = Vec::new();
+        // Lines of nothing but tabs, and their cells: rows if the tab separates and so many cells are a row.
+        let mut tabs = Vec::new();
         // A comment just before the first line may hold the names of the columns.
         let mut comment = None;
         for (i, text) in head.split(|&byte| byte == terminator).enumerate() {
-            let line = Line { number: i + 1, text: text.trim_ascii() };
-            if is_comment(line.text) {
+            // A tab at either end may stand beside an empty cell.
+            let text = without_comment(trimmed(text));
+            let line = Line { number: i + 1, text };
+            if is_comment(text.trim_ascii()) {
                 if lines.is_empty() {
                     comment = Some(line);
                 }
-            } else if !line.text.is_empty() {
+            } else if !text.trim_ascii().is_empty() {
                 lines.push(line);
+            } else if !text.is_empty() {
+                tabs.push((line.number, text.len() + 1));
             }
         }
         if lines.is_empty() {
             return Err(no_rows(name));
         }
-        let (delimiter, decimal_comma) = choose(&lines, options);
+        let (delimiter, decimal_comma) = choose(&lines, comment.as_ref(), options);
         let number = |cell: &[u8]| number(cell, decimal_comma);
         let is_row = |line: &Line| {
             let mut cells = split(line.text, delimiter);
@@ -103,7 +109,11 @@ impl Dialect {
             }
         }
         let skipped = first - usize::from(first > 0 && header.is_some());
-        let preamble = lines[first].number - 1;
+        let mut preamble = lines[first].number - 1;
+        let cells = rows[0].len();
+        while delimiter == Delimiter::Byte(b'\t') && tabs.contains(&(preamble, cells)) {
+            preamble -= 1;
+        }
         Ok(Self {
             delimiter,
             decimal_comma,
@@ -135,6 +145,21 @@ impl Dialect {
     }
 }
 
+/// A row of numbers without the comment at its end; other lines as they are.
+fn without_comment(line: &[u8]) -> &[u8] {
+    let are_numbers =
+        |text: &&[u8]| text.split(|byte| b",;|\t ".contains(byte)).all(|cell| number(cell, false).is_some());
+    before_comment(line).filter(are_numbers).unwrap_or(line)
+}
+
+/// A line without the blanks around it; tabs stay.
+fn trimmed(line: &[u8]) -> &[u8] {
+    let is_text = |byte: &u8| *byte == b'\t' || !byte.is_ascii_whitespace();
+    let start = line.iter().position(is_text).unwrap_or(line.len());
+    let end = line.iter().rposition(is_text).map_or(start, |last| last + 1);
+    &line[start..end]
+}
+
 fn no_rows(name: &str) -> Error {
     Error::Input(format!("{name}: no rows of numbers in it"))
 }
@@ -146,7 +171,7 @@ fn uncommented(line: &[u8]) -> &[u8] {
 }
 
 /// The pair of delimiter and decimal sign under which most lines are rows of numbers.
-fn choose(lines: &[Line], options: &Options) -> (Delimiter, bool) {
+fn choose(lines: &[Line], comment: Option<&Line>, options: &Options) -> (Delimiter, bool) {
     let delimiters = match options.delimiter {
         Some(b' ') => vec![Delimiter::Space],
         Some(byte) => vec![Delimiter::Byte(byte)],
@@ -168,7 +193,47 @@ fn choose(lines: &[Line], options: &Options) -> (Delimiter, bool) {
             }
         }
     }
-    best.1
+    let found = best.1;
+    let free = options.delimiter.is_none() && options.decimal_comma.is_none();
+    if free && found == (Delimiter::Byte(b','), false) && is_one_column(sample, comment) {
+        return (Delimiter::Space, true);
+    }
+    found
+}
+
+/// Whether commas that may as well stand between two whole numbers are decimal commas: they are under a single name,
+/// and where a whole number would be −0.
+fn is_one_column(sample: &[Line], comment: Option<&Line>) -> bool {
+    let Some(first) = sample.iter().position(|line| halves(line.text).is_some()) else { return false };
+    let mut negative_zero = false;
+    for line in &sample[first..] {
+        match halves(line.text) {
+            Some(whole) => negative_zero |= whole == b"-0",
+            None if number(line.text.trim_ascii(), true).is_some() => {}
+            None => return false,
+        }
+    }
+    // Names on either side of a comma are names of two columns.
+    if sample[..first].iter().chain(comment).any(|line| line.text.contains(&b',')) {
+        return false;
+    }
+    // "Serial: 5" is no name.
+    let one_name = first == 1
+        && number(sample[0].text.trim_ascii(), true).is_none()
+        && !sample[0].text.iter().any(|byte| b";|:=\t".contains(byte));
+    one_name || negative_zero
+}
+
+/// What stands before the comma of a number like -12,0345, if the line is one.
+fn halves(line: &[u8]) -> Option<&[u8]> {
+    let line = line.trim_ascii();
+    let (whole, fraction) = line.split_at(memchr::memchr(b',', line)?);
+    let digits = |text: &[u8]| !text.is_empty() && text.iter().all(u8::is_ascii_digit);
+    let unsigned = whole.strip_prefix(b"-").or(whole.strip_prefix(b"+")).unwrap_or(whole);
+    (digits(unsigned)
+        && number(line, true).is_some()
+        && fraction[1..].first().is_some_and(u8::is_ascii_digit))
+    .then_some(whole)
 }
 
 fn quoted(sample: &[Line]) -> bool {
@@ -182,6 +247,13 @@ fn score(sample: &[Line], delimiter: Delimiter, comma: bool) -> usize {
     let mut numbers = 0;
     let mut widths = BTreeMap::new();
     let mut either = 0;
+    let is_inside = |line: &Line| line.text.trim_ascii().contains(&b'\t');
+    if delimiter == Delimiter::Byte(b'\t')
+        && (sample.iter().all(|line| line.text.starts_with(b"\t")) || !sample.iter().any(is_inside))
+    {
+        // Tabs that indent every line, names included, or that stand at the ends only, separate nothing.
+        return 0;
+    }
     for line in sample {
         let cells = split(line.text, delimiter);
         if cells.len() == 1 && delimiter != Delimiter::Space {
@@ -204,9 +276,13 @@ fn score(sample: &[Line], delimiter: Delimiter, comma: bool) -> usize {
 /// The cells of a line of text as names of `count` columns.
 fn names(line: &[u8], delimiter: Delimiter, count: usize) -> Vec<String> {
     let mut cells: Vec<String> = split(line, delimiter).into_iter().map(decoded).collect();
+    if delimiter == Delimiter::Byte(b'\t') && cells.len() == count + 1 && cells[count].is_empty() {
+        // A tab behind the last name.
+        cells.pop();
+    }
     if delimiter == Delimiter::Space && cells.len() != count {
         if count == 1 {
-            return vec![decoded(line)];
+            return vec![decoded(line.trim_ascii())];
         }
         // A unit in brackets stands apart from its name, and may itself hold blanks.
         let mut merged: Vec<String> = Vec::new();

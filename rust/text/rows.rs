@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::cells::{self, Delimiter, is_comment, number, split};
+use super::Options;
+use super::cells::{self, Delimiter, before_comment, is_comment, number, split};
 use super::dialect::{Dialect, decoded};
 use crate::{Error, Result};
 
@@ -32,6 +33,7 @@ impl Block {
 /// What is wrong with the last line of a block.
 enum Bad {
     Cell { column: usize, text: String },
+    Infinite { column: usize, text: String },
     Count(usize),
 }
 
@@ -42,15 +44,27 @@ pub(super) struct Rows {
     /// Columns in the order asked for.
     pub wanted: Vec<usize>,
     mask: Vec<bool>,
+    /// Whether infinite cells are refused.
+    finite: bool,
     /// Lines before the chunk that comes next.
     line: usize,
 }
 
 impl Rows {
     /// For the log called `name`; checks that the columns exist.
-    pub fn new(name: &str, dialect: &Dialect, columns: Option<&[usize]>) -> Result<Self> {
+    pub fn new(name: &str, dialect: &Dialect, options: &Options) -> Result<Self> {
         let count = dialect.count;
-        let wanted = columns.map_or_else(|| (0..count).collect(), <[usize]>::to_vec);
+        let wanted = options.columns.clone().unwrap_or_else(|| (0..count).collect());
+        let name = if name == "-" { "standard input" } else { name }.to_owned();
+        let (dialect, finite) = (dialect.clone(), options.finite);
+        let mut rows = Self { name, dialect, wanted: Vec::new(), mask: Vec::new(), finite, line: 0 };
+        rows.select(wanted)?;
+        Ok(rows)
+    }
+
+    /// Wants other columns from here on; checks that they exist.
+    pub fn select(&mut self, wanted: Vec<usize>) -> Result<()> {
+        let (name, count) = (&self.name, self.dialect.count);
         if let Some(column) = wanted.iter().find(|&&column| column >= count) {
             return Err(Error::Input(format!("{name}: there is no column {}; it has {count}", column + 1)));
         }
@@ -60,9 +74,9 @@ impl Rows {
         if let Some(column) = (1..wanted.len()).find(|&i| wanted[..i].contains(&wanted[i])) {
             return Err(Error::Input(format!("{name}: column {} was asked for twice", wanted[column] + 1)));
         }
-        let mask = (0..count).map(|column| wanted.contains(&column)).collect();
-        let name = if name == "-" { "standard input" } else { name }.to_owned();
-        Ok(Self { name, dialect: dialect.clone(), wanted, mask, line: 0 })
+        self.mask = (0..count).map(|column| wanted.contains(&column)).collect();
+        self.wanted = wanted;
+        Ok(())
     }
 
     /// The columns of the next whole lines, in pieces in their order.
@@ -129,9 +143,9 @@ impl Rows {
                     block.comments += 1;
                     continue;
                 }
-                // A tab may be an empty cell: only a line of one column is blank in spite of it.
-                if trimmed.is_empty() && (line.is_empty() || self.dialect.delimiter != Delimiter::Byte(b'\t'))
-                {
+                // A tab may stand between empty cells.
+                let tabbed = self.dialect.delimiter == Delimiter::Byte(b'\t') && line.contains(&b'\t');
+                if trimmed.is_empty() && !tabbed {
                     block.blank += 1;
                     continue;
                 }
@@ -156,8 +170,16 @@ impl Rows {
         block
     }
 
-    /// A line that is not as simple as most: quotes, words for nothing, an empty last cell, or wrong.
+    /// A line that is not as simple as most: quotes, words for nothing, an empty last cell, a comment at its end, or
+    /// wrong.
     fn slow(&self, line: &[u8], row: &mut [f64]) -> std::result::Result<usize, Bad> {
+        self.cells(line, row).or_else(|bad| {
+            // What looks like a comment may be text in a column that nobody asked for: not cut unless it must be.
+            before_comment(line).and_then(|before| self.cells(before, row).ok()).ok_or(bad)
+        })
+    }
+
+    fn cells(&self, line: &[u8], row: &mut [f64]) -> std::result::Result<usize, Bad> {
         let mut cells = split(line, self.dialect.delimiter);
         if self.dialect.trailing && cells.len() == row.len() + 1 && cells.last().is_some_and(|c| c.is_empty())
         {
@@ -172,14 +194,11 @@ impl Rows {
                 continue;
             }
             let Some(found) = number(cell, self.dialect.decimal_comma) else {
-                let text = decoded(cell);
-                let text = if text.chars().count() > 24 {
-                    text.chars().take(24).chain(['…']).collect()
-                } else {
-                    text
-                };
-                return Err(Bad::Cell { column, text });
+                return Err(Bad::Cell { column, text: shown(cell) });
             };
+            if self.finite && found.is_infinite() {
+                return Err(Bad::Infinite { column, text: shown(cell) });
+            }
             missing += usize::from(found.is_nan());
             *value = found;
         }
@@ -188,17 +207,24 @@ impl Rows {
 
     fn explain(&self, line: usize, bad: &Bad) -> Error {
         let name = &self.name;
+        let place = |column: usize| {
+            let title = self.dialect.header.as_ref().map(|names| format!(" ({})", names[column]));
+            format!("row {line}, column {}{}", column + 1, title.unwrap_or_default())
+        };
         Error::Input(match bad {
             Bad::Count(found) => {
                 format!("{name}: row {line} has {found} columns, the others {}", self.dialect.count)
             }
-            Bad::Cell { column, text } => {
-                let title = match &self.dialect.header {
-                    Some(names) => format!(" ({})", names[*column]),
-                    None => String::new(),
-                };
-                format!("{name}: row {line}, column {}{title}: {text:?} is not a number", column + 1)
+            Bad::Cell { column, text } => format!("{name}: {}: {text:?} is not a number", place(*column)),
+            Bad::Infinite { column, text } => {
+                format!("{name}: {}: {text:?} is infinite: write nan for a missing sample", place(*column))
             }
         })
     }
+}
+
+/// A cell for a message.
+fn shown(cell: &[u8]) -> String {
+    let text = decoded(cell);
+    if text.chars().count() > 24 { text.chars().take(24).chain(['…']).collect() } else { text }
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,26 +10,28 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.asked import positive_rate
 from allanite.cli.options import is_number
 from allanite.cli.pipe import NAME, PIPE
 from allanite.errors import InputError, TooShortError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
     from allanite.accumulator import Accumulator
     from allanite.cli.options import LogOptions
     from allanite.deviation import Deviation
-    from allanite.readers._choice import Choice, Request
+    from allanite.findings import Finding
+    from allanite.readers._choice import Request
 
     _Header = tuple[tuple[str, ...], tuple[str | None, ...]]
+    _Rows = Callable[[list[int]], Iterator[NDArray[Any]]]
 
 __all__ = ["Stream", "deviations", "too_large"]
 
 ROWS = 1 << 16  # taken at a time
+MOST = 16  # averaging times per octave of a stream
 SHARE = 0.5  # of the free memory that a log may take before it is read in chunks
 
 
@@ -56,24 +59,20 @@ NPY = b"\x93NUMPY"
 
 @dataclass(frozen=True, slots=True)
 class Stream:
-    """What is known of a log that was not kept, in the words of a recording."""
+    """What is known of a log that was not kept, in the words of a recording; its samples are not audited."""
 
     path: str
     columns: tuple[str, ...]
     n: int
     rate: float
     unit: str
-    missing: int
+    gaps: int
+    audit: tuple[Finding, ...]
 
     @property
     def duration(self) -> float:
         """Length, s."""
         return self.n / self.rate
-
-    @property
-    def audit(self) -> tuple[()]:
-        """Nothing: samples that are gone cannot be audited."""
-        return ()
 
     def describe(self) -> dict[str, Any]:
         """JSON form of the contract."""
@@ -84,8 +83,8 @@ class Stream:
             "rate_hz": self.rate,
             "duration_s": self.duration,
             "unit": self.unit,
-            "gaps": self.missing,
-            "audit": [],
+            "gaps": self.gaps,
+            "audit": [finding.to_dict() for finding in self.audit],
         }
 
 
@@ -108,7 +107,12 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
     TooShortError
         Too few rows.
     """
+    from allanite.averaging import positive_rate
+    from allanite.cli.clock import Clock
+    from allanite.findings import of_stamps
+    from allanite.readers import looks_like_time
     from allanite.readers._choice import Request, choose
+    from allanite.readers._table import Table, time_unit_of
 
     request = Request(
         options.rate,
@@ -119,49 +123,67 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
         options.time_column,
     )
     name = NAME if log == PIPE else log
-    header, chunks = _chunks(log)
+    (names, units), named, rows = _opened(log)
+    wanted = list(range(len(names)))
+    choice = None
+    if named:
+        choice = choose(names, units, request, name)
+        # Columns that nobody asked for may hold any text, and infinities.
+        wanted = sorted({*choice.samples, *(() if choice.time is None else (choice.time,))})
+    chunks = rows(wanted)
     first = next(chunks, None)
     if first is None or len(first) < 3:
         raise TooShortError(f"{name}: too few rows of numbers")
-    names, units = header or _nameless(first.shape[1])
-    choice = choose(names, units, request, name)
-    rate = _rate(first, choice, names, units, request, name)
+    if choice is None:
+        stamped = looks_like_time(Table(names, tuple(first.T), units, named=False))
+        choice = choose(names, units, request, name, time_at=0 if stamped else None)
+    clock = None
+    if choice.time is not None:
+        at = choice.time
+        clock = Clock(wanted.index(at), time_unit_of(names[at], units[at]), name)
+    if request.rate is not None:
+        positive_rate(request.rate, f"{name}: ")
+    elif clock is None:
+        raise InputError(f"{name}: no sampling rate: give --rate HZ or a time column")
     columns = [
-        _Column(names[i], units[i], i, rate, request, taus, options.output_unit, name)
+        _Column(names[i], units[i], wanted.index(i), request, taus, options.output_unit, name)
         for i in choice.samples
     ]
-    chunk: NDArray[np.float64] | None = first
-    while chunk is not None:
+    joined = itertools.chain((first,), chunks)
+    for chunk in joined if clock is None else clock.fill(joined):
         for column in columns:
             column.take(chunk)
-        chunk = next(chunks, None)
-    return [column.result() for column in columns]
+    stamps = None if clock is None else clock.stamps()
+    rate = request.rate or (stamps.rate if stamps else 0.0)
+    audit = tuple(of_stamps(stamps, rate)) if stamps else ()
+    return [column.result(rate, audit) for column in columns]
 
 
 def _nameless(k: int) -> _Header:
     return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k)), (None,) * k
 
 
-def _chunks(log: str) -> tuple[_Header | None, Iterator[NDArray[np.float64]]]:
-    """Names and units where the log has them, and its rows a chunk at a time."""
+def _opened(log: str) -> tuple[_Header, bool, _Rows]:
+    """Names and units, whether they are the log's, and what gives the rows of some columns a chunk at a time."""
     from allanite._kernels import TextReader
     from allanite.readers.text import split_header
 
     if log != PIPE:
         with Path(log).open("rb") as stream:
             if stream.read(len(NPY)) == NPY:
-                return None, _mapped(log)
-    reader = TextReader(log)
-    header = None if reader.header is None else split_header(reader.header)
+                return _mapped(log)
+    reader = TextReader(log, finite=True)
+    header = _nameless(reader.width) if reader.header is None else split_header(reader.header)
 
-    def rows() -> Iterator[NDArray[np.float64]]:
+    def rows(wanted: list[int]) -> Iterator[NDArray[Any]]:
+        reader.select(wanted)
         while (chunk := reader.next(ROWS)) is not None:
             yield chunk
 
-    return header, rows()
+    return header, reader.header is not None, rows
 
 
-def _mapped(log: str) -> Iterator[NDArray[np.float64]]:
+def _mapped(log: str) -> tuple[_Header, bool, _Rows]:
     """Rows of an array that stays in its file."""
     data = np.load(log, mmap_mode="r", allow_pickle=False)
     if data.ndim not in (1, 2) or data.dtype.kind not in "iufb":
@@ -169,29 +191,15 @@ def _mapped(log: str) -> Iterator[NDArray[np.float64]]:
             f"{log}: samples must be numbers of shape (n,) or (n, columns), found {data.dtype} of"
             f" shape {data.shape}"
         )
-    for at in range(0, len(data), ROWS):
-        rows = np.asarray(data[at : at + ROWS], np.float64)
-        yield rows if rows.ndim == 2 else rows[:, np.newaxis]
+    table = data if data.ndim == 2 else data[:, np.newaxis]
 
+    def rows(wanted: list[int]) -> Iterator[NDArray[Any]]:
+        for at in range(0, len(table), ROWS):
+            part = np.asarray(table[at : at + ROWS])
+            # Integers as they are: doubles do not hold all of them.
+            yield (part if part.dtype.kind in "iu" else part.astype(np.float64))[:, wanted]
 
-def _rate(
-    first: NDArray[np.float64],
-    choice: Choice,
-    names: tuple[str, ...],
-    units: tuple[str | None, ...],
-    request: Request,
-    log: str,
-) -> float:
-    """Sampling rate as given, or of the first rows' time stamps; later gaps are not seen."""
-    from allanite.readers._table import time_unit_of
-    from allanite.timebase import read_stamps
-
-    if request.rate is not None:
-        return positive_rate(request.rate, f"{log}: ")
-    if choice.time is None:
-        raise InputError(f"{log}: no sampling rate: give --rate HZ or a time column")
-    at = choice.time
-    return read_stamps(first[:, at], time_unit_of(names[at], units[at])).rate
+    return _nameless(table.shape[1]), False, rows
 
 
 class _Column:
@@ -202,7 +210,6 @@ class _Column:
         name: str,
         own: str | None,
         at: int,
-        rate: float,
         request: Request,
         taus: str,
         output_unit: str | None,
@@ -215,36 +222,61 @@ class _Column:
         quantity = request.quantity or ("angle" if own == "s" else "rate")
         said = unit_of(name, own, request.unit, quantity, log)
         self.log = log
-        self.name, self.at, self.rate, self.quantity = name, at, rate, quantity
+        self.name, self.at, self.quantity = name, at, quantity
         self.unit = rate_unit(said, quantity).name
         self.factor = 1.0
         if output_unit is not None:
             target = parse_unit(output_unit).name
             self.factor, self.unit = conversion(self.unit, target), target
-        self.last: NDArray[np.float64] = np.empty(0)
-        # A decade has log2(10) octaves.
-        grid: str | int = math.ceil(int(taus) / math.log2(10)) if is_number(taus) else taus
+        self.rows = self.missing = self.gaps = 0
+        self.last: NDArray[Any] = np.empty(0)
+        self.hole = False
+        grid: str | int = taus
+        if is_number(taus):
+            # A decade has log2(10) octaves.
+            grid = math.ceil(int(taus) / math.log2(10))
+            if not 1 <= grid <= MOST:
+                raise InputError(
+                    f"--taus {taus}: a log that is read as it comes has 1 to"
+                    f" {int(MOST * math.log2(10))} averaging times per decade"
+                )
+        # The rate is known at the end of the log.
         self.sums: Accumulator = Accumulator(
-            rate,
+            1.0,
             grid,
             quantity="increment" if quantity == "increment" else "rate",
             unit=self.unit,
         )
 
-    def take(self, chunk: NDArray[np.float64]) -> None:
-        x = chunk[:, self.at]
+    def take(self, chunk: NDArray[Any]) -> None:
+        x = samples = chunk[:, self.at]
         if self.quantity == "angle":
-            joined = np.concatenate((self.last, x))
+            joined = np.concatenate((self.last, x)) if self.last.size else x
             self.last = joined[-1:]
-            x = np.diff(joined) * self.rate
-        self.sums.update(x if self.factor == 1.0 else x * self.factor)
+            x = np.diff(joined)
+        try:
+            self.sums.update(x)
+        except InputError:
+            # Of a text log the reader has refused it by its line: this is an array's.
+            bad = np.flatnonzero(np.isinf(samples))
+            if bad.size == 0:
+                raise
+            raise InputError(
+                f"{self.log}: column {self.name}: sample {self.rows + int(bad[0]) + 1}, counted"
+                f" from 1, is {samples[bad[0]]}: mark missing samples with NaN"
+            ) from None
+        holes = np.concatenate(([self.hole], np.isnan(samples)))
+        self.gaps += int(np.count_nonzero(holes[1:] & ~holes[:-1]))
+        self.hole = bool(holes[-1])
+        self.rows += len(samples)
 
-    def result(self) -> tuple[Stream, Deviation]:
+    def result(self, rate: float, audit: tuple[Finding, ...]) -> tuple[Stream, Deviation]:
         """Description and deviation."""
-        sums = self.sums
-        stream = Stream(self.log, (self.name,), sums.n, self.rate, self.unit, sums.gaps)
-        found = sums.oadev()
+        self.sums.rate = rate
+        stream = Stream(self.log, (self.name,), self.rows, rate, self.unit, self.gaps, audit)
+        found = self.sums.oadev()
+        factor = self.factor * (rate if self.quantity == "angle" else 1.0)
+        notes = found.diagnostics
         if self.log != NAME:
-            note = "log read in chunks: it would take more than half of the free memory"
-            found = replace(found, diagnostics=(note, *found.diagnostics))
-        return stream, found
+            notes = ("log read in chunks: it would take more than half of the free memory", *notes)
+        return stream, replace(found, deviation=found.deviation * factor, diagnostics=notes)

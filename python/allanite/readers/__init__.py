@@ -97,7 +97,7 @@ def _recording(path: Path, request: Request) -> Recording:
         request,
         where,
         stamped=table.time is not None,
-        time_at=0 if not table.named and _looks_like_time(table) else None,
+        time_at=0 if not table.named and looks_like_time(table) else None,
     )
     own = [table.units[i] for i in choice.samples]
     quantity = request.quantity
@@ -154,7 +154,7 @@ def _reader(name: str) -> Callable[[Path, Picker], Table]:
     return reader
 
 
-def _looks_like_time(table: Table) -> bool:
+def looks_like_time(table: Table) -> bool:
     """Whether the first of several nameless columns advances in every row, as no sensor does."""
     if len(table.names) < 2 or table.n < 100:
         return False

@@ -41,7 +41,7 @@ def read(path: Path, pick: Picker) -> Table:
     if header is not None:
         names, units = split_header(header)
         wanted = sorted(set(pick(names, units)))
-    _, columns, _ = _kernels.read_text(str(path), delimiter=delimiter, columns=wanted)
+    _, columns, _ = _kernels.read_text(str(path), delimiter=delimiter, columns=wanted, finite=True)
     if header is None or wanted is None:
         names = ("x",) if len(columns) == 1 else tuple(f"x{i}" for i in range(len(columns)))
         return Table(names, tuple(columns), (None,) * len(columns), named=False)

@@ -199,6 +199,12 @@ def test_pickles_are_never_loaded(tmp_path):
         read(write(tmp_path, pickle.dumps([1, 2]), "p.npy"), rate=1)
 
 
+def test_decimal_commas_of_a_single_column(tmp_path):
+    recording = read(write(tmp_path, "gyro [deg/s]\n0,1257\n-0,1321\n#N/A\n0,5\n"), rate=1)
+    assert (recording.columns, recording.unit, recording.missing) == (("gyro",), "deg/s", 1)
+    np.testing.assert_array_equal(recording.samples, [0.1257, -0.1321, np.nan, 0.5])
+
+
 # -- refusals ------------------------------------------------------------------------------------
 
 
@@ -216,7 +222,7 @@ def test_pickles_are_never_loaded(tmp_path):
         ("x\n1\n2\n", {"rate": None}, InputError, "no sampling rate"),
         ("x\n1\n2\n", {"rate": 0}, InputError, "positive"),
         ("x\n1\n2\n", {"rate": -3}, InputError, "positive"),
-        ("x\n1\ninf\n", {}, InputError, "1 infinite samples, the first in row 1"),
+        ("x\n1\ninf\n", {}, InputError, r'row 3, column 1 \(x\): "inf" is infinite: write nan'),
         ("x\nnan\nnan\n", {}, TooShortError, "every sample is NaN"),
         ("x\n1\n2\n", {"unit": "furlong"}, InputError, "furlong"),
         ("x\n1\n2\n", {"column": "y"}, InputError, "unknown column 'y': the columns are x"),

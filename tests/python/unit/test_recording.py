@@ -118,7 +118,7 @@ def test_describe_is_the_contract():
         (([1.0, 2.0], 0), {}, InputError, "positive"),
         (([1.0, 2.0], -5), {}, InputError, "positive"),
         (([1.0, 2.0], float("nan")), {}, InputError, "positive"),
-        (([1.0, np.inf], 1), {}, InputError, "1 infinite samples, the first in row 1"),
+        (([1.0, np.inf], 1), {}, InputError, "column x: sample 2, counted from 1, is inf"),
         (([], 1), {}, TooShortError, "no samples"),
         (([np.nan, np.nan], 1), {}, TooShortError, "every sample is NaN"),
         (([1j, 2j], 1), {}, InputError, "real numbers"),

@@ -65,7 +65,7 @@ def bad_inputs(folder):
         "infinities": (
             [file("inf.csv", "gyro\n" + "1\n2\ninf\n" * 30), "--rate", 1],
             2,
-            ["inf.csv", "infinite", "row 2"],
+            ["inf.csv", "infinite", "row 4", "(gyro)", "nan"],
         ),
         "truncated NPZ": ([cut], 2, ["cut.npz", "truncated"]),
         "pickled NPZ": ([folder / "pickled.npz"], 2, ["pickled.npz", "never loaded"]),

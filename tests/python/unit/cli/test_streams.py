@@ -128,3 +128,38 @@ def test_ctrl_c_ends_a_command(tmp_path):
     # click ends the line that a terminal shows ^C in.
     assert err == "\nallanite: interrupted\n"
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_infinite_sample_is_named_by_line_and_column(tmp_path, run, monkeypatch):
+    rows = [f"{k},{k % 7}" for k in range(60)]
+    rows[7] = "7,inf"
+    text = "a,b\n" + "\n".join(rows) + "\n"
+    words = 'standard input: row 9, column 2 (b): "inf" is infinite: write nan for a missing sample'
+    for command in (("adev", "-"), ("fit", "-", "--model", "N")):
+        code, out, err = piped(text.encode(), *command, "--rate", 1)
+        assert (code, out) == (2, "")
+        assert words in err
+    # A column that nobody asked for may hold infinities, and text.
+    text = text.replace("9,2", "9,bump")
+    code, _, err = piped(text.encode(), "adev", "-", "--rate", 1, "--column", "a")
+    assert (code, err) == (0, "")
+
+    from allanite.cli import stream
+
+    x = RNG.standard_normal((100, 2))
+    x[41, 1] = -np.inf
+    path = tmp_path / "x.npy"
+    np.save(path, x)
+    words = "column x1: sample 42, counted from 1, is -inf"
+    refused(run("adev", path, "--rate", 1), 2, "x.npy", words)
+    monkeypatch.setattr(stream, "free_memory", lambda: 1e2)
+    refused(run("adev", path, "--rate", 1), 2, "x.npy", words)
+
+
+def test_no_row_of_a_pipe_is_lost_to_a_comment():
+    rows = [f"{0.1257 + k % 7:.4f}" for k in range(40)]
+    rows[0] += " # note"
+    rows[20] += " # bump"
+    code, out, _ = piped("\n".join(rows).encode(), "adev", "-", "--rate", 1, "--json")
+    assert code == 0
+    assert strict(out)["recording"]["n"] == 40
