@@ -84,9 +84,9 @@ impl Reader {
     pub fn open(path: &str, options: &Options, stop: &AtomicBool) -> Result<Self> {
         let mut source = Source::open(path)?;
         let head = source.head(stop)?;
-        let dialect = Dialect::find(path, &head, options)?;
+        let dialect = Dialect::find(source.name(), &head, options)?;
         let meta = dialect.meta();
-        let rows = Rows::new(path, &dialect, options)?;
+        let rows = Rows::new(source.name(), &dialect, options)?;
         Ok(Self { source, dialect, rows, first: Some(head), ready: VecDeque::new(), used: 0, meta })
     }
 

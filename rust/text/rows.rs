@@ -55,7 +55,7 @@ impl Rows {
     pub fn new(name: &str, dialect: &Dialect, options: &Options) -> Result<Self> {
         let count = dialect.count;
         let wanted = options.columns.clone().unwrap_or_else(|| (0..count).collect());
-        let name = if name == "-" { "standard input" } else { name }.to_owned();
+        let name = name.to_owned();
         let (dialect, finite) = (dialect.clone(), options.finite);
         let mut rows = Self { name, dialect, wanted: Vec::new(), mask: Vec::new(), finite, line: 0 };
         rows.select(wanted)?;

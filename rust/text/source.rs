@@ -91,7 +91,9 @@ impl Source {
                 return Err(Error::Input(format!("{name}: is compressed by gzip; unpack it first")));
             }
             bytes if memchr::memchr(0, bytes).is_some() => {
-                return Err(Error::Input(format!("{name}: not a text log but binary data")));
+                return Err(Error::Input(format!(
+                    "{name}: not a text log but binary data: give the name of the file"
+                )));
             }
             bytes => {
                 let returns = memchr::memchr(b'\r', bytes).is_some();

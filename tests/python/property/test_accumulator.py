@@ -48,6 +48,36 @@ def test_any_chunks_and_stretches(n, seed, cuts, taus):
         assert value == pytest.approx(np.sqrt(total / (2 * float(m) ** 2 * terms)), rel=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("dtype", "offset"), [(np.int64, 2**60), (np.int64, -(2**62)), (np.uint64, 2**63)]
+)
+def test_integers_that_doubles_do_not_hold(dtype, offset):
+    x = np.random.default_rng(2).integers(0, 100, 9_000)
+    large = np.array([int(v) + offset for v in x], dtype)
+    stream, part = Accumulator(), Accumulator(start=5_000)
+    for chunk in (large[:10], large[10:5_000]):
+        stream.update(chunk)
+    part.update(large[5_000:])
+    stream.merge(part)
+    plain = Accumulator()
+    plain.update(x)
+    np.testing.assert_array_equal(stream.oadev().deviation, plain.oadev().deviation)
+
+
+def test_terms_that_gaps_cost_are_counted():
+    x = np.random.default_rng(3).normal(size=3_000)
+    x[1_500] = np.nan
+    stream = Accumulator()
+    stream.update(x)
+    curve, whole = stream.oadev(), oadev(x)
+    np.testing.assert_array_equal(curve.factors, whole.factors)
+    np.testing.assert_array_equal(curve.lost[:5], whole.lost[:5])
+    # The sample touches the 2m terms before it; at m = 1024 only 953 begin before the end of the record allows no more.
+    stride = np.maximum(1, curve.factors // 16)
+    np.testing.assert_array_equal(curve.lost, -(-whole.lost // stride))
+    assert np.isnan(curve.deviation[-1]) == np.isnan(whole.deviation[-1])
+
+
 def test_short_factors_are_those_of_the_batch():
     x = np.random.default_rng(1).normal(size=100_000) + 9.81
     stream = Accumulator(100.0)

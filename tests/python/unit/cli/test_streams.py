@@ -84,6 +84,74 @@ def test_adev_of_a_pipe_needs_no_memory_of_it(run, log):
     refused(piped(b"", "adev", "-", "--rate", 1), 2, "standard input")
 
 
+def stamped(tmp_path, name, time, header=""):
+    path = tmp_path / name
+    x = np.random.default_rng(3).standard_normal(time.size)
+    rows = np.column_stack((time, x))
+    np.savetxt(path, rows, "%.9g", ",", header=header, comments="")
+    return path
+
+
+def test_a_stream_sees_the_gaps_of_its_time_column(run, tmp_path):
+    n = 150_000
+    keep = np.ones(n, bool)
+    # Within a chunk, at the border of two (65 536 rows), a single row, and close to the end.
+    for gap in (slice(30_000, 35_000), slice(70_534, 70_540), 131_000, slice(n - 3, n - 1)):
+        keep[gap] = False
+    time = np.arange(n) * 0.01
+    for name, stamps, header in (
+        ("gaps.csv", time[keep], "time [s],gy [deg/s]"),
+        ("nameless.csv", time[keep], ""),
+        ("late.csv", time + 3600.0 * (time > 700.0), "time [s],gy [deg/s]"),
+        ("jitter.csv", time + 0.003 * np.sin(np.arange(n) ** 2), "time [s],gy [deg/s]"),
+    ):
+        path = stamped(tmp_path, name, stamps, header)
+        for options in ((), ("--rate", 50)):
+            whole = strict(run("adev", path, "--json", *options)[1])
+            code, out, _ = piped(path.read_bytes(), "adev", "-", "--json", *options)
+            assert code == 0
+            stream = strict(out)
+            for key in ("column", "n", "gaps", "duration_s"):
+                assert stream["recording"][key] == whole["recording"][key], (name, key)
+            assert stream["recording"]["rate_hz"] == pytest.approx(
+                whole["recording"]["rate_hz"], rel=1e-12
+            )
+            said = [f["message"] for f in whole["recording"]["audit"] if f["column"] is None]
+            assert [f["message"] for f in stream["recording"]["audit"]] == said, name
+            pairs = zip(stream["points"][:5], whole["points"][:5], strict=True)
+            for ours, theirs in pairs:
+                assert ours["deviation"] == pytest.approx(theirs["deviation"], rel=1e-9)
+    text = b"time,x\n" + b"".join(b"%d,%d\n" % (k, k % 7) for k in range(100)) + b"nan,1\n"
+    refused(piped(text, "adev", "-"), 2, "time column", "row 100")
+
+
+def test_what_a_stream_does_not_need_may_be_text(run, tmp_path):
+    path = tmp_path / "notes.csv"
+    x = np.random.default_rng(3).standard_normal(60)
+    path.write_text("gx,label\n" + "".join(f"{v},foo\n" for v in x))
+    options = ("--rate", 1, "--column", "gx", "--json")
+    stream = strict(piped(path.read_bytes(), "adev", "-", *options)[1])
+    whole = strict(run("adev", path, *options)[1])
+    assert stream["points"][0]["deviation"] == pytest.approx(whole["points"][0]["deviation"])
+
+
+def test_large_integers_in_chunks(run, tmp_path, monkeypatch):
+    from allanite.cli import stream
+
+    x = 2**60 + np.random.default_rng(3).integers(0, 100, 5_000)
+    np.save(tmp_path / "counts.npy", x)
+    whole = strict(run("adev", tmp_path / "counts.npy", "--rate", 1, "--json")[1])
+    monkeypatch.setattr(stream, "free_memory", lambda: 1e3)
+    chunked = strict(run("adev", tmp_path / "counts.npy", "--rate", 1, "--json")[1])
+    assert chunked["points"][0]["deviation"] == whole["points"][0]["deviation"] > 20
+
+
+def test_averaging_times_that_a_stream_does_not_have():
+    text = b"x\n" + b"1\n2\n" * 50
+    for taus in ("0", "1000"):
+        refused(piped(text, "adev", "-", "--rate", 1, "--taus", taus), 2, f"--taus {taus}")
+
+
 def test_bad_pipes():
     refused(piped(b"x\n1\n2\nthree\n", "fit", "-", "--rate", 1), 2, "standard input", "three")
     refused(piped(b"", "fit", "-", "--rate", 1), 2, "standard input", "empty")
