@@ -31,7 +31,7 @@ class Clock:
     def __init__(self, at: int, unit: str | None, log: str) -> None:
         self.at, self.unit, self.log = at, unit, log
         self.guessed = unit is None
-        self.rows = self.duplicates = self.backwards = self.advancing = 0
+        self.rows = self.duplicates = self.backwards = 0
         self.first_backwards = -1
         self.span = self.squares = 0.0
         self.resolution = math.inf
@@ -95,7 +95,6 @@ class Clock:
             return
         self.span += float(steps.sum())
         forward = steps[steps > 0]
-        self.advancing += forward.size
         if forward.size:
             self.resolution = min(self.resolution, float(forward.min()))
         self.duplicates += int(np.count_nonzero(steps == 0))
