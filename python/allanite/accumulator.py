@@ -143,11 +143,11 @@ class Accumulator:
         Raises
         ------
         TooShortError
-            Fewer than 2 samples.
+            Fewer than 3 samples.
         """
         reading = sorted(self._core.reading())
-        if not reading:
-            raise TooShortError(f"{self.n} samples so far: at least 2 are needed")
+        if self.n < 3:
+            raise TooShortError(f"{self.n} samples so far: at least 3 are needed")
         m, stride, n, lost = (np.array([row[i] for row in reading], np.int64) for i in (0, 1, 3, 4))
         total = np.array([row[2] for row in reading])
         with np.errstate(invalid="ignore"):
