@@ -35,7 +35,7 @@ def declared(w):
 
 
 def welch(samples):
-    """Largest deviation in per cent of the Welch spectrum of so many samples from the declared one, in bands of 8 bins on."""
+    """Largest deviation in per cent of the Welch spectrum of so many samples from the declared one, in broad bands."""
     batches = max(1, samples // (SEGMENT * BATCH))
     stream = _core.Simulator(SUM, 1, 0, 0, SEGMENT * BATCH * batches)
     window = np.sin(np.pi * (np.arange(SEGMENT) + 0.5) / SEGMENT) ** 2
