@@ -1,9 +1,8 @@
 //! A processor for each worker.
 //!
 //! A new thread may be put on the processor of the one that made it and wait there for its turn while others have
-//! nothing to do: virtual machines whose scheduler gathers threads on few processors let it wait four milliseconds,
-//! which is a good part of a pass over ten million samples. Of two workers that meet on a processor, the second asks
-//! for another one.
+//! nothing to do: virtual machines whose scheduler gathers threads on few processors do so. Of two workers that meet on
+//! a processor, the second asks for another one.
 
 use std::sync::Mutex;
 

@@ -228,7 +228,7 @@ class _Column:
         if output_unit is not None:
             target = parse_unit(output_unit).name
             self.factor, self.unit = conversion(self.unit, target), target
-        self.rows = self.missing = self.gaps = 0
+        self.rows = self.gaps = 0
         self.last: NDArray[Any] = np.empty(0)
         self.hole = False
         grid: str | int = taus
@@ -251,6 +251,8 @@ class _Column:
     def take(self, chunk: NDArray[Any]) -> None:
         x = samples = chunk[:, self.at]
         if self.quantity == "angle":
+            # Differences of narrow or unsigned integers would wrap; those of 64 bits are right modulo 2^64.
+            x = x.astype(np.int64) if x.dtype.kind in "iu" else x
             joined = np.concatenate((self.last, x)) if self.last.size else x
             self.last = joined[-1:]
             x = np.diff(joined)

@@ -144,6 +144,15 @@ def test_large_integers_in_chunks(run, tmp_path, monkeypatch):
     monkeypatch.setattr(stream, "free_memory", lambda: 1e3)
     chunked = strict(run("adev", tmp_path / "counts.npy", "--rate", 1, "--json")[1])
     assert chunked["points"][0]["deviation"] == whole["points"][0]["deviation"] > 20
+    # Angles that fall: differences of unsigned and of narrow integers must not wrap.
+    for dtype in (np.uint16, np.int8):
+        angle = np.random.default_rng(4).integers(0, 100, 5_000).astype(dtype)
+        angle[::2] += 27
+        np.save(tmp_path / "angle.npy", angle)
+        options = ("--rate", 1, "--quantity", "angle", "--json")
+        chunked = strict(run("adev", tmp_path / "angle.npy", *options)[1])
+        expected = np.sqrt(np.mean(np.diff(angle.astype(float), n=2) ** 2) / 2)
+        assert chunked["points"][0]["deviation"] == pytest.approx(expected)
 
 
 def test_averaging_times_that_a_stream_does_not_have():
