@@ -118,3 +118,21 @@ def test_intervals_cover(color):
         hits += (curve.low**2 <= truth) & (truth <= curve.high**2)
     assert (hits / 400 > 0.92 - 0.033).all()
     assert (hits / 400).mean() == pytest.approx(0.95, abs=0.02)
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).nmant < 63, reason="no wider floats to compare with")
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_drifting_phase_keeps_its_digits(backwards):
+    phase = np.cumsum(1.0 + 1e-6 * np.random.default_rng(0).standard_normal(10**6))
+    phase = phase[::-1].copy() if backwards else phase
+    found = deviation.oadev(phase, quantity="angle", factors=[1, 2, 4, 64, 3000, 50_000, 300_000])
+    wide, before = phase.astype(np.longdouble), []
+    for m, value in zip(found.factors.tolist(), found.deviation, strict=True):
+        d = wide[2 * m :] - 2 * wide[m:-m] + wide[: -2 * m]
+        # What a double loses in terms that reach from near zero to far away stays below this.
+        assert value == pytest.approx(float(np.sqrt((d**2).mean() / 2) / m), rel=1e-9), m
+        # The first point taken away from all, and sums before differences: what must not come back.
+        z = phase - phase[0]
+        d = (z[2 * m :] + z[: -2 * m]) - 2 * z[m:-m]
+        before.append(abs(np.sqrt((d**2).mean() / 2) / m / value - 1))
+    assert max(before) > 1e-8
