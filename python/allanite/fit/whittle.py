@@ -11,10 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.fit.discrepancy import EVIDENCE, best_scale, better_scale, judge
 from allanite.showing import brief
 
 __all__ = [
     "Maximum",
+    "climb",
     "information",
     "log_likelihood",
     "maximise",
@@ -26,15 +28,33 @@ Array = NDArray[np.float64]
 #: Half the 95 % point of χ²₁. Limits beside 0 use it too: one-sided ones (1.3528), where the data themselves choose
 #: between limit and interval, miss 5 % above and 2.5 % below, and K of a short N+B+K would be covered by 88 %.
 LEVEL = 1.9207
+#: Most degrees of freedom of a bin in the fit that gives each about one vote.
+VOTES = 10.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Maximum:
-    """The maximum of the likelihood: squared coefficients (p,), fitted spectrum (bins,), logL."""
+    """The maximum of the likelihood.
+
+    Attributes
+    ----------
+    theta : ndarray, shape (p,)
+        Squared coefficients.
+    spectrum : ndarray, shape (bins,)
+        Fitted spectrum.
+    log_likelihood : float
+        Marginal logL, less `EVIDENCE` where there is a discrepancy.
+    scale : int or None
+        Index of the discrepancy's scale in `discrepancy.SCALES`; None where the model is taken for true.
+    weight : ndarray, shape (bins,)
+        Effective degrees of freedom.
+    """
 
     theta: Array
     spectrum: Array
     log_likelihood: float
+    scale: int | None
+    weight: Array
 
     __repr__ = brief
 
@@ -44,14 +64,59 @@ def log_likelihood(power: Array, count: Array, spectrum: Array) -> float:
     return float(-0.5 * (count @ (np.log(spectrum) + power / spectrum)))
 
 
+def climb(
+    power: Array,
+    count: Array,
+    columns: Array,
+    theta: Array,
+    scale: int | None,
+    offset: Array | None = None,
+    rounds: int = 80,
+) -> Maximum:
+    """The maximum of the likelihood that lies uphill of `theta`, θ ≥ 0; a scale of discrepancy is fitted on the way.
+
+    Fisher scoring: non-negative least squares with the effective degrees of freedom, halved until logL rises.
+    """
+    from scipy.optimize import nnls
+
+    base = np.zeros_like(power) if offset is None else offset
+    floor = 1e-24 * float(np.max(power)) + 1e-300
+    if columns.shape[1] == 0:
+        found = judge(power, count, np.maximum(base, floor), scale)
+        return Maximum(theta, np.maximum(base, floor), found.log_likelihood, scale, found.weight)
+    units = 1.0 / np.maximum(np.median(columns / power[:, None], axis=0), 1e-300)
+    unit, theta = columns * units, theta / units
+    spectrum = np.maximum(unit @ theta + base, floor)
+    best = judge(power, count, spectrum, scale)
+    for _ in range(rounds):
+        weight = np.sqrt(best.weight) / spectrum
+        goal, _ = nnls(unit * weight[:, None], weight * (power - base))
+        gain = 0.0
+        for step in (1.0, 0.5, 0.25, 0.1, 0.03, 0.01):
+            tried = theta + step * (goal - theta)
+            moved = np.maximum(unit @ tried + base, floor)
+            found = judge(power, count, moved, scale)
+            gain = found.log_likelihood - best.log_likelihood
+            if gain > 0.0:
+                theta, spectrum, best = tried, moved, found
+                break
+        before = best.log_likelihood
+        if scale is not None:
+            scale, best = better_scale(power, count, spectrum, scale, best)
+        if max(gain, 0.0) + best.log_likelihood - before < 1e-6:
+            break
+    total = best.log_likelihood - (EVIDENCE if scale is not None else 0.0)
+    return Maximum(theta * units, spectrum, total, scale, best.weight)
+
+
 def maximise(
     power: Array,
     count: Array,
     columns: Array,
-    start: Array | None = None,
+    start: Maximum | None = None,
     offset: Array | None = None,
 ) -> Maximum:
-    """Maximise the likelihood over θ ≥ 0.
+    """Maximise the likelihood over θ ≥ 0 and the scale of the discrepancy.
 
     Parameters
     ----------
@@ -59,8 +124,8 @@ def maximise(
         Mean squared ordinate of each bin and its degrees of freedom.
     columns : ndarray, shape (bins, p)
         Expected power of each effect at coefficient 1.
-    start : ndarray, shape (p,), optional
-        Where to begin.
+    start : Maximum, optional
+        Where to look first, with `theta` of shape (p,): another maximum of nearly the same columns.
     offset : ndarray, shape (bins,), optional
         Power that is there in any case (held effects).
 
@@ -68,41 +133,31 @@ def maximise(
     -------
     Maximum
     """
+    plain = climb(power, count, columns, _first(power, count, columns, offset), None, offset)
+    scale, value = best_scale(power, count, plain.spectrum)
+    found = [plain]
+    if value > plain.log_likelihood:
+        # A wrong model has several maxima: near the Whittle fit, and where every bin has one vote.
+        votes = np.minimum(count, VOTES)
+        even = climb(power, votes, columns, _first(power, votes, columns, offset), None, offset)
+        starts = [(plain.theta, scale), (even.theta, best_scale(power, count, even.spectrum)[0])]
+        if start is not None and start.scale is not None:
+            starts.append((start.theta, start.scale))
+        found += [climb(power, count, columns, theta, scale, offset) for theta, scale in starts]
+    return max(found, key=lambda m: m.log_likelihood)
+
+
+def _first(power: Array, count: Array, columns: Array, offset: Array | None) -> Array:
+    """Least squares in units of the measured power."""
     from scipy.optimize import nnls
 
-    base = np.zeros_like(power) if offset is None else offset
-    floor = 1e-12 * float(np.max(power)) * 1e-12 + 1e-300
-    root = np.sqrt(count)
-    scale = 1.0 / np.maximum((columns / np.maximum(power, floor)[:, None]).max(axis=0), 1e-300)
-    unit = columns * scale
-
-    def evaluate(theta: Array) -> tuple[Array, float]:
-        spectrum = np.maximum(unit @ theta + base, floor)
-        return spectrum, log_likelihood(power, count, spectrum)
-
-    if start is None:
-        weight = root / np.maximum(power, floor)
-        theta, _ = nnls(unit * weight[:, None], weight * np.maximum(power - base, 0.0))
-        if not theta.any() and not base.any():
-            theta = np.full(unit.shape[1], float(np.mean(power)) / unit.shape[1])
-    else:
-        theta = np.asarray(start) / scale
-    spectrum, best = evaluate(theta)
-    for _ in range(80):
-        weight = root / spectrum
-        goal, _ = nnls(unit * weight[:, None], weight * (power - base))
-        step = 1.0
-        moved, value = evaluate(goal)
-        while not value > best - 1e-12 and step > 1e-3:
-            step /= 2.0
-            moved, value = evaluate(theta + step * (goal - theta))
-        if not value > best:
-            break
-        gain = value - best
-        theta, spectrum, best = theta + step * (goal - theta), moved, value
-        if gain < 1e-7:
-            break
-    return Maximum(theta * scale, spectrum, best)
+    base = 0.0 if offset is None else offset
+    units = 1.0 / np.maximum(np.median(columns / power[:, None], axis=0), 1e-300)
+    weight = np.sqrt(count) / power
+    theta, _ = nnls(columns * (units * weight[:, None]), weight * np.maximum(power - base, 0.0))
+    if not theta.any() and offset is None:
+        theta = np.full(columns.shape[1], 1.0 / columns.shape[1])
+    return np.asarray(theta * units)
 
 
 def information(count: Array, slopes: Array) -> Array:
@@ -126,10 +181,7 @@ def profile_interval(
     rest = np.delete(best.theta, index)
 
     def drop(theta: float) -> float:
-        if others.shape[1] == 0:
-            spectrum = np.maximum(column * theta, 1e-300)
-            return best.log_likelihood - log_likelihood(power, count, spectrum)
-        found = maximise(power, count, others, rest, column * theta)
+        found = climb(power, count, others, rest, best.scale, column * theta)
         return best.log_likelihood - found.log_likelihood
 
     def search(inside: float, outside: float, level: float) -> float:
@@ -148,7 +200,7 @@ def profile_interval(
     low = search(centre, 0.0, LEVEL) if at_zero > LEVEL else 0.0
     # The scale of one coefficient alone: as if every bin were its own.
     slopes = column / best.spectrum
-    step = 1.0 / np.sqrt(max(float(0.5 * (slopes**2) @ count), 1e-300))
+    step = 1.0 / np.sqrt(max(float(0.5 * (slopes**2) @ best.weight), 1e-300))
     outside = centre + 2.0 * step
     for _ in range(60):
         if drop(outside) > LEVEL:
