@@ -46,9 +46,12 @@ class Resonance(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Frequencies every tenth from 20/T to Nyquist; dampings from a line of the bins' width to a hump."""
+        """Frequencies every tenth from 20/T to Nyquist; dampings from a line of the bins' width to a band.
+
+        Twice the largest is as far as a fit goes: beyond it there is no peak, and a broad shape has other names.
+        """
         if name == "damping":
-            return np.array([0.01, 0.03, 0.1, 0.3])
+            return np.array([0.01, 0.03, 0.1])
         low, high = 20.0 * rate / n, 0.48 * rate
         return np.geomspace(low, high, max(4, int(24 * np.log10(high / low))))
 

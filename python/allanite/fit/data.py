@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from allanite.effects import Deterministic, Model, Stochastic
     from allanite.effects.terms import Term
 
-__all__ = ["Data", "columns", "density", "prepare", "without_samples"]
+__all__ = ["Data", "Noise", "columns", "density", "prepare", "without_samples"]
 
 #: Fewest samples on which a model can be fitted.
 SHORTEST = 32
@@ -109,6 +110,30 @@ class Data:
         return _kernels.cosine_transform(signal)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Noise:
+    """What the random part of a model expects of single ordinates.
+
+    Attributes
+    ----------
+    terms : tuple of Term
+    bins : Bins
+    level : ndarray, shape (bins,)
+        By how much the power of each bin probably differs from the model: 1 where the model is true.
+    """
+
+    terms: tuple[Term, ...]
+    bins: Bins
+    level: NDArray[np.float64]
+
+    __repr__ = brief
+
+    def variance(self, j: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Expected squared ordinates j, U² per sample."""
+        place = np.searchsorted(self.bins.edges, j, side="right") - 1
+        return density(self.terms, j, self.bins.n) * self.level[place]
+
+
 def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
     """Data of a one-column recording.
 
@@ -157,10 +182,18 @@ def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArra
 
 def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
     """Expected bin power of a sum of terms, shape (bins,)."""
-    total = np.zeros(data.bins.nodes.size)
+    return _column(terms, data.n)
+
+
+@lru_cache(maxsize=8192)
+def _column(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
+    bins = bins_of(n)
+    total = np.zeros(bins.nodes.size)
     for term in terms:
-        total += _terms.cosine_variance(term, data.bins.nodes, data.n)
-    return data.bins.mean(total)
+        total += _terms.cosine_variance(term, bins.nodes, n)
+    out = bins.mean(total)
+    out.flags.writeable = False
+    return out
 
 
 def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> NDArray[np.float64]:

@@ -1,29 +1,30 @@
-"""The Whittle fit: coefficients, shapes and deterministic effects together.
+"""The fit: coefficients, shapes, discrepancy and deterministic effects together.
 
-Stochastic coefficients are found by `whittle.maximise` at given shapes; shapes by a scan where they have no value and a
-bounded polish; deterministic amplitudes by GLS, alternating with the spectrum until logL settles.
+Coefficients and shapes of the random part are climbed together (`polish`), shapes without a value after a scan of their grid;
+deterministic amplitudes are found by GLS, alternating with the spectrum until logL settles.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Stochastic
-from allanite.fit import shape as _shape
-from allanite.fit.data import column, columns, density
+from allanite.fit.data import Noise
 from allanite.fit.deterministic import Design, Regression, design_of, regress
-from allanite.fit.whittle import Maximum, log_likelihood, maximise
+from allanite.fit.discrepancy import EVIDENCE, SCALES, best_scale, judge, levels
+from allanite.fit.random_part import RandomPart
+from allanite.fit.shape import fit_deterministic_shapes, fit_shapes
 from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
+    from allanite.fit.whittle import Maximum
 
-__all__ = ["Solution", "at_shapes", "solve", "with_coefficients"]
+__all__ = ["Solution", "solve", "with_coefficients"]
 
 Array = NDArray[np.float64]
 
@@ -36,22 +37,23 @@ class Solution:
     ----------
     model : Model
         With fitted values.
+    best : Maximum
+        Squared coefficients, expected bin power, the scale of the discrepancy and the vote of each bin.
     columns : ndarray, shape (bins, stochastic effects)
         Expected bin power at coefficient 1.
-    theta : ndarray, shape (stochastic effects,)
-        Squared coefficients.
-    spectrum, power : ndarray, shape (bins,)
-        Expected and measured bin power (deterministic effects taken out), U² per sample.
+    power : ndarray, shape (bins,)
+        Measured bin power (deterministic effects taken out), U² per sample.
     count : ndarray, shape (bins,)
         Degrees of freedom of each bin: ordinates less what the regression used.
     ordinates : ndarray, shape (n,)
         Residual ordinates.
+    log_likelihood : float
+        Of the whole record: the residual in all its ordinates.
     """
 
     model: Model
+    best: Maximum
     columns: Array
-    theta: Array
-    spectrum: Array
     power: Array
     count: Array
     ordinates: Array
@@ -62,39 +64,43 @@ class Solution:
     __repr__ = brief
 
     @property
-    def terms_model(self) -> tuple[Stochastic, ...]:
-        """The stochastic effects, in the order of `theta`."""
-        return self.model.stochastic
+    def theta(self) -> Array:
+        """Squared coefficients, shape (stochastic effects,)."""
+        return self.best.theta
+
+    @property
+    def spectrum(self) -> Array:
+        """Expected bin power, shape (bins,)."""
+        return self.best.spectrum
+
+    @property
+    def weight(self) -> Array:
+        """Effective degrees of freedom of each bin: the vote that it had."""
+        return self.best.weight
+
+    @property
+    def level(self) -> Array:
+        """By how much each bin probably differs from the model, shape (bins,)."""
+        return levels(self.power, self.count, self.spectrum, self.best.scale)
+
+    @property
+    def discrepancy(self) -> float:
+        """Scale of the model's misfit, of ln power; 0 where nothing speaks against the model."""
+        return 0.0 if self.best.scale is None else float(SCALES[self.best.scale])
+
+    def noise(self, data: Data) -> Noise:
+        """What the random part expects of single ordinates."""
+        return Noise(data.terms(self.model), data.bins, self.level)
 
 
-def _held(model: Model) -> list[bool]:
-    return [e.coefficient in e.held for e in model.stochastic]
-
-
-def _maximise(model: Model, power: Array, count: Array, data: Data) -> tuple[Maximum, Array]:
-    """Coefficients at the model's present shapes; held ones stay."""
-    effects = model.stochastic
-    matrix = columns(model, effects, data)
-    held = np.array(_held(model))
-    if not held.any():
-        return maximise(power, count, matrix), matrix
-    fixed = np.array([getattr(e, e.coefficient) or 0.0 for e in effects]) ** 2
-    offset = matrix[:, held] @ fixed[held]
-    theta = np.where(held, fixed, 0.0)
-    if held.all():
-        spectrum = np.maximum(offset, 1e-300)
-        return Maximum(theta, spectrum, log_likelihood(power, count, spectrum)), matrix
-    found = maximise(power, count, matrix[:, ~held], offset=offset)
-    theta[~held] = found.theta
-    return Maximum(theta, found.spectrum, found.log_likelihood), matrix
-
-
-def at_shapes(model: Model, power: Array, count: Array, data: Data) -> Maximum:
-    """Coefficients of the random effects at the model's present shapes, for this bin power; held ones stay."""
-    return _maximise(model, power, count, data)[0]
-
-
-def solve(data: Data, model: Model, *, polish: bool = True, rounds: int = 8) -> Solution:
+def solve(
+    data: Data,
+    model: Model,
+    *,
+    start: Maximum | None = None,
+    polish: bool = True,
+    rounds: int = 8,
+) -> Solution:
     """Fit all free values of `model` to `data`.
 
     Parameters
@@ -102,6 +108,8 @@ def solve(data: Data, model: Model, *, polish: bool = True, rounds: int = 8) -> 
     data : Data
     model : Model
         Values are starting values; None is found by a scan. Held values stay.
+    start : Maximum, optional
+        Where to look first: a maximum of this model, or of the model without its last random effect.
     polish : bool
         False keeps shapes at their (scanned) starting values.
     rounds : int
@@ -109,27 +117,24 @@ def solve(data: Data, model: Model, *, polish: bool = True, rounds: int = 8) -> 
     """
     model = _with_white(model)
     bins = data.bins
-    ordinates, count = data.ordinates, bins.count
-    power = bins.power(ordinates)
+    part = RandomPart(data, bins.power(data.ordinates), bins.count)
+    ordinates = data.ordinates
     design: Design | None = None
     regression: Regression | None = None
-    best, matrix = Maximum(np.zeros(0), power, -np.inf), np.zeros((power.size, 0))
-    previous = -np.inf
+    best = start if start is not None else _given(model, part)
+    total, previous = -np.inf, -np.inf
     for turn in range(rounds):
-        model = _shape.fit_shapes(
-            model,
-            partial(at_shapes, power=power, count=count, data=data),
-            data,
-            polish=polish,
-        )
-        best, matrix = _maximise(model, power, count, data)
+        model, best = fit_shapes(model, part, best, polished=polish)
         model = with_coefficients(model, best.theta)
         if not model.deterministic:
             break
-        model = _shape.fit_deterministic_shapes(model, data, slow=polish and turn < 2)
+        level = levels(part.power, part.count, best.spectrum, best.scale)
+        noise = Noise(data.terms(model), bins, level)
+        model = fit_deterministic_shapes(model, noise, data, slow=polish and turn < 2)
         design = design_of(model.deterministic, data)
-        variance = density(data.terms(model), design.ordinates, data.n)
-        regression = _regress(model.deterministic, design, data, variance)
+        regression = _regress(
+            model.deterministic, design, data, noise.variance(design.ordinates)
+        )
         model = _with_amplitudes(model, design, regression)
         ordinates = data.without(data.signal(model.deterministic))
         used = np.zeros(bins.count.size)
@@ -139,15 +144,43 @@ def solve(data: Data, model: Model, *, polish: bool = True, rounds: int = 8) -> 
             regression.leverage,
         )
         count = np.maximum(bins.count - used, 0.05)
-        power = bins.power(ordinates) * bins.count / count
-        value = log_likelihood(bins.power(ordinates), bins.count, best.spectrum)
-        if abs(value - previous) < 1e-3 and turn > 0:
+        raw = bins.power(ordinates)
+        part = RandomPart(data, raw * bins.count / count, count)
+        total = _total(raw, bins.count, best)
+        if abs(total - previous) < 1e-3 and turn > 0:
             break
-        previous = value
-    total = log_likelihood(bins.power(ordinates), bins.count, best.spectrum)
+        previous = total
+    linear = part.linear(model)
+    total = _total(bins.power(ordinates), bins.count, best)
     return Solution(
-        model, matrix, best.theta, best.spectrum, power, count, ordinates, total, design, regression
+        model,
+        best,
+        linear.matrix,
+        part.power,
+        part.count,
+        ordinates,
+        total,
+        design,
+        regression,
     )
+
+
+def _total(power: Array, count: Array, best: Maximum) -> float:
+    """Marginal logL of all ordinates, those of the regression included."""
+    price = EVIDENCE if best.scale is not None else 0.0
+    return judge(power, count, best.spectrum, best.scale).log_likelihood - price
+
+
+def _given(model: Model, part: RandomPart) -> Maximum | None:
+    """The maximum uphill of the values that the model already has, with a discrepancy."""
+    known = [getattr(e, e.coefficient) for e in model.stochastic]
+    shapes = [e.values[n] for e in model if not isinstance(e, Deterministic) for n in e.free_shapes]
+    if any(v is None for v in [*known, *shapes]) or not any(known):
+        return None
+    theta = np.array(known, dtype=float) ** 2
+    linear = part.linear(model)
+    scale, _ = best_scale(part.power, part.count, np.maximum(linear.matrix @ theta, 1e-300))
+    return part.climb(linear, theta, scale)
 
 
 def _with_white(model: Model) -> Model:
@@ -205,13 +238,3 @@ def _with_amplitudes(model: Model, design: Design, regression: Regression) -> Mo
             index += 1
         effects.append(effect)
     return Model(tuple(effects))
-
-
-def components(solution: Solution, data: Data) -> dict[int, Array]:
-    """Bin power of each stochastic effect by its place in the model."""
-    out: dict[int, Array] = {}
-    for place, effect in enumerate(solution.model.effects):
-        if isinstance(effect, Stochastic):
-            value = getattr(effect, effect.coefficient) or 0.0
-            out[place] = value**2 * column(data.unit_terms(solution.model, effect), data)
-    return out

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic
-from allanite.fit.data import column, density
+from allanite.fit.data import column
+from allanite.fit.discrepancy import EVIDENCE, judge
 from allanite.fit.marginal import slow_amplitudes
 from allanite.fit.whittle import Maximum, information, profile_interval
 from allanite.parameters import Estimate
@@ -147,7 +149,7 @@ def joint_covariance(
             slopes.append((up - down) / width / spectrum)
     if not names:
         return [], np.zeros((0, 0))
-    fisher = information(solution.count, np.column_stack(slopes))
+    fisher = information(solution.weight, np.column_stack(slopes))
     scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
     inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
     np.fill_diagonal(inverse, np.maximum(np.diag(inverse), 0.0))
@@ -178,9 +180,8 @@ def _stochastic(
         low = high = value
         detected = True
     else:
-        best = Maximum(solution.theta, solution.spectrum, _value(solution))
         low, high, drop = profile_interval(
-            solution.power, solution.count, solution.columns, best, place
+            solution.power, solution.count, solution.columns, _here(solution), place
         )
         low, high = float(np.sqrt(low)), float(np.sqrt(high))
         detected = drop > (DETECTED_SHAPED if effect.free_shapes else DETECTED)
@@ -215,10 +216,11 @@ def _stochastic(
     return {p.name: out[p.name] for p in effect.parameters}
 
 
-def _value(solution: Solution) -> float:
-    from allanite.fit.whittle import log_likelihood
-
-    return log_likelihood(solution.power, solution.count, solution.spectrum)
+def _here(solution: Solution) -> Maximum:
+    """The maximum with the logL of the random part alone."""
+    price = EVIDENCE if solution.best.scale is not None else 0.0
+    found = judge(solution.power, solution.count, solution.spectrum, solution.best.scale)
+    return replace(solution.best, log_likelihood=found.log_likelihood - price)
 
 
 def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[float, float]:
@@ -235,7 +237,7 @@ def shape_widening(solution: Solution, place: int, relative: float) -> float:
     """How much wider the standard error `relative` of ln(coefficient) is than at fixed shapes; at least 1."""
     active = solution.theta > 0.0
     slopes = 2.0 * solution.theta[active] * solution.columns[:, active] / solution.spectrum[:, None]
-    fisher = information(solution.count, slopes)
+    fisher = information(solution.weight, slopes)
     index = int(active[:place].sum())
     fixed = float(np.sqrt(np.linalg.pinv(fisher, hermitian=True)[index, index]))
     return max(1.0, relative / fixed) if fixed > 0 else 1.0
@@ -378,7 +380,7 @@ def _deterministic_shape_error(
     if any(d.ordinates.size != ordinates.size or (d.ordinates != ordinates).any() for d in designs):
         return None
     slope = (designs[0].matrix - designs[1].matrix) @ b / (2.0 * step)
-    root = 1.0 / np.sqrt(density(data.terms(solution.model), ordinates, data.n))
+    root = 1.0 / np.sqrt(solution.noise(data).variance(ordinates))
     white, target = here.matrix * root[:, None], slope * root
     coefficients, *_ = np.linalg.lstsq(white, target, rcond=None)
     rest = target - white @ coefficients

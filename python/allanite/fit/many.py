@@ -14,7 +14,7 @@ import numpy as np
 
 from allanite.effects import Deterministic, Stochastic
 from allanite.errors import InputError
-from allanite.fit.whittle import LEVEL, Maximum, log_likelihood, maximise
+from allanite.fit.whittle import LEVEL, climb
 from allanite.parameters import Estimate
 
 if TYPE_CHECKING:
@@ -280,15 +280,13 @@ def _coefficient_places(fits: tuple[Fit, ...]) -> dict[str, int]:
 def _loss(fit: Fit, place: int) -> Callable[[float], float]:
     """Fall of logL of one fit when a squared coefficient is given and the rest is free."""
     s = fit.solution
-    best = Maximum(s.theta, s.spectrum, log_likelihood(s.power, s.count, s.spectrum))
     others = np.delete(s.columns, place, axis=1)
     rest = np.delete(s.theta, place)
+    best = climb(s.power, s.count, s.columns, s.theta, s.best.scale)
 
     def loss(square: float) -> float:
-        fixed = s.columns[:, place] * square
-        if others.shape[1] == 0:
-            return best.log_likelihood - log_likelihood(s.power, s.count, np.maximum(fixed, 1e-300))
-        found = maximise(s.power, s.count, others, rest, fixed)
+        fixed = np.maximum(s.columns[:, place] * square, 1e-300)
+        found = climb(s.power, s.count, others, rest, s.best.scale, fixed)
         return max(0.0, best.log_likelihood - found.log_likelihood)
 
     return loss

@@ -116,13 +116,16 @@ def slow_amplitudes(solution: Solution, data: Data) -> Mixture:
     low = np.column_stack(
         [density(data.unit_terms(solution.model, e), ordinates, data.n) for e in stochastic]
     )
+    # Where the model is wrong, ordinates scatter about the level that is seen there.
+    level = solution.level
+    low *= np.repeat(level[:first], np.diff(data.bins.edges[: first + 1]))[:, None]
     record = _Record(
         solution.ordinates[ordinates] + matrix @ regression.amplitudes[slow],
         matrix / scale,
         low,
-        solution.columns[first:],
+        solution.columns[first:] * level[first:, None],
         solution.power[first:],
-        solution.count[first:],
+        solution.weight[first:],
     )
     free = np.array([e.coefficient not in e.held for e in stochastic])
     means, variances, weights = _sample(record, solution, free)
@@ -174,11 +177,11 @@ def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
     """Root of the covariance of the coefficients from the Fisher information; at zero, of its own alone."""
     theta = solution.theta
     slopes = solution.columns / solution.spectrum[:, None]
-    alone = 1.0 / np.sqrt(np.maximum(np.diag(information(solution.count, slopes)), 1e-300))
+    alone = 1.0 / np.sqrt(np.maximum(np.diag(information(solution.weight, slopes)), 1e-300))
     inside = free & (theta > alone)
     covariance = np.diag(np.where(free & ~inside, alone, 0.0))
     if inside.any():
-        inner = information(solution.count, 2.0 * np.sqrt(theta[inside]) * slopes[:, inside])
+        inner = information(solution.weight, 2.0 * np.sqrt(theta[inside]) * slopes[:, inside])
         size = np.sqrt(np.diag(inner))
         covariance[np.ix_(inside, inside)] = np.linalg.pinv(
             inner / np.outer(size, size), rcond=1e-10, hermitian=True

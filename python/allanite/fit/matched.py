@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.fit.data import density
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
-    from allanite.effects.terms import Term
-    from allanite.fit.data import Data
+    from allanite.fit.data import Data, Noise
 
 __all__ = ["grid_points", "matched_gains", "regressor_ordinates"]
 
@@ -43,13 +41,13 @@ def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
 
 
 def matched_gains(
-    points: list[Deterministic], residual: NDArray[np.float64], terms: tuple[Term, ...], data: Data
+    points: list[Deterministic], residual: NDArray[np.float64], noise: Noise, data: Data
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Gain ½z² of each point on residual ordinates (n,), and the whitened unit directions (points, ordinates)."""
     j = np.arange(1, min(data.n, LOW), dtype=np.int64)
     # The first regressor of each point.
     matrix = regressor_ordinates(points, j, data).reshape(len(points), -1, j.size)[:, 0]
-    root = 1.0 / np.sqrt(density(terms, j, data.n))
+    root = 1.0 / np.sqrt(noise.variance(j))
     white = matrix * root
     norm = np.linalg.norm(white, axis=1)
     norm[norm == 0.0] = 1.0

@@ -1,137 +1,109 @@
-"""Shape parameters (time constants, frequencies): a scan where there is no value, then a bounded polish."""
+"""Shape parameters (time constants, frequencies): a scan where there is no value, then a climb together with the rest."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Periodic
-from allanite.fit.data import density
 from allanite.fit.deterministic import comb_ordinates, comb_window, design_of, regress
 from allanite.fit.matched import grid_points, matched_gains
+from allanite.fit.polish import polish
+from allanite.fit.shape_grid import replaced, shape_grid
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data
+    from allanite.fit.data import Data, Noise
+    from allanite.fit.random_part import RandomPart
     from allanite.fit.whittle import Maximum
 
-__all__ = ["fit_deterministic_shapes", "fit_shapes", "polish_line", "shape_grid"]
+__all__ = ["fit_deterministic_shapes", "fit_shapes", "free_places", "grid_models", "polish_line"]
 
 #: Ordinates about a line within which its frequency is polished.
 ZOOM = 48
+#: Points of a scan that are polished.
+POLISHED = 2
 
 
-def shape_grid(effect: Effect, name: str, data: Data) -> NDArray[np.float64]:
-    """Values of a shape parameter worth trying on this record.
-
-    Times run from two samples to half the record (a longer lag is a random walk), 8 a decade; frequencies from 4/T to
-    Nyquist; an effect may say otherwise with a `grid` method.
-    """
-    own = getattr(effect, "grid", None)
-    if own is not None:
-        return np.asarray(own(name, data.n, data.rate), dtype=float)
-    unit = effect.parameter(name).unit
-    if unit == "s":
-        low, high = 2.0 / data.rate, data.duration / 2.0
-    else:
-        low, high = 4.0 / data.duration, 0.5 * data.rate
-    return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
+def free_places(model: Model) -> list[tuple[int, str]]:
+    """(place in the model, name) of every shape of the random part that a fit may move."""
+    return [
+        (place, name)
+        for place, effect in enumerate(model.effects)
+        if not isinstance(effect, Deterministic)
+        for name in effect.free_shapes
+        if not isinstance(effect.values[name], (str, type(None)))
+    ]
 
 
-def _replace(model: Model, place: int, **values: Any) -> Model:
-    effects = list(model.effects)
-    effects[place] = effects[place].with_values(**values)
-    return Model(tuple(effects))
+def grid_models(model: Model, place: int, data: Data) -> list[Model]:
+    """The model with the effect at `place` at every point of its shape grid, and of each of its designs."""
+    variants = getattr(model.effects[place], "variants", None)
+    out = []
+    for start in [model.effects[place]] if variants is None else variants():
+        values = start.values
+        names = [n for n in start.free_shapes if values[n] is None]
+        if variants is not None:
+            names = [n for n in start.free_shapes if not isinstance(values[n], str)]
+        grids = [shape_grid(start, n, data) for n in names]
+        chosen = {p.name: values[p.name] for p in start.parameters if p.role == "choice"}
+        out += [
+            replaced(model, place, **chosen, **dict(zip(names, map(float, point), strict=True)))
+            for point in product(*grids)
+        ]
+    return out
 
 
 def fit_shapes(
-    model: Model, maximise: Callable[[Model], Maximum], data: Data, *, polish: bool
-) -> Model:
-    """Shapes of stochastic effects and modifiers that maximise logL."""
-    free: list[tuple[int, str]] = []  # (place in the model, shape)
+    model: Model, part: RandomPart, start: Maximum | None = None, *, polished: bool = True
+) -> tuple[Model, Maximum]:
+    """Shapes of stochastic effects and modifiers that maximise logL, and the maximum there.
+
+    `start` is where to look first, a maximum of this model's coefficients.
+    """
     for place, effect in enumerate(model.effects):
-        if isinstance(effect, Deterministic):
+        if isinstance(effect, Deterministic) or not _open(effect):
             continue
-        names = [n for n in effect.free_shapes if not isinstance(effect.values[n], str)]
-        missing = [n for n in names if effect.values[n] is None]
-        variants = getattr(effect, "variants", None)
-        if missing or (variants is not None and _undecided(effect)):
-            starts = [model]
-            if variants is not None:
-                starts = [_replace(model, place, **v.values) for v in variants()]
-            choices = [_scan(m, place, missing or names, maximise, data) for m in starts]
-            model = max(choices, key=lambda m: maximise(m).log_likelihood)
-        free += [(place, n) for n in names]
-    if not free or not polish:
+        # Shapes of later effects that are open as well start from the middle of their grids.
+        tried = [(part.maximise(m), m) for m in map(_filled(part.data), grid_models(model, place, part.data))]
+        tried.sort(key=lambda pair: -pair[0].log_likelihood)
+        best = [polish(m, free_places(m), found, part) for found, m in tried[: POLISHED if polished else 0]]
+        best += [(m, found) for found, m in tried[:1]]
+        chosen, start = max(best, key=lambda pair: pair[1].log_likelihood)
+        model = Model((*model.effects[:place], chosen.effects[place], *model.effects[place + 1 :]))
+    found = part.maximise(model, start)
+    return polish(model, free_places(model), found, part) if polished else (model, found)
+
+
+def _open(effect: Effect) -> bool:
+    """Whether a shape or a choice of a random effect has no value."""
+    undecided = getattr(effect, "variants", None) is not None and any(
+        p.role == "choice" and effect.values[p.name] is None for p in effect.parameters
+    )
+    return undecided or any(effect.values[n] is None for n in effect.free_shapes)
+
+
+class _filled:  # noqa: N801
+    """Puts the middle of its grid for every shape that has no value."""
+
+    def __init__(self, data: Data) -> None:
+        self.data = data
+
+    def __call__(self, model: Model) -> Model:
+        for place, effect in enumerate(model.effects):
+            if isinstance(effect, Deterministic) or not _open(effect):
+                continue
+            points = grid_models(Model((effect,)), 0, self.data)
+            middle = points[len(points) // 2].effects[0]
+            model = Model((*model.effects[:place], middle, *model.effects[place + 1 :]))
         return model
-    return _polish(model, free, maximise, data)
 
 
-def _undecided(effect: Effect) -> bool:
-    return any(p.role == "choice" and effect.values[p.name] is None for p in effect.parameters)
-
-
-def _scan(
-    model: Model, place: int, names: list[str], maximise: Callable[[Model], Maximum], data: Data
-) -> Model:
-    grids = [shape_grid(model.effects[place], n, data) for n in names]
-    best, value = model, -np.inf
-    for point in np.stack(np.meshgrid(*grids, indexing="ij"), -1).reshape(-1, len(names)):
-        tried = _replace(model, place, **dict(zip(names, map(float, point), strict=True)))
-        found = maximise(tried).log_likelihood
-        if found > value:
-            best, value = tried, found
-    return best
-
-
-def _polish(
-    model: Model, free: list[tuple[int, str]], maximise: Callable[[Model], Maximum], data: Data
-) -> Model:
-    """Nelder-Mead in the logarithms; a handful of shapes at most, each evaluation under a millisecond."""
-    from scipy.optimize import minimize
-
-    def bounds(place: int, name: str) -> tuple[float, float]:
-        effect = model.effects[place]
-        declared = effect.parameter(name)
-        grid = shape_grid(effect, name, data)
-        if declared.low < 0.0:
-            return declared.low, declared.high
-        low, high = max(declared.low, grid.min() / 2.0), min(declared.high, grid.max() * 2.0)
-        return float(np.log(max(low, 1e-300))), float(np.log(high))
-
-    # Positive shapes move on a logarithmic scale, signed ones (an exponent) on their own.
-    signed = [model.effects[p].parameter(n).low < 0.0 for p, n in free]
-    limits = [bounds(*f) for f in free]
-    values = [model.effects[p].values[n] for p, n in free]
-    start = np.array([v if s else np.log(v) for v, s in zip(values, signed, strict=True)])
-    start = np.clip(start, [lo for lo, _ in limits], [hi for _, hi in limits])
-
-    def at(point: NDArray[np.float64]) -> Model:
-        out = model
-        for (place, name), u, plain in zip(free, point, signed, strict=True):
-            out = _replace(out, place, **{name: float(u if plain else np.exp(u))})
-        return out
-
-    simplex = np.vstack([start, start + 0.15 * np.eye(start.size)])
-    options: dict[str, Any] = {
-        "initial_simplex": np.clip(simplex, *np.array(limits).T),
-        "xatol": 1e-3,
-        "fatol": 1e-4,
-        "maxfev": 120 * start.size,
-    }
-
-    def loss(point: NDArray[np.float64]) -> float:
-        return -maximise(at(point)).log_likelihood
-
-    found: Any = minimize(loss, start, method="Nelder-Mead", bounds=limits, options=options)  # type: ignore[call-overload]
-    return at(found.x)
-
-
-def fit_deterministic_shapes(model: Model, data: Data, *, slow: bool) -> Model:
+def fit_deterministic_shapes(model: Model, noise: Noise, data: Data, *, slow: bool) -> Model:
     """Shapes of deterministic effects given the spectrum: frequencies of lines and, if `slow`, times and lags."""
-    terms = data.terms(model)
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) or not effect.free_shapes:
             continue
@@ -143,19 +115,19 @@ def fit_deterministic_shapes(model: Model, data: Data, *, slow: bool) -> Model:
             ordinates = data.ordinates if taken is None else data.without(taken)
             start = effect.frequency
             if start is None:
-                start = strongest_line(ordinates, terms, data)
+                start = strongest_line(ordinates, noise, data)
             multiples = [m for m, _, _ in effect.lines]
-            found = polish_line(start, ordinates, terms, data, multiples)
-            model = _replace(model, place, frequency=found)
+            found = polish_line(start, ordinates, noise, data, multiples)
+            model = replaced(model, place, frequency=found)
             if effect.values["frequency"] is None and not effect.held:
                 # The next line without a frequency is looked for in what this one leaves.
                 j = comb_window(found, multiples, data)
                 line = comb_ordinates(found, multiples, j, data)
-                size = regress(line, ordinates[j], density(terms, j, data.n)).amplitudes
+                size = regress(line, ordinates[j], noise.variance(j)).amplitudes
                 placed = effect.with_values(frequency=found).with_amplitudes(size)
                 model = Model((*model.effects[:place], placed, *model.effects[place + 1 :]))
         elif slow or any(effect.values[n] is None for n in effect.free_shapes):
-            model = _polish_slow(model, place, others, terms, data)
+            model = _polish_slow(model, place, others, noise, data)
     return model
 
 
@@ -168,18 +140,18 @@ def _others_signal(others: tuple[Deterministic, ...], data: Data) -> NDArray[np.
 
 
 def strongest_line(
-    ordinates: NDArray[np.float64], terms: tuple[tuple[str, tuple[float, ...]], ...], data: Data
+    ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> float:
     """Frequency of the largest whitened ordinate pair, Hz."""
     j = np.arange(8, data.n)
-    ratio = ordinates[8:] ** 2 / density(terms, j, data.n)
+    ratio = ordinates[8:] ** 2 / noise.variance(j)
     return float(j[int(np.argmax(ratio))] * data.rate / (2.0 * data.n))
 
 
 def polish_line(
     start: float,
     ordinates: NDArray[np.float64],
-    terms: tuple[tuple[str, tuple[float, ...]], ...],
+    noise: Noise,
     data: Data,
     multiples: Sequence[int] = (1,),
 ) -> float:
@@ -187,7 +159,7 @@ def polish_line(
     from scipy.optimize import minimize_scalar
 
     j = comb_window(start, multiples, data, ZOOM)
-    variance = density(terms, j, data.n)
+    variance = noise.variance(j)
     values = ordinates[j]
     step = data.rate / (2.0 * data.n)
     # The highest harmonic moves fastest.
@@ -212,7 +184,7 @@ def _polish_slow(
     model: Model,
     place: int,
     others: tuple[Deterministic, ...],
-    terms: tuple[tuple[str, tuple[float, ...]], ...],
+    noise: Noise,
     data: Data,
 ) -> Model:
     """Profile gain of one shape of a slow effect (lag, time constant, time), others refitted with it."""
@@ -225,7 +197,7 @@ def _polish_slow(
         def loss(value: float, name: str = name, base: Deterministic = effect) -> float:
             tried = base.with_values(**{name: value})
             design = design_of((tried, *others), data)
-            variance = density(terms, design.ordinates, data.n)
+            variance = noise.variance(design.ordinates)
             return -regress(design.matrix, data.ordinates[design.ordinates], variance).gain
 
         grid = np.unique(shape_grid(effect, name, data))
@@ -234,7 +206,7 @@ def _polish_slow(
             points = grid_points(effect, data)
             taken = _others_signal(others, data)
             residual = data.ordinates if taken is None else data.without(taken)
-            gains, _ = matched_gains(points, residual, terms, data)
+            gains, _ = matched_gains(points, residual, noise, data)
             known = float(points[int(np.argmax(gains))].values[name])
         at = int(np.searchsorted(grid, known))
         low, high = float(grid[max(0, at - 1)]), float(grid[min(grid.size - 1, at + 1)])
@@ -245,4 +217,4 @@ def _polish_slow(
             if found.fun < loss(known):
                 known = float(found.x)
         effect = effect.with_values(**{name: known})
-    return _replace(model, place, **{n: effect.values[n] for n in effect.free_shapes})
+    return replaced(model, place, **{n: effect.values[n] for n in effect.free_shapes})

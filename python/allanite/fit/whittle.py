@@ -17,6 +17,7 @@ from allanite.showing import brief
 __all__ = [
     "Maximum",
     "climb",
+    "first_guess",
     "information",
     "log_likelihood",
     "maximise",
@@ -133,13 +134,13 @@ def maximise(
     -------
     Maximum
     """
-    plain = climb(power, count, columns, _first(power, count, columns, offset), None, offset)
+    plain = climb(power, count, columns, first_guess(power, count, columns, offset), None, offset)
     scale, value = best_scale(power, count, plain.spectrum)
     found = [plain]
     if value > plain.log_likelihood:
         # A wrong model has several maxima: near the Whittle fit, and where every bin has one vote.
         votes = np.minimum(count, VOTES)
-        even = climb(power, votes, columns, _first(power, votes, columns, offset), None, offset)
+        even = climb(power, votes, columns, first_guess(power, votes, columns, offset), None, offset)
         starts = [(plain.theta, scale), (even.theta, best_scale(power, count, even.spectrum)[0])]
         if start is not None and start.scale is not None:
             starts.append((start.theta, start.scale))
@@ -147,7 +148,7 @@ def maximise(
     return max(found, key=lambda m: m.log_likelihood)
 
 
-def _first(power: Array, count: Array, columns: Array, offset: Array | None) -> Array:
+def first_guess(power: Array, count: Array, columns: Array, offset: Array | None) -> Array:
     """Least squares in units of the measured power."""
     from scipy.optimize import nnls
 

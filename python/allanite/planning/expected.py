@@ -19,8 +19,8 @@ from allanite.errors import InputError, TooShortError
 from allanite.fit.data import SHORTEST, Data, column, columns
 from allanite.fit.deterministic import line_ordinates, window
 from allanite.fit.engine import Solution, with_coefficients
+from allanite.fit.random_part import RandomPart
 from allanite.fit.shape import fit_shapes
-from allanite.fit.whittle import Maximum, log_likelihood, maximise
 from allanite.spectrum import bins_of
 
 if TYPE_CHECKING:
@@ -141,35 +141,17 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
     """The model fitted to expected bin powers; shapes start from their values."""
     count = data.bins.count
 
-    def coefficients(tried: Model) -> Maximum:
-        effects = tried.stochastic
-        matrix = columns(tried, effects, data)
-        held = np.array([e.coefficient in e.held for e in effects])
-        theta = np.array([_known(e) for e in effects]) ** 2
-        if held.all():
-            spectrum = matrix @ theta
-            return Maximum(theta, spectrum, log_likelihood(power, count, spectrum))
-        offset = matrix[:, held] @ theta[held] if held.any() else None
-        found = maximise(power, count, matrix[:, ~held], offset=offset)
-        theta[~held] = found.theta
-        return Maximum(theta, found.spectrum, found.log_likelihood)
-
-    model = fit_shapes(model, coefficients, data, polish=True)
-    best = coefficients(model)
+    part = RandomPart(data, power, count, true=True)
+    model, best = fit_shapes(model, part)
     return Solution(
         with_coefficients(model, best.theta),
+        best,
         columns(model, model.stochastic, data),
-        best.theta,
-        best.spectrum,
         power,
         count,
         data.ordinates,
         best.log_likelihood,
     )
-
-
-def _known(effect: Effect) -> float:
-    return float(getattr(effect, getattr(effect, "coefficient")) or 0.0)  # noqa: B009
 
 
 def expected_power(model: Model, data: Data) -> Array:

@@ -73,6 +73,6 @@ def _arcs(kinds: Sequence[Effect], null: Solution, grid: Data) -> tuple[float, .
     for blank in kinds:
         assert isinstance(blank, Deterministic)
         nothing = np.zeros(grid.n)
-        _, unit = matched_gains(grid_points(blank, grid), nothing, grid.terms(null.model), grid)
+        _, unit = matched_gains(grid_points(blank, grid), nothing, Noise(grid.terms(null.model), grid.bins, np.ones(grid.bins.count.size)), grid)
         out.append(arc_length(unit))
     return tuple(out)

@@ -17,7 +17,6 @@ from allanite.effects.bias_step import BiasStep
 from allanite.effects.covariate import Covariate
 from allanite.effects.rate_ramp import RateRamp
 from allanite.effects.warm_up import WarmUp
-from allanite.fit.data import density
 from allanite.fit.engine import Solution, solve
 from allanite.fit.matched import grid_points, matched_gains
 from allanite.suggestion.evidence import arc_length
@@ -80,7 +79,7 @@ def _screen(
             continue
         points = grid_points(blank, data)
         null = rival if rival is not None else solution
-        gain, directions = matched_gains(points, null.ordinates, data.terms(null.model), data)
+        gain, directions = matched_gains(points, null.ordinates, null.noise(data), data)
         arcs.append(arc_length(directions))
         top = int(np.argmax(gain))
         if gain[top] < LEAST:
@@ -158,7 +157,7 @@ def column_slopes(solution: Solution, data: Data) -> tuple[tuple[float, float], 
     series = np.ascontiguousarray(effect.regressors(data.time, data.covariates)[:, 0])
     j = np.arange(1, min(data.n, LOW), dtype=np.int64)
     z = _kernels.cosine_transform(series)[j]
-    variance = density(data.terms(solution.model), j, data.n)
+    variance = solution.noise(data).variance(j)
     weight = z**2 / variance
     split = int(np.searchsorted(np.cumsum(weight), 0.5 * weight.sum())) + 1
     target = solution.ordinates[j] + z * float(effect.amplitudes()[0])

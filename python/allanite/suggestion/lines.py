@@ -59,7 +59,7 @@ def screen_lines(
     ratio = power / level
     ratio[: 2 * FEWEST_CYCLES] = 0.0
     ratio[-2:] = 0.0
-    terms = data.terms(solution.model)
+    noise = solution.noise(data)
     found: list[Candidate] = []
     for _ in range(MOST):
         top = int(np.argmax(ratio))
@@ -71,7 +71,7 @@ def screen_lines(
             ratio[max(0, m * (base - 8 - width)) : m * (base + 8 + width) + 1] = 0.0
         ratio[max(0, top - 8 - width) : top + 9 + width] = 0.0
         start = base * data.rate / (2.0 * data.n)
-        frequency = polish_line(start, solution.ordinates, terms, data, multiples)
+        frequency = polish_line(start, solution.ordinates, noise, data, multiples)
         empty = tuple(float(v) for m in multiples[1:] for v in (m, 0.0, 0.0))
         effect = Sinusoid(frequency=frequency, overtones=empty or None)
         refitted = solve(data, solution.model + effect, polish=False, rounds=3)
@@ -79,8 +79,8 @@ def screen_lines(
         for m in multiples:
             j = window(m * frequency, data, ZOOM)
             line = line_ordinates(m * frequency, j, data)
-            gain = regress(line, solution.ordinates[j], density(terms, j, data.n)).gain
-            gains.append(gain / level[min(m * base, level.size - 1)])
+            gain = regress(line, solution.ordinates[j], noise.variance(j)).gain
+            gains.append(gain)
         whole = min(sum(gains), refitted.log_likelihood - solution.log_likelihood)
         if whole > 0.0:
             # The search over all frequencies was for the strongest line alone.

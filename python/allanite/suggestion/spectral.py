@@ -1,6 +1,7 @@
 """Candidates that change the spectrum: every random process and filter of the catalogue, at every shape of its grid.
 
-Screen by projected score (no refit), then refit the best few of each kind.
+Every point of a grid is climbed from several starts: a model that lacks an effect has others standing for it, so that no slope
+of the likelihood at the model tells what is missing.
 """
 
 from __future__ import annotations
@@ -16,18 +17,23 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.effects.model import ONCE
 from allanite.fit.data import column
-from allanite.fit.engine import Solution, at_shapes, solve
-from allanite.fit.shape import shape_grid
+from allanite.fit.engine import Solution, solve, with_coefficients
+from allanite.fit.polish import polish
+from allanite.fit.random_part import RandomPart
+from allanite.fit.scan import added
+from allanite.fit.shape import free_places
+from allanite.fit.shape_grid import shape_grid
 from allanite.showing import brief
 from allanite.suggestion.evidence import arc_length
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
+    from allanite.fit.whittle import Maximum
 
 __all__ = ["Candidate", "Screen", "directions", "screen_spectral"]
 
-#: A candidate whose score promises less is not refitted.
-LEAST = 2.0
+#: A candidate that raises logL by less is not refitted; points of a grid from which shapes are polished.
+LEAST, POLISHED = 0.5, 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +102,7 @@ def directions(
     Unit vectors of the change of bin power in units of its scatter, shape (points, bins), with what the model can do
     by itself projected out; points that differ from it in nothing are left out.
     """
-    root = np.sqrt(0.5 * solution.count)
+    root = np.sqrt(0.5 * solution.weight)
     # Directions that the model can already move in, and into which it will after the refit.
     own = solution.columns[:, solution.theta > 0.0]
     basis, _ = np.linalg.qr((own / solution.spectrum[:, None]) * root[:, None])
@@ -121,38 +127,46 @@ def directions(
 
 
 def screen_spectral(solution: Solution, data: Data) -> Screen:
-    """Refitted best candidate of every kind whose score promises something."""
-    residual = np.sqrt(0.5 * solution.count) * (solution.power / solution.spectrum - 1.0)
+    """Refitted best candidate of every kind, from every point of its grid."""
+    part = RandomPart(data, solution.power, solution.count)
     found: list[Candidate] = []
     arcs: list[float] = []
     families: list[str] = []
     for cls, points, unit in directions(solution, data):
-        score = unit @ residual
         arcs.append(arc_length(unit))
         families.append(cls.family)
-        # A filter changes the spectrum by orders of magnitude where the score, a slope, says little:
-        # all its designs and cutoffs are refitted.
-        tried = score.size if issubclass(cls, Modifier) else 3
-        order = np.argsort(score)[::-1][:tried]
-        if 0.5 * max(score[order[0]], 0.0) ** 2 < LEAST:
-            continue
-        best = _refit([points[i] for i in order], solution, data)
+        best = _refit(points, solution, part)
         if best is not None:
             found.append(best)
     return Screen(tuple(found), tuple(arcs), tuple(families))
 
 
-def _refit(points: list[Effect], base: Solution, data: Data) -> Candidate | None:
-    """The best of a few starting points, shapes polished."""
-    # The random part decides among the points; steps and lines are found again only beside the best.
-    effect = max(
-        points,
-        key=lambda p: at_shapes(base.model + p, base.power, base.count, data).log_likelihood,
-    )
-    solution = solve(data, base.model + effect, rounds=3)
+def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate | None:
+    """The best of many starting points, shapes polished from the best few that differ."""
+    scanned = added(base.model, points, base.best, part)
+    if scanned[0][0].log_likelihood - base.best.log_likelihood < LEAST:
+        return None
+    ends = [
+        polish(model, free_places(model), found, part)
+        for found, model in _apart(scanned)[:POLISHED]
+    ]
+    model, best = max(ends, key=lambda end: end[1].log_likelihood)
+    # Steps and lines are found again beside the best.
+    solution = solve(part.data, with_coefficients(model, best.theta), start=best, rounds=3)
     fitted = solution.model.effects[-1]
     gain = solution.log_likelihood - base.log_likelihood
     if gain <= 0.0:
         return None
     count = sum(p.role != "derived" for p in fitted.parameters)
     return Candidate(fitted, gain, fitted.family, solution, count)
+
+
+def _apart(scanned: list[tuple[Maximum, Model]]) -> list[tuple[Maximum, Model]]:
+    """The best of each design or damping first: neighbours on the grid end in the same place."""
+    seen: dict[tuple[object, ...], tuple[Maximum, Model]] = {}
+    for found, model in scanned:
+        effect = model.effects[-1]
+        first = next((p.name for p in effect.parameters if p.role == "shape"), None)
+        key = tuple(v for n, v in effect.values.items() if n != first and effect.parameter(n).role != "derived")
+        seen.setdefault(key, (found, model))
+    return sorted(seen.values(), key=lambda pair: -pair[0].log_likelihood)

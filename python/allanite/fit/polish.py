@@ -1,0 +1,169 @@
+"""Coefficients, shapes and the scale of the discrepancy climbed together.
+
+Each step is a linear least-squares problem in the effective degrees of freedom — coefficients that are not negative, changes of
+the shapes within a trust region — halved until the likelihood rises (Levenberg 1944; the non-negative part Lawson & Hanson
+1974). Only columns whose shapes move are computed anew (`data.column` remembers the others).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.fit.discrepancy import EVIDENCE, best_scale, better_scale, judge
+from allanite.fit.shape_grid import replaced, shape_grid
+
+if TYPE_CHECKING:
+    from allanite.effects import Model
+    from allanite.fit.random_part import Linear, RandomPart
+    from allanite.fit.whittle import Maximum
+
+__all__ = ["polish"]
+
+Array = NDArray[np.float64]
+#: Widest first step of a shape (in ln; of a signed one, itself) and narrowest that is still tried.
+TRUST, NARROWEST = 0.5, 1e-5
+#: Most steps; a rise below ENOUGH ends the climb.
+STEPS, ENOUGH = 60, 1e-4
+#: A discrepancy worth less than this much more than its price may vanish at the next shapes.
+NEAR = 30.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Shapes:
+    """Free shapes of a model as coordinates: logarithms of positive ones, signed ones as they are."""
+
+    model: Model
+    places: tuple[tuple[int, str], ...]
+    signed: tuple[bool, ...]
+    limits: Array
+
+    @classmethod
+    def of(cls, model: Model, places: list[tuple[int, str]], part: RandomPart) -> _Shapes:
+        signed, limits = [], []
+        for place, name in places:
+            effect = model.effects[place]
+            declared = effect.parameter(name)
+            signed.append(declared.low < 0.0)
+            if declared.low < 0.0:
+                limits.append((declared.low, declared.high))
+                continue
+            grid = shape_grid(effect, name, part.data)
+            low = max(declared.low, grid.min() / 2.0, 1e-300)
+            limits.append((np.log(low), np.log(min(declared.high, grid.max() * 2.0))))
+        return cls(model, tuple(places), tuple(signed), np.array(limits).reshape(-1, 2))
+
+    def start(self) -> Array:
+        values = [self.model.effects[p].values[n] for p, n in self.places]
+        at = [v if s else np.log(v) for v, s in zip(values, self.signed, strict=True)]
+        return np.clip(np.array(at, dtype=float), self.limits[:, 0], self.limits[:, 1])
+
+    def at(self, point: Array) -> Model:
+        out = self.model
+        for (place, name), u, plain in zip(self.places, point, self.signed, strict=True):
+            out = replaced(out, place, **{name: float(u if plain else np.exp(u))})
+        return out
+
+
+def polish(
+    model: Model, places: list[tuple[int, str]], best: Maximum, part: RandomPart
+) -> tuple[Model, Maximum]:
+    """The model with the shapes at `places` (place in the model, name) uphill of their values, and its maximum.
+
+    With and without a discrepancy where both may be the better one.
+    """
+    if not places:
+        return model, best
+    shapes = _Shapes.of(model, places, part)
+    ends = [_climb(shapes, shapes.start(), best, part)]
+    point, found = ends[0]
+    if part.true:
+        pass
+    elif found.scale is None:
+        scale, value = best_scale(part.power, part.count, found.spectrum)
+        if value - EVIDENCE > found.log_likelihood - 1.0:
+            ends.append(_climb(shapes, point, replace(found, scale=scale), part))
+    else:
+        linear = part.linear(shapes.at(point))
+        plain = part.climb(linear, found.theta, None)
+        if plain.log_likelihood > found.log_likelihood - NEAR:
+            ends.append(_climb(shapes, point, plain, part))
+    point, found = max(ends, key=lambda end: end[1].log_likelihood)
+    return shapes.at(point), found
+
+
+def _climb(
+    shapes: _Shapes, point: Array, best: Maximum, part: RandomPart
+) -> tuple[Array, Maximum]:
+    power, count = part.power, part.count
+    linear = part.linear(shapes.at(point))
+    theta, scale = best.theta, best.scale
+    floor = 1e-24 * float(power.max()) + 1e-300
+    spectrum = np.maximum(linear.matrix @ theta, floor)
+    judged = judge(power, count, spectrum, scale)
+    trust = np.full(point.size, TRUST)
+    for _ in range(STEPS):
+        goal_theta, goal = _step(shapes, point, trust, linear, theta, spectrum, judged.weight, part)
+        risen, step = -1.0, 1.0
+        while step > 0.02:
+            tried = np.clip(point + step * (goal - point), shapes.limits[:, 0], shapes.limits[:, 1])
+            moved_theta = theta + step * (goal_theta - theta)
+            moved_linear = part.linear(shapes.at(tried))
+            moved = np.maximum(moved_linear.matrix @ moved_theta, floor)
+            found = judge(power, count, moved, scale)
+            risen = found.log_likelihood - judged.log_likelihood
+            if risen > 0.0:
+                break
+            step *= 0.4
+        if risen <= 0.0:
+            trust *= 0.2
+            if trust.max() < NARROWEST:
+                break
+            continue
+        short = float(np.max(np.abs(tried - point) / trust)) < 0.1
+        point, linear, theta, spectrum, judged = tried, moved_linear, moved_theta, moved, found
+        trust = np.minimum(trust * (1.6 if step == 1.0 else max(step, 0.3)), 1.5)
+        before = judged.log_likelihood
+        if scale is not None:
+            scale, judged = better_scale(power, count, spectrum, scale, judged)
+        if risen + judged.log_likelihood - before < ENOUGH and short:
+            break
+    return point, part.climb(linear, theta, scale)
+
+
+def _step(
+    shapes: _Shapes,
+    point: Array,
+    trust: Array,
+    linear: Linear,
+    theta: Array,
+    spectrum: Array,
+    weight: Array,
+    part: RandomPart,
+) -> tuple[Array, Array]:
+    """Where the linearised problem puts θ and the shapes, within the trust region."""
+    from scipy.optimize import nnls
+
+    slopes = np.empty((spectrum.size, point.size))
+    for i in range(point.size):
+        moved = point.copy()
+        h = 1e-4 if point[i] + 1e-4 < shapes.limits[i, 1] else -1e-4
+        moved[i] += h
+        slopes[:, i] = (part.linear(shapes.at(moved)).matrix @ theta - linear.matrix @ theta) / h
+    root = np.sqrt(weight) / spectrum
+    free = linear.matrix[:, linear.free]
+    units = 1.0 / np.maximum(np.median(free / spectrum[:, None], axis=0), 1e-300)
+    # A change u of a shape is −trust + v with v ≥ 0.
+    matrix = np.hstack([free * units, slopes * trust]) * root[:, None]
+    target = (part.power - linear.offset + slopes @ trust) * root
+    size = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+    solution = nnls(matrix / size, target)[0] / size
+    out = linear.fixed.copy()
+    out[linear.free] = solution[: free.shape[1]] * units
+    change = np.where(
+        np.abs(slopes).max(axis=0) > 0.0, np.clip(solution[free.shape[1] :] - 1.0, -1.0, 1.0), 0.0
+    )
+    return out, point + change * trust
