@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
 from allanite.fit import fit_model
+from allanite.fit.prediction import worse
 from allanite.suggestion import Check, check_fit
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ class Study:
 
     def __str__(self) -> str:
         lines = [
-            f"{'':>2}  {'added':22} {'χ²/dof':>8} {'p':>9} {'ADEV rms %':>11} {'max %':>7} {'held out':>9}  model"
+            f"{'':>2}  {'added':22} {'χ²/dof':>8} {'p':>9} {'ADEV rms %':>11} {'max %':>7} {'unseen':>9}  model"
         ]
         for i, rung in enumerate(self.ladder):
             m, e = rung.fit.misfit, rung.fit.error
@@ -107,12 +108,12 @@ class Study:
             added += "".join(f" − {kind}" for kind in rung.removed)
             lines.append(
                 f"{i:>2}  {added:22} {m.reduced:8.2f} {m.p_value:9.2g} {_number(e.adev_rms_percent):>11} "
-                f"{_number(e.adev_max_percent):>7} {_number(e.held_out):>9}  {rung.fit.model.name}"
+                f"{_number(e.adev_max_percent):>7} {_number(e.predictive_score):>9}  {rung.fit.model.name}"
             )
         lines.append(f"stopped: {self.stopped_because}")
         if self.stopped_because == "nothing helps" and self.check.significant:
             kinds = ", ".join(dict.fromkeys(s.kind for s in self.check.significant))
-            lines.append(f"significant, but worse on the half that was not fitted: {kinds}")
+            lines.append(f"significant, but worse on unseen data: {kinds}")
         left = self.check.where.sentences()
         if not self.adequate:
             lines += ["left unexplained:", *(f"  {s}" for s in left)] if left else []
@@ -131,7 +132,7 @@ class Study:
             m, e = rung.fit.misfit, rung.fit.error
             added = "start" if rung.added is None else f"+ {rung.fit.display_name(rung.added)}"
             added += "".join(f", − {kind}" for kind in rung.removed)
-            errors = (e.adev_rms_percent, e.adev_max_percent, e.held_out)
+            errors = (e.adev_rms_percent, e.adev_max_percent, e.predictive_score)
             rows.append(
                 (
                     added,
@@ -141,7 +142,7 @@ class Study:
                     *(_number(value) for value in errors),
                 )
             )
-        head = ("rung", "model", "χ²/dof", "p", "ADEV rms %", "max %", "held out")
+        head = ("rung", "model", "χ²/dof", "p", "ADEV rms %", "max %", "unseen")
         title = f"{self.recording.path or 'recording'} · {self.recording.columns[0]}"
         left = [] if self.adequate else self.check.where.sentences()
         ending = [f"stopped: {self.stopped_because}", *left]
@@ -205,11 +206,11 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
 
 
 def _next(fit: Fit, check: Check) -> Rung | None:
-    """The best significant suggestion whose addition lowers the held-out score."""
+    """The best significant suggestion whose addition does not predict unseen data worse by more than chance."""
     for suggestion in check.significant:
         added = fit.add(suggestion)
-        before, after = fit.error.held_out, added.error.held_out
-        if before is None or after is None or after < before:
+        before, after = fit.error.predictive, added.error.predictive
+        if before is None or after is None or not worse(before, after):
             return Rung(added, suggestion.effect)
     return None
 
@@ -229,8 +230,8 @@ def _without_needless(rung: Rung, before: Fit, gone: set[str]) -> Rung:
     for place in reversed(places):
         without = fit.remove(place)
         lost = fit.solution.log_likelihood - without.solution.log_likelihood
-        old, new = fit.error.held_out, without.error.held_out
-        if lost < NEEDLESS and (old is None or new is None or new <= old):
+        old, new = fit.error.predictive, without.error.predictive
+        if lost < NEEDLESS and (old is None or new is None or not worse(old, new)):
             removed.append(fit.model.effects[place].kind)
             fit = without
     return Rung(fit, rung.added, tuple(reversed(removed)))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from allanite.showing import brief
 
-__all__ = ["EVIDENCE", "SCALES", "Judged", "best_scale", "better_scale", "judge", "judge_many", "levels", "profile"]
+__all__ = ["EVIDENCE", "SCALES", "Judged", "best_scale", "better_scale", "judge", "judge_each", "judge_many", "levels", "profile"]
 
 Array = NDArray[np.float64]
 
@@ -79,6 +79,23 @@ def judge(power: Array, count: Array, spectrum: Array, scale: int | None) -> Jud
     total = share.sum(axis=1)
     weight = 2.0 * (share * k[scale]).sum(axis=1) / total
     return Judged(float(np.sum(top + np.log(total))) - plain, weight)
+
+
+def judge_each(power: Array, count: Array, spectrum: Array, scale: int | None) -> Array:
+    """Marginal logL of each bin, shape (bins,): `judge` before the sum, for counts that are not seen again."""
+    from scipy.special import gammaln
+
+    x = np.log(power / spectrum)
+    half = count / 2.0
+    y, plain = x - np.exp(x), half * np.log(power)
+    if scale is None:
+        return np.asarray(half * y - plain)
+    half = half[:, None]
+    k = half / (1.0 + half * SCALES[scale] ** 2 * _NODES)
+    norm = np.log(_WEIGHTS) + k * np.log(k) - gammaln(k) - (half * np.log(half) - gammaln(half))
+    log = k * y[:, None] + norm
+    top = log.max(axis=1)
+    return np.asarray(top + np.log(np.exp(log - top[:, None]).sum(axis=1)) - plain)
 
 
 def profile(

@@ -16,7 +16,7 @@ from allanite.fit import curve as _curve
 from allanite.fit.data import prepare
 from allanite.fit.degeneracy import Correlations, correlations, degeneracies
 from allanite.fit.estimates import estimates, free_parameters
-from allanite.fit.held_out import held_out
+from allanite.fit.prediction import Prediction, predict
 from allanite.fit.whittle import normal_scores
 from allanite.parameters import Estimate
 
@@ -53,12 +53,17 @@ class Misfit:
 
 @dataclass(frozen=True, slots=True)
 class Error:
-    """Error of the Allan deviation in per cent (τ with edf ≥ 10), what chance alone gives, and the held-out score."""
+    """Error of the Allan deviation in per cent (τ with edf ≥ 10), what chance alone gives, and the loss on unseen data."""
 
     adev_rms_percent: float | None
     adev_max_percent: float | None
     chance_rms_percent: float | None
-    held_out: float | None
+    predictive: Prediction | None
+
+    @property
+    def predictive_score(self) -> float | None:
+        """Loss on unseen data, nats a bin; None where the record is too short."""
+        return None if self.predictive is None else self.predictive.score
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +137,7 @@ class Fit:
         """Errors by which rungs of a ladder are compared."""
         cleaned = any(e.kind == "outliers" for e in self.model)
         raw = prepare(self.recording) if cleaned else None
-        return Error(*self.curve.errors(), held_out(self.data, self.model, raw))
+        return Error(*self.curve.errors(), predict(self.data, self.solution, raw))
 
     @property
     def adequate(self) -> bool:
@@ -286,7 +291,12 @@ class Fit:
                 "adev_rms_percent": self.error.adev_rms_percent,
                 "adev_max_percent": self.error.adev_max_percent,
                 "chance_rms_percent": self.error.chance_rms_percent,
-                "held_out": self.error.held_out,
+                "predictive": None
+                if self.error.predictive is None
+                else {
+                    "score": self.error.predictive.score,
+                    "std_error": self.error.predictive.std_error,
+                },
             },
             "adequate": self.adequate,
         }

@@ -21,7 +21,7 @@ __all__ = ["plot_study"]
 
 
 def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """The error of each rung (χ²/dof, Allan deviation, held-out score) beside the first and the last model.
+    """The error of each rung (χ²/dof, Allan deviation, predictive score) beside the first and the last model.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
             chance,
             1,
         ),
-        _bars("held-out score (nats)", names, [f.error.held_out for f in fits], None, 2),
+        _bars("predictive score (nats)", names, [f.error.predictive_score for f in fits], None, 2),
         _before_after(study, 3),
     )
     title = (
