@@ -53,7 +53,9 @@ def prices(data: Data, solution: Solution) -> Array:
     def unstable(j: NDArray[np.int64], columns: NDArray[np.int64]) -> Array:
         rows = np.searchsorted(design.ordinates, j)
         values = solution.ordinates[j] + signal[np.ix_(rows, columns)].sum(axis=1)
-        return lost(values, design.matrix[np.ix_(rows, columns)], noise.variance(j), mean=bool(j[0] == 1))
+        return lost(
+            values, design.matrix[np.ix_(rows, columns)], noise.variance(j), mean=bool(j[0] == 1)
+        )
 
     slow = []
     for i, effect in enumerate(effects):
