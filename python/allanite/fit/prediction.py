@@ -1,11 +1,13 @@
 """How well a fitted model predicts what it was not fitted to.
 
-Random effects: the ordinates of each bin are dealt to FOLDS folds; coefficients, shapes and discrepancy are fitted anew without a
-fold and predict the power of its ordinates. Functions of time are taken out as fitted to the whole record, which makes the rest look
-better than it was predicted; what that is worth is added back block by block (`prediction_in_time.prices`).
+Random effects: the ordinates of each bin are dealt to FOLDS folds; coefficients, shapes and discrepancy are fitted anew
+without a fold and predict the power of its ordinates. Functions of time are taken out as fitted to the whole record, which
+makes the rest look better than it was predicted; what that is worth is added back block by block
+(`prediction_in_time.prices`).
 
-Two models are compared unit by unit (`compare`): what both find hard cancels, and the scatter of the differences says how far their
-sum can be trusted (Gneiting & Raftery 2007; Roberts et al. 2017 on blocks).
+Two models are compared unit by unit (`compare`): what both find hard cancels, and the scatter of the differences says how
+far their sum can be trusted (Gneiting & Raftery 2007; Roberts et al. 2017 on blocks). Where all that an effect explains is in
+one unit (a line), the standard error is as large as the difference: careful, never too small.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """What fitted functions of time owe to having been fitted to the record that they are scored on.
 
-A function of time is fitted to the other blocks of the record and predicts the one left out *given its neighbours* under the
-fitted noise (Burman, Chow & Nolan 1994); nothing is extrapolated. What the block loses against the amplitudes of the whole
-record is the price of the fit in that block.
+A function of time is fitted to the other blocks of the record and predicts the one left out *given its neighbours* under
+the fitted noise (Burman, Chow & Nolan 1994); nothing is extrapolated. What the block loses against the amplitudes of the
+whole record is the price of the fit in that block.
 
 The coordinates are the M-point inverse cosine transform of M consecutive ordinates: orthonormal, the m-th one local to the
-time (m + ½)/M of the record. The lowest ordinates hold the slow functions, those about its frequency a line. In them the noise
-has the precision P = C diag(1/S) Cᵀ.
+time (m + ½)/M of the record. The lowest ordinates hold the slow functions, those about its frequency a line. In them the
+noise has the precision P = C diag(1/S) Cᵀ.
 """
 
 from __future__ import annotations

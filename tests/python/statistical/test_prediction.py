@@ -1,7 +1,7 @@
 """Is the standard error of a difference of predictions right, and are true effects kept?
 
-Records of 33 min at 10 Hz. The difference of two nested models of which the larger has an effect that is not there: half of its
-rise of logL (½χ²) is lost twice in prediction, so that its mean is about ½ nat a number.
+Records of 33 min at 10 Hz. An effect that is not there raises logL by ½χ² and costs twice the mean of that in prediction:
+the mean difference is about ½ nat a number.
 """
 
 import numpy as np
