@@ -75,8 +75,7 @@ def refit(fit: Fit, method: str) -> Fit:
     changed = replace(
         solution,
         model=model,
-        theta=theta,
-        spectrum=spectrum,
+        best=replace(solution.best, theta=theta, spectrum=spectrum),
         log_likelihood=log_likelihood(bins.power(solution.ordinates), bins.count, spectrum),
     )
     return replace(fit, model=model, method=method, solution=changed, given=values)

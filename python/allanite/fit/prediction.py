@@ -6,8 +6,8 @@ makes the rest look better than it was predicted; what that is worth is added ba
 (`prediction_in_time.prices`).
 
 Two models are compared unit by unit (`compare`): what both find hard cancels, and the scatter of the differences says how
-far their sum can be trusted (Gneiting & Raftery 2007; Roberts et al. 2017 on blocks). Where all that an effect explains is in
-one unit (a line), the standard error is as large as the difference: careful, never too small.
+far their sum can be trusted (Gneiting & Raftery 2007; Roberts et al. 2017 on blocks). Where all that an effect explains is
+in one unit (a line), the standard error is as large as the difference: careful.
 """
 
 from __future__ import annotations
