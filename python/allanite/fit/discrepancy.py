@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from allanite.showing import brief
 
-__all__ = ["EVIDENCE", "SCALES", "Judged", "best_scale", "better_scale", "judge", "judge_many", "levels", "profile"]
+__all__ = ["EVIDENCE", "SCALES", "Judged", "best_scale", "better_scale", "chance_deviance", "judge", "judge_many", "levels", "profile", "scale_interval"]
 
 Array = NDArray[np.float64]
 
@@ -136,3 +136,25 @@ def levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Ar
     # The share of a bin's distance in ln that its w takes for a discrepancy.
     taken = 1.0 - 2.0 * k[scale] / count[:, None]
     return np.asarray(np.exp((share * taken).sum(axis=1) * x))
+
+
+def scale_interval(
+    power: Array, count: Array, spectrum: Array, scale: int | None
+) -> tuple[float, float]:
+    """95 % interval of the scale at this spectrum, from its profile likelihood; from 0 where 0 is inside."""
+    values = profile(power, count, spectrum)
+    plain = judge(power, count, spectrum, None).log_likelihood
+    inside = values > max(float(values.max()), plain) - 1.9207
+    if not inside.any():
+        return 0.0, float(SCALES[0])
+    at = SCALES[inside]
+    low = 0.0 if scale is None or plain > float(values.max()) - 1.9207 else float(at[0])
+    return low, float(at[-1])
+
+
+def chance_deviance(count: Array) -> float:
+    """Expected logL of the saturated model above that of the true one: Σ ½n E[x − 1 − ln x], x ~ χ²_n/n."""
+    from scipy.special import digamma
+
+    half = count / 2.0
+    return float(half @ (np.log(half) - digamma(half)))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit.data import Noise
 from allanite.fit.deterministic import Design, Regression, design_of, regress
-from allanite.fit.discrepancy import EVIDENCE, SCALES, best_scale, judge, levels
+from allanite.fit.discrepancy import SCALES, best_scale, levels
 from allanite.fit.random_part import RandomPart
 from allanite.fit.shape import fit_deterministic_shapes, fit_shapes
 from allanite.showing import brief
@@ -146,12 +146,12 @@ def solve(
         count = np.maximum(bins.count - used, 0.05)
         raw = bins.power(ordinates)
         part = RandomPart(data, raw * bins.count / count, count)
-        total = _total(raw, bins.count, best)
+        total = RandomPart(data, raw, bins.count).judged(best)
         if abs(total - previous) < 1e-3 and turn > 0:
             break
         previous = total
     linear = part.linear(model)
-    total = _total(bins.power(ordinates), bins.count, best)
+    total = RandomPart(data, bins.power(ordinates), bins.count).judged(best)
     return Solution(
         model,
         best,
@@ -163,12 +163,6 @@ def solve(
         design,
         regression,
     )
-
-
-def _total(power: Array, count: Array, best: Maximum) -> float:
-    """Marginal logL of all ordinates, those of the regression included."""
-    price = EVIDENCE if best.scale is not None else 0.0
-    return judge(power, count, best.spectrum, best.scale).log_likelihood - price
 
 
 def _given(model: Model, part: RandomPart) -> Maximum | None:

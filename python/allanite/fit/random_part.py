@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fit.data import columns
+from allanite.fit.discrepancy import EVIDENCE, judge
 from allanite.fit.whittle import Maximum, climb, maximise
 from allanite.showing import brief
 
@@ -106,4 +107,11 @@ class RandomPart:
                 linear.offset if linear.fixed.any() else None,
                 rounds,
             )
+        )
+
+    def judged(self, best: Maximum) -> float:
+        """Marginal logL of a maximum on this power, less the price of a discrepancy."""
+        price = EVIDENCE if best.scale is not None else 0.0
+        return (
+            judge(self.power, self.count, best.spectrum, best.scale).log_likelihood - price
         )

@@ -10,8 +10,9 @@ from allanite.effects import Deterministic, Effect, Model
 from allanite.effects.bias_step import BiasStep
 from allanite.effects.rate_ramp import RateRamp
 from allanite.effects.warm_up import WarmUp
+from allanite.fit.data import Noise
 from allanite.fit.matched import grid_points, matched_gains
-from allanite.suggestion.evidence import Family, arc_length, interval_trials, line_trials
+from allanite.suggestion.evidence import Family, arc_length, interval_trials, octave_trials
 from allanite.suggestion.spectral import directions
 
 if TYPE_CHECKING:
@@ -58,7 +59,8 @@ def family_of(
         ]
         return Family("covariate", _arcs(offered, null, grid), sides=2), families
     if effect.kind == "sinusoid":
-        return Family("line", width=line_trials(data.n)), families
+        cycles = np.array([effect.values["frequency"] * data.duration])
+        return Family("line", width=float(octave_trials(cycles, data.n)[0])), families
     if effect.kind == "noise_level_change":
         length = (effect.values["end"] - effect.values["start"]) / data.duration
         octave = 2 ** int(np.log2(np.clip(length * CELLS, 1.0, CELLS / 2)))
@@ -73,6 +75,7 @@ def _arcs(kinds: Sequence[Effect], null: Solution, grid: Data) -> tuple[float, .
     for blank in kinds:
         assert isinstance(blank, Deterministic)
         nothing = np.zeros(grid.n)
-        _, unit = matched_gains(grid_points(blank, grid), nothing, Noise(grid.terms(null.model), grid.bins, np.ones(grid.bins.count.size)), grid)
+        noise = Noise(grid.terms(null.model), grid.bins, np.ones(grid.bins.count.size))
+        _, unit = matched_gains(grid_points(blank, grid), nothing, noise, grid)
         out.append(arc_length(unit))
     return tuple(out)

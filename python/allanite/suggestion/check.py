@@ -43,15 +43,21 @@ class Check:
 
     @property
     def adequate(self) -> bool:
-        """Neither the whole curve nor any effect speaks against the model (1 % false alarms in all)."""
-        return self.fit.adequate and not self.significant
+        """No view fails and no effect is significantly missing (1 % false alarms in all)."""
+        return self.fit.adequate and not self.where.fails and not self.significant
+
+    @property
+    def verdict(self) -> str:
+        """``adequate`` or ``unexplained``."""
+        return "adequate" if self.adequate else "unexplained"
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/check/1`` of the contract."""
+        """``allanite/check/2`` of the contract."""
         return {
             **self.fit.to_dict(),
-            "schema": "allanite/check/1",
+            "schema": "allanite/check/2",
             "adequate": self.adequate,
+            "verdict": self.verdict,
             "where": self.where.to_dict(),
             "suggestions": [s.to_dict() for s in self.suggestions],
         }

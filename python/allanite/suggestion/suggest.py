@@ -12,6 +12,7 @@ import numpy as np
 
 from allanite.effects import Model, Stochastic
 from allanite.fit.engine import solve
+from allanite.fit.random_part import RandomPart
 from allanite.fit.result import Fit, group_scores, plain
 from allanite.suggestion.bursts import screen_bursts
 from allanite.suggestion.drifts import (
@@ -46,6 +47,7 @@ STANDARD = {
 if TYPE_CHECKING:
     from allanite.criticism.over_time import Whitened
     from allanite.effects import Effect
+    from allanite.fit.data import Data
     from allanite.fit.engine import Solution
 
     Progress = Callable[[int, int], None]
@@ -105,6 +107,13 @@ class Suggestion:
         return self.effect.kind
 
     @property
+    def effect_happens_once(self) -> bool:
+        """Whether no part of a record says anything of the others: judged by its p-value alone."""
+        return any(p.role == "time" for p in self.effect.parameters) or getattr(
+            self.effect, "happens_once", False
+        )
+
+    @property
     def p_value(self) -> float:
         """Corrected p-value, at least 1e-300."""
         return float(10.0 ** max(self.log10_p, -300.0))
@@ -145,6 +154,7 @@ def suggest(
             on_progress(done, 5)
 
     base, data = fit.solution, fit.data
+    surplus = _over_true(base, data)
     with ThreadPoolExecutor(WORKERS) as pool:
         lines_found = pool.submit(screen_lines, base, data, whitened.samples)
         spectral = screen_spectral(base, data)
@@ -187,28 +197,31 @@ def suggest(
         *(c for c in single if c is not None),
     )
     with ThreadPoolExecutor(WORKERS) as pool:
-        suggestions = pool.map(lambda c: _suggestion(fit, c, families), candidates)
+        suggestions = pool.map(lambda c: _suggestion(fit, c, families, surplus), candidates)
         ranked = sorted(suggestions, key=lambda s: (s.significant, s.delta_bic), reverse=True)
     progress()
     return _with_rivals(_last_resort(_ties(ranked), fit))
 
 
-def _suggestion(fit: Fit, candidate: Candidate, families: dict[str, Family]) -> Suggestion:
+def _suggestion(
+    fit: Fit, candidate: Candidate, families: dict[str, Family], surplus: float
+) -> Suggestion:
     from scipy.special import log_ndtr
 
     solution = candidate.solution
     assert solution is not None
     x = candidate.gain
     judged = x if candidate.judged is None else candidate.judged
+    if solution.best.scale is None:
+        # With it the model is taken for true: the chance that is asked about is that of a true model without it.
+        judged += surplus
     family = families[candidate.family]
     chance = candidate.log_chance
     if chance is None:
         chance = log_chance(family, judged)
     log_p = min(0.0, chance + np.log(len(families)))
     single = -judged if candidate.family == "line" else float(log_ndtr(-np.sqrt(2.0 * judged)))
-    penalty = candidate.parameters * np.log(fit.data.bins.count.size)
-    if family.width > 0.0:
-        penalty += 2.0 * np.log(family.width) - np.log(fit.data.bins.count.size)
+    penalty = candidate.parameters * np.log(max(float(fit.solution.weight.sum()), 2.0))
     data = candidate.data or fit.data
     found = Fit(fit.recording, solution.model, fit.method, data, solution)
     effect = solution.model.effects[-1]
@@ -226,6 +239,15 @@ def _suggestion(fit: Fit, candidate: Candidate, families: dict[str, Family]) -> 
         (),
         solution,
     )
+
+
+def _over_true(base: Solution, data: Data) -> float:
+    """By how much logL with a fitted discrepancy exceeds that of the model taken for true."""
+    if base.best.scale is None:
+        return 0.0
+    part = RandomPart(data, base.power, base.count)
+    plain = part.climb(part.linear(base.model), base.theta, None)
+    return max(part.judged(base.best) - plain.log_likelihood, 0.0)
 
 
 def _removed(fit: Fit, solution: Solution, candidate: Candidate) -> float:

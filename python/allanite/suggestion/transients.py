@@ -29,9 +29,8 @@ COARSE, FINE = 256, 4096
 def screen_moments(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, Candidate | None]:
-    """Outliers among the whitened samples, else a change of level: outliers crowd by chance and go first."""
-    outliers = screen_outliers(solution, data, whitened.samples)
-    return outliers, screen_levels(solution, data, whitened) if outliers is None else None
+    """Outliers among the whitened samples, and a change of level."""
+    return screen_outliers(solution, data, whitened.samples), screen_levels(solution, data, whitened)
 
 
 def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:

@@ -1,4 +1,4 @@
-"""The ladder: check, add the best effect, refit, until nothing helps."""
+"""What a study is: a ladder of models and what is left unexplained."""
 
 from __future__ import annotations
 
@@ -7,42 +7,53 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
-from allanite.fit import fit_model
-from allanite.suggestion import Check, check_fit
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
-    from allanite.effects import Effect, Model
+    from allanite.effects import Effect
     from allanite.fit.result import Fit
     from allanite.recording import Recording
+    from allanite.suggestion import Check
 
-__all__ = ["LIMIT", "Rung", "Study", "improve", "next_rung"]
-
-#: No sensor record supports more additions than this.
-LIMIT = 8
-#: What logL may lose by an effect that is taken out: an effect that is not there explains this much by chance.
-NEEDLESS = 0.5
+__all__ = ["Rung", "Study", "misfit_left"]
 
 
 @dataclass(frozen=True, eq=False)
 class Rung:
-    """One step of the ladder: the fit, and what was added (None on the first) or removed."""
+    """One step of the ladder.
+
+    Attributes
+    ----------
+    fit : Fit
+    added : Effect or None
+        None on the first.
+    removed : tuple of str
+        Kinds that the addition made needless, or that another took the place of.
+    risen : float
+        Rise of logL by this step.
+    dropped_start : int
+        How many of `removed` were in the first model.
+    """
 
     fit: Fit
     added: Effect | None = None
     removed: tuple[str, ...] = ()
+    risen: float = 0.0
+    dropped_start: int = 0
 
     def __repr__(self) -> str:
         added = "start" if self.added is None else f"+ {self.added.kind}"
         return f"Rung({added}: {self.fit.model.name})"
 
-    def to_dict(self) -> dict[str, Any]:
-        """The contract's record of a rung."""
+    def to_dict(self, misfit_left: float) -> dict[str, Any]:
+        """The contract's record of a rung; `misfit_left` in per cent of the first rung's."""
+        body = self.fit.body()
         return {
             "added": None if self.added is None else self.added.kind,
             "removed": list(self.removed),
-            **self.fit.body(),
+            **body,
+            "error": {"misfit_left_percent": misfit_left, **body["error"]},
         }
 
 
@@ -56,13 +67,16 @@ class Study:
     check : Check
         Of the last rung: what is left unexplained.
     stopped_because : str
-        ``adequate``, ``nothing helps`` or ``limit``.
+        ``adequate``, ``within tolerance``, ``nothing helps`` or ``limit``.
+    tolerance : float or None
+        Per cent of the deviation that was asked for.
     """
 
     recording: Recording
     ladder: tuple[Rung, ...]
     check: Check
     stopped_because: str
+    tolerance: float | None = None
 
     @property
     def fit(self) -> Fit:
@@ -75,18 +89,33 @@ class Study:
         return self.check.adequate
 
     @property
+    def verdict(self) -> str:
+        """``adequate``, ``within tolerance`` or ``unexplained``."""
+        known = {"adequate", "within tolerance"}
+        return self.stopped_because if self.stopped_because in known else "unexplained"
+
+    @property
+    def misfit_left(self) -> tuple[float, ...]:
+        """What is left of the misfit on each rung, per cent of the first's."""
+        return misfit_left(self.ladder)
+
+    @property
     def unexplained(self) -> dict[str, Any]:
         """Worst intervals that remain, as in the contract."""
         return self.check.where.worst()
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/improve/1`` of the contract."""
+        """``allanite/improve/2`` of the contract."""
         return {
-            "schema": "allanite/improve/1",
+            "schema": "allanite/improve/2",
             "version": _kernels.version(),
             "recording": self.recording.describe(),
-            "ladder": [rung.to_dict() for rung in self.ladder],
+            "ladder": [
+                rung.to_dict(left)
+                for rung, left in zip(self.ladder, self.misfit_left, strict=True)
+            ],
             "adequate": self.adequate,
+            "verdict": self.verdict,
             "stopped_because": self.stopped_because,
             "unexplained": self.unexplained,
         }
@@ -153,95 +182,14 @@ def _number(value: float | None) -> str:
     return "–" if value is None else f"{value:.4g}"
 
 
-def improve(
-    recording: Recording,
-    model: Model | Effect | str = "N+B+K",
-    on_progress: Callable[[int, int], None] | None = None,
-    limit: int = LIMIT,
-) -> Study:
-    """Add the best missing effect until nothing significant is left.
+def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
+    """What is left of the misfit on each rung, per cent of the first's: 100 on the first.
 
-    Parameters
-    ----------
-    recording : Recording
-        One column.
-    model : Model, Effect or str
-        Where to start.
-    on_progress : callable, optional
-        Called with (rungs done, most rungs).
-    limit : int
-        Most additions.
-
-    Returns
-    -------
-    Study
+    The misfit of a rung is the logL that a saturated model gains over the last model, less what chance gives, and the rise of
+    all later rungs.
     """
-    fit = fit_model(recording, model)
-    ladder = [Rung(fit)]
-    while True:
-        check = check_fit(fit)
-        if on_progress is not None:
-            on_progress(len(ladder), limit + 1)
-        if check.adequate:
-            return Study(recording, tuple(ladder), check, "adequate")
-        better = next_rung(ladder, check)
-        if better is None:
-            return Study(recording, tuple(ladder), check, "nothing helps")
-        if len(ladder) > limit:
-            return Study(recording, tuple(ladder), check, "limit")
-        ladder.append(better)
-        fit = better.fit
-
-
-def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
-    """The rung that `improve` puts on a ladder whose last fit was checked, or None if nothing helps."""
-    fit = ladder[-1].fit
-    better = _next(fit, check)
-    if better is None:
-        return None
-    # What was taken out once and came back is needed.
-    gone = {kind for rung in ladder for kind in rung.removed}
-    return _without_needless(better, fit, gone)
-
-
-def _next(fit: Fit, check: Check) -> Rung | None:
-    """The best significant suggestion whose addition lowers the held-out score."""
-    for suggestion in check.significant:
-        added = fit.add(suggestion)
-        before, after = fit.error.held_out, added.error.held_out
-        if before is None or after is None or after < before:
-            return Rung(added, suggestion.effect)
-    return None
-
-
-def _without_needless(rung: Rung, before: Fit, gone: set[str]) -> Rung:
-    """The rung without effects that the record showed before the addition and no longer does (a B that was a sum of lags).
-
-    What it never showed stays, as an upper limit: it was asked for. So does what still explains something, though less than
-    would be detected: without it the others would take its part and be too large.
-    """
-    fit, removed = rung.fit, []
-    places = [
-        place
-        for place, effect in enumerate(before.model)
-        if _shown(before, place) and not _shown(fit, place) and effect.kind not in gone
-    ]
-    for place in reversed(places):
-        without = fit.remove(place)
-        lost = fit.solution.log_likelihood - without.solution.log_likelihood
-        old, new = fit.error.held_out, without.error.held_out
-        if lost < NEEDLESS and (old is None or new is None or new <= old):
-            removed.append(fit.model.effects[place].kind)
-            fit = without
-    return Rung(fit, rung.added, tuple(reversed(removed)))
-
-
-def _shown(fit: Fit, place: int) -> bool:
-    """Whether the record distinguishes the coefficient of an effect from 0."""
-    effect = fit.model.effects[place]
-    values = fit.estimates[place]
-    return all(
-        getattr(values[p.name], "detected", True)
-        for p in effect.parameters
-        if p.role == "coefficient"
-    )
+    left = [max(ladder[-1].fit.excess, 0.0)]
+    for rung in reversed(ladder[1:]):
+        left.append(left[-1] + rung.risen)
+    whole = max(left[-1], 1e-300)
+    return tuple(100.0 * value / whole for value in reversed(left))

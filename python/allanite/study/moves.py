@@ -1,0 +1,219 @@
+"""Moves of the search after an addition: drop what is no longer needed, replace what stands for something else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Periodic, Stochastic
+from allanite.effects.model import ONCE
+from allanite.fit import fit_model
+from allanite.fit.engine import solve, with_coefficients
+from allanite.fit.matched import grid_points, matched_gains
+from allanite.fit.polish import polish
+from allanite.fit.random_part import RandomPart
+from allanite.fit.result import Fit
+from allanite.fit.scan import added
+from allanite.fit.shape import free_places, grid_models
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from allanite.fit.data import Data
+    from allanite.fit.engine import Solution
+
+__all__ = ["Alternative", "alternatives", "numbers", "pruned", "refitted", "swapped"]
+
+#: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record showed
+#: once, while it is detected (1 % of ½χ²₁).
+KEEP, DETECTED = 0.5, 2.706
+#: Rise of ln(evidence) for which one effect takes the place of another.
+CLEARLY = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Alternative:
+    """A model in which another kind stands where an effect stood.
+
+    Attributes
+    ----------
+    effect : Effect
+        What stands there now, with values.
+    solution : Solution
+    evidence : float
+        ln of its evidence over that of the model it was made from: ΔlogL − ½ Δk ln n.
+    """
+
+    effect: Effect
+    solution: Solution
+    evidence: float
+
+
+def refitted(fit: Fit, model: Model) -> Fit:
+    """The recording with another model; its transforms are used again where the same samples are missing."""
+    if [e for e in model if e.kind == "outliers"] != [e for e in fit.model if e.kind == "outliers"]:
+        return fit_model(fit.recording, model)
+    return _of(fit, solve(fit.data, model))
+
+
+def _of(fit: Fit, solution: Solution) -> Fit:
+    return Fit(fit.recording, solution.model, fit.method, fit.data, solution)
+
+
+def numbers(effect: Effect) -> int:
+    """Numbers that an effect adds to a model."""
+    return sum(
+        p.role in {"coefficient", "shape", "time"} and effect.values[p.name] is not None
+        for p in effect.parameters
+    )
+
+
+def price(fit: Fit) -> float:
+    """½ ln n of the effective observations: what a number costs in evidence."""
+    return 0.5 * float(np.log(max(fit.solution.weight.sum(), 2.0)))
+
+
+def pruned(fit: Fit, before: Fit, asked: int, gone: set[str]) -> tuple[Fit, list[str]]:
+    """The fit without what is no longer needed, and the kinds taken out.
+
+    Parameters
+    ----------
+    fit, before : Fit
+        After and before the addition, which is the last effect of the model.
+    asked : int
+        How many effects, from the first, are the start's.
+    gone : set of str
+        Kinds that were taken out on an earlier rung and came back: needed.
+    """
+    removed: list[str] = []
+    place = len(fit.model.effects) - 2
+    while place >= 0:
+        effect = fit.model.effects[place]
+        own = place < asked
+        if _may_leave(effect) and effect.kind not in gone and not (own and not _shown(before, place)):
+            least = DETECTED if own else max(KEEP * numbers(effect) * price(fit), DETECTED)
+            without = _without(fit, place, least)
+            if without is not None:
+                removed.append(effect.kind)
+                fit = without
+                asked -= own
+        place -= 1
+    return fit, removed[::-1]
+
+
+def _may_leave(effect: Effect) -> bool:
+    white = effect.kind == "angle_random_walk"
+    return not white and not effect.held and effect.kind != "outliers"
+
+
+def _without(fit: Fit, place: int, least: float) -> Fit | None:
+    """The fit without an effect, if that costs less than `least` of logL."""
+    effects = fit.model.effects
+    less = Model(effects[:place] + effects[place + 1 :])
+    if isinstance(effects[place], Modifier) and not _spectral(effects[place], fit):
+        return None
+    found = refitted(fit, less)
+    lost = fit.solution.log_likelihood - found.solution.log_likelihood
+    return found if lost < least else None
+
+
+def _spectral(effect: Effect, fit: Fit) -> bool:
+    """Whether the evidence of a modifier is in the mean spectrum (that of a change of level is in time)."""
+    return not any(p.role == "time" for p in effect.parameters)
+
+
+def _shown(fit: Fit, place: int) -> bool:
+    """Whether the record distinguished the coefficient of an effect from 0."""
+    effect = fit.model.effects[place]
+    values = fit.estimates[place]
+    return all(
+        getattr(values[p.name], "detected", True)
+        for p in effect.parameters
+        if p.role == "coefficient"
+    )
+
+
+def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
+    """What else might stand where an effect stands: every kind that is its declared rival, fitted anew."""
+    effects = fit.model.effects
+    out = effects[place]
+    less = Model(effects[:place] + effects[place + 1 :])
+    if not len(less):
+        return
+    base = solve(fit.data, less)
+    part = RandomPart(fit.data, base.power, base.count)
+    spent = numbers(out)
+    for cls in CATALOGUE:
+        if not (cls.kind in out.rivals or out.kind in cls.rivals) or cls.kind == out.kind:
+            continue
+        if cls.kind in ONCE and any(e.kind == cls.kind for e in less):
+            continue
+        solution = _instead(cls, base, part)
+        if solution is None:
+            continue
+        effect = solution.model.effects[-1]
+        gain = solution.log_likelihood - fit.solution.log_likelihood
+        yield Alternative(effect, solution, gain - (numbers(effect) - spent) * price(fit))
+
+
+def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | None:
+    data = part.data
+    if issubclass(cls, Modifier) and any(p.role == "time" for p in cls.parameters):
+        return None
+    if issubclass(cls, (Stochastic, Modifier)):
+        if not getattr(cls, "suggested", True):
+            return None
+        if issubclass(cls, Modifier) and not any(e.kind == "angle_random_walk" for e in base.model):
+            return None
+        points = [m.effects[-1] for m in grid_models(base.model + cls(), len(base.model), data)]
+        scanned = added(base.model, points, base.best, part)
+        found, model = scanned[0]
+        model, found = polish(model, free_places(model), found, part)
+        if model.deterministic:
+            return solve(data, with_coefficients(model, found.theta), start=found, rounds=3)
+        return solve(data, with_coefficients(model, found.theta), start=found, rounds=1)
+    if issubclass(cls, Deterministic) and not issubclass(cls, Periodic):
+        return _slow(cls, base, data)
+    return None
+
+
+def _slow(cls: type[Deterministic], base: Solution, data: Data) -> Solution | None:
+    """A function of time or of a column at the best point of its grid, refitted."""
+    offered = [cls()] if "column" not in cls().values else [
+        cls(**{"column": name})
+        for name, values in data.covariates.items()
+        if float(np.ptp(values)) > 0.0
+        and not any(e.values.get("column") == name for e in base.model)
+    ]
+    best: tuple[float, Deterministic] | None = None
+    for blank in offered:
+        points = grid_points(blank, data)
+        gains, _ = matched_gains(points, base.ordinates, base.noise(data), data)
+        top = int(np.argmax(gains))
+        if best is None or gains[top] > best[0]:
+            best = float(gains[top]), points[top]
+    return None if best is None else solve(data, base.model + best[1], rounds=4)
+
+
+def swapped(fit: Fit, tried: set[tuple[str, str]]) -> tuple[Fit, str, Effect] | None:
+    """The fit in which another kind stands clearly better where an effect stands, the kind that left, and the new effect.
+
+    `tried` remembers (kind, kind that took its place): no swap is taken back.
+    """
+    best: tuple[float, Alternative, str] | None = None
+    for place, effect in enumerate(fit.model.effects):
+        if not _may_leave(effect) or (isinstance(effect, Modifier) and not _spectral(effect, fit)):
+            continue
+        for found in alternatives(fit, place):
+            pair = (effect.kind, found.effect.kind)
+            if pair[::-1] in tried or found.evidence < CLEARLY:
+                continue
+            if best is None or found.evidence > best[0]:
+                best = found.evidence, found, effect.kind
+    if best is None:
+        return None
+    _, found, kind = best
+    tried.add((kind, found.effect.kind))
+    return _of(fit, found.solution), kind, found.effect
