@@ -164,7 +164,7 @@ class Fit:
     @cached_property
     def error(self) -> Error:
         """Errors by which rungs of a ladder are compared."""
-        cleaned = any(e.kind == "outliers" for e in self.model)
+        cleaned = any(e.removes for e in self.model.modifiers)
         raw = prepare(self.recording) if cleaned else None
         curve = self.curve
         predictive = held_out(self.data, self.model, raw)

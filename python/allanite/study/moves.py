@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Periodic, Stochastic
-from allanite.effects.model import ONCE
+from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit import fit_model
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.matched import grid_points, matched_gains
@@ -53,9 +52,13 @@ class Alternative:
 
 def refitted(fit: Fit, model: Model) -> Fit:
     """The recording with another model; its transforms are used again where the same samples are missing."""
-    if [e for e in model if e.kind == "outliers"] != [e for e in fit.model if e.kind == "outliers"]:
+    if _removing(model) != _removing(fit.model):
         return fit_model(fit.recording, model)
     return _of(fit, solve(fit.data, model))
+
+
+def _removing(model: Model) -> list[Effect]:
+    return [e for e in model.modifiers if e.removes]
 
 
 def _of(fit: Fit, solution: Solution) -> Fit:
@@ -104,24 +107,20 @@ def pruned(fit: Fit, before: Fit, asked: int, gone: set[str]) -> tuple[Fit, list
 
 
 def _may_leave(effect: Effect) -> bool:
-    white = effect.kind == "angle_random_walk"
-    return not white and not effect.held and effect.kind != "outliers"
+    white = isinstance(effect, Stochastic) and effect.white
+    removes = isinstance(effect, Modifier) and effect.removes
+    return not (white or removes or effect.held)
 
 
 def _without(fit: Fit, place: int, least: float) -> Fit | None:
     """The fit without an effect, if that costs less than `least` of logL."""
     effects = fit.model.effects
     less = Model(effects[:place] + effects[place + 1 :])
-    if isinstance(effects[place], Modifier) and not _spectral(effects[place], fit):
-        return None
+    if effects[place].screened not in {"spectral", "slow", "line"}:
+        return None  # the evidence of what happens in time is not in the mean spectrum
     found = refitted(fit, less)
     lost = fit.solution.log_likelihood - found.solution.log_likelihood
     return found if lost < least else None
-
-
-def _spectral(effect: Effect, fit: Fit) -> bool:
-    """Whether the evidence of a modifier is in the mean spectrum (that of a change of level is in time)."""
-    return not any(p.role == "time" for p in effect.parameters)
 
 
 def _shown(fit: Fit, place: int) -> bool:
@@ -148,8 +147,6 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     for cls in CATALOGUE:
         if not (cls.kind in out.rivals or out.kind in cls.rivals) or cls.kind == out.kind:
             continue
-        if cls.kind in ONCE and any(e.kind == cls.kind for e in less):
-            continue
         solution = _instead(cls, base, part)
         if solution is None:
             continue
@@ -160,41 +157,22 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
 
 def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | None:
     data = part.data
-    if issubclass(cls, Modifier) and any(p.role == "time" for p in cls.parameters):
+    blanks = cls.candidates(base.model, data.covariates)
+    if not blanks:
         return None
-    if issubclass(cls, (Stochastic, Modifier)):
-        if not getattr(cls, "suggested", True):
-            return None
-        if issubclass(cls, Modifier) and not any(e.kind == "angle_random_walk" for e in base.model):
-            return None
-        points = [m.effects[-1] for m in grid_models(base.model + cls(), len(base.model), data)]
-        scanned = added(base.model, points, base.best, part)
-        found, model = scanned[0]
+    if cls.screened == "spectral":
+        place = len(base.model)
+        points = [
+            m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)
+        ]
+        found, model = added(base.model, points, base.best, part)[0]
         model, found = polish(model, free_places(model), found, part)
-        if model.deterministic:
-            return solve(data, with_coefficients(model, found.theta), start=found, rounds=3)
-        return solve(data, with_coefficients(model, found.theta), start=found, rounds=1)
-    if issubclass(cls, Deterministic) and not issubclass(cls, Periodic):
-        return _slow(cls, base, data)
+        return solve(data, with_coefficients(model, found.theta), start=found, rounds=3)
+    if cls.screened == "slow":
+        slow = [p for b in blanks if isinstance(b, Deterministic) for p in grid_points(b, data)]
+        gains = [matched_gains([p], base.ordinates, base.noise(data), data)[0][0] for p in slow]
+        return solve(data, base.model + slow[int(np.argmax(gains))], rounds=4)
     return None
-
-
-def _slow(cls: type[Deterministic], base: Solution, data: Data) -> Solution | None:
-    """A function of time or of a column at the best point of its grid, refitted."""
-    offered = [cls()] if "column" not in cls().values else [
-        cls(**{"column": name})
-        for name, values in data.covariates.items()
-        if float(np.ptp(values)) > 0.0
-        and not any(e.values.get("column") == name for e in base.model)
-    ]
-    best: tuple[float, Deterministic] | None = None
-    for blank in offered:
-        points = grid_points(blank, data)
-        gains, _ = matched_gains(points, base.ordinates, base.noise(data), data)
-        top = int(np.argmax(gains))
-        if best is None or gains[top] > best[0]:
-            best = float(gains[top]), points[top]
-    return None if best is None else solve(data, base.model + best[1], rounds=4)
 
 
 def swapped(fit: Fit, tried: set[tuple[str, str]]) -> tuple[Fit, str, Effect] | None:
@@ -204,7 +182,7 @@ def swapped(fit: Fit, tried: set[tuple[str, str]]) -> tuple[Fit, str, Effect] | 
     """
     best: tuple[float, Alternative, str] | None = None
     for place, effect in enumerate(fit.model.effects):
-        if not _may_leave(effect) or (isinstance(effect, Modifier) and not _spectral(effect, fit)):
+        if not _may_leave(effect) or not _shown(fit, place) or effect.screened == "level":
             continue
         for found in alternatives(fit, place):
             pair = (effect.kind, found.effect.kind)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.criticism.over_time import whitened_ordinates
-from allanite.effects.sinusoid import Sinusoid
+from allanite.effects import CATALOGUE, Periodic
 from allanite.fit.deterministic import line_ordinates, regress, window
 from allanite.fit.engine import Solution, solve
 from allanite.fit.shape import ZOOM, polish_line
@@ -18,6 +18,8 @@ from allanite.suggestion.evidence import Family, log_chance, octave_trials
 from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from allanite.fit.data import Data
 
 __all__ = ["screen_lines"]
@@ -78,36 +80,47 @@ def screen_lines(
             ratio[max(0, m * (base - 8 - width)) : m * (base + 8 + width) + 1] = 0.0
         ratio[max(0, top - 8 - width) : top + 9 + width] = 0.0
         start = base * data.rate / (2.0 * data.n)
-        frequency = polish_line(start, solution.ordinates, noise, data, multiples)
-        empty = tuple(float(v) for m in multiples[1:] for v in (m, 0.0, 0.0))
-        effect = Sinusoid(frequency=frequency, overtones=empty or None)
-        refitted = solve(data, solution.model + effect, polish=False, rounds=3)
-        gains = []
-        for m in multiples:
-            j = window(m * frequency, data, ZOOM)
-            line = line_ordinates(m * frequency, j, data)
-            gain = regress(line, solution.ordinates[j], noise.variance(j)).gain
-            gains.append(gain)
-        whole = min(sum(gains), refitted.log_likelihood - solution.log_likelihood)
-        if whole > 0.0:
-            # The search over all frequencies was for the strongest line alone.
-            judged = min(whole, max(gains))
-            strongest = multiples[int(np.argmax(gains))] * frequency
-            cycles = strongest * data.duration
-            trials = float(octave_trials(np.array([cycles]), data.n)[0])
-            found.append(
-                Candidate(
-                    refitted.model.effects[-1],
-                    whole,
-                    "line",
-                    refitted,
-                    1 + 2 * len(multiples),
-                    log_chance=log_chance(Family("line", width=trials), judged),
-                    judged=judged,
-                    note=_note(frequency, width, surplus - max(gains), data),
+        for effect in _lines_at(start, multiples, solution, data):
+            multiples = [m for m, _, _ in effect.lines]
+            frequency = polish_line(start, solution.ordinates, noise, data, multiples)
+            effect = effect.with_values(frequency=frequency)
+            refitted = solve(data, solution.model + effect, polish=False, rounds=3)
+            gains = []
+            for m in multiples:
+                j = window(m * frequency, data, ZOOM)
+                line = line_ordinates(m * frequency, j, data)
+                gain = regress(line, solution.ordinates[j], noise.variance(j)).gain
+                gains.append(gain)
+            whole = min(sum(gains), refitted.log_likelihood - solution.log_likelihood)
+            if whole > 0.0:
+                # The search over all frequencies was for the strongest line alone.
+                judged = min(whole, max(gains))
+                cycles = multiples[int(np.argmax(gains))] * frequency * data.duration
+                trials = float(octave_trials(np.array([cycles]), data.n)[0])
+                found.append(
+                    Candidate(
+                        refitted.model.effects[-1],
+                        whole,
+                        "line",
+                        refitted,
+                        1 + 2 * len(multiples),
+                        log_chance=log_chance(Family("line", width=trials), judged),
+                        judged=judged,
+                        note=_note(frequency, width, surplus - max(gains), data),
+                    )
                 )
-            )
     return tuple(found)
+
+
+def _lines_at(
+    start: float, multiples: list[int], solution: Solution, data: Data
+) -> Iterator[Periodic]:
+    """The effects that a line with these harmonics may be: one that has places of its own before the plain sinusoid."""
+    for cls in reversed(tuple(CATALOGUE)):
+        if cls.screened == "line" and issubclass(cls, Periodic):
+            found = cls.at(start, multiples)
+            if found is not None and cls.candidates(solution.model, data.covariates):
+                yield found
 
 
 def _wander(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:
