@@ -8,8 +8,8 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.errors import InputError
 from allanite.effects._base import Parameter, Periodic
-from allanite.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.asked import positive, positive_rate
+from allanite.common.errors import InputError
+from allanite.common.validation import positive, positive_rate
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Periodic, parse_model
-from allanite.errors import InputError
 from allanite.planning import expected as _expected
 from allanite.planning.chance import Rise, needed
 from allanite.planning.errors import standard_errors
