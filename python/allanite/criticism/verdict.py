@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.numbers import tidy
+from allanite.common.showing import brief
 from allanite.criticism import over_frequency, over_tau
 from allanite.criticism.over_time import Whitened, time_map
-from allanite.numbers import tidy
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit

@@ -16,9 +16,21 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.showing import brief
+from allanite.common.showing import brief
 
-__all__ = ["EVIDENCE", "SCALES", "Judged", "best_scale", "better_scale", "chance_deviance", "judge", "judge_many", "levels", "profile", "scale_interval"]
+__all__ = [
+    "EVIDENCE",
+    "SCALES",
+    "Judged",
+    "best_scale",
+    "better_scale",
+    "chance_deviance",
+    "judge",
+    "judge_many",
+    "levels",
+    "profile",
+    "scale_interval",
+]
 
 Array = NDArray[np.float64]
 
@@ -81,9 +93,7 @@ def judge(power: Array, count: Array, spectrum: Array, scale: int | None) -> Jud
     return Judged(float(np.sum(top + np.log(total))) - plain, weight)
 
 
-def profile(
-    power: Array, count: Array, spectrum: Array, scales: slice = slice(None)
-) -> Array:
+def profile(power: Array, count: Array, spectrum: Array, scales: slice = slice(None)) -> Array:
     """Marginal logL of a spectrum at every scale of a slice, shape (scales,)."""
     return judge_many(power, count, spectrum[None], scales)[:, 0]
 

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit.data import Noise
 from allanite.fit.deterministic import Design, Regression, design_of, regress
 from allanite.fit.discrepancy import SCALES, best_scale, levels
 from allanite.fit.random_part import RandomPart
 from allanite.fit.shape import fit_deterministic_shapes, fit_shapes
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
@@ -132,9 +132,7 @@ def solve(
         noise = Noise(data.terms(model), bins, level)
         model = fit_deterministic_shapes(model, noise, data, slow=polish and turn < 2)
         design = design_of(model.deterministic, data)
-        regression = _regress(
-            model.deterministic, design, data, noise.variance(design.ordinates)
-        )
+        regression = _regress(model.deterministic, design, data, noise.variance(design.ordinates))
         model = _with_amplitudes(model, design, regression)
         ordinates = data.without(data.signal(model.deterministic))
         used = np.zeros(bins.count.size)

@@ -94,9 +94,7 @@ def polish(
     return shapes.at(point), found
 
 
-def _climb(
-    shapes: _Shapes, point: Array, best: Maximum, part: RandomPart
-) -> tuple[Array, Maximum]:
+def _climb(shapes: _Shapes, point: Array, best: Maximum, part: RandomPart) -> tuple[Array, Maximum]:
     power, count = part.power, part.count
     linear = part.linear(shapes.at(point))
     theta, scale = best.theta, best.scale

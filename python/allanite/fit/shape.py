@@ -67,9 +67,15 @@ def fit_shapes(
         if isinstance(effect, Deterministic) or not _open(effect):
             continue
         # Shapes of later effects that are open as well start from the middle of their grids.
-        tried = [(part.maximise(m), m) for m in map(_filled(part.data), grid_models(model, place, part.data))]
+        tried = [
+            (part.maximise(m), m)
+            for m in map(_filled(part.data), grid_models(model, place, part.data))
+        ]
         tried.sort(key=lambda pair: -pair[0].log_likelihood)
-        best = [polish(m, free_places(m), found, part) for found, m in tried[: POLISHED if polished else 0]]
+        best = [
+            polish(m, free_places(m), found, part)
+            for found, m in tried[: POLISHED if polished else 0]
+        ]
         best += [(m, found) for found, m in tried[:1]]
         chosen, start = max(best, key=lambda pair: pair[1].log_likelihood)
         model = Model((*model.effects[:place], chosen.effects[place], *model.effects[place + 1 :]))
@@ -138,9 +144,7 @@ def _others_signal(others: tuple[Deterministic, ...], data: Data) -> NDArray[np.
     return data.signal(known)
 
 
-def strongest_line(
-    ordinates: NDArray[np.float64], noise: Noise, data: Data
-) -> float:
+def strongest_line(ordinates: NDArray[np.float64], noise: Noise, data: Data) -> float:
     """Frequency of the largest whitened ordinate pair, Hz."""
     j = np.arange(8, data.n)
     ratio = ordinates[8:] ** 2 / noise.variance(j)

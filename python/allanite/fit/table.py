@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.parameters import Estimate
+from allanite.common.parameters import Estimate
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.showing import brief
 from allanite.fit.discrepancy import EVIDENCE, best_scale, better_scale, judge
-from allanite.showing import brief
 
 __all__ = [
     "Maximum",
@@ -140,7 +140,9 @@ def maximise(
     if value > plain.log_likelihood:
         # A wrong model has several maxima: near the Whittle fit, and where every bin has one vote.
         votes = np.minimum(count, VOTES)
-        even = climb(power, votes, columns, first_guess(power, votes, columns, offset), None, offset)
+        even = climb(
+            power, votes, columns, first_guess(power, votes, columns, offset), None, offset
+        )
         starts = [(plain.theta, scale), (even.theta, best_scale(power, count, even.spectrum)[0])]
         if start is not None and start.scale is not None:
             starts.append((start.theta, start.scale))

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Deterministic, Model, Periodic
-from allanite.errors import InputError, TooShortError
 from allanite.fit.data import SHORTEST, Data, column, columns
 from allanite.fit.deterministic import line_ordinates, window
 from allanite.fit.engine import Solution, with_coefficients
@@ -25,8 +25,6 @@ from allanite.spectrum import bins_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-
-    from allanite.effects import Stochastic
 
     Columns = Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]]
 

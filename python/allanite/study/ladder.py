@@ -111,8 +111,7 @@ class Study:
             "version": _kernels.version(),
             "recording": self.recording.describe(),
             "ladder": [
-                rung.to_dict(left)
-                for rung, left in zip(self.ladder, self.misfit_left, strict=True)
+                rung.to_dict(left) for rung, left in zip(self.ladder, self.misfit_left, strict=True)
             ],
             "adequate": self.adequate,
             "verdict": self.verdict,
@@ -153,7 +152,7 @@ class Study:
         return f"Study({self.recording.columns[0]}: {first} → {last}, {words})"
 
     def _repr_html_(self) -> str:
-        from allanite.showing import html_list, html_table
+        from allanite.common.showing import html_list, html_table
 
         rows = []
         for rung in self.ladder:

@@ -20,7 +20,6 @@ from allanite.fit.shape import free_places, grid_models
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from allanite.fit.data import Data
     from allanite.fit.engine import Solution
 
 __all__ = ["Alternative", "alternatives", "numbers", "pruned", "refitted", "swapped"]
@@ -95,7 +94,11 @@ def pruned(fit: Fit, before: Fit, asked: int, gone: set[str]) -> tuple[Fit, list
     while place >= 0:
         effect = fit.model.effects[place]
         own = place < asked
-        if _may_leave(effect) and effect.kind not in gone and not (own and not _shown(before, place)):
+        if (
+            _may_leave(effect)
+            and effect.kind not in gone
+            and not (own and not _shown(before, place))
+        ):
             least = DETECTED if own else max(KEEP * numbers(effect) * price(fit), DETECTED)
             without = _without(fit, place, least)
             if without is not None:
@@ -162,9 +165,7 @@ def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | 
         return None
     if cls.screened == "spectral":
         place = len(base.model)
-        points = [
-            m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)
-        ]
+        points = [m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)]
         found, model = added(base.model, points, base.best, part)[0]
         model, found = polish(model, free_places(model), found, part)
         return solve(data, with_coefficients(model, found.theta), start=found, rounds=3)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.showing import brief
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.fit.data import column
 from allanite.fit.engine import Solution, solve, with_coefficients
@@ -21,7 +22,6 @@ from allanite.fit.polish import polish
 from allanite.fit.random_part import RandomPart
 from allanite.fit.scan import added
 from allanite.fit.shape import free_places
-from allanite.showing import brief
 from allanite.suggestion.evidence import arc_length
 
 if TYPE_CHECKING:
@@ -161,6 +161,10 @@ def _apart(scanned: list[tuple[Maximum, Model]]) -> list[tuple[Maximum, Model]]:
     for found, model in scanned:
         effect = model.effects[-1]
         first = next((p.name for p in effect.parameters if p.role == "shape"), None)
-        key = tuple(v for n, v in effect.values.items() if n != first and effect.parameter(n).role != "derived")
+        key = tuple(
+            v
+            for n, v in effect.values.items()
+            if n != first and effect.parameter(n).role != "derived"
+        )
         seen.setdefault(key, (found, model))
     return sorted(seen.values(), key=lambda pair: -pair[0].log_likelihood)

@@ -30,7 +30,9 @@ def screen_moments(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, Candidate | None]:
     """Outliers among the whitened samples, and a change of level."""
-    return screen_outliers(solution, data, whitened.samples), screen_levels(solution, data, whitened)
+    return screen_outliers(solution, data, whitened.samples), screen_levels(
+        solution, data, whitened
+    )
 
 
 def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
