@@ -22,13 +22,23 @@ if TYPE_CHECKING:
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
 
-__all__ = ["TimeMap", "Whitened", "expected_level", "time_map", "whiten", "whitened_ordinates"]
+__all__ = [
+    "TimeMap",
+    "Whitened",
+    "expected_level",
+    "overdispersion",
+    "time_map",
+    "whiten",
+    "whitened_ordinates",
+]
 
 SEGMENTS = 32
 #: A cell with fewer values than this is not judged.
 FEWEST = 4
 #: Fewest values of a band.
 BAND = 256
+#: Stretches whose scatter is compared with that of χ².
+CELLS = 256
 #: About 0.2 % for the largest of 450 cells.
 THRESHOLD = 4.6
 
@@ -135,6 +145,7 @@ def time_map(solution: Solution, data: Data, whitened: Whitened) -> TimeMap:
         place = np.floor((np.arange(power.size) + 0.5) * SEGMENTS / power.size).astype(int)
         count = np.bincount(place, minlength=SEGMENTS).astype(float)
         mean = np.bincount(place, weights=power, minlength=SEGMENTS) / count
+        count = count / overdispersion(power)
         share = _white_share(solution, data, (low + high) // 2)
         mean = mean / (1.0 + share * (expected - 1.0))
         ratio.append(mean)
@@ -147,6 +158,21 @@ def time_map(solution: Solution, data: Data, whitened: Whitened) -> TimeMap:
         np.array(ratio).reshape(len(bands), SEGMENTS),
         np.array(z).reshape(len(bands), SEGMENTS),
     )
+
+
+def overdispersion(power: NDArray[np.float64]) -> float:
+    """By how much the power of neighbouring stretches scatters more than χ² does, at least 1.
+
+    Heavy tails and bands narrower than an octave leave fewer independent values than there are; differences of
+    neighbours see no change of level.
+    """
+    cells = min(CELLS, power.size // FEWEST)
+    if cells < SEGMENTS:
+        return 1.0
+    size = power.size // cells
+    means = power[: cells * size].reshape(cells, size).mean(axis=1)
+    scatter = 0.5 * float(np.mean(np.diff(means) ** 2)) / float(np.mean(means)) ** 2
+    return max(1.0, scatter * size / 2.0)
 
 
 def expected_level(solution: Solution, edges: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -172,13 +172,18 @@ def rung(step: Step) -> dict[str, Any]:
         "chi2_text": number(misfit.reduced),
         "p_text": number(misfit.p_value, 1),
         "error_text": "…" if error is None else _percent(error.adev_rms_percent),
-        "max_text": "…" if error is None else _percent(error.adev_max_percent),
+        "max_text": "…" if error is None else _worst(error.adev_worst),
+        "discrepancy_text": _percent(fit.discrepancy.percent),
         "chance_text": "…" if error is None else _percent(error.chance_rms_percent),
         "held_out": None if error is None else error.held_out,
         "held_out_text": "…" if error is None else _nats(error.held_out),
         "adequate": None if step.check is None else step.check.adequate,
         "checked": step.check is not None,
     }
+
+
+def _worst(worst: tuple[float, float] | None) -> str:
+    return "–" if worst is None else f"×{number(worst[0], 3)} at {number(worst[1], 3)} s"
 
 
 def _percent(value: float | None) -> str:

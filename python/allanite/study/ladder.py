@@ -127,24 +127,54 @@ class Study:
 
     def __str__(self) -> str:
         lines = [
-            f"{'':>2}  {'added':22} {'χ²/dof':>8} {'p':>9} {'ADEV rms %':>11} {'max %':>7} {'held out':>9}  model"
+            f"{'':>2}  {'added':22} {'misfit left':>11} {'discrepancy':>11} {'ADEV rms':>9} "
+            f"{'worst':>20} {'prediction':>11}  model"
         ]
-        for i, rung in enumerate(self.ladder):
-            m, e = rung.fit.misfit, rung.fit.error
+        for i, cells in enumerate(self.rows()):
+            added, left, discrepancy, rms, worst, predictive, model = cells
+            lines.append(
+                f"{i:>2}  {added:22} {left:>11} {discrepancy:>11} {rms:>9} {worst:>20} {predictive:>11}  {model}"
+            )
+        lines.append(f"stopped: {self.ending}")
+        if self.verdict == "unexplained":
+            left_over = self.check.where.sentences()
+            lines += ["left unexplained:", *(f"  {s}" for s in left_over)] if left_over else []
+        return "\n".join([*lines, "", str(self.fit)])
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """(what was done, misfit left, discrepancy, Allan error, its worst, predictive score, model) of each step, as texts."""
+        out = []
+        for rung, left in zip(self.ladder, self.misfit_left, strict=True):
+            e = rung.fit.error
             added = "(start)" if rung.added is None else "+ " + rung.fit.display_name(rung.added)
             added += "".join(f" − {kind}" for kind in rung.removed)
-            lines.append(
-                f"{i:>2}  {added:22} {m.reduced:8.2f} {m.p_value:9.2g} {_number(e.adev_rms_percent):>11} "
-                f"{_number(e.adev_max_percent):>7} {_number(e.held_out):>9}  {rung.fit.model.name}"
+            worst = (
+                "–"
+                if e.adev_worst is None
+                else f"×{e.adev_worst[0]:.3g} at {e.adev_worst[1]:.3g} s"
             )
-        lines.append(f"stopped: {self.stopped_because}")
+            out.append(
+                (
+                    added,
+                    f"{left:.3g} %",
+                    f"{rung.fit.discrepancy.percent:.2g} %",
+                    "–" if e.adev_rms_percent is None else f"{e.adev_rms_percent:.3g} %",
+                    worst,
+                    _number(e.held_out),
+                    rung.fit.model.name,
+                )
+            )
+        return out
+
+    @property
+    def ending(self) -> str:
+        """Why the ladder ended, a clause."""
+        if self.stopped_because == "within tolerance":
+            return f"within {self.tolerance:g} % (discrepancy {self.fit.discrepancy.percent:.2g} %)"
         if self.stopped_because == "nothing helps" and self.check.significant:
             kinds = ", ".join(dict.fromkeys(s.kind for s in self.check.significant))
-            lines.append(f"significant, but worse on the half that was not fitted: {kinds}")
-        left = self.check.where.sentences()
-        if not self.adequate:
-            lines += ["left unexplained:", *(f"  {s}" for s in left)] if left else []
-        return "\n".join([*lines, "", str(self.fit)])
+            return f"nothing helps further (significant, but it predicts worse or raises an error: {kinds})"
+        return self.stopped_because
 
     def __repr__(self) -> str:
         first, last = self.ladder[0].fit.model.name, self.fit.model.name
@@ -154,26 +184,11 @@ class Study:
     def _repr_html_(self) -> str:
         from allanite.common.showing import html_list, html_table
 
-        rows = []
-        for rung in self.ladder:
-            m, e = rung.fit.misfit, rung.fit.error
-            added = "start" if rung.added is None else f"+ {rung.fit.display_name(rung.added)}"
-            added += "".join(f", − {kind}" for kind in rung.removed)
-            errors = (e.adev_rms_percent, e.adev_max_percent, e.held_out)
-            rows.append(
-                (
-                    added,
-                    rung.fit.model.name,
-                    f"{m.reduced:.2f}",
-                    f"{m.p_value:.2g}",
-                    *(_number(value) for value in errors),
-                )
-            )
-        head = ("rung", "model", "χ²/dof", "p", "ADEV rms %", "max %", "held out")
+        head = ("step", "misfit left", "discrepancy", "ADEV rms", "worst", "prediction", "model")
         title = f"{self.recording.path or 'recording'} · {self.recording.columns[0]}"
-        left = [] if self.adequate else self.check.where.sentences()
-        ending = [f"stopped: {self.stopped_because}", *left]
-        table = html_table(title, head, rows, (2, 3, 4, 5, 6))
+        left = self.check.where.sentences() if self.verdict == "unexplained" else []
+        ending = [f"stopped: {self.ending}", *left]
+        table = html_table(title, head, self.rows(), (1, 2, 3, 5))
         return table + html_list(ending) + self.fit._repr_html_()
 
 

@@ -151,7 +151,7 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
     gain = solution.log_likelihood - base.log_likelihood
     if gain <= 0.0:
         return None
-    count = sum(p.role != "derived" for p in fitted.parameters)
+    count = sum(p.role in {"coefficient", "shape"} for p in fitted.parameters)
     return Candidate(fitted, gain, fitted.family, solution, count)
 
 

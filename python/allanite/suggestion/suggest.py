@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.effects import Model, Stochastic
+from allanite.effects import Model, Modifier, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.random_part import RandomPart
 from allanite.fit.result import Fit, group_scores, plain
@@ -189,9 +189,15 @@ def suggest(
     )
     with ThreadPoolExecutor(WORKERS) as pool:
         suggestions = pool.map(lambda c: _suggestion(fit, c, families, surplus), candidates)
-        ranked = sorted(suggestions, key=lambda s: (s.significant, s.delta_bic), reverse=True)
+        ranked = sorted(suggestions, key=_rank, reverse=True)
     progress()
     return _with_rivals(_last_resort(_ties(ranked), fit))
+
+
+def _rank(found: Suggestion) -> tuple[bool, bool, float]:
+    """Significant ones first; what takes samples out explains none of them and comes after what does."""
+    cleans = isinstance(found.effect, Modifier) and found.effect.removes
+    return found.significant, not cleans, found.delta_bic
 
 
 def _suggestion(
