@@ -1,8 +1,8 @@
 """One more random effect or filter, at every point of its shape grid: where the likelihood has a maximum uphill.
 
-A model that lacks an effect has others standing for it, or has lost the bins where it acts to the discrepancy. So each point
-is climbed from where the effect explains the excess at the bin in which it stands out most, and a third of it, beside the model as
-it is; and from the fit of everything anew in which each bin has about one vote.
+A model that lacks an effect has others standing for it, or has lost the bins where it acts to the discrepancy. So each
+point is climbed from where the effect explains the excess at the bin in which it stands out most, and a third of it, beside
+the model as it is; and from the fit of everything anew in which each bin has about one vote.
 """
 
 from __future__ import annotations

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Alternative", "alternatives", "numbers", "pruned", "refitted", "swapped"]
 
-#: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record showed
-#: once, while it is detected (1 % of ½χ²₁).
+#: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
+#: showed once, while it is detected (1 % of ½χ²₁).
 KEEP, DETECTED = 0.5, 2.706
 #: Rise of ln(evidence) for which one effect takes the place of another.
 CLEARLY = 1.0

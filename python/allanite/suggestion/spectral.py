@@ -1,7 +1,7 @@
 """Candidates that change the spectrum: every random process and filter of the catalogue, at every shape of its grid.
 
-Every point of a grid is climbed from several starts: a model that lacks an effect has others standing for it, so that no slope
-of the likelihood at the model tells what is missing.
+Every point of a grid is climbed from several starts: a model that lacks an effect has others standing for it, so that no
+slope of the likelihood at the model tells what is missing.
 """
 
 from __future__ import annotations
