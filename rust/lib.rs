@@ -10,6 +10,7 @@
 //! | [`spectrum`] | cosine-transform ordinates, log-spaced bins | |
 //! | [`envelope`] | a long record as the band a screen can show | |
 //! | [`lstsq`] | generalised and non-negative least squares | Lawson & Hanson ch. 23 |
+//! | [`likelihood`] | spectrum fits that allow for a discrepancy | Lange, Little & Taylor 1989 |
 //! | [`noise`] | samples of coloured noise | Kasdin 1995 |
 //! | [`text`] | numeric columns of a text log | |
 //! | [`parallel`], [`pages`] | threads over blocks, large buffers | |
@@ -22,6 +23,7 @@ pub mod covariance;
 pub mod deviation;
 pub mod envelope;
 pub mod error;
+pub mod likelihood;
 pub mod lstsq;
 pub mod noise;
 pub mod pages;

@@ -6,6 +6,7 @@ from allanite import _core
 
 __all__ = [
     "Accumulator",
+    "Likelihood",
     "Simulator",
     "TextReader",
     "adjacent_allan",
@@ -50,6 +51,9 @@ read_text = _core.read_text
 allan_covariance = _core.allan_covariance
 allan_law = _core.allan_law
 allan_variances = _core.allan_variances
+
+# -- likelihood
+Likelihood = _core.Likelihood
 
 # -- lstsq
 gls_nonnegative = _core.gls_nonnegative

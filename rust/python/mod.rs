@@ -8,6 +8,7 @@ mod deviation;
 mod doorway;
 mod envelope;
 mod errors;
+mod likelihood;
 mod lstsq;
 mod noise;
 mod spectrum;
@@ -44,6 +45,10 @@ mod _core {
     // envelope
     #[pymodule_export]
     use super::envelope::sample_envelope;
+
+    // likelihood
+    #[pymodule_export]
+    use super::likelihood::Likelihood;
 
     // lstsq
     #[pymodule_export]

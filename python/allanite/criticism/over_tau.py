@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.fit.curve import FAILS
+
 if TYPE_CHECKING:
     from allanite.fit.curve import Curve
 
 __all__ = ["rows", "worst"]
-
-#: Neighbouring τ share most of their samples: 3.5 is about 1 % for the largest of a whole curve.
-THRESHOLD = 3.5
 
 
 def rows(curve: Curve) -> list[dict[str, Any]]:
@@ -30,10 +29,10 @@ def rows(curve: Curve) -> list[dict[str, Any]]:
 
 
 def worst(curve: Curve) -> tuple[float, float] | None:
-    """The range of τ about the largest |z| in which |z| stays above 2 on the same side, if the largest exceeds 3.5."""
+    """The range of τ about the largest |z| in which |z| stays above 2 on the same side, if the largest exceeds `FAILS`."""
     z = np.where(np.isfinite(curve.z), curve.z, 0.0)
     top = int(np.argmax(np.abs(z)))
-    if abs(z[top]) < THRESHOLD:
+    if abs(z[top]) < FAILS:
         return None
     same = z * np.sign(z[top]) > 2.0
     low = high = top

@@ -14,28 +14,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.showing import brief
 from allanite.fit.data import density
 from allanite.fit.whittle import normal_scores
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
 
-__all__ = ["TimeMap", "Whitened", "expected_level", "time_map", "whiten"]
+__all__ = [
+    "TimeMap",
+    "Whitened",
+    "expected_level",
+    "overdispersion",
+    "time_map",
+    "whiten",
+    "whitened_ordinates",
+]
 
 SEGMENTS = 32
 #: A cell with fewer values than this is not judged.
 FEWEST = 4
 #: Fewest values of a band.
 BAND = 256
-#: About 1 % for the largest of 450 cells.
-THRESHOLD = 4.3
+#: Stretches whose scatter is compared with that of χ².
+CELLS = 256
+#: About 0.2 % for the largest of 450 cells.
+THRESHOLD = 4.6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Whitened:
-    """The residual over the root of the model's density: white of variance 1 where the model holds.
+    """The residual over the root of the density that is probably there: the model's, corrected where it is wrong.
+
+    White of variance 1 at all frequencies, so that what differs between times is a matter of time.
 
     Attributes
     ----------
@@ -53,13 +65,7 @@ class Whitened:
 
 def whiten(solution: Solution, data: Data) -> Whitened:
     """The whitened residual of a solution, over time and in octaves."""
-    nodes = data.bins.nodes
-    level = np.log(density(data.terms(solution.model), nodes, data.n))
-    j = np.maximum(np.arange(data.n, dtype=np.float64), 1.0)
-    white = np.interp(np.log(j, out=j), np.log(nodes), level)
-    white *= -0.5
-    np.exp(white, out=white)
-    white *= solution.ordinates
+    white = whitened_ordinates(solution, data, solution.level)
     bands = []
     high = data.n
     while high - (low := high // 2) >= BAND:
@@ -67,6 +73,20 @@ def whiten(solution: Solution, data: Data) -> Whitened:
         bands.append((low, high, _kernels.inverse_cosine_transform(series) ** 2))
         high = low
     return Whitened(_kernels.inverse_cosine_transform(white), tuple(bands))
+
+
+def whitened_ordinates(
+    solution: Solution, data: Data, level: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Residual ordinates over the root of the model's density times the level of each bin, shape (n,)."""
+    bins = data.bins
+    known = np.log(density(data.terms(solution.model), bins.nodes, data.n) * level[bins.owner])
+    j = np.maximum(np.arange(data.n, dtype=np.float64), 1.0)
+    white = np.interp(np.log(j, out=j), np.log(bins.nodes), known)
+    white *= -0.5
+    np.exp(white, out=white)
+    white *= solution.ordinates
+    return white
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,6 +145,7 @@ def time_map(solution: Solution, data: Data, whitened: Whitened) -> TimeMap:
         place = np.floor((np.arange(power.size) + 0.5) * SEGMENTS / power.size).astype(int)
         count = np.bincount(place, minlength=SEGMENTS).astype(float)
         mean = np.bincount(place, weights=power, minlength=SEGMENTS) / count
+        count = count / overdispersion(power)
         share = _white_share(solution, data, (low + high) // 2)
         mean = mean / (1.0 + share * (expected - 1.0))
         ratio.append(mean)
@@ -139,16 +160,27 @@ def time_map(solution: Solution, data: Data, whitened: Whitened) -> TimeMap:
     )
 
 
+def overdispersion(power: NDArray[np.float64]) -> float:
+    """By how much the power of neighbouring stretches scatters more than χ² does, at least 1.
+
+    Heavy tails and bands narrower than an octave leave fewer independent values than there are; differences of
+    neighbours see no change of level.
+    """
+    cells = min(CELLS, power.size // FEWEST)
+    if cells < SEGMENTS:
+        return 1.0
+    size = power.size // cells
+    means = power[: cells * size].reshape(cells, size).mean(axis=1)
+    scatter = 0.5 * float(np.mean(np.diff(means) ** 2)) / float(np.mean(means)) ** 2
+    return max(1.0, scatter * size / 2.0)
+
+
 def expected_level(solution: Solution, edges: NDArray[np.float64]) -> NDArray[np.float64]:
     """White power of each segment over the record's mean, from the level changes of the model."""
     power = np.ones(edges.size - 1)
     for effect in solution.model.modifiers:
-        v = effect.values
-        if effect.kind == "noise_level_change":
-            inside = np.clip(
-                np.minimum(edges[1:], v["end"]) - np.maximum(edges[:-1], v["start"]), 0, None
-            )
-            power *= 1.0 + (v["factor"] ** 2 - 1.0) * inside / (edges[1] - edges[0])
+        if effect.passing:
+            power *= effect.mean_power(edges[:-1], edges[1:])
     return np.asarray(power / power.mean())
 
 
@@ -157,7 +189,7 @@ def _white_share(solution: Solution, data: Data, ordinate: int) -> float:
     j = np.array([ordinate])
     total = density(data.terms(solution.model), j, data.n)[0]
     for effect, theta in zip(solution.model.stochastic, solution.theta, strict=True):
-        if effect.kind == "angle_random_walk":
+        if effect.white:
             return float(
                 theta * density(data.unit_terms(solution.model, effect), j, data.n)[0] / total
             )

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from allanite.common.numbers import tidy
+from allanite.common.showing import brief
 from allanite.criticism import over_frequency, over_tau
 from allanite.criticism.over_time import Whitened, time_map
-from allanite.numbers import tidy
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
@@ -28,6 +30,8 @@ class Where:
         Records as in the contract's JSON.
     worst_tau, worst_frequency, worst_time : (low, high) or None
         s, Hz, s.
+    largest : (model over measured deviation, τ in s) or None
+        The largest ratio of the curve, edf ≥ 10.
     """
 
     tau: list[dict[str, Any]]
@@ -36,6 +40,7 @@ class Where:
     worst_tau: Range
     worst_frequency: Range
     worst_time: Range
+    largest: tuple[float, float] | None = None
 
     __repr__ = brief
 
@@ -53,23 +58,31 @@ class Where:
             "worst": self.worst(),
         }
 
+    @property
+    def fails(self) -> bool:
+        """Whether any view shows more than chance."""
+        return any(self.worst().values())
+
     def sentences(self) -> list[str]:
         """One sentence for each view on which the model fails."""
         out = []
         if self.worst_tau is not None:
             low, high = self.worst_tau
             inside = [r for r in self.tau if low <= r["tau_s"] <= high]
-            peak = max(inside, key=lambda r: abs(r["z"]))
+            peak = max(inside, key=lambda r: abs(np.log(r["ratio"])))
             out.append(
-                f"over τ: at {low:.3g}–{high:.3g} s the deviation is up to {100 * (peak['ratio'] - 1):+.1f} % "
-                f"off the model (z = {peak['z']:+.1f} at {peak['tau_s']:.3g} s)"
+                f"over τ: {_factor(1.0 / peak['ratio'])} at {peak['tau_s']:.3g} s"
+                f"{_span(low, high, 's')} (z = {peak['z']:+.1f})"
             )
+            if self.largest is not None and not low <= self.largest[1] <= high:
+                factor, tau = self.largest
+                out.append(f"over τ: {_factor(factor)} at {tau:.3g} s, the most anywhere")
         if self.worst_frequency is not None:
             low, high = self.worst_frequency
             inside = [r for r in self.frequency if low <= r["low_hz"] and r["high_hz"] <= high]
             peak = max(inside, key=lambda r: abs(r["z"]))
             out.append(
-                f"over frequency: at {low:.3g}–{high:.3g} Hz the power is {peak['ratio']:.2f} × the model "
+                f"over frequency: at {low:.3g}–{high:.3g} Hz the power is {peak['ratio']:.3g} × the model's "
                 f"(z = {peak['z']:+.1f} at {peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz)"
             )
         if self.worst_time is not None:
@@ -79,10 +92,21 @@ class Where:
             ] or self.time
             peak = max(inside, key=lambda r: abs(r["z"]))
             out.append(
-                f"over time: {low:.5g}–{high:.5g} s, {peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz: "
-                f"{peak['ratio']:.2f} × the expected power (z = {peak['z']:+.1f})"
+                f"over time: {low:.5g}–{high:.5g} s, {peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz: the power is "
+                f"{peak['ratio']:.3g} × that of the rest of the record (z = {peak['z']:+.1f})"
             )
         return [tidy(sentence) for sentence in out]
+
+
+def _factor(factor: float) -> str:
+    """How far a model is from a measured deviation, in words."""
+    if factor > 1.0:
+        return f"the model is ×{factor:.3g} too high"
+    return f"the model is ×{1.0 / factor:.3g} too low"
+
+
+def _span(low: float, high: float, unit: str) -> str:
+    return "" if low == high else f", and off by more than chance at {low:.3g}–{high:.3g} {unit}"
 
 
 def criticise(fit: Fit, whitened: Whitened) -> Where:
@@ -95,4 +119,5 @@ def criticise(fit: Fit, whitened: Whitened) -> Where:
         over_tau.worst(fit.curve),
         over_frequency.worst(fit),
         times.worst(),
+        fit.curve.worst,
     )

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
+from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
 from allanite.effects import Stochastic
-from allanite.errors import InputError
 from allanite.fit.engine import with_coefficients
 from allanite.fit.estimates import shape_widening, widened
 from allanite.fit.gls import fit_gls, gls_factors
 from allanite.fit.lines import read_lines
-from allanite.fit.whittle import log_likelihood
-from allanite.parameters import Estimate
-from allanite.units import coefficient_unit
+from allanite.fit.whittle import Maximum, log_likelihood
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -72,11 +72,12 @@ def refit(fit: Fit, method: str) -> Fit:
     solution = fit.solution
     spectrum = np.maximum(solution.columns @ theta, 1e-300)
     bins = fit.data.bins
+    value = log_likelihood(bins.power(solution.ordinates), bins.count, spectrum)
     changed = replace(
         solution,
         model=model,
-        best=replace(solution.best, theta=theta, spectrum=spectrum),
-        log_likelihood=log_likelihood(bins.power(solution.ordinates), bins.count, spectrum),
+        best=Maximum(theta, spectrum, value, None, solution.count),
+        log_likelihood=value,
     )
     return replace(fit, model=model, method=method, solution=changed, given=values)
 

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.showing import brief
 from allanite.deviation import oadev
 from allanite.effects import terms as _terms
 from allanite.fit.bands import bands
 from allanite.fit.whittle import normal_scores
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.effects import Model
@@ -25,6 +25,8 @@ __all__ = ["ChanceBand", "Curve", "chance_band", "compare_curves", "expected_var
 PER_DECADE = 8
 #: Below this the deviation itself is uncertain by 22 %; its error says nothing of the model.
 FEWEST_EDF = 10.0
+#: |z| beyond which the curve leaves the model: neighbouring τ share most of their samples, about 0.2 % for the largest.
+FAILS = 4.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,14 +71,32 @@ class Curve:
         """Where there are enough degrees of freedom to speak of an error in per cent."""
         return np.asarray(self.edf >= FEWEST_EDF)
 
-    def errors(self) -> tuple[float | None, float | None, float | None]:
-        """Root mean square and largest error of the deviation in per cent, and the rms that chance alone gives."""
+    @property
+    def rms_percent(self) -> float | None:
+        """Geometric root-mean-square error of the model, 100·(e^{rms of ln(model/measured)} − 1), τ with edf ≥ 10."""
+        apart = self._apart()
+        return None if apart.size == 0 else float(100.0 * np.expm1(np.sqrt(np.mean(apart**2))))
+
+    @property
+    def chance_percent(self) -> float | None:
+        """What chance alone gives in the same measure."""
         keep = self.judged
         if not keep.any():
-            return None, None, None
-        error = 100.0 * np.abs(self.ratio[keep] - 1.0)
-        chance = 100.0 * np.sqrt(np.mean(0.5 / self.edf[keep]))
-        return float(np.sqrt(np.mean(error**2))), float(error.max()), float(chance)
+            return None
+        return float(100.0 * np.expm1(np.sqrt(np.mean(0.5 / self.edf[keep]))))
+
+    @property
+    def worst(self) -> tuple[float, float] | None:
+        """(model over measured, τ in s) where that is furthest from 1, τ with edf ≥ 10."""
+        apart = self._apart()
+        if apart.size == 0:
+            return None
+        top = int(np.argmax(np.abs(apart)))
+        return float(np.exp(apart[top])), float(self.tau[self.judged][top])
+
+    def _apart(self) -> NDArray[np.float64]:
+        keep = self.judged
+        return np.asarray(np.log(self.model[keep] / self.measured[keep]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,7 +1,7 @@
 """The fit: coefficients, shapes, discrepancy and deterministic effects together.
 
-Coefficients and shapes of the random part are climbed together (`polish`), shapes without a value after a scan of their grid;
-deterministic amplitudes are found by GLS, alternating with the spectrum until logL settles.
+Coefficients and shapes of the random part are climbed together (`polish`), shapes without a value after a scan of their
+grid; deterministic amplitudes are found by GLS, alternating with the spectrum until logL settles.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit.data import Noise
 from allanite.fit.deterministic import Design, Regression, design_of, regress
-from allanite.fit.discrepancy import EVIDENCE, SCALES, best_scale, judge, levels
+from allanite.fit.discrepancy import SCALES, best_scale, levels
 from allanite.fit.random_part import RandomPart
 from allanite.fit.shape import fit_deterministic_shapes, fit_shapes
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
@@ -132,9 +132,7 @@ def solve(
         noise = Noise(data.terms(model), bins, level)
         model = fit_deterministic_shapes(model, noise, data, slow=polish and turn < 2)
         design = design_of(model.deterministic, data)
-        regression = _regress(
-            model.deterministic, design, data, noise.variance(design.ordinates)
-        )
+        regression = _regress(model.deterministic, design, data, noise.variance(design.ordinates))
         model = _with_amplitudes(model, design, regression)
         ordinates = data.without(data.signal(model.deterministic))
         used = np.zeros(bins.count.size)
@@ -146,12 +144,13 @@ def solve(
         count = np.maximum(bins.count - used, 0.05)
         raw = bins.power(ordinates)
         part = RandomPart(data, raw * bins.count / count, count)
-        total = _total(raw, bins.count, best)
+        total = RandomPart(data, raw, bins.count).judged(best)
         if abs(total - previous) < 1e-3 and turn > 0:
             break
         previous = total
+    assert best is not None
     linear = part.linear(model)
-    total = _total(bins.power(ordinates), bins.count, best)
+    total = RandomPart(data, bins.power(ordinates), bins.count).judged(best)
     return Solution(
         model,
         best,
@@ -163,12 +162,6 @@ def solve(
         design,
         regression,
     )
-
-
-def _total(power: Array, count: Array, best: Maximum) -> float:
-    """Marginal logL of all ordinates, those of the regression included."""
-    price = EVIDENCE if best.scale is not None else 0.0
-    return judge(power, count, best.spectrum, best.scale).log_likelihood - price
 
 
 def _given(model: Model, part: RandomPart) -> Maximum | None:

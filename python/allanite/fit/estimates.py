@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.parameters import Estimate
+from allanite.common.units import coefficient_unit, column_unit
 from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic
 from allanite.fit.data import column
-from allanite.fit.discrepancy import EVIDENCE, judge
 from allanite.fit.marginal import slow_amplitudes
-from allanite.fit.whittle import Maximum, information, profile_interval
-from allanite.parameters import Estimate
-from allanite.units import coefficient_unit, column_unit
+from allanite.fit.random_part import RandomPart
+from allanite.fit.whittle import information, profile_interval
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
@@ -69,7 +69,7 @@ def estimates(
         slow = slow_amplitudes(solution, data)
     for position, effect in enumerate(solution.model.effects):
         if isinstance(effect, Stochastic):
-            out.append(_stochastic(solution, effect, place, position, shaped, unit))
+            out.append(_stochastic(solution, effect, place, position, shaped, unit, data))
             place += 1
         elif isinstance(effect, Deterministic):
             values = _deterministic(solution, effect, column_place, data, unit, column_units)
@@ -169,6 +169,7 @@ def _stochastic(
     position: int,
     shaped: dict[tuple[int, str], float],
     unit: str,
+    data: Data,
 ) -> dict[str, Any]:
     theta = float(solution.theta[place])
     name = effect.coefficient
@@ -180,8 +181,11 @@ def _stochastic(
         low = high = value
         detected = True
     else:
+        # logL of the random part alone.
+        part = RandomPart(data, solution.power, solution.count)
+        here = replace(solution.best, log_likelihood=part.judged(solution.best))
         low, high, drop = profile_interval(
-            solution.power, solution.count, solution.columns, _here(solution), place
+            solution.power, solution.count, solution.columns, here, place
         )
         low, high = float(np.sqrt(low)), float(np.sqrt(high))
         detected = drop > (DETECTED_SHAPED if effect.free_shapes else DETECTED)
@@ -214,13 +218,6 @@ def _stochastic(
             parameter.name,
         )
     return {p.name: out[p.name] for p in effect.parameters}
-
-
-def _here(solution: Solution) -> Maximum:
-    """The maximum with the logL of the random part alone."""
-    price = EVIDENCE if solution.best.scale is not None else 0.0
-    found = judge(solution.power, solution.count, solution.spectrum, solution.best.scale)
-    return replace(solution.best, log_likelihood=found.log_likelihood - price)
 
 
 def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[float, float]:
@@ -265,8 +262,7 @@ def _shape(effect: Effect, name: str, relative: float | None, detected: bool, un
 
 
 def _modifier(effect: Effect, shaped: dict[str, float], data: Data, unit: str) -> dict[str, Any]:
-    own = getattr(effect, "errors", None)
-    errors = own(data.rate) if own is not None else {}
+    errors = effect.errors(data.rate)
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
         name, value = parameter.name, effect.values[parameter.name]
@@ -313,12 +309,9 @@ def _deterministic(
             out[parameter.name] = Estimate(float(value), None, None, own_unit, True, parameter.name)
             continue
         if parameter.role == "shape":
-            own = getattr(effect, "shape_error", None)
-            error = (
-                own(parameter.name, float(covariance[0, 0]), data.duration)
-                if own is not None
-                else _deterministic_shape_error(effect, parameter.name, solution, data)
-            )
+            error = effect.shape_error(parameter.name, float(covariance[0, 0]), data.duration)
+            if error is None:
+                error = _deterministic_shape_error(effect, parameter.name, solution, data)
         else:
             error = _amplitude_error(effect, parameter.name, amplitudes, covariance)
         interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)

@@ -1,8 +1,8 @@
 """Coefficients, shapes and the scale of the discrepancy climbed together.
 
-Each step is a linear least-squares problem in the effective degrees of freedom — coefficients that are not negative, changes of
-the shapes within a trust region — halved until the likelihood rises (Levenberg 1944; the non-negative part Lawson & Hanson
-1974). Only columns whose shapes move are computed anew (`data.column` remembers the others).
+Each step is a linear least-squares problem in the effective degrees of freedom — coefficients that are not negative, changes
+of the shapes within a trust region — halved until the likelihood rises (Levenberg 1944; the non-negative part Lawson &
+Hanson 1974). Only columns whose shapes move are computed anew (`data.column` remembers the others).
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fit.discrepancy import EVIDENCE, best_scale, better_scale, judge
-from allanite.fit.shape_grid import replaced, shape_grid
 
 if TYPE_CHECKING:
     from allanite.effects import Model
@@ -51,7 +50,7 @@ class _Shapes:
             if declared.low < 0.0:
                 limits.append((declared.low, declared.high))
                 continue
-            grid = shape_grid(effect, name, part.data)
+            grid = effect.grid(name, part.data.n, part.data.rate)
             low = max(declared.low, grid.min() / 2.0, 1e-300)
             limits.append((np.log(low), np.log(min(declared.high, grid.max() * 2.0))))
         return cls(model, tuple(places), tuple(signed), np.array(limits).reshape(-1, 2))
@@ -64,7 +63,7 @@ class _Shapes:
     def at(self, point: Array) -> Model:
         out = self.model
         for (place, name), u, plain in zip(self.places, point, self.signed, strict=True):
-            out = replaced(out, place, **{name: float(u if plain else np.exp(u))})
+            out = out.replaced(place, **{name: float(u if plain else np.exp(u))})
         return out
 
 
@@ -95,9 +94,7 @@ def polish(
     return shapes.at(point), found
 
 
-def _climb(
-    shapes: _Shapes, point: Array, best: Maximum, part: RandomPart
-) -> tuple[Array, Maximum]:
+def _climb(shapes: _Shapes, point: Array, best: Maximum, part: RandomPart) -> tuple[Array, Maximum]:
     power, count = part.power, part.count
     linear = part.linear(shapes.at(point))
     theta, scale = best.theta, best.scale

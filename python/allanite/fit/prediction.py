@@ -18,12 +18,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fit.discrepancy import judge_each
+from allanite import _kernels
+from allanite.common.showing import brief
+from allanite.fit.discrepancy import SCALES
 from allanite.fit.polish import polish
 from allanite.fit.prediction_in_time import BLOCKS, prices
 from allanite.fit.random_part import RandomPart
 from allanite.fit.shape import free_places
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
@@ -62,6 +63,10 @@ class Prediction:
     std_error: float
 
     __repr__ = brief
+
+    def to_dict(self) -> dict[str, float]:
+        """The contract's ``predictive``."""
+        return {"score": self.score, "std_error": self.std_error}
 
 
 def compare(before: Prediction, after: Prediction) -> tuple[float, float]:
@@ -124,17 +129,24 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
             data, np.where(empty, solution.spectrum, power), np.where(empty, EMPTY, freedom)
         )
         found = _refitted(solution, part)
-        has = number[fold] > 0
-        n = number[fold][has]
-        power = np.maximum(total[fold][has] / n, 1e-12 * found.spectrum[has])
-        loss = np.zeros(has.size)
-        loss[has] = -judge_each(power, n, found.spectrum[has], found.scale)
-        loss[has] -= 0.5 * n * (np.log(saturated[fold][has] / n) + 1.0)
-        units[fold] = np.add.reduceat(loss, bins.groups)
+        for g, group in enumerate(np.split(np.arange(bins.count.size), bins.groups[1:])):
+            b = group[number[fold][group] > 0]
+            if b.size:
+                n = number[fold][b]
+                power = total[fold][b] / n
+                best = -0.5 * float(n @ (np.log(saturated[fold][b] / n) + 1.0))
+                units[fold, g] = best - _judged(power, n, found.spectrum[b], found.scale)
     blocks = prices(data, solution) + _outliers(data, solution)
     losses = np.concatenate([units.ravel(), blocks])
     size = bins.count.size
     return Prediction(losses, float(losses.sum()) / size, _std_error(losses) / size)
+
+
+def _judged(power: Array, count: Array, spectrum: Array, scale: int | None) -> float:
+    """`discrepancy.judge` of a few bins, whose tables no other call will need: at one scale alone."""
+    law = _kernels.Likelihood(count, SCALES[:1] if scale is None else SCALES[scale : scale + 1])
+    power = np.maximum(power, 1e-12 * spectrum)
+    return law.judge(power, spectrum, None if scale is None else 0)[0]
 
 
 def _std_error(losses: Array) -> float:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.showing import brief
 from allanite.fit.data import columns
+from allanite.fit.discrepancy import EVIDENCE, judge
 from allanite.fit.whittle import Maximum, climb, maximise
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.effects import Model
@@ -107,3 +108,8 @@ class RandomPart:
                 rounds,
             )
         )
+
+    def judged(self, best: Maximum) -> float:
+        """Marginal logL of a maximum on this power, less the price of a discrepancy."""
+        price = EVIDENCE if best.scale is not None else 0.0
+        return judge(self.power, self.count, best.spectrum, best.scale).log_likelihood - price

@@ -11,14 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.errors import InputError
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
 from allanite.fit import curve as _curve
 from allanite.fit.data import prepare
 from allanite.fit.degeneracy import Correlations, correlations, degeneracies
+from allanite.fit.discrepancy import chance_deviance, judge, scale_interval
 from allanite.fit.estimates import estimates, free_parameters
 from allanite.fit.prediction import Prediction, predict
 from allanite.fit.whittle import normal_scores
-from allanite.parameters import Estimate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from allanite.fit.simulated import SimulatedCheck
     from allanite.recording import Recording
 
-__all__ = ["Error", "Fit", "Misfit"]
+__all__ = ["Discrepancy", "Error", "Fit", "Misfit"]
 
 #: A model is called inadequate where its whole curve is this improbable: its share of the 1 % false alarms of a
 #: check, which looks at about ten families of effects besides.
@@ -53,10 +54,18 @@ class Misfit:
 
 @dataclass(frozen=True, slots=True)
 class Error:
-    """Error of the Allan deviation in per cent (τ with edf ≥ 10), what chance alone gives, and the loss on unseen data."""
+    """Error of the Allan deviation (τ with edf ≥ 10), what chance alone gives, and the predictive score.
+
+    Attributes
+    ----------
+    adev_rms_percent, chance_rms_percent : float or None
+        Geometric: 100·(e^{rms of ln(model/measured)} − 1), and what chance gives.
+    adev_worst : (factor, τ in s) or None
+        Model over measured where that is furthest from 1.
+    """
 
     adev_rms_percent: float | None
-    adev_max_percent: float | None
+    adev_worst: tuple[float, float] | None
     chance_rms_percent: float | None
     predictive: Prediction | None
 
@@ -64,6 +73,31 @@ class Error:
     def predictive_score(self) -> float | None:
         """Loss on unseen data, nats a bin; None where the record is too short."""
         return None if self.predictive is None else self.predictive.score
+
+    def to_dict(self) -> dict[str, Any]:
+        """The contract's ``error``."""
+        worst = self.adev_worst
+        return {
+            "adev_rms_percent": self.adev_rms_percent,
+            "adev_worst": None if worst is None else {"factor": worst[0], "tau_s": worst[1]},
+            "chance_rms_percent": self.chance_rms_percent,
+            "predictive": None if self.predictive is None else self.predictive.to_dict(),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Discrepancy:
+    """How far the model is from the spectrum beyond chance, in per cent of the deviation, and its 95 % interval.
+
+    The scale of a Student t₂ law: half of the bins are within 0.8 of it, a few may be far off.
+    """
+
+    percent: float
+    interval: tuple[float, float]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The contract's ``discrepancy``."""
+        return {"percent": self.percent, "interval": list(self.interval)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,14 +169,36 @@ class Fit:
     @cached_property
     def error(self) -> Error:
         """Errors by which rungs of a ladder are compared."""
-        cleaned = any(e.kind == "outliers" for e in self.model)
+        cleaned = any(e.removes for e in self.model.modifiers)
         raw = prepare(self.recording) if cleaned else None
-        return Error(*self.curve.errors(), predict(self.data, self.solution, raw))
+        curve = self.curve
+        predictive = predict(self.data, self.solution, raw)
+        return Error(curve.rms_percent, curve.worst, curve.chance_percent, predictive)
+
+    @cached_property
+    def discrepancy(self) -> Discrepancy:
+        """By how much the model is wrong where it is: 0 where nothing speaks against it."""
+        low, high = scale_interval(*self._random(), self.solution.best.scale)
+        # Scales are of ln power; a deviation has half of it.
+        return Discrepancy(50.0 * self.solution.discrepancy, (50.0 * low, 50.0 * high))
+
+    @property
+    def excess(self) -> float:
+        """What a saturated model would gain in logL, less what chance gives; nats, about 0 for the true model."""
+        s = self.solution
+        best = float(-0.5 * s.count @ (np.log(s.power) + 1.0))
+        plain = judge(s.power, s.count, s.spectrum, s.best.scale).log_likelihood
+        return best - plain - chance_deviance(s.count)
+
+    def _random(self) -> tuple[Any, Any, Any]:
+        s = self.solution
+        return s.power, s.count, s.spectrum
 
     @property
     def adequate(self) -> bool:
-        """Whether the whole curve is compatible with the model at 0.1 %."""
-        return self.misfit.p_value >= ADEQUATE
+        """Whether neither the spectrum nor the Allan curve speaks against the model (0.1 % and 0.2 %)."""
+        beyond = np.nanmax(np.abs(self.curve.z)) >= _curve.FAILS
+        return self.misfit.p_value >= ADEQUATE and not self.solution.discrepancy and not beyond
 
     def __getitem__(self, name: str) -> Any:
         """An estimate by parameter name (``N``), or by effect and parameter (``GM.q_c``, ``SIN2.frequency``)."""
@@ -170,7 +226,7 @@ class Fit:
 
     def display_name(self, effect: Effect) -> str:
         """Name of an effect for this kind of sensor."""
-        from allanite.units import parse_unit
+        from allanite.common.units import parse_unit
 
         return effect.name_for(parse_unit(self.recording.unit).kind)
 
@@ -266,7 +322,7 @@ class Fit:
 
     def body(self) -> dict[str, Any]:
         """Model, effects, misfit, error and adequacy: what fit, check and a rung have in common."""
-        from allanite.units import parse_unit
+        from allanite.common.units import parse_unit
 
         kind = parse_unit(self.recording.unit).kind
         misfit = self.misfit
@@ -287,17 +343,8 @@ class Fit:
                 "reduced": misfit.reduced,
                 "p_value": misfit.p_value,
             },
-            "error": {
-                "adev_rms_percent": self.error.adev_rms_percent,
-                "adev_max_percent": self.error.adev_max_percent,
-                "chance_rms_percent": self.error.chance_rms_percent,
-                "predictive": None
-                if self.error.predictive is None
-                else {
-                    "score": self.error.predictive.score,
-                    "std_error": self.error.predictive.std_error,
-                },
-            },
+            "error": self.error.to_dict(),
+            "discrepancy": self.discrepancy.to_dict(),
             "adequate": self.adequate,
         }
 
@@ -321,8 +368,8 @@ class Fit:
         return f"Fit({self.recording.columns[0]}, {self.method}: {self.model})"
 
     def _repr_html_(self) -> str:
+        from allanite.common.showing import html_list, html_table
         from allanite.fit.table import misfit_line, parameter_rows
-        from allanite.showing import html_list, html_table
 
         r = self.recording
         title = (

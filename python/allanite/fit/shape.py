@@ -13,7 +13,6 @@ from allanite.effects import Deterministic, Effect, Model, Periodic
 from allanite.fit.deterministic import comb_ordinates, comb_window, design_of, regress
 from allanite.fit.matched import grid_points, matched_gains
 from allanite.fit.polish import polish
-from allanite.fit.shape_grid import replaced, shape_grid
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data, Noise
@@ -41,17 +40,17 @@ def free_places(model: Model) -> list[tuple[int, str]]:
 
 def grid_models(model: Model, place: int, data: Data) -> list[Model]:
     """The model with the effect at `place` at every point of its shape grid, and of each of its designs."""
-    variants = getattr(model.effects[place], "variants", None)
+    variants = model.effects[place].variants()
     out = []
-    for start in [model.effects[place]] if variants is None else variants():
+    for start in variants:
         values = start.values
         names = [n for n in start.free_shapes if values[n] is None]
-        if variants is not None:
+        if len(variants) > 1:
             names = [n for n in start.free_shapes if not isinstance(values[n], str)]
-        grids = [shape_grid(start, n, data) for n in names]
+        grids = [start.grid(n, data.n, data.rate) for n in names]
         chosen = {p.name: values[p.name] for p in start.parameters if p.role == "choice"}
         out += [
-            replaced(model, place, **chosen, **dict(zip(names, map(float, point), strict=True)))
+            model.replaced(place, **chosen, **dict(zip(names, map(float, point), strict=True)))
             for point in product(*grids)
         ]
     return out
@@ -68,9 +67,15 @@ def fit_shapes(
         if isinstance(effect, Deterministic) or not _open(effect):
             continue
         # Shapes of later effects that are open as well start from the middle of their grids.
-        tried = [(part.maximise(m), m) for m in map(_filled(part.data), grid_models(model, place, part.data))]
+        tried = [
+            (part.maximise(m), m)
+            for m in map(_filled(part.data), grid_models(model, place, part.data))
+        ]
         tried.sort(key=lambda pair: -pair[0].log_likelihood)
-        best = [polish(m, free_places(m), found, part) for found, m in tried[: POLISHED if polished else 0]]
+        best = [
+            polish(m, free_places(m), found, part)
+            for found, m in tried[: POLISHED if polished else 0]
+        ]
         best += [(m, found) for found, m in tried[:1]]
         chosen, start = max(best, key=lambda pair: pair[1].log_likelihood)
         model = Model((*model.effects[:place], chosen.effects[place], *model.effects[place + 1 :]))
@@ -80,7 +85,7 @@ def fit_shapes(
 
 def _open(effect: Effect) -> bool:
     """Whether a shape or a choice of a random effect has no value."""
-    undecided = getattr(effect, "variants", None) is not None and any(
+    undecided = len(effect.variants()) > 1 and any(
         p.role == "choice" and effect.values[p.name] is None for p in effect.parameters
     )
     return undecided or any(effect.values[n] is None for n in effect.free_shapes)
@@ -118,7 +123,7 @@ def fit_deterministic_shapes(model: Model, noise: Noise, data: Data, *, slow: bo
                 start = strongest_line(ordinates, noise, data)
             multiples = [m for m, _, _ in effect.lines]
             found = polish_line(start, ordinates, noise, data, multiples)
-            model = replaced(model, place, frequency=found)
+            model = model.replaced(place, frequency=found)
             if effect.values["frequency"] is None and not effect.held:
                 # The next line without a frequency is looked for in what this one leaves.
                 j = comb_window(found, multiples, data)
@@ -139,9 +144,7 @@ def _others_signal(others: tuple[Deterministic, ...], data: Data) -> NDArray[np.
     return data.signal(known)
 
 
-def strongest_line(
-    ordinates: NDArray[np.float64], noise: Noise, data: Data
-) -> float:
+def strongest_line(ordinates: NDArray[np.float64], noise: Noise, data: Data) -> float:
     """Frequency of the largest whitened ordinate pair, Hz."""
     j = np.arange(8, data.n)
     ratio = ordinates[8:] ** 2 / noise.variance(j)
@@ -200,7 +203,7 @@ def _polish_slow(
             variance = noise.variance(design.ordinates)
             return -regress(design.matrix, data.ordinates[design.ordinates], variance).gain
 
-        grid = np.unique(shape_grid(effect, name, data))
+        grid = np.unique(effect.grid(name, data.n, data.rate))
         known = effect.values[name]
         if known is None:
             points = grid_points(effect, data)
@@ -217,4 +220,4 @@ def _polish_slow(
             if found.fun < loss(known):
                 known = float(found.x)
         effect = effect.with_values(**{name: known})
-    return replaced(model, place, **{n: effect.values[n] for n in effect.free_shapes})
+    return model.replaced(place, **{n: effect.values[n] for n in effect.free_shapes})

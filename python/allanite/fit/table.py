@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from allanite.parameters import Estimate
+import numpy as np
+
+from allanite.common.parameters import Estimate
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
@@ -46,9 +48,13 @@ def misfit_line(fit: Fit) -> str:
     line = f"χ²/dof = {m.reduced:.2f} ({m.chi2:.0f}/{m.dof}), p = {m.p_value:.2g}: {words}"
     if e.adev_rms_percent is not None:
         line += (
-            f"; Allan deviation off by {e.adev_rms_percent:.2g} % rms, {e.adev_max_percent:.2g} % at most"
+            f"; Allan deviation off by {e.adev_rms_percent:.2g} % rms"
             f" (chance alone: {e.chance_rms_percent:.2g} %)"
         )
+    if e.adev_worst is not None:
+        line += f", at most ×{np.exp(abs(np.log(e.adev_worst[0]))):.3g} at {e.adev_worst[1]:.3g} s"
+    if fit.discrepancy.percent:
+        line += f"; the model is within {fit.discrepancy.percent:.2g} % of the spectrum"
     return line
 
 

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.numbers import number
+from allanite.common.parameters import Estimate
+from allanite.common.units import parse_unit
 from allanite.effects.registry import find
-from allanite.numbers import number
 from allanite.page.edits import printed, shown_unit
-from allanite.parameters import Estimate
 from allanite.plots.curves import parts
 from allanite.plots.words import SYMBOLS, effect_text, unit_text
 from allanite.report.words import resolved
-from allanite.units import parse_unit
 
 if TYPE_CHECKING:
     from allanite.fit import Fit
@@ -172,13 +172,18 @@ def rung(step: Step) -> dict[str, Any]:
         "chi2_text": number(misfit.reduced),
         "p_text": number(misfit.p_value, 1),
         "error_text": "…" if error is None else _percent(error.adev_rms_percent),
-        "max_text": "…" if error is None else _percent(error.adev_max_percent),
+        "max_text": "…" if error is None else _worst(error.adev_worst),
+        "discrepancy_text": _percent(fit.discrepancy.percent),
         "chance_text": "…" if error is None else _percent(error.chance_rms_percent),
         "predictive": None if error is None else error.predictive_score,
         "predictive_text": "…" if error is None else _nats(error.predictive_score),
         "adequate": None if step.check is None else step.check.adequate,
         "checked": step.check is not None,
     }
+
+
+def _worst(worst: tuple[float, float] | None) -> str:
+    return "–" if worst is None else f"×{number(worst[0], 3)} at {number(worst[1], 3)} s"
 
 
 def _percent(value: float | None) -> str:

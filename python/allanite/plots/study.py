@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.numbers import number
+from allanite.common.numbers import number
 from allanite.plots.axes import linear_axis, log_axis, rung_axis
 from allanite.plots.curves import TAU, interval
 from allanite.plots.spec import Band, Bars, Figure, Line, Mark, Panel, Points, Rule
@@ -21,7 +21,7 @@ __all__ = ["plot_study"]
 
 
 def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """The error of each rung (χ²/dof, Allan deviation, predictive score) beside the first and the last model.
+    """The error of each rung (misfit left, Allan deviation, discrepancy) beside the first and the last model.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     fits = [rung.fit for rung in ladder]
     chance = fits[-1].error.chance_rms_percent
     panels = (
-        _bars("χ²/dof", names, [f.misfit.reduced for f in fits], 1.0, 0),
+        _bars("misfit left (%)", names, list(study.misfit_left), None, 0),
         _bars(
             "Allan error (% rms)",
             names,
@@ -48,7 +48,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
             chance,
             1,
         ),
-        _bars("predictive score (nats)", names, [f.error.predictive_score for f in fits], None, 2),
+        _bars("discrepancy (%)", names, [f.discrepancy.percent for f in fits], None, 2),
         _before_after(study, 3),
     )
     title = (
@@ -132,6 +132,8 @@ def _ending(study: Any) -> str:
     what = "no effect" if not added else f"{added} effect{'s' if added > 1 else ''}"
     if study.adequate:
         return f"{what} added; the last model agrees with the measurement"
+    if study.verdict == "within tolerance":
+        return f"{what} added; {study.ending}"
     why = {
         "nothing helps": "nothing in the catalogue helps further",
         "limit": "stopped at the limit",

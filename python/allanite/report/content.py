@@ -6,7 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.numbers import number, tidy
+from allanite.common.numbers import number, tidy
+from allanite.common.units import column_unit
 from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time
 from allanite.plots.words import in_unit, unit_text
 from allanite.report.blocks import (
@@ -30,7 +31,6 @@ from allanite.report.words import (
     verdict,
     with_unit,
 )
-from allanite.units import column_unit
 
 if TYPE_CHECKING:
     from allanite.plots import Figure
@@ -169,12 +169,28 @@ def _agreement(fit: dict[str, Any], place: str) -> Cell:
     if e["adev_rms_percent"] is not None:
         words += [", Allan deviation off by "]
         words += _flat(exact(e["adev_rms_percent"], f"{place}.error.adev_rms_percent", 2))
-        words += [" % rms and "]
-        words += _flat(exact(e["adev_max_percent"], f"{place}.error.adev_max_percent", 2))
-        words += [" % at most (chance alone: about "]
+        words += [" % rms (chance alone: about "]
         words += _flat(exact(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2))
         words += [" % rms)"]
+    if e["adev_worst"] is not None:
+        words += [", the model at most "]
+        words += _factor(e["adev_worst"], f"{place}.error.adev_worst")
+    if fit["discrepancy"]["percent"]:
+        words += [". It is within "]
+        words += _flat(exact(fit["discrepancy"]["percent"], f"{place}.discrepancy.percent", 2))
+        words += [" % of the spectrum, in units of the deviation"]
     return (*words, ".")
+
+
+def _factor(worst: dict[str, Any], place: str) -> list[str | Number]:
+    """How far the model is from the measured deviation at the worst τ."""
+    factor = worst["factor"]
+    words: list[str | Number] = [
+        "×",
+        *_flat(exact(factor, f"{place}.factor", 3)),
+        " the measured at ",
+    ]
+    return [*words, *_flat(exact(worst["tau_s"], f"{place}.tau_s", 3)), " s"]
 
 
 def _flat(cell: Cell) -> list[str | Number]:
@@ -286,21 +302,31 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
             (
                 ", ".join(added) or ("values changed by hand" if i else "start"),
                 told["model"].replace("+", "+\u200b"),  # a place to break a long sum
+                exact(error["misfit_left_percent"], f"{where}.error.misfit_left_percent", 3),
                 exact(told["misfit"]["reduced"], f"{where}.misfit.reduced"),
                 exact(told["misfit"]["p_value"], f"{where}.misfit.p_value", 2),
                 exact(error["adev_rms_percent"], f"{where}.error.adev_rms_percent"),
-                exact(error["adev_max_percent"], f"{where}.error.adev_max_percent"),
+                exact(told["discrepancy"]["percent"], f"{where}.discrepancy.percent", 2),
                 exact((error["predictive"] or {}).get("score"), f"{where}.error.predictive.score", 4),
             )
         )
-    head = ("rung", "model", "χ²/dof", "p", "Allan error, % rms", "% at most", "predictive score")
+    head = (
+        "step",
+        "model",
+        "misfit left, %",
+        "χ²/dof",
+        "p",
+        "Allan error, % rms",
+        "model discrepancy, %",
+        "predictive score",
+    )
     caption = (
         "The error of every rung, and the Allan deviation of the first and the last model. Predictive score: loss on "
         "unseen data, left out of the fit in turn (nats a bin above the saturated model)."
     )
     return [
         Heading("The ladder"),
-        Table(head, tuple(rows), (2, 3, 4, 5, 6)),
+        Table(head, tuple(rows), (2, 3, 4, 5, 6, 7)),
         Picture(_bare(plot_study(entry.study)), caption, "ladder", 5.4, 12.8),
     ]
 

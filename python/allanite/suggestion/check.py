@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.numbers import tidy
 from allanite.criticism import Where, criticise
 from allanite.criticism.over_time import whiten
-from allanite.numbers import tidy
 from allanite.suggestion.suggest import Suggestion, suggest
 
 if TYPE_CHECKING:
@@ -43,15 +43,21 @@ class Check:
 
     @property
     def adequate(self) -> bool:
-        """Neither the whole curve nor any effect speaks against the model (1 % false alarms in all)."""
-        return self.fit.adequate and not self.significant
+        """No view fails and no effect is significantly missing (1 % false alarms in all)."""
+        return self.fit.adequate and not self.where.fails and not self.significant
+
+    @property
+    def verdict(self) -> str:
+        """``adequate`` or ``unexplained``."""
+        return "adequate" if self.adequate else "unexplained"
 
     def to_dict(self) -> dict[str, Any]:
-        """``allanite/check/1`` of the contract."""
+        """``allanite/check/2`` of the contract."""
         return {
             **self.fit.to_dict(),
-            "schema": "allanite/check/1",
+            "schema": "allanite/check/2",
             "adequate": self.adequate,
+            "verdict": self.verdict,
             "where": self.where.to_dict(),
             "suggestions": [s.to_dict() for s in self.suggestions],
         }
@@ -91,7 +97,7 @@ class Check:
         return f"Check({self.fit.recording.columns[0]}, {self.fit.model.name}: {words})"
 
     def _repr_html_(self) -> str:
-        from allanite.showing import html_list, html_table
+        from allanite.common.showing import html_list, html_table
 
         where = self.where.sentences() or ["it fails nowhere beyond chance"]
         shown = list(self.significant) or list(self.suggestions[:2])

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Family", "arc_length", "interval_trials", "line_trials", "log_chance"]
+__all__ = ["Family", "arc_length", "interval_trials", "line_trials", "log_chance", "octave_trials"]
 
 #: Chance of a false suggestion in a whole check.
 FALSE_ALARM = 0.01
@@ -70,6 +70,16 @@ def arc_length(directions: NDArray[np.float64]) -> float:
 def line_trials(n: int) -> float:
     """W of Baluev's false-alarm formula for a search of n evenly spaced samples to the Nyquist frequency."""
     return 0.5 * n * float(np.sqrt(np.pi / 3.0))
+
+
+def octave_trials(cycles: NDArray[np.float64], n: int) -> NDArray[np.float64]:
+    """W of a search of the octave of frequency that holds a line of so many cycles, times the number of octaves.
+
+    Baluev's W is proportional to the range of frequencies searched; octaves from one cycle to n/2 share the chance equally.
+    """
+    octaves = max(1.0, np.log2(n / 2.0))
+    place = np.floor(np.log2(np.maximum(cycles, 1.0)))
+    return np.asarray(line_trials(n) * np.minimum(2.0**place, 0.25 * n) / (0.5 * n) * octaves)
 
 
 def interval_trials(cells: int, length: int, x: float) -> float:

@@ -9,14 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.effects.sinusoid import Sinusoid
-from allanite.fit.data import density
+from allanite.criticism.over_time import whitened_ordinates
+from allanite.effects import CATALOGUE, Periodic
 from allanite.fit.deterministic import line_ordinates, regress, window
 from allanite.fit.engine import Solution, solve
 from allanite.fit.shape import ZOOM, polish_line
+from allanite.suggestion.evidence import Family, log_chance, octave_trials
 from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from allanite.fit.data import Data
 
 __all__ = ["screen_lines"]
@@ -33,8 +36,8 @@ CLEAR, HIGHEST = 8.0, 12
 WIDE = 256
 
 
-def _local_level(power: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What the neighbourhood of each ordinate has, at least 1: a band that the model misses is not a line."""
+def _local_level(power: NDArray[np.float64], floor: float) -> NDArray[np.float64]:
+    """What the neighbourhood of each ordinate has: a band that the model misses is not a line."""
     edges = np.unique(
         np.concatenate(
             [
@@ -44,9 +47,9 @@ def _local_level(power: NDArray[np.float64]) -> NDArray[np.float64]:
         ).astype(np.int64)
     )
     edges = np.unique(np.append(edges[edges < power.size - 32], power.size))
-    level = np.ones(power.size)
+    level = np.full(power.size, max(floor, 1.0))
     for low, high in itertools.pairwise(edges):
-        level[low:high] = max(1.0, float(np.median(power[low:high])) / np.log(2.0))
+        level[low:high] = max(floor, float(np.median(power[low:high])) / np.log(2.0))
     return level
 
 
@@ -54,16 +57,22 @@ def screen_lines(
     solution: Solution, data: Data, whitened: NDArray[np.float64]
 ) -> tuple[Candidate, ...]:
     """The strongest lines of the residual (`whitened`, in time) with the harmonics that stand out, refitted."""
+    if solution.best.scale is not None:
+        # A line of a few cycles would be taken for a discrepancy of its own bin.
+        plain = whitened_ordinates(solution, data, np.ones(solution.count.size))
+        whitened = _kernels.inverse_cosine_transform(plain)
     power = _kernels.padded_periodogram(whitened)
-    level = _local_level(power)
+    level = _local_level(power, floor=1.0 if solution.best.scale is None else 0.01)
     ratio = power / level
     ratio[: 2 * FEWEST_CYCLES] = 0.0
     ratio[-2:] = 0.0
+    # Octaves share the trials equally: a line of a few cycles does not pay for all frequencies above it.
+    price = np.log(octave_trials(np.arange(ratio.size) / 2.0, data.n))
     noise = solution.noise(data)
     found: list[Candidate] = []
     for _ in range(MOST):
-        top = int(np.argmax(ratio))
-        if ratio[top] < LEAST:
+        top = int(np.argmax(np.where(ratio > LEAST, ratio - price, -np.inf)))
+        if ratio[top] <= LEAST:
             break
         width, surplus = _wander(top, solution, data, float(level[top]))
         base, multiples = _comb(ratio, top, width)
@@ -71,31 +80,47 @@ def screen_lines(
             ratio[max(0, m * (base - 8 - width)) : m * (base + 8 + width) + 1] = 0.0
         ratio[max(0, top - 8 - width) : top + 9 + width] = 0.0
         start = base * data.rate / (2.0 * data.n)
-        frequency = polish_line(start, solution.ordinates, noise, data, multiples)
-        empty = tuple(float(v) for m in multiples[1:] for v in (m, 0.0, 0.0))
-        effect = Sinusoid(frequency=frequency, overtones=empty or None)
-        refitted = solve(data, solution.model + effect, polish=False, rounds=3)
-        gains = []
-        for m in multiples:
-            j = window(m * frequency, data, ZOOM)
-            line = line_ordinates(m * frequency, j, data)
-            gain = regress(line, solution.ordinates[j], noise.variance(j)).gain
-            gains.append(gain)
-        whole = min(sum(gains), refitted.log_likelihood - solution.log_likelihood)
-        if whole > 0.0:
-            # The search over all frequencies was for the strongest line alone.
-            found.append(
-                Candidate(
-                    refitted.model.effects[-1],
-                    whole,
-                    "line",
-                    refitted,
-                    1 + 2 * len(multiples),
-                    judged=min(whole, max(gains)),
-                    note=_note(frequency, width, surplus - max(gains), data),
+        for effect in _lines_at(start, multiples, solution, data):
+            multiples = [m for m, _, _ in effect.lines]
+            frequency = polish_line(start, solution.ordinates, noise, data, multiples)
+            effect = effect.with_values(frequency=frequency)
+            refitted = solve(data, solution.model + effect, polish=False, rounds=3)
+            gains = []
+            for m in multiples:
+                j = window(m * frequency, data, ZOOM)
+                line = line_ordinates(m * frequency, j, data)
+                gain = regress(line, solution.ordinates[j], noise.variance(j)).gain
+                gains.append(gain)
+            whole = min(sum(gains), refitted.log_likelihood - solution.log_likelihood)
+            if whole > 0.0:
+                # The search over all frequencies was for the strongest line alone.
+                judged = min(whole, max(gains))
+                cycles = multiples[int(np.argmax(gains))] * frequency * data.duration
+                trials = float(octave_trials(np.array([cycles]), data.n)[0])
+                found.append(
+                    Candidate(
+                        refitted.model.effects[-1],
+                        whole,
+                        "line",
+                        refitted,
+                        1 + 2 * len(multiples),
+                        log_chance=log_chance(Family("line", width=trials), judged),
+                        judged=judged,
+                        note=_note(frequency, width, surplus - max(gains), data),
+                    )
                 )
-            )
     return tuple(found)
+
+
+def _lines_at(
+    start: float, multiples: list[int], solution: Solution, data: Data
+) -> Iterator[Periodic]:
+    """The effects that a line with these harmonics may be: one that has places of its own before the plain sinusoid."""
+    for cls in reversed(tuple(CATALOGUE)):
+        if cls.screened == "line" and issubclass(cls, Periodic):
+            found = cls.at(start, multiples)
+            if found is not None and cls.candidates(solution.model, data.covariates):
+                yield found
 
 
 def _wander(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:
@@ -104,7 +129,8 @@ def _wander(top: int, solution: Solution, data: Data, level: float) -> tuple[int
     A Lorentzian of any height on the single ordinates about the line (their Whittle likelihood).
     """
     j = np.arange(max(1, top - WIDE), min(data.n, top + WIDE), dtype=np.int64)
-    z = solution.ordinates[j] ** 2 / density(data.terms(solution.model), j, data.n) / level
+    z = solution.ordinates[j] ** 2 / solution.noise(data).variance(j)
+    z /= max(float(np.median(z)) / 0.4549, 1.0) if level > 1.0 else 1.0
     best = (0, -np.inf)
     for half in (1, 2, 4, 8, 16, 32, 64):
         shape = 1.0 / (1.0 + ((j[:, None] - top) / half) ** 2)

@@ -1,7 +1,7 @@
 """Candidates that change the spectrum: every random process and filter of the catalogue, at every shape of its grid.
 
-Every point of a grid is climbed from several starts: a model that lacks an effect has others standing for it, so that no slope
-of the likelihood at the model tells what is missing.
+Every point of a grid is climbed from several starts: a model that lacks an effect has others standing for it, so that no
+slope of the likelihood at the model tells what is missing.
 """
 
 from __future__ import annotations
@@ -14,16 +14,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.showing import brief
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
-from allanite.effects.model import ONCE
 from allanite.fit.data import column
 from allanite.fit.engine import Solution, solve, with_coefficients
 from allanite.fit.polish import polish
 from allanite.fit.random_part import RandomPart
 from allanite.fit.scan import added
 from allanite.fit.shape import free_places
-from allanite.fit.shape_grid import shape_grid
-from allanite.showing import brief
 from allanite.suggestion.evidence import arc_length
 
 if TYPE_CHECKING:
@@ -70,13 +68,11 @@ class Screen:
     __repr__ = brief
 
 
-def _points(cls: type[Effect], data: Data) -> list[Effect]:
-    blank = cls()
-    names = [p.name for p in cls.parameters if p.role == "shape"]
-    variants = getattr(blank, "variants", None)
+def _points(blank: Effect, data: Data) -> list[Effect]:
+    names = [p.name for p in blank.parameters if p.role == "shape"]
     out = []
-    for variant in (blank,) if variants is None else variants():
-        grids = [shape_grid(variant, name, data) for name in names]
+    for variant in blank.variants():
+        grids = [variant.grid(name, data.n, data.rate) for name in names]
         out += [
             variant.with_values(**dict(zip(names, map(float, point), strict=True)))
             for point in product(*grids)
@@ -106,15 +102,13 @@ def directions(
     # Directions that the model can already move in, and into which it will after the refit.
     own = solution.columns[:, solution.theta > 0.0]
     basis, _ = np.linalg.qr((own / solution.spectrum[:, None]) * root[:, None])
-    present = {e.kind for e in solution.model.effects}
     for cls in CATALOGUE:
-        if not issubclass(cls, (Stochastic, Modifier)) or not getattr(cls, "suggested", True):
+        if cls.screened != "spectral":
             continue
-        if cls.kind in present and cls.kind in ONCE:
+        blanks = cls.candidates(solution.model, data.covariates)
+        points = [p for blank in blanks for p in _points(blank, data)]
+        if not points:
             continue
-        if issubclass(cls, Modifier) and "angle_random_walk" not in present:
-            continue
-        points = _points(cls, data)
         tangents = np.stack([_tangent(p, solution, data) for p in points])
         moved = tangents / solution.spectrum * root
         size = np.linalg.norm(moved, axis=1)
@@ -157,7 +151,7 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
     gain = solution.log_likelihood - base.log_likelihood
     if gain <= 0.0:
         return None
-    count = sum(p.role != "derived" for p in fitted.parameters)
+    count = sum(p.role in {"coefficient", "shape"} for p in fitted.parameters)
     return Candidate(fitted, gain, fitted.family, solution, count)
 
 
@@ -167,6 +161,10 @@ def _apart(scanned: list[tuple[Maximum, Model]]) -> list[tuple[Maximum, Model]]:
     for found, model in scanned:
         effect = model.effects[-1]
         first = next((p.name for p in effect.parameters if p.role == "shape"), None)
-        key = tuple(v for n, v in effect.values.items() if n != first and effect.parameter(n).role != "derived")
+        key = tuple(
+            v
+            for n, v in effect.values.items()
+            if n != first and effect.parameter(n).role != "derived"
+        )
         seen.setdefault(key, (found, model))
     return sorted(seen.values(), key=lambda pair: -pair[0].log_likelihood)

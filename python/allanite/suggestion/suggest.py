@@ -10,16 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.effects import Model, Stochastic
+from allanite.effects import Model, Modifier, Stochastic
 from allanite.fit.engine import solve
+from allanite.fit.random_part import RandomPart
 from allanite.fit.result import Fit, group_scores, plain
 from allanite.suggestion.bursts import screen_bursts
-from allanite.suggestion.drifts import (
-    beside_the_best,
-    screen_covariates,
-    screen_drifts,
-    screen_steps,
-)
+from allanite.suggestion.drifts import beside_the_best, screen_slow, slow_families
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.spectral import Candidate, screen_spectral
@@ -32,20 +28,11 @@ __all__ = ["Suggestion", "suggest"]
 WORKERS = 2
 #: A candidate this close to another in BIC cannot be told from it on this record.
 RIVAL = 6.0
-#: Random processes that a slow function of time must beat, or explain something beside.
-SLOW = {"rate_random_walk", "bias_instability", "gauss_markov", "power_law"}
-#: The coefficients of IEEE 952: at a tie the record does not ask for anything else.
-STANDARD = {
-    "quantization",
-    "angle_random_walk",
-    "bias_instability",
-    "rate_random_walk",
-    "rate_ramp",
-}
 
 if TYPE_CHECKING:
     from allanite.criticism.over_time import Whitened
     from allanite.effects import Effect
+    from allanite.fit.data import Data
     from allanite.fit.engine import Solution
 
     Progress = Callable[[int, int], None]
@@ -105,6 +92,13 @@ class Suggestion:
         return self.effect.kind
 
     @property
+    def effect_happens_once(self) -> bool:
+        """Whether no part of a record says anything of the others: judged by its p-value alone."""
+        return any(p.role == "time" for p in self.effect.parameters) or getattr(
+            self.effect, "happens_once", False
+        )
+
+    @property
     def p_value(self) -> float:
         """Corrected p-value, at least 1e-300."""
         return float(10.0 ** max(self.log10_p, -300.0))
@@ -145,14 +139,21 @@ def suggest(
             on_progress(done, 5)
 
     base, data = fit.solution, fit.data
+    surplus = _over_true(base, data)
     with ThreadPoolExecutor(WORKERS) as pool:
         lines_found = pool.submit(screen_lines, base, data, whitened.samples)
         spectral = screen_spectral(base, data)
         progress()
-        slow = [c for c in spectral.candidates if c.effect.kind in SLOW]
-        rival = max(slow, key=lambda c: c.gain).solution if slow else None
-        in_time = {"covariate": screen_covariates, "drift": screen_drifts, "step": screen_steps}
-        found = {name: pool.submit(f, base, data, rival) for name, f in in_time.items()}
+        # What a slow function of time must beat, or explain something beside.
+        red = [
+            c for c in spectral.candidates if isinstance(c.effect, Stochastic) and c.effect.wanders
+        ]
+        rival = max(red, key=lambda c: c.gain).solution if red else None
+        slow = slow_families(base.model, data.covariates)
+        found = {
+            name: pool.submit(screen_slow, blanks, base, data, rival)
+            for name, blanks in sorted(slow.items())
+        }
         bursts = pool.submit(screen_bursts, spectral.candidates, data)
         moments = pool.submit(screen_moments, base, data, whitened)
         lines = lines_found.result()
@@ -187,28 +188,37 @@ def suggest(
         *(c for c in single if c is not None),
     )
     with ThreadPoolExecutor(WORKERS) as pool:
-        suggestions = pool.map(lambda c: _suggestion(fit, c, families), candidates)
-        ranked = sorted(suggestions, key=lambda s: (s.significant, s.delta_bic), reverse=True)
+        suggestions = pool.map(lambda c: _suggestion(fit, c, families, surplus), candidates)
+        ranked = sorted(suggestions, key=_rank, reverse=True)
     progress()
     return _with_rivals(_last_resort(_ties(ranked), fit))
 
 
-def _suggestion(fit: Fit, candidate: Candidate, families: dict[str, Family]) -> Suggestion:
+def _rank(found: Suggestion) -> tuple[bool, bool, float]:
+    """Significant ones first; what takes samples out explains none of them and comes after what does."""
+    cleans = isinstance(found.effect, Modifier) and found.effect.removes
+    return found.significant, not cleans, found.delta_bic
+
+
+def _suggestion(
+    fit: Fit, candidate: Candidate, families: dict[str, Family], surplus: float
+) -> Suggestion:
     from scipy.special import log_ndtr
 
     solution = candidate.solution
     assert solution is not None
     x = candidate.gain
     judged = x if candidate.judged is None else candidate.judged
+    if solution.best.scale is None:
+        # With it the model is taken for true: the chance that is asked about is that of a true model without it.
+        judged += surplus
     family = families[candidate.family]
     chance = candidate.log_chance
     if chance is None:
         chance = log_chance(family, judged)
     log_p = min(0.0, chance + np.log(len(families)))
     single = -judged if candidate.family == "line" else float(log_ndtr(-np.sqrt(2.0 * judged)))
-    penalty = candidate.parameters * np.log(fit.data.bins.count.size)
-    if family.width > 0.0:
-        penalty += 2.0 * np.log(family.width) - np.log(fit.data.bins.count.size)
+    penalty = candidate.parameters * np.log(max(float(fit.solution.weight.sum()), 2.0))
     data = candidate.data or fit.data
     found = Fit(fit.recording, solution.model, fit.method, data, solution)
     effect = solution.model.effects[-1]
@@ -228,6 +238,15 @@ def _suggestion(fit: Fit, candidate: Candidate, families: dict[str, Family]) -> 
     )
 
 
+def _over_true(base: Solution, data: Data) -> float:
+    """By how much logL with a fitted discrepancy exceeds that of the model taken for true."""
+    if base.best.scale is None:
+        return 0.0
+    part = RandomPart(data, base.power, base.count)
+    plain = part.climb(part.linear(base.model), base.theta, None)
+    return max(part.judged(base.best) - plain.log_likelihood, 0.0)
+
+
 def _removed(fit: Fit, solution: Solution, candidate: Candidate) -> float:
     """Per cent of the χ² beyond its expectation; a line counts with what it adds outside the bins."""
     z = group_scores(solution, fit.data)
@@ -242,13 +261,16 @@ def _removed(fit: Fit, solution: Solution, candidate: Candidate) -> float:
 
 
 def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
-    """Where a standard coefficient explains the record as well as the winner, it goes first."""
-    if not ranked or ranked[0].kind in STANDARD:
+    """Where a standard coefficient explains the record as well as the winner, it goes first.
+
+    At a tie the record does not ask for anything else.
+    """
+    if not ranked or ranked[0].effect.standard:
         return ranked
     top = ranked[0]
     for other in ranked[1:]:
         if (
-            other.kind in STANDARD
+            other.effect.standard
             and other.significant == top.significant
             and top.delta_bic - other.delta_bic < RIVAL
             and (other.kind in top.effect.rivals or top.kind in other.effect.rivals)
@@ -262,13 +284,13 @@ def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
 
     Flicker and random walk missing at once look like one exponent between them.
     """
-    if not ranked or ranked[0].kind != "power_law":
+    if not ranked or not ranked[0].effect.last_resort:
         return ranked
     top, present = ranked[0], {e.kind for e in fit.model}
     alone = [
         s
         for s in ranked[1:]
-        if s.kind in STANDARD and s.kind not in present and isinstance(s.effect, Stochastic)
+        if s.effect.standard and s.kind not in present and isinstance(s.effect, Stochastic)
     ]
     best: tuple[float, list[Suggestion]] = (top.delta_bic - RIVAL, [])
     for pair in combinations(alone, 2):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.criticism.over_time import expected_level
+from allanite.criticism.over_time import expected_level, overdispersion, whiten
 from allanite.effects import Model
 from allanite.effects.noise_level_change import NoiseLevelChange
 from allanite.effects.outliers import Outliers
@@ -29,9 +30,16 @@ COARSE, FINE = 256, 4096
 def screen_moments(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, Candidate | None]:
-    """Outliers among the whitened samples, else a change of level: outliers crowd by chance and go first."""
+    """Outliers among the whitened samples, and a change of level in what is left without them."""
     outliers = screen_outliers(solution, data, whitened.samples)
-    return outliers, screen_levels(solution, data, whitened) if outliers is None else None
+    if outliers is None or outliers.solution is None or outliers.data is None:
+        return outliers, screen_levels(solution, data, whitened)
+    cleaned = outliers.solution
+    level = screen_levels(cleaned, outliers.data, whiten(cleaned, outliers.data))
+    if level is not None:
+        refitted = solve(data, solution.model + level.effect, rounds=3)
+        level = replace(level, solution=refitted)
+    return outliers, level
 
 
 def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
@@ -47,6 +55,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> Candida
     cells = min(COARSE, power.size // 8)
     if cells < 8:
         return None
+    freedom /= overdispersion(power)
     start, end, gain, chance = _best_interval(power, freedom, cells)
     if cells < FINE <= power.size // 8:
         # Where it begins and ends is a matter of the estimate; what was tried and found is above.
@@ -77,7 +86,7 @@ def _white_power(
 ) -> tuple[NDArray[np.float64] | None, float, float]:
     """Power over time of the octaves that the white effect dominates, its share in them, and values of all for each."""
     effects = solution.model.stochastic
-    place = next((i for i, e in enumerate(effects) if e.kind == "angle_random_walk"), None)
+    place = next((i for i, e in enumerate(effects) if e.white), None)
     if place is None:
         return None, 0.0, 0.0
     bands = whitened.bands
@@ -183,7 +192,7 @@ def screen_outliers(
     """
     from scipy.special import log_ndtr, ndtri_exp
 
-    if any(e.kind == "outliers" for e in solution.model):
+    if not Outliers.candidates(solution.model, data.covariates):
         return None
     centre = np.median(samples)
     # The widest of three quantiles: noise that is merely not normal has no outliers.

@@ -1,0 +1,144 @@
+"""A fitted number: value, standard error, interval, unit, and whether it was detected at all."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from allanite.common.units import conversion
+
+__all__ = ["Estimate"]
+
+
+class Estimate(float):
+    """A float that knows how well it is known.
+
+    Parameters
+    ----------
+    value : float
+        The number, in `unit`.
+    std_error : float, optional
+        Standard error, in `unit`.
+    interval : tuple of float, optional
+        95 % interval (low, high), in `unit`; where `detected` is false, high is the upper limit.
+    unit : str
+        Unit, e.g. ``"deg/s·s^½"``.
+    detected : bool
+        Whether the record distinguishes the number from 0.
+    name : str
+        Name of the parameter, e.g. ``"N"``.
+    """
+
+    __slots__ = ("detected", "interval", "name", "std_error", "unit")
+
+    std_error: float | None
+    interval: tuple[float, float] | None
+    unit: str
+    detected: bool
+    name: str
+
+    def __new__(
+        cls,
+        value: float,
+        std_error: float | None = None,
+        interval: tuple[float, float] | None = None,
+        unit: str = "",
+        detected: bool = True,
+        name: str = "",
+    ) -> Estimate:
+        """Build the float and fix its attributes."""
+        self = super().__new__(cls, value)
+        fix = object.__setattr__
+        fix(self, "std_error", None if std_error is None else float(std_error))
+        fix(
+            self, "interval", None if interval is None else (float(interval[0]), float(interval[1]))
+        )
+        fix(self, "unit", unit)
+        fix(self, "detected", bool(detected))
+        fix(self, "name", name)
+        return self
+
+    def __setattr__(self, name: str, value: object) -> None:
+        """Refuse: an estimate is a result."""
+        raise AttributeError(f"an Estimate is immutable: cannot set {name}")
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        return (float(self), self.std_error, self.interval, self.unit, self.detected, self.name)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Estimate, self.__getnewargs__())
+
+    @property
+    def value(self) -> float:
+        """The plain float."""
+        return float(self)
+
+    def to(self, unit: str) -> Estimate:
+        """Return the estimate in another unit.
+
+        Parameters
+        ----------
+        unit : str
+            Any spelling of a unit of the same dimension, e.g. ``"deg/sqrt(h)"`` or
+            ``"deg/h/√Hz one-sided"``.
+
+        Raises
+        ------
+        InputError
+            The unit is of another dimension; both are named.
+        """
+        factor = conversion(self.unit, unit)
+        return Estimate(
+            self.value * factor,
+            None if self.std_error is None else self.std_error * factor,
+            None
+            if self.interval is None
+            else (self.interval[0] * factor, self.interval[1] * factor),
+            unit,
+            self.detected,
+            self.name,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form: value, std_error, interval, unit, detected; null for what is unknown."""
+        return {
+            "value": _finite(self.value),
+            "std_error": _finite(self.std_error),
+            "interval": None if self.interval is None else [_finite(v) for v in self.interval],
+            "unit": self.unit,
+            "detected": self.detected,
+        }
+
+    def __repr__(self) -> str:
+        if not self.detected and self.interval is not None and math.isfinite(self.interval[1]):
+            return f"< {self.interval[1]:.2g} {self.unit} (not detected, 95 % limit)".replace(
+                "  ", " "
+            )
+        return f"{_with_error(self.value, self.std_error)} {self.unit}".rstrip()
+
+    __str__ = __repr__
+
+    def __format__(self, spec: str) -> str:
+        """Format the plain float with a spec; without one, as `repr`."""
+        return format(self.value, spec) if spec else repr(self)
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
+
+
+def _with_error(value: float, error: float | None) -> str:
+    """``0.01263 ± 0.00012``: two figures of the error, or one if the second is 0."""
+    if error is None or not math.isfinite(error) or error <= 0 or not math.isfinite(value):
+        return f"{value:.6g}"
+    exponent = math.floor(math.log10(error))
+    decimals = 1 - exponent
+    if round(error * 10.0**decimals) % 10 == 0:
+        decimals -= 1
+    scale = math.floor(math.log10(max(abs(value), error)))
+    if -5 < scale < 7:
+        places = max(decimals, 0)
+        return f"{value:.{places}f} ± {error:.{places}f}"
+    places = max(decimals + scale, 0)
+    power = 10.0**scale
+    return f"({value / power:.{places}f} ± {error / power:.{places}f})e{scale:+03d}"

@@ -1,0 +1,394 @@
+"""Units of samples and of coefficients: one table, one small grammar, one conversion.
+
+A unit expression is a product of symbols with powers (``deg/s``, ``µg/√Hz``, ``deg/h^1.5``,
+``m/s/sqrt(h)``). It is reduced to a scale and to the powers of angle, length and time, so that a
+coefficient can only be read in a unit of its own dimension: the mistake of reading a noise density
+in deg/s/√Hz as an angle random walk in deg/√h (a factor of 60) cannot happen silently.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+from allanite.common.errors import InputError
+
+__all__ = [
+    "SAMPLE_UNITS",
+    "Unit",
+    "coefficient_unit",
+    "column_unit",
+    "conversion",
+    "parse_unit",
+    "rate_unit",
+]
+
+STANDARD_GRAVITY = 9.80665  # m/s², CODATA
+
+ANGULAR_RATE = "angular rate"
+ACCELERATION = "acceleration"
+FREQUENCY = "fractional frequency"
+
+# symbol: (scale to SI, powers of angle, length, time)
+_DEGREE = math.pi / 180
+_SYMBOLS: dict[str, tuple[float, int, int, int]] = {
+    "rad": (1.0, 1, 0, 0),
+    "mrad": (1e-3, 1, 0, 0),
+    "urad": (1e-6, 1, 0, 0),
+    "nrad": (1e-9, 1, 0, 0),
+    "deg": (_DEGREE, 1, 0, 0),
+    "mdeg": (_DEGREE * 1e-3, 1, 0, 0),
+    "arcmin": (_DEGREE / 60, 1, 0, 0),
+    "arcsec": (_DEGREE / 3600, 1, 0, 0),
+    "rev": (2 * math.pi, 1, 0, 0),
+    "dps": (_DEGREE, 1, 0, -1),
+    "mdps": (_DEGREE * 1e-3, 1, 0, -1),
+    "dph": (_DEGREE / 3600, 1, 0, -1),
+    "rpm": (2 * math.pi / 60, 1, 0, -1),
+    "m": (1.0, 0, 1, 0),
+    "cm": (1e-2, 0, 1, 0),
+    "mm": (1e-3, 0, 1, 0),
+    "um": (1e-6, 0, 1, 0),
+    "g": (STANDARD_GRAVITY, 0, 1, -2),
+    "mg": (STANDARD_GRAVITY * 1e-3, 0, 1, -2),
+    "ug": (STANDARD_GRAVITY * 1e-6, 0, 1, -2),
+    "ng": (STANDARD_GRAVITY * 1e-9, 0, 1, -2),
+    "mgal": (1e-5, 0, 1, -2),
+    "s": (1.0, 0, 0, 1),
+    "ms": (1e-3, 0, 0, 1),
+    "us": (1e-6, 0, 0, 1),
+    "ns": (1e-9, 0, 0, 1),
+    "min": (60.0, 0, 0, 1),
+    "h": (3600.0, 0, 0, 1),
+    "d": (86400.0, 0, 0, 1),
+    "Hz": (1.0, 0, 0, -1),
+    "ppm": (1e-6, 0, 0, 0),
+    "ppb": (1e-9, 0, 0, 0),
+}
+_ALIASES = {
+    "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad", "sec": "s", "second": "s",
+    "seconds": "s", "hr": "h", "hour": "h", "hours": "h", "hz": "Hz", "asec": "arcsec",
+    "mGal": "mgal", "gn": "g", "g0": "g", "g_0": "g", "turn": "rev", "day": "d", "minute": "min",
+    "as": "arcsec", "metre": "m", "meter": "m",
+}  # fmt: skip
+_SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⋅", "0123456789-·")
+_KINDS = {(1, 0, -1): ANGULAR_RATE, (0, 1, -2): ACCELERATION, (0, 0, 0): FREQUENCY}
+# Canonical names of the units that samples usually have; any other spelling keeps its own text.
+_CANONICAL = (
+    "rad/s", "mrad/s", "urad/s", "deg/s", "mdeg/s", "deg/min", "deg/h", "arcsec/s", "rpm",
+    "m/s^2", "mm/s^2", "g", "mg", "ug", "mgal", "1", "ppm", "ppb",
+)  # fmt: skip
+SAMPLE_UNITS = "rad/s deg/s deg/h m/s^2 g mg ug 1"
+
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<sqrt>sqrt\b|√|rt(?=[A-Za-z]))"
+    r"|(?P<name>[A-Za-z][A-Za-z_]*0?)|(?P<op>\*\*|[*/·.^()\[\]-])|(?P<half>½))"
+)
+_SIDES = re.compile(r"[\s,(\[]*\b(one|single|two|double)[\s-]?sided\b[\s)\]]*", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit of samples.
+
+    Attributes
+    ----------
+    name : str
+        Canonical spelling, e.g. ``"deg/s"``.
+    kind : str
+        ``"angular rate"``, ``"acceleration"`` or ``"fractional frequency"``.
+    scale : float
+        SI units (rad/s, m/s², 1) in one of this unit.
+    """
+
+    name: str
+    kind: str
+    scale: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Quantity:
+    """A scale with the powers of angle, length and time."""
+
+    scale: float
+    angle: Fraction = Fraction(0)
+    length: Fraction = Fraction(0)
+    time: Fraction = Fraction(0)
+
+    @property
+    def powers(self) -> tuple[Fraction, Fraction, Fraction]:
+        return (self.angle, self.length, self.time)
+
+    def times(self, other: _Quantity, power: int = 1) -> _Quantity:
+        return _Quantity(
+            self.scale * other.scale**power,
+            self.angle + power * other.angle,
+            self.length + power * other.length,
+            self.time + power * other.time,
+        )
+
+    def to_the(self, power: Fraction) -> _Quantity:
+        return _Quantity(
+            self.scale ** float(power), self.angle * power, self.length * power, self.time * power
+        )
+
+
+def _normalise(text: str) -> str:
+    """Unicode spellings as the ASCII ones of the grammar; superscripts as ``^``."""
+    text = text.replace("°", "deg").replace("º", "deg").replace("µ", "u").replace("μ", "u")
+    text = text.replace("×", "*").replace("″", "arcsec").replace("−", "-")
+    text = re.sub(r"(?<=[A-Za-z)])([⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)", r"^\1", text).translate(_SUPERSCRIPTS)
+    return text.strip()
+
+
+class _Parser:
+    """Recursive descent over: expression = factor {("*" | "/" | "·" | adjacency) factor}."""
+
+    def __init__(self, text: str) -> None:
+        self.tokens: list[tuple[str, str]] = []
+        at = 0
+        while at < len(text):
+            if text[at:].isspace():
+                break
+            match = _TOKEN.match(text, at)
+            if match is None or match.lastgroup is None:
+                raise ValueError(text[at:])
+            self.tokens.append((match.lastgroup, match.group(match.lastgroup)))
+            at = match.end()
+        self.at = 0
+
+    def peek(self) -> tuple[str, str]:
+        return self.tokens[self.at] if self.at < len(self.tokens) else ("end", "")
+
+    def take(self) -> tuple[str, str]:
+        token = self.peek()
+        self.at += 1
+        return token
+
+    def end(self) -> None:
+        if self.at < len(self.tokens):
+            raise ValueError(self.tokens[self.at][1])
+
+    def expression(self) -> _Quantity:
+        result = self.factor()
+        while True:
+            kind, text = self.peek()
+            if text in ("*", "·", ".", "/"):
+                self.take()
+                result = result.times(self.factor(), -1 if text == "/" else 1)
+            elif kind in ("name", "sqrt"):
+                result = result.times(self.factor())
+            else:
+                return result
+
+    def factor(self) -> _Quantity:
+        base = self.base()
+        if self.peek()[1] in ("^", "**"):
+            self.take()
+            base = base.to_the(self.power())
+        return base
+
+    def base(self) -> _Quantity:
+        kind, text = self.take()
+        if kind == "sqrt":
+            return self.base().to_the(Fraction(1, 2))
+        if text in ("(", "["):
+            inner = self.expression()
+            if self.take()[1] not in (")", "]"):
+                raise ValueError("a bracket is not closed")
+            return inner
+        if kind == "number":
+            return _Quantity(float(text))
+        if kind == "name":
+            return _symbol(text)
+        raise ValueError(text)
+
+    def power(self) -> Fraction:
+        kind, text = self.take()
+        if text == "-":
+            return -self.power()
+        if text == "(":
+            value = self.power()
+            if self.peek()[1] == "/":
+                self.take()
+                value /= self.power()
+            if self.take()[1] != ")":
+                raise ValueError("a bracket is not closed")
+            return value
+        if kind == "half":
+            return Fraction(1, 2)
+        if kind == "number":
+            if self.peek()[0] == "half":
+                self.take()
+                return Fraction(text) + Fraction(1, 2)
+            return Fraction(text)
+        raise ValueError(text)
+
+
+def _symbol(name: str) -> _Quantity:
+    for key in (name, _ALIASES.get(name, ""), name.lower(), _ALIASES.get(name.lower(), "")):
+        # Prefixed symbols are case-sensitive: "Mg" is not a milli-g.
+        if key in _SYMBOLS and (key != name.lower() or key == name or len(name) > 2 or key == "g"):
+            scale, angle, length, time = _SYMBOLS[key]
+            return _Quantity(scale, Fraction(angle), Fraction(length), Fraction(time))
+    raise ValueError(name)
+
+
+@lru_cache(maxsize=512)
+def _quantity(text: str) -> _Quantity:
+    """Reduce a unit expression; `InputError` names the part not understood."""
+    try:
+        parser = _Parser(_normalise(text))
+        result = parser.expression()
+        parser.end()
+    except (ValueError, ZeroDivisionError, OverflowError) as error:
+        problem = str(error) or "its end"
+    else:
+        return result
+    raise InputError(
+        f"unknown unit {text!r}: {problem!r} is not understood; samples may be in one of"
+        f" {SAMPLE_UNITS}"
+    )
+
+
+def parse_unit(text: str) -> Unit:
+    """Read the unit of samples.
+
+    Parameters
+    ----------
+    text : str
+        Any usual spelling: ``deg/s``, ``°/s``, ``dps``, ``mrad/s``, ``m/s²``, ``µg``, ``1``, …
+
+    Returns
+    -------
+    Unit
+        Canonical name, kind and scale to SI.
+
+    Raises
+    ------
+    InputError
+        The text is no unit, or not one of an angular rate, acceleration or fractional frequency.
+    """
+    quantity = _quantity(text)
+    kind = _KINDS.get(tuple(int(p) if p.denominator == 1 else p for p in quantity.powers))  # type: ignore[arg-type]
+    if kind is None:
+        raise InputError(
+            f"unit {text!r} is neither an angular rate, an acceleration nor a fractional frequency;"
+            f" samples may be in one of {SAMPLE_UNITS}"
+        )
+    for name in _CANONICAL:
+        known = _quantity(name)
+        if known.powers == quantity.powers and math.isclose(
+            known.scale, quantity.scale, rel_tol=1e-12
+        ):
+            return Unit(name, kind, known.scale)
+    return Unit(_normalise(text), kind, quantity.scale)
+
+
+def rate_unit(text: str, quantity: str) -> Unit:
+    """Return the unit of the rate behind samples of a quantity: ``deg`` of an angle is ``deg/s``.
+
+    The unit of the rate itself is accepted as well, as on the command line
+    (``--quantity angle --unit 1`` for a clock's phase in seconds).
+    """
+    if quantity == "rate":
+        return parse_unit(text)
+    powers = _quantity(text).powers
+    if tuple(map(float, powers)) in {(1, 0, 0), (0, 1, -1), (0, 0, 1)}:
+        return parse_unit("1" if _normalise(text) == "s" else f"({text})/s")
+    return parse_unit(text)
+
+
+def coefficient_unit(unit: str, power_of_second: float) -> str:
+    """Canonical spelling of U·s^power, the unit of a coefficient for samples in U.
+
+    Parameters
+    ----------
+    unit : str
+        Unit U of the samples.
+    power_of_second : float
+        1 for Q, ½ for N, 0 for B, −½ for K, −1 for R.
+    """
+    spelled = {
+        1.0: f"{unit}·s",
+        0.5: f"{unit}·s^½",
+        0.0: unit,
+        -0.5: f"{unit}/s^½",
+        -1.0: f"{unit}/s",
+    }
+    return spelled[float(power_of_second)]
+
+
+_SPELLED = dict.fromkeys(("degc", "c", "celsius"), "°C") | dict.fromkeys(("degf", "f"), "°F")
+_SPELLED |= dict.fromkeys(("kelvin", "k"), "K")
+_SAID_BY_NAME = re.compile(
+    r"(?:^|[_\W])(degC|degF|celsius|kelvin)$|temp(?:erature)?_([CFK])$", re.IGNORECASE
+)
+
+
+def column_unit(name: str, stated: str | None = None) -> str:
+    """Unit of a column that explains others, as it stands behind "per": °C, V, or the column's own name.
+
+    Parameters
+    ----------
+    name : str
+        Name of the column. ``die_degC``, ``temp_c`` say their unit; ``temperature`` does not.
+    stated : str, optional
+        Unit that the recording knows; None, an empty text and ``1`` are no unit.
+    """
+    said = _SAID_BY_NAME.search(name)
+    text = (stated or "1").strip()
+    if text == "1":
+        text = "" if said is None else said[1] or said[2]
+    text = _SPELLED.get(text.lower().replace("°", "deg").replace("º", "deg"), text) or name
+    return f"({text})" if re.search(r"[/*·\s²^]", text) else text
+
+
+def conversion(from_unit: str, to_unit: str) -> float:
+    """Factor that turns a number in one unit into another unit of the same dimension.
+
+    Parameters
+    ----------
+    from_unit, to_unit : str
+        Unit expressions. A density spelled ``"… one-sided"`` is √2 times the two-sided N.
+
+    Raises
+    ------
+    InputError
+        Different dimensions (deg for a coefficient of an accelerometer, a wrong power of seconds);
+        both units are named.
+    """
+    source, source_side = _side(from_unit)
+    target, target_side = _side(to_unit)
+    a, b = _quantity(source), _quantity(target)
+    if a.powers != b.powers:
+        raise InputError(
+            f"cannot express {source} ({_dimension(a)}) in {target} ({_dimension(b)}):"
+            " these are different quantities"
+        )
+    for text, quantity, side in ((to_unit, b, target_side), (from_unit, a, source_side)):
+        if side != 1.0 and quantity.time.denominator != 2:
+            raise InputError(f"{text!r}: only a noise density can be one-sided; leave it out")
+    return a.scale / b.scale * target_side / source_side
+
+
+def _side(text: str) -> tuple[str, float]:
+    """Split off a "one-sided" remark: the bare unit, and the factor on a two-sided density."""
+    match = _SIDES.search(text)
+    if match is None:
+        return text, 1.0
+    factor = math.sqrt(2) if match.group(1).lower() in ("one", "single") else 1.0
+    return (text[: match.start()] + " " + text[match.end() :]).strip(), factor
+
+
+def _dimension(quantity: _Quantity) -> str:
+    """Words for a dimension: the kind of sensor and the power of seconds."""
+    angle, length, time = quantity.powers
+    for (a, l, t), kind in _KINDS.items():
+        if angle == a and length == l:
+            power = time - t
+            return kind if power == 0 else f"{kind} × s^{power}"
+    return f"angle^{angle} length^{length} time^{time}"

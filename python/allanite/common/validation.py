@@ -1,0 +1,106 @@
+"""Numbers as they were asked for: checked where they come in, one line for each that cannot be used."""
+
+from __future__ import annotations
+
+import math
+import operator
+
+from allanite.common.errors import InputError
+
+__all__ = ["LARGEST", "SEEDS", "moment", "positive", "positive_rate", "whole"]
+
+#: Seeds are 64 bits of the generator's key.
+SEEDS = 2**64 - 1
+#: Numbers beyond have no square that is a number.
+LARGEST = 1e150
+#: Rates up to which products of powers of them and of coefficients are numbers, Hz.
+FASTEST = 1e30
+
+
+def positive(value: object, name: str, unit: str, remedy: str) -> float:
+    """A finite number above 0.
+
+    Parameters
+    ----------
+    value : object
+        What was given.
+    name, unit, remedy : str
+        How the message calls it, and what it says to do.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    number = _number(value)
+    if not 0.0 < number <= LARGEST:
+        shown = f"{number:g}" if isinstance(value, (int, float)) else repr(value)
+        raise InputError(f"{name} = {shown}{f' {unit}' if unit else ''}: {remedy}")
+    return number
+
+
+def positive_rate(rate: object, where: str = "") -> float:
+    """A sampling rate in Hz; `where` precedes the message.
+
+    Raises
+    ------
+    InputError
+        No number, not positive, or none whose reciprocal and square are numbers.
+    """
+    number = _number(rate)
+    if math.isnan(number) and not isinstance(rate, float):
+        raise InputError(f"{where}the rate must be a number of Hz, found {rate!r}")
+    if not 0.0 < number < math.inf:
+        raise InputError(f"{where}the rate must be a positive number of Hz, found {number:g}")
+    if not 1.0 / FASTEST <= number <= FASTEST:
+        raise InputError(
+            f"{where}the rate must be from {1 / FASTEST:g} to {FASTEST:g} Hz, found {number:g}"
+        )
+    return number
+
+
+def moment(seconds: float, rate: float) -> int:
+    """Number of the sample at a time.
+
+    Raises
+    ------
+    InputError
+        NaN or infinite seconds.
+    """
+    at = _number(seconds) * rate
+    if not math.isfinite(at):
+        raise InputError(f"{seconds!r} s: a time from the first sample is a finite number")
+    return round(at)
+
+
+def whole(value: object, name: str, least: int, most: int, remedy: str = "") -> int:
+    """A whole number from `least` to `most`; 5.0 is one, 1.5 is not.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    try:
+        exact: int | None = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        number = math.nan if isinstance(value, (str, bytes)) else _number(value)
+        exact = int(number) if number.is_integer() else None
+    if exact is None:
+        raise InputError(f"{name} = {value!r}: a whole number is needed{remedy and f', {remedy}'}")
+    if not least <= exact <= most:
+        span = f"from {least}" if exact < least else f"up to {most}"
+        raise InputError(
+            f"{name} = {exact}: a whole number {span} is needed{remedy and f', {remedy}'}"
+        )
+    return exact
+
+
+def _number(value: object) -> float:
+    """As a float; NaN for what is none, infinity for what is too large."""
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except OverflowError:
+        return math.inf
+    except (TypeError, ValueError):
+        return math.nan

@@ -1,0 +1,169 @@
+"""Logs and models side by side: their Allan deviations on one grid of averaging times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.common.errors import InputError
+from allanite.common.showing import brief
+from allanite.common.units import conversion, parse_unit
+from allanite.common.validation import positive_rate
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from allanite.effects import Model
+    from allanite.recording import Recording
+
+__all__ = ["Curve", "Curves", "compare"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """Allan deviation of one log or model.
+
+    Attributes
+    ----------
+    name : str
+        What it is of.
+    kind : str
+        ``"recording"`` or ``"model"``.
+    unit : str
+        Unit of the deviation.
+    tau, deviation : ndarray of shape (points,)
+        Averaging times in s, and the deviation.
+    low, high : ndarray of shape (points,) or None
+        95 % interval; a model has none.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    tau: NDArray[np.float64]
+    deviation: NDArray[np.float64]
+    low: NDArray[np.float64] | None = None
+    high: NDArray[np.float64] | None = None
+
+    __repr__ = brief
+
+    def at(self, tau: float) -> float | None:
+        """Deviation at an averaging time, within 1 %, or None."""
+        i = int(np.argmin(np.abs(self.tau - tau)))
+        return float(self.deviation[i]) if abs(self.tau[i] / tau - 1) < 0.01 else None
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        points = [
+            {"tau_s": float(t), "deviation": float(d)}
+            for t, d in zip(self.tau, self.deviation, strict=True)
+        ]
+        if self.low is not None and self.high is not None:
+            for point, low, high in zip(points, self.low, self.high, strict=True):
+                point |= {"low": float(low), "high": float(high)}
+        return {"name": self.name, "kind": self.kind, "unit": self.unit, "points": points}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curves:
+    """Several curves; the first is what the others are compared with."""
+
+    curves: tuple[Curve, ...]
+
+    __repr__ = brief
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/compare/1``."""
+        return {
+            "schema": "allanite/compare/1",
+            "version": _kernels.version(),
+            "items": [curve.to_dict() for curve in self.curves],
+        }
+
+    def __str__(self) -> str:
+        first = self.curves[0]
+        same = [parse_unit(c.unit).kind == parse_unit(first.unit).kind for c in self.curves]
+        head = ["tau s"]
+        for i, curve in enumerate(self.curves):
+            head.append(f"[{i + 1}] {curve.unit}")
+            if i and same[i]:
+                head.append(f"[{i + 1}]/[1]")
+        rows = [head]
+        for tau in first.tau:
+            row = [f"{tau:.6g}"]
+            reference = first.at(tau)
+            for i, curve in enumerate(self.curves):
+                value = curve.at(tau)
+                row.append("–" if value is None else f"{value:.4g}")
+                if i and same[i]:
+                    row.append(_ratio(value, reference, conversion(curve.unit, first.unit)))
+            rows.append(row)
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        names = [f"[{i + 1}] {c.kind} {c.name}" for i, c in enumerate(self.curves)]
+        table = ["  ".join(map(str.rjust, row, widths)) for row in rows]
+        return "\n".join([*names, "", *table])
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """All curves on one pair of logarithmic axes; written to `path` (SVG, PNG, PDF) if given."""
+        from allanite.plots import plot_compare
+
+        return plot_compare(self, path)
+
+
+def _ratio(value: float | None, reference: float | None, factor: float) -> str:
+    return "–" if value is None or not reference else f"{value * factor / reference:.3f}"
+
+
+def compare(
+    items: Sequence[tuple[str, Recording | Model, str | None]],
+    rate: float | None = None,
+    unit: str | None = None,
+) -> Curves:
+    """Allan deviations of logs and models on the grid of the first log.
+
+    Parameters
+    ----------
+    items : sequence of (name, Recording of one column or Model, unit or None)
+        The unit is that of a model's samples.
+    rate : float, optional
+        Sampling rate of the models, Hz; the first log's if left out.
+    unit : str, optional
+        Unit of models that have none; the first log's if left out.
+
+    Raises
+    ------
+    InputError
+        Models alone, without a rate.
+    """
+    from allanite.deviation import oadev
+    from allanite.recording import Recording
+
+    logs = [(name, item) for name, item, _ in items if isinstance(item, Recording)]
+    measured = {name: oadev(log) for name, log in logs}
+    rate = (logs[0][1].rate if logs else None) if rate is None else positive_rate(rate)
+    if rate is None:
+        raise InputError("models alone have no sampling rate: give --rate HZ")
+    unit = unit or (logs[0][1].unit if logs else "1")
+    tau: NDArray[np.float64] = (
+        measured[logs[0][0]].tau if logs else np.exp2(np.arange(18, dtype=np.float64)) / rate
+    )
+    curves = []
+    for name, item, own in items:
+        if isinstance(item, Recording):
+            found = measured[name]
+            curves.append(
+                Curve(
+                    name, "recording", item.unit, found.tau, found.deviation, found.low, found.high
+                )
+            )
+        else:
+            variance = item.allan_variance(tau, rate=rate)
+            deviation: NDArray[np.float64] = np.sqrt(variance).astype(np.float64)
+            curves.append(Curve(name, "model", parse_unit(own or unit).name, tau, deviation))
+    return Curves(tuple(curves))

@@ -1,0 +1,150 @@
+"""What every estimator takes: one column of samples, a rate, averaging times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.validation import positive_rate
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["QUANTITIES", "Source", "averaging", "one_column", "positive_rate", "source"]
+
+QUANTITIES = ("rate", "increment", "angle")
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Samples of one column, ready for the core."""
+
+    samples: NDArray[Any]
+    rate: float
+    quantity: str
+    unit: str
+
+    @property
+    def angle(self) -> bool:
+        """Whether the samples are the phase itself."""
+        return self.quantity == "angle"
+
+    @property
+    def scale(self) -> float:
+        """Unit of the deviation in units of a sample."""
+        return 1.0 if self.quantity == "rate" else self.rate
+
+    @property
+    def points(self) -> int:
+        """Number of phase points."""
+        return self.samples.size + (not self.angle)
+
+
+def source(x: object, rate: float, quantity: str) -> Source:
+    """Take whatever was given as one column of native numbers, without a copy where possible."""
+    unit = "1"
+    if hasattr(x, "samples") and hasattr(x, "quantity"):  # a recording
+        log: Any = x
+        rate, quantity, unit = log.rate, log.quantity, log.unit
+        x = log.samples
+    if quantity not in QUANTITIES:
+        raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
+    rate = positive_rate(rate)
+    array = one_column(x)
+    if array.size < 3:
+        raise TooShortError(f"{array.size} samples: at least 3 are needed")
+    if not array.flags.aligned or array.strides[0] % array.itemsize or array.strides[0] == 0:
+        array = np.ascontiguousarray(array)
+    return Source(array, rate, quantity, unit)
+
+
+def one_column(x: object) -> NDArray[Any]:
+    """Real numbers of one of the native types, shape (n,); masked samples become NaN."""
+    array = x if type(x) is np.ndarray else _array(x)
+    if array.ndim != 1:
+        raise InputError(
+            f"one column of samples is needed, found shape {array.shape}: choose a column"
+        )
+    if array.dtype.kind == "b":
+        array = array.astype(np.int8)
+    kind, size = array.dtype.kind, array.dtype.itemsize
+    if kind not in "iuf":
+        raise InputError(f"samples must be real numbers, found {array.dtype}")
+    if not array.dtype.isnative or (kind == "f" and size not in (4, 8)):
+        narrow = kind == "f" and size not in (4, 8)
+        return array.astype(np.float64 if narrow else array.dtype.newbyteorder("="))
+    return array
+
+
+def _array(x: Any) -> NDArray[Any]:
+    if isinstance(x, np.ma.MaskedArray):
+        return np.ma.filled(x.astype(np.float64), np.nan)
+    array = np.asarray(x)
+    if array.dtype.kind == "O" or array.size == 0:
+        try:
+            return array.astype(np.float64)
+        except (TypeError, ValueError):
+            return array
+    return array
+
+
+def averaging(
+    source: Source, taus: str | int | ArrayLike, factors: ArrayLike | None, most: int
+) -> tuple[NDArray[np.int64], tuple[str, ...]]:
+    """Averaging factors asked for, rising, and what had to be changed."""
+    if factors is None and isinstance(taus, str):
+        if taus not in ("octave", "decade", "all"):
+            raise InputError(
+                f"unknown taus {taus!r}: octave, decade, all, a number per decade, or seconds"
+            )
+        return _kernels.averaging_factors(taus, 0, most), ()
+    if factors is None and isinstance(taus, (int, np.integer)) and not isinstance(taus, bool):
+        if not 0 < taus < 2**31:
+            raise InputError(f"{taus} averaging times per decade: give at least 1")
+        return _kernels.averaging_factors("", int(taus), most), ()
+    found, notes = _given(source, taus if factors is None else factors, factors is None)
+    if found[0] >= 1 and found[-1] <= most:
+        return found, notes
+    outside = (found < 1) | (found > most)
+    span = f"{1 / source.rate:g} s to {most / source.rate:g} s"
+    if outside.all():
+        raise TooShortError(
+            f"no averaging time within {span}, which is all that {source.samples.size} samples hold"
+        )
+    left_out = f"{np.count_nonzero(outside)} averaging times outside of {span} were left out"
+    return found[~outside], (*notes, left_out)
+
+
+def _given(
+    source: Source, values: ArrayLike, seconds: bool
+) -> tuple[NDArray[np.int64], tuple[str, ...]]:
+    """Whole factors of given times or factors, rising, each once."""
+    try:
+        wanted = np.atleast_1d(np.asarray(values))
+        whole = not seconds and wanted.dtype.kind == "i" and wanted.ndim == 1 and wanted.size > 0
+        if whole and not np.count_nonzero(wanted[1:] <= wanted[:-1]):  # the usual case, quickly
+            return wanted.astype(np.int64), ()
+        wanted = wanted.astype(np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"averaging times must be numbers, found {values!r}") from None
+    if wanted.ndim != 1 or wanted.size == 0 or not np.isfinite(wanted).all():
+        raise InputError("averaging times must be a list of finite numbers")
+    exact = wanted * source.rate if seconds else wanted
+    near = np.round(exact)
+    moved = np.abs(near - exact) > 1e-6 * np.maximum(exact, 1.0)
+    notes = []
+    if moved.any():
+        if not seconds:
+            raise InputError(f"averaging factors must be whole numbers, found {exact[moved][0]:g}")
+        notes.append(
+            f"{np.count_nonzero(moved)} averaging times were rounded to multiples of"
+            f" {1 / source.rate:g} s"
+        )
+    found = np.unique(np.clip(near, 0.0, 2.0**62)).astype(np.int64)
+    if found.size < wanted.size:
+        notes.append(f"{wanted.size - found.size} averaging times fell together")
+    return found, tuple(notes)

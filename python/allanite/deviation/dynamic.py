@@ -1,0 +1,202 @@
+"""Dynamic Allan deviation: how the curve changes along the record."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.common.errors import TooShortError
+from allanite.common.showing import html_list, html_table
+from allanite.common.validation import positive
+from allanite.deviation.averaging import Source, averaging, source
+from allanite.deviation.gaps import complete, said
+from allanite.deviation.result import cell
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from allanite.deviation.functions import Taus
+    from allanite.plots import Figure
+
+__all__ = ["DynamicDeviation", "dynamic_oadev"]
+
+#: Windows and averaging times of a printed table.
+ROWS, COLUMNS = 24, 6
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class DynamicDeviation:
+    """Overlapping Allan deviation of windows along a record.
+
+    Attributes
+    ----------
+    time : ndarray of shape (w,)
+        Centres of the windows, s from the start.
+    tau : ndarray of shape (k,)
+        Averaging times, s.
+    factors : ndarray of shape (k,)
+        Averaging factors.
+    n : ndarray of shape (w, k)
+        Number of terms.
+    deviation : ndarray of shape (w, k)
+        Deviations, in `unit`; NaN where gaps leave no term.
+    window : float
+        Length of the windows, s.
+    rate : float
+        Sampling rate, Hz.
+    unit : str
+        Unit of the deviation.
+    diagnostics : tuple of str
+        What to know before trusting it.
+    """
+
+    time: NDArray[np.float64]
+    tau: NDArray[np.float64]
+    factors: NDArray[np.int64]
+    n: NDArray[np.int64]
+    deviation: NDArray[np.float64]
+    window: float
+    rate: float
+    unit: str = "1"
+    diagnostics: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("time", "tau", "factors", "n", "deviation"):
+            getattr(self, name).flags.writeable = False
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form: times, averaging times, a row of deviations per window; null for NaN."""
+        rows = [[float(v) if np.isfinite(v) else None for v in row] for row in self.deviation]
+        return {
+            "kind": "dynamic_oadev",
+            "window_s": self.window,
+            "time_s": self.time.tolist(),
+            "tau_s": self.tau.tolist(),
+            "deviation": rows,
+            "diagnostics": list(self.diagnostics),
+        }
+
+    def shown(self, most: int) -> NDArray[np.int64]:
+        """Numbers of at most so many averaging times, spread evenly, the first and the last among them."""
+        return np.unique(np.round(np.linspace(0, self.tau.size - 1, most)).astype(np.int64))
+
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """Figure of the deviations over time; see `allanite.plots.plot_dynamic`."""
+        from allanite.plots import plot_dynamic
+
+        return plot_dynamic(self, path, theme)
+
+    def _table(self) -> tuple[str, list[str], list[list[str]], list[str]]:
+        """Title, head, rows and remarks: not more than can be read at once."""
+        columns = self.shown(COLUMNS)
+        rows = np.unique(np.round(np.linspace(0, self.time.size - 1, ROWS)).astype(np.int64))
+        remarks = list(self.diagnostics)
+        if rows.size < self.time.size or columns.size < self.tau.size:
+            remarks.append(
+                f"{rows.size} of {self.time.size} windows and {columns.size} of {self.tau.size} averaging"
+                " times are shown"
+            )
+        title = f"overlapping Allan deviation ({self.unit}) of windows of {self.window:g} s"
+        head = ["time (s)", *(f"τ = {self.tau[k]:.4g} s" for k in columns)]
+        body = [
+            [f"{self.time[i]:.6g}", *(cell(self.deviation[i, k], 0, ".5e") for k in columns)]
+            for i in rows
+        ]
+        return title, head, body, remarks
+
+    def __str__(self) -> str:
+        title, head, body, remarks = self._table()
+        lines = [" ".join(text.rjust(14) for text in row) for row in (head, *body)]
+        return "\n".join([title, *lines, *remarks])
+
+    def _repr_html_(self) -> str:
+        title, head, body, remarks = self._table()
+        return html_table(title, head, body, range(len(head))) + html_list(remarks)
+
+    def __repr__(self) -> str:
+        windows, times = self.deviation.shape
+        return (
+            f"DynamicDeviation({windows} windows of {self.window:g} s, {times} averaging times"
+            f" from {self.tau[0]:g} s to {self.tau[-1]:g} s in {self.unit})"
+        )
+
+
+def dynamic_oadev(
+    x: object,
+    rate: float = 1.0,
+    *,
+    window: float,
+    step: float | None = None,
+    taus: Taus = "octave",
+    factors: ArrayLike | None = None,
+    quantity: str = "rate",
+) -> DynamicDeviation:
+    """Overlapping Allan deviation of windows along the record: Galleani & Tavella 2009.
+
+    Parameters
+    ----------
+    x : array_like of shape (n,) or Recording
+        Samples; a recording brings its own rate, unit and quantity.
+    rate : float
+        Sampling rate, Hz.
+    window : float
+        Length of a window, s.
+    step : float, optional
+        From one window to the next, s; a quarter of the window if left out.
+    taus, factors, quantity
+        As of `allanite.oadev`; averaging times up to half of the window.
+
+    Returns
+    -------
+    DynamicDeviation
+
+    Raises
+    ------
+    InputError
+        Samples, rate, window, step, taus or quantity that cannot be used.
+    TooShortError
+        A window longer than the record or shorter than 3 samples.
+    """
+    src = source(x, rate, quantity)
+    window = positive(window, "window", "s", "a positive number of seconds")
+    step = (
+        window / 4 if step is None else positive(step, "step", "s", "a positive number of seconds")
+    )
+    size = round(window * src.rate)
+    total = src.samples.size
+    if not 3 <= size <= total:
+        raise TooShortError(
+            f"a window of {window:g} s is {size} samples: it must hold 3 to {total}, the record"
+        )
+    every = min(max(1, round(step * src.rate)), total)
+    m, notes = averaging(src, taus, factors, (size - src.angle) // 2)
+    starts = np.arange(0, total - size + 1, every)
+    deviation = np.full((starts.size, m.size), np.nan)
+    n = np.zeros((starts.size, m.size), np.int64)
+    floating = src.samples.dtype.kind == "f"
+    for row, start in enumerate(starts):
+        part = src.samples[start : start + size]
+        if floating and np.isnan(part).all():
+            continue
+        variance, n[row], _, _ = _kernels.overlapping_allan(part, m, src.angle)
+        deviation[row] = np.sqrt(variance / m**2 if src.angle else variance) * src.scale
+    notes = (*notes, *_missing(src, n, m, size))
+    time = np.asarray((starts + size / 2) / src.rate, np.float64)
+    return DynamicDeviation(
+        time, m / src.rate, m, n, deviation, size / src.rate, src.rate, src.unit, notes
+    )
+
+
+def _missing(src: Source, n: NDArray[np.int64], m: NDArray[np.int64], size: int) -> tuple[str, ...]:
+    """What to know where samples are missing: how many, the terms lost, windows that have none."""
+    missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
+    whole = n.shape[0] * complete("oadev", m, size + (not src.angle))
+    share = 1.0 - n.sum(axis=0) / np.maximum(whole, 1)
+    notes = said(missing, src.samples.size, np.asarray(m / src.rate), share)
+    empty = np.count_nonzero(~n.any(axis=1))
+    return (*notes, f"{empty} of {n.shape[0]} windows have no term") if empty else notes

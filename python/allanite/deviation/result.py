@@ -1,0 +1,187 @@
+"""A deviation over averaging times, as every estimator returns it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.deviation.confidence import interval
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from allanite.plots import Figure
+
+__all__ = ["Deviation", "cell"]
+
+#: Estimators of the phase itself, what a rate gains in τ.
+_OF_THE_PHASE = ("tdev", "ttotdev", "tierms", "mtie")
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Deviation:
+    """A deviation over averaging times.
+
+    Attributes
+    ----------
+    kind : str
+        Name of the estimator, e.g. ``oadev``.
+    tau : ndarray of shape (k,)
+        Averaging times, s.
+    factors : ndarray of shape (k,)
+        Averaging factors m; τ = m / rate.
+    n : ndarray of shape (k,)
+        Number of terms that were averaged.
+    deviation : ndarray of shape (k,)
+        The estimates, in `deviation_unit`.
+    alpha : ndarray of shape (k,)
+        Exponent of the noise S_y ∝ f^α identified at each τ; it sets `edf`.
+    rate : float
+        Sampling rate, Hz.
+    unit : str
+        Unit of the samples as a rate; that of the estimates is `deviation_unit`.
+    diagnostics : tuple of str
+        What to know before trusting it.
+    lost : ndarray of shape (k,)
+        Number of terms left out because they touch missing samples.
+    """
+
+    kind: str
+    tau: NDArray[np.float64]
+    factors: NDArray[np.int64]
+    n: NDArray[np.int64]
+    deviation: NDArray[np.float64]
+    alpha: NDArray[np.float64]
+    rate: float
+    unit: str = "1"
+    diagnostics: tuple[str, ...] = ()
+    _freedom: Callable[[], NDArray[np.float64]] | None = None
+    _bands: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    lost: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    def __post_init__(self) -> None:
+        if self.lost.size != self.n.size:
+            object.__setattr__(self, "lost", np.zeros_like(self.n))
+        for array in (self.tau, self.factors, self.n, self.deviation, self.alpha, self.lost):
+            array.setflags(write=False)
+
+    @property
+    def deviation_unit(self) -> str:
+        """Unit of `deviation`, `low` and `high`: `unit`, or that times s of time deviations and interval errors."""
+        return _integrated(self.unit) if self.kind in _OF_THE_PHASE else self.unit
+
+    @property
+    def has_interval(self) -> bool:
+        """Whether a 95 % interval is known at any τ; none is of `tierms` and `mtie`."""
+        return bool(np.isfinite(self.low).any())
+
+    @property
+    def edf(self) -> NDArray[np.float64]:
+        """Equivalent degrees of freedom, shape (k,); NaN where there is no estimate."""
+        return self._band("edf")
+
+    @property
+    def low(self) -> NDArray[np.float64]:
+        """Lower end of the 95 % interval, shape (k,)."""
+        return self._band("low")
+
+    @property
+    def high(self) -> NDArray[np.float64]:
+        """Upper end of the 95 % interval, shape (k,)."""
+        return self._band("high")
+
+    def _band(self, name: str) -> NDArray[np.float64]:
+        # Made when first asked for: it takes longer than the deviation of a short record.
+        if not self._bands:
+            edf = np.full(self.tau.shape, np.nan) if self._freedom is None else self._freedom()
+            low, high = interval(self.deviation, edf)
+            for key, values in (("low", low), ("high", high), ("edf", edf)):
+                values.flags.writeable = False
+                self._bands[key] = values
+        return self._bands[name]
+
+    def __len__(self) -> int:
+        return self.tau.size
+
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """Figure of the deviation with its interval; see `allanite.plots.plot_deviation`."""
+        from allanite.plots import plot_deviation
+
+        return plot_deviation(self, path, theme)
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form: `kind`, `unit` of the deviations, and `points`; null for what is not known."""
+        columns = (self.deviation, self.low, self.high, self.edf)
+        names = ("deviation", "low", "high", "edf")
+        points = []
+        for tau, m, n, *values in zip(self.tau, self.factors, self.n, *columns, strict=True):
+            point: dict[str, Any] = {"tau_s": float(tau), "m": int(m), "n": int(n)}
+            for name, value in zip(names, values, strict=True):
+                point[name] = float(value) if np.isfinite(value) else None
+            points.append(point)
+        return {
+            "kind": self.kind,
+            "unit": self.deviation_unit,
+            "points": points,
+            "diagnostics": list(self.diagnostics),
+        }
+
+    def __str__(self) -> str:
+        head = f"{'tau (s)':>12} {'m':>10} {'n':>11} {self.kind:>12} {'low':>12} {'high':>12} {'edf':>9}"
+        rows = [
+            f"{t:12.6g} {m:10d} {n:11d} {' '.join(cell(v, 12, '.5e') for v in values)} {cell(e, 9, '.4g')}"
+            for t, m, n, *values, e in self._rows()
+        ]
+        known = "95 % interval" if self.has_interval else "no interval is known"
+        title = f"{self.kind} ({self.deviation_unit}), {known}"
+        return "\n".join([title, head, *rows, *self.diagnostics])
+
+    def __repr__(self) -> str:
+        if not len(self):
+            return f"Deviation({self.kind}: empty)"
+        return (
+            f"Deviation({self.kind}: {len(self)} averaging times from {self.tau[0]:g} s to "
+            f"{self.tau[-1]:g} s in {self.deviation_unit})"
+        )
+
+    def _repr_html_(self) -> str:
+        own = f"{self.kind} ({self.deviation_unit})"
+        head = "".join(
+            f"<th>{name}</th>" for name in ("τ (s)", "m", "n", own, "low", "high", "edf")
+        )
+        rows = "".join(
+            "<tr>" + "".join(f"<td>{cell(value, 0, '.6g')}</td>" for value in row) + "</tr>"
+            for row in self._rows()
+        )
+        return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+    def _rows(self) -> zip[tuple[Any, ...]]:
+        return zip(
+            self.tau,
+            self.factors,
+            self.n,
+            self.deviation,
+            self.low,
+            self.high,
+            self.edf,
+            strict=True,
+        )
+
+
+def cell(value: float, width: int, form: str) -> str:
+    """A number of a table, a dash for what is not known."""
+    return (format(value, form) if np.isfinite(value) else "-").rjust(width)
+
+
+def _integrated(unit: str) -> str:
+    """U·s as it is spelled: deg/s → deg, m/s^2 → m/s, 1 → s, deg/h → deg/h·s."""
+    if unit in ("", "1"):
+        return "s"
+    if unit.endswith("/s^2"):
+        return unit.removesuffix("^2")
+    return unit.removesuffix("/s") if unit.endswith("/s") else f"{unit}·s"

@@ -1,0 +1,159 @@
+"""Theo1 and TheoH: averaging times up to three quarters of the record."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.common.errors import TooShortError
+from allanite.deviation.averaging import Source, averaging, source
+from allanite.deviation.bias import freedom
+from allanite.deviation.gaps import complete, said
+from allanite.deviation.result import Deviation
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from allanite.deviation.functions import Taus
+
+__all__ = ["theo1", "theoh"]
+
+#: Most pairs (m = 9 + 3i, 12 + 4i) that the bias of Theo1 is averaged over.
+PAIRS = 30
+
+
+def theo1(
+    x: object,
+    rate: float = 1.0,
+    taus: Taus = "octave",
+    factors: ArrayLike | None = None,
+    quantity: str = "rate",
+) -> Deviation:
+    """Theo1 deviation, at effective averaging times τ = 0.75 m / rate, m even: NIST SP 1065 eq. 30.
+
+    No bias is removed (`theoh` does). `n` counts the terms (L − m) m/2. O(n m). Parameters as of
+    `allanite.oadev`; `taus` in seconds are effective ones, odd `factors` are left out.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        As of `allanite.oadev`.
+    TooShortError
+        Fewer than 3 samples, no averaging time that fits, or no even factor.
+    """
+    src = source(x, rate, quantity)
+    if factors is None and not isinstance(taus, (str, int, np.integer)):
+        factors = 2 * np.maximum(np.round(np.asarray(taus, float) * src.rate / 1.5), 1.0)
+        factors = np.unique(factors)
+    m, notes = averaging(src, taus, factors, src.points - 1)
+    even = m % 2 == 0
+    if not even.all():
+        notes = (*notes, f"{np.count_nonzero(~even)} odd averaging factors were left out")
+    if not even.any():
+        raise TooShortError("Theo1 needs an even averaging factor: at least 3 samples and m = 2")
+    return _theo1(src, m[even], notes)
+
+
+def _theo1(src: Source, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
+    variance, n, alpha, gaps = _kernels.family_variance("theo1", src.samples, m, src.angle)
+    lost = complete("theo1", m, src.points) - n
+    share = lost / np.maximum(n + lost, 1)
+    tau = np.asarray(0.75 * m / src.rate)
+    notes = (*notes, *said(gaps, src.samples.size, tau, share))
+    return Deviation(
+        "theo1",
+        tau,
+        m,
+        n * (m // 2),
+        np.sqrt(variance) * src.scale,
+        alpha,
+        src.rate,
+        src.unit,
+        notes,
+        partial(freedom, "theo1", alpha, m, n, src.points),
+        lost=lost * (m // 2),
+    )
+
+
+def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "rate") -> Deviation:
+    """TheoH deviation: overlapping Allan up to a tenth of the record, then Theo1 without its bias.
+
+    The bias is the mean ratio of the Allan variance at m = 9 + 3i to Theo1 at m = 12 + 4i, the same
+    effective τ (NIST SP 1065 eq. 33), over at most 30 i spread evenly. `factors` hold m of the Allan
+    variance, then m of Theo1. Parameters as of `allanite.oadev`.
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate; 95 % intervals from the noise identified at each τ.
+
+    Raises
+    ------
+    InputError
+        Samples, rate, taus or quantity that cannot be used.
+    TooShortError
+        Fewer than 120 samples, which the bias needs.
+    """
+    src = source(x, rate, quantity)
+    last = src.points // 30 - 3
+    if last < 1:
+        raise TooShortError(
+            f"TheoH needs at least 120 samples for its bias, found {src.samples.size}"
+        )
+    i = np.unique(np.round(np.linspace(0, last, PAIRS)).astype(np.int64))
+    near, notes = averaging(src, taus, None, src.points // 10)
+    pairs = np.union1d(near, 9 + 3 * i)
+    variance, n, alpha, gaps = _kernels.overlapping_allan(src.samples, pairs, src.angle)
+    if src.angle:
+        variance = variance / pairs**2
+    whole, _ = averaging(src, taus, None, src.points - 1)
+    far = 2 * np.unique(np.round(whole / 1.5).astype(np.int64))
+    far = far[(0.75 * far > near[-1]) & (far <= src.points - 1)]
+    theo = _kernels.family_variance("theo1", src.samples, np.union1d(far, 12 + 4 * i), src.angle)
+    of = dict(zip(np.union1d(far, 12 + 4 * i).tolist(), zip(*theo[:3], strict=True), strict=True))
+    allan = dict(zip(pairs.tolist(), zip(variance, n, alpha, strict=True), strict=True))
+    bias = float(np.mean([allan[9 + 3 * j][0] / of[12 + 4 * j][0] for j in i.tolist()]))
+    rows = [allan[m] for m in near.tolist()]
+    rows += [(bias * of[m][0], of[m][1], of[m][2]) for m in far.tolist()]
+    values, counts, laws = (np.array(column) for column in zip(*rows, strict=True))
+    m = np.concatenate([near, far])
+    split = near.size
+
+    def edf() -> NDArray[np.float64]:
+        first = freedom("oadev", laws[:split], near, counts[:split], src.points)
+        second = freedom("theo1", laws[split:], far, counts[split:], src.points)
+        return np.concatenate([first, second])
+
+    tau = np.concatenate([near, 0.75 * far]) / src.rate
+    whole_n = [complete("oadev", near, src.points), complete("theo1", far, src.points)]
+    lost = np.concatenate(whole_n) - counts
+    notes = (*notes, *said(gaps, src.samples.size, tau, lost / np.maximum(counts + lost, 1)))
+    beyond = f"beyond {near[-1] / src.rate:g} s"
+    told = (
+        f"Theo1 {beyond}, its bias {bias:.4g} removed"
+        if np.isfinite(bias)
+        else f"nothing {beyond}: no bias of Theo1 could be estimated, as gaps leave no term at some"
+        " averaging times"
+    )
+    notes = (*notes, told)
+    return Deviation(
+        "theoh",
+        tau,
+        m,
+        counts,
+        np.sqrt(values) * src.scale,
+        laws,
+        src.rate,
+        src.unit,
+        notes,
+        edf,
+        lost=lost,
+    )

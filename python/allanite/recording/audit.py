@@ -1,0 +1,323 @@
+"""What is wrong with the data, before any model: reported with numbers, never repaired.
+
+Each check is one small function of a column; together they cost a few passes over the samples.
+Checks that need a distribution look at blocks spread over the record instead of all of it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.units import coefficient_unit
+from allanite.recording.findings import Finding, of_stamps
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from numpy.typing import NDArray
+
+    from allanite.recording import Recording
+
+__all__ = ["Finding", "audit"]
+
+CHUNK = 1 << 18  # samples worked on at a time: stays in the cache, bounds the memory
+
+
+def audit(recording: Recording) -> list[Finding]:
+    """Return the findings about the time stamps and about every column of a recording."""
+    findings = list(of_stamps(recording.stamps, recording.rate)) if recording.stamps else []
+    units = recording.units
+    for i, name in enumerate(recording.columns):
+        x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, i]
+        if recording.quantity == "angle":
+            # Angles wander by nature: only their steps can be judged.
+            x = np.diff(x)
+        unit = units[i]
+        if recording.quantity != "rate":
+            unit = coefficient_unit(unit, 1).removeprefix("1·")
+        column = _Column(name, np.ascontiguousarray(x), recording.rate, unit)
+        for check in CHECKS:
+            findings.extend(check(column))
+    return findings
+
+
+# -- one column ----------------------------------------------------------------------------------
+
+
+class _Column:
+    """A column with the statistics that several checks need."""
+
+    def __init__(self, name: str, x: NDArray[Any], rate: float, unit: str) -> None:
+        self.name, self.x, self.rate, self.unit = name, x, rate, unit
+        self.n = x.size
+        self.single = x.dtype == np.float32 or _is_single(x)
+        self.spread = _blocks(x)
+        finite = self.spread[np.isfinite(self.spread)]
+        self.step = _step(finite, self.single)
+        low, high = _extremes(x)
+        self.low, self.high = low, high
+        second = np.diff(self.spread, n=2, axis=1)
+        second = np.abs(second[np.isfinite(second)])
+        # Second differences of white noise have 6 times its variance. Their middle half ignores
+        # outliers, and its mean (0.6934 σ), unlike the median, is not caught on a coarse step.
+        second.sort()
+        middle = second[second.size // 4 : 3 * second.size // 4]
+        self.white = float(middle.mean()) / 0.6934 / math.sqrt(6) if middle.size else 0.0
+
+    def pieces(self, overlap: int = 0) -> Iterator[tuple[int, NDArray[Any]]]:
+        """(first row, samples) of stretches that cover the column, each reaching into the next."""
+        for at in range(0, max(self.n - overlap, 1), CHUNK):
+            yield at, self.x[at : at + CHUNK + overlap]
+
+    def finding(self, kind: str, severity: str, message: str, **values: float) -> Finding:
+        return Finding(kind, severity, f"{self.name}: {message}", self.name, values)
+
+
+def _is_single(x: NDArray[Any]) -> bool:
+    """Whether doubles were printed or stored as single precision on their way."""
+    some = x[: 1 << 12]
+    return bool(
+        x.dtype == np.float64 and np.array_equal(some.astype(np.float32), some, equal_nan=True)
+    )
+
+
+def _blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> NDArray[np.float64]:
+    """Up to `most` contiguous blocks spread evenly over the record, shape (blocks, length)."""
+    length = min(length, x.size)
+    count = min(most, x.size // length)
+    starts = np.linspace(0, x.size - length, count).astype(np.int64)
+    return np.stack([x[s : s + length] for s in starts]).astype(np.float64)
+
+
+def _extremes(x: NDArray[Any]) -> tuple[float, float]:
+    low, high = float(np.min(x)), float(np.max(x))
+    if math.isnan(low):
+        low, high = float(np.nanmin(x)), float(np.nanmax(x))
+    return low, high
+
+
+def _step(values: NDArray[np.float64], single: bool) -> float:
+    """Step of which all differences of the values are multiples, or 0."""
+    levels = np.unique(values)
+    if levels.size < 2 or levels.size > 0.5 * values.size:
+        return 0.0
+    noise = (2.0**-23 if single else 2.0**-48) * float(np.abs(levels).max())
+    apart = np.diff(levels)
+    levels = levels[np.concatenate(([True], apart > 4 * noise))] - levels[0]
+    if levels.size < 3:
+        return 0.0
+    smallest = float(np.diff(levels).min())
+    for step in (smallest, smallest / 2, smallest / 3):
+        counts = np.rint(levels / step)
+        step = float(levels @ counts / (counts @ counts))
+        if np.all(np.abs(levels - counts * step) < 0.02 * step + 4 * noise) and step > 8 * noise:
+            return step
+    return 0.0
+
+
+def _check_missing(c: _Column) -> Iterator[Finding]:
+    if c.x.dtype.kind != "f":
+        return
+    missing = sum(int(np.count_nonzero(np.isnan(piece))) for _, piece in c.pieces())
+    if missing:
+        apart = max(1, round((c.n - missing) / (2 * _runs(c))))
+        yield c.finding(
+            "missing",
+            "warning",
+            f"{missing} samples are NaN ({missing / c.n:.2%}); estimates use the rest"
+            + (
+                f", but a deviation loses most terms from {apart / c.rate:.2g} s on, half of what lies"
+                " between two of them: decimate first, which averages the samples that are there"
+                if apart < c.n / 8
+                else ""
+            ),
+            count=missing,
+        )
+
+
+def _runs(c: _Column) -> int:
+    """Count the stretches of samples that are there."""
+    runs = 0
+    for at, piece in c.pieces():
+        there = ~np.isnan(piece)
+        begins = there[1:] & ~there[:-1]
+        first = there[0] and (at == 0 or bool(np.isnan(c.x[at - 1])))
+        runs += int(np.count_nonzero(begins)) + int(first)
+    return max(runs, 1)
+
+
+def _check_constant(c: _Column) -> Iterator[Finding]:
+    if c.low == c.high:
+        yield c.finding(
+            "constant", "warning", f"every sample is {c.low:g}: a stuck sensor or the wrong column"
+        )
+
+
+def _check_repeats(c: _Column) -> Iterator[Finding]:
+    """Report values that are held: a register read too fast, or a sensor that stopped."""
+    if c.low == c.high:
+        return
+    longest, start, run_start, equal = 1, 0, 0, 0
+    for at, piece in c.pieces(overlap=1):
+        changes = np.flatnonzero(piece[1:] != piece[:-1])
+        equal += piece.size - 1 - changes.size
+        if changes.size:
+            ends = changes + at + 1
+            runs = np.diff(ends, prepend=run_start)
+            i = int(np.argmax(runs))
+            if runs[i] > longest:
+                longest, start = int(runs[i]), int(ends[i] - runs[i])
+            run_start = int(ends[-1])
+    if c.n - run_start > longest:
+        longest, start = c.n - run_start, run_start
+    share = equal / (c.n - 1)
+    changes = np.diff(np.flatnonzero(np.diff(c.x[: 1 << 16]) != 0))
+    if changes.size > 50 and not (0 < c.white < 0.6 * c.step):
+        held = int(np.median(changes))
+        if held >= 2 and np.mean(changes % held == 0) > 0.9:
+            yield c.finding(
+                "held",
+                "warning",
+                f"each value is repeated {held} times: the sensor updates at {c.rate / held:g} Hz,"
+                f" --decimate {held} restores it",
+                times=held,
+            )
+            return
+    # Longest run to expect of independent samples that repeat with this probability; tripled,
+    # because slow noise under a coarse step repeats in clusters.
+    expected = math.log(c.n) / -math.log(min(max(share, 1.0 / c.n), 0.999))
+    if longest > 3 * expected + 20:
+        yield c.finding(
+            "stuck",
+            "warning",
+            f"the value {c.x[start]:.6g} stands for {longest} samples from {start / c.rate:.6g} s:"
+            " a stuck sensor or a lost link",
+            start_s=start / c.rate,
+            count=longest,
+        )
+
+
+def _check_clipping(c: _Column) -> Iterator[Finding]:
+    """Report more samples at an extreme value than at the next one: the range was too small."""
+    for edge, name in ((c.low, "lowest"), (c.high, "highest")):
+        at_edge = sum(int(np.count_nonzero(piece == edge)) for _, piece in c.pieces())
+        if at_edge < 10 or at_edge > 0.5 * c.n or np.unique(c.x[:10_000]).size < 5:
+            continue
+        if at_edge > 3 * _beside(c, edge):
+            yield c.finding(
+                "clipping",
+                "warning",
+                f"{at_edge} samples sit at the {name} value {edge:.6g} {c.unit}: the range was"
+                " exceeded",
+                value=edge,
+                count=at_edge,
+            )
+
+
+def _beside(c: _Column, edge: float) -> int:
+    """Count the samples at the value next to an extreme one."""
+    nearest, count = math.nan, 0
+    for _, piece in c.pieces():
+        inner = piece[piece < edge] if edge == c.high else piece[piece > edge]
+        if inner.size == 0:
+            continue
+        value = float(inner.max() if edge == c.high else inner.min())
+        if not abs(value - edge) >= abs(nearest - edge):
+            nearest, count = value, 0
+        count += int(np.count_nonzero(inner == nearest))
+    return count
+
+
+def _check_step(c: _Column) -> Iterator[Finding]:
+    if not c.step:
+        return
+    share = c.step**2 / 12 / max(float(np.nanvar(np.diff(c.spread, axis=1))) / 2, c.step**2 / 12)
+    if share < 1e-3:
+        return
+    yield c.finding(
+        "quantisation",
+        "warning" if share > 0.5 else "info",
+        f"samples are multiples of {c.step:.4g} {c.unit}; rounding to it is {share:.1%} of the"
+        " white noise (variance step²/12 on the samples, slope −½ like N, not the slope −1 of Q)",
+        step=c.step,
+        share=share,
+    )
+
+
+def _check_outliers(c: _Column) -> Iterator[Finding]:
+    """Report samples whose second difference no noise of this level would reach."""
+    level = max(c.white, 0.4 * c.step) * math.sqrt(6)
+    if level == 0.0 or c.n < 100:
+        return
+    limit = level * math.sqrt(2 * math.log(c.n) + 16) + c.step
+    found = []
+    for at, piece in c.pieces(overlap=2):
+        x = piece.astype(np.float64)
+        jumps = np.abs(x[2:] - 2 * x[1:-1] + x[:-2]) > limit
+        found.append(np.flatnonzero(jumps) + at + 1)
+    rows = np.concatenate(found)
+    if not rows.size:
+        return
+    # One spike moves three second differences.
+    events = 1 + int(np.count_nonzero(np.diff(rows) > 2))
+    usual = float(np.nanmedian(c.spread))
+    worst = int(rows[np.argmax(np.abs(c.x[rows].astype(np.float64) - usual))])
+    yield c.finding(
+        "outliers",
+        "warning" if events > 1e-4 * c.n else "info",
+        f"{events} outlier{'s' * (events > 1)} ({events / c.n:.2g} of the samples): jumps beyond"
+        f" {limit:.3g} {c.unit}, the largest at {worst / c.rate:.6g} s ({c.x[worst]:.4g} {c.unit})",
+        count=events,
+        share=events / c.n,
+        time_s=worst / c.rate,
+    )
+
+
+def _check_static(c: _Column) -> Iterator[Finding]:
+    """Report stretches of several times the usual activity: handling, traffic."""
+    if c.n < 4096:
+        return
+    blocks = _blocks(c.x, length=256, most=1024)
+    moves = np.abs(np.diff(blocks, axis=1))
+    moves[~np.isfinite(moves)] = 0.0
+    # The mean of the middle half is blind to outliers and not rounded to the step.
+    moves.sort(axis=1)
+    activity = moves[:, 64:192].mean(axis=1)
+    usual = float(np.median(activity))
+    loud = np.flatnonzero(activity > 3 * max(usual, 0.1 * c.step))
+    if usual == 0.0 or loud.size == 0:
+        return
+    span = c.n / c.rate / blocks.shape[0]
+    first = loud[0]
+    last = first
+    while last + 1 in loud:
+        last += 1
+    yield c.finding(
+        "not_static",
+        "warning",
+        f"not at rest: activity {activity[first : last + 1].max() / usual:.3g} times the usual"
+        f" around {first * span:.4g}–{(last + 1) * span:.4g} s"
+        + (
+            f" and in {loud.size - (last - first + 1)} other stretches"
+            if loud.size > last - first + 1
+            else ""
+        )
+        + "; --trim leaves it out",
+        start_s=float(first * span),
+        end_s=float((last + 1) * span),
+        share=float(loud.size / blocks.shape[0]),
+    )
+
+
+CHECKS: tuple[Callable[[_Column], Iterator[Finding]], ...] = (
+    _check_missing,
+    _check_constant,
+    _check_repeats,
+    _check_clipping,
+    _check_step,
+    _check_outliers,
+    _check_static,
+)

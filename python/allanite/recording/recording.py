@@ -1,0 +1,400 @@
+"""Samples of a sensor: rate, units, named columns, covariates, gaps. Immutable; owns its array."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import import_module
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.common.units import conversion, parse_unit, rate_unit
+from allanite.common.validation import moment, positive_rate
+from allanite.recording.samples import column_names, covariate, locked, own
+from allanite.recording.timebase import Stamps, fill_gaps, read_stamps
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from allanite.plots import Figure
+    from allanite.recording.audit import Finding
+
+__all__ = ["QUANTITIES", "Recording"]
+
+QUANTITIES = ("rate", "increment", "angle")
+
+
+@dataclass(frozen=True, slots=True, init=False, eq=False, repr=False)
+class Recording:
+    """Samples at a constant rate, with what is known about them.
+
+    Parameters
+    ----------
+    samples : array_like of shape (n,) or (n, columns)
+        Samples in `unit`; integers are kept as integers, NaN marks a missing sample.
+        A pint quantity brings its own unit.
+    rate : float, optional
+        Sampling rate in Hz; found from `time` if left out.
+    time : array_like of shape (n,), optional
+        Time stamps. Gaps in them become NaN rows on the regular grid.
+    unit : str or sequence of str
+        Unit of the rate (or of each column's): ``deg/s``, ``m/s^2``, ``1``, …
+    quantity : {"rate", "increment", "angle"}
+        What the samples are: the rate itself, its integral over one sample, or its integral from
+        the start (the phase of a clock).
+    columns : sequence of str, optional
+        Names of the columns.
+    covariates : mapping of str to array_like of shape (n,), optional
+        Columns offered as an explanation, e.g. a temperature.
+    path : str or Path, optional
+        Where the samples came from.
+    covariate_units : mapping of str to str, optional
+        Units of the covariates, free text.
+    time_unit : {"s", "ms", "us", "ns"}, optional
+        Unit of `time`; guessed from its magnitude if left out.
+
+    Raises
+    ------
+    InputError
+        A rate that is missing or not positive, an unknown unit or quantity, infinite samples,
+        lengths that differ.
+    TooShortError
+        No sample at all, or nothing but NaN.
+    """
+
+    samples: NDArray[Any]
+    rate: float
+    units: tuple[str, ...]
+    quantity: str
+    columns: tuple[str, ...]
+    covariates: Mapping[str, NDArray[np.float64]]
+    covariate_units: Mapping[str, str]
+    path: str | None
+    stamps: Stamps | None
+    _audit: list[Finding] | None
+
+    def __init__(
+        self,
+        samples: ArrayLike,
+        rate: float | None = None,
+        *,
+        time: ArrayLike | None = None,
+        unit: str | Sequence[str] = "1",
+        quantity: str = "rate",
+        columns: Sequence[str] | None = None,
+        covariates: Mapping[str, ArrayLike] | None = None,
+        path: str | Path | None = None,
+        covariate_units: Mapping[str, str] | None = None,
+        time_unit: str | None = None,
+    ) -> None:
+        where = "" if path is None else f"{path}: "
+        if quantity not in QUANTITIES:
+            raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
+        if hasattr(samples, "magnitude") and hasattr(samples, "units"):  # a pint quantity
+            unit = f"{samples.units:~C}".replace("**", "^") if unit == "1" else unit
+            samples = samples.magnitude if unit == "1" else samples.to(_pint(unit)).magnitude  # type: ignore[union-attr]
+        if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
+            columns = [str(name) for name in samples.columns]
+        array = own(samples, where, columns)
+        if array.ndim == 2 and array.shape[1] == 1:
+            array = array[:, 0]
+        n = array.shape[0]
+        names = column_names(columns, array)
+        extra = {
+            name: covariate(name, values, n, where) for name, values in (covariates or {}).items()
+        }
+        stamps = None
+        if time is not None:
+            stamps = read_stamps(time, time_unit)
+            if stamps.n != n:
+                raise InputError(f"{where}{stamps.n} time stamps for {n} samples")
+            array = fill_gaps(array, stamps)
+            extra = {k: np.asarray(fill_gaps(v, stamps), float) for k, v in extra.items()}
+        if rate is None:
+            if stamps is None:
+                raise InputError(
+                    f"{where}no sampling rate: give rate= (--rate HZ) or a time column"
+                )
+            rate = stamps.rate
+        rate = positive_rate(rate, where)
+        units = (unit,) * len(names) if isinstance(unit, str) else tuple(unit)
+        if len(units) != len(names):
+            raise InputError(f"{where}{len(units)} units for {len(names)} columns")
+        self._fix(
+            samples=locked(array),
+            rate=rate,
+            units=tuple(rate_unit(text, quantity).name for text in units),
+            quantity=quantity,
+            columns=names,
+            covariates=MappingProxyType({name: locked(v) for name, v in extra.items()}),
+            covariate_units=MappingProxyType(dict(covariate_units or {})),
+            path=None if path is None else str(path),
+            stamps=stamps,
+            _audit=None,
+        )
+
+    def _fix(self, **fields: Any) -> None:
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    def _with(self, **changes: Any) -> Recording:
+        """Copy with some fields changed; the checks of `__init__` are not repeated."""
+        other = object.__new__(Recording)
+        fields = {name: getattr(self, name) for name in self.__slots__}
+        other._fix(**{**fields, "_audit": None, **changes})
+        return other
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        state = {name: getattr(self, name) for name in self.__slots__ if name != "_audit"}
+        state["covariates"] = dict(self.covariates)
+        state["covariate_units"] = dict(self.covariate_units)
+        return (_restore, (state,))
+
+    # -- what it is ------------------------------------------------------------------------------
+
+    @property
+    def n(self) -> int:
+        """Number of samples of a column, missing ones included."""
+        return int(self.samples.shape[0])
+
+    @property
+    def tau0(self) -> float:
+        """Sampling interval, s."""
+        return 1.0 / self.rate
+
+    @property
+    def duration(self) -> float:
+        """Length of the record, s."""
+        return self.n / self.rate
+
+    @property
+    def unit(self) -> str:
+        """Unit of the rate; of several units all are named."""
+        return ", ".join(dict.fromkeys(self.units))
+
+    @property
+    def missing(self) -> int:
+        """Number of rows in which a sample is missing."""
+        return int(np.count_nonzero(self._holes()))
+
+    @property
+    def gaps(self) -> int:
+        """Number of stretches of missing samples."""
+        holes = self._holes()
+        return int(holes[0]) + int(np.count_nonzero(holes[1:] & ~holes[:-1])) if holes.size else 0
+
+    def _holes(self) -> NDArray[np.bool_]:
+        if self.samples.dtype.kind != "f":
+            return np.zeros(self.n, dtype=bool)
+        holes = np.isnan(self.samples)
+        return holes if holes.ndim == 1 else holes.any(axis=1)
+
+    @property
+    def audit(self) -> list[Finding]:
+        """What is odd about the data; found at the first access, never repaired."""
+        if self._audit is None:
+            from allanite.recording.audit import audit
+
+            self._fix(_audit=audit(self))
+        return list(self._audit or [])
+
+    # -- parts of it -----------------------------------------------------------------------------
+
+    def column(self, name: str | int) -> Recording:
+        """Return the recording of one column, by name or index.
+
+        Raises
+        ------
+        InputError
+            There is no such column; the names are listed.
+        """
+        at = find_column(name, self.columns, self.path)
+        return self._with(
+            samples=locked(np.ascontiguousarray(self.samples[:, at]))
+            if self.samples.ndim == 2
+            else self.samples,
+            columns=(self.columns[at],),
+            units=(self.units[at],),
+        )
+
+    def __iter__(self) -> Iterator[Recording]:
+        """Yield the columns, each a recording of its own."""
+        return (self.column(i) for i in range(len(self.columns)))
+
+    def trim(self, start_s: float | None = None, end_s: float | None = None) -> Recording:
+        """Return the samples from `start_s` to `end_s`, in seconds from the first sample."""
+        first = 0 if start_s is None else max(moment(start_s, self.rate), 0)
+        last = self.n if end_s is None else min(moment(end_s, self.rate), self.n)
+        if last <= first:
+            raise InputError(
+                f"trim from {start_s or 0:g} s to {self.duration if end_s is None else end_s:g} s "
+                f" leaves nothing of {self.duration:g} s"
+            )
+        return self._rows(slice(first, last))
+
+    def half(self, which: int) -> Recording:
+        """First (0) or second (1) half of the record."""
+        middle = self.n // 2
+        return self._rows(slice(0, middle) if which == 0 else slice(middle, None))
+
+    def _rows(self, rows: slice) -> Recording:
+        extra = {name: values[rows] for name, values in self.covariates.items()}
+        return self._with(samples=self.samples[rows], covariates=MappingProxyType(extra))
+
+    def decimate(self, k: int) -> Recording:
+        """Averages of k samples (sums of increments, every k-th angle); covariates are averaged.
+
+        Averaging keeps the white level N; skipping samples would alias it up by √k. Where samples are
+        missing, those that are there are averaged, if they are at least half; else the average is missing.
+        """
+        if k < 1 or k > self.n:
+            raise InputError(
+                f"decimation by {k}: must be from 1 to the number of samples, {self.n}"
+            )
+        if k == 1:
+            return self
+        m = self.n // k
+
+        def mean(values: NDArray[Any]) -> NDArray[Any]:
+            groups = values[: m * k].reshape(m, k, *values.shape[1:])
+            found = groups.mean(axis=1, dtype=np.float64)
+            if np.isnan(found).any():
+                there = np.count_nonzero(~np.isnan(groups), axis=1)
+                total = np.nansum(groups, axis=1, dtype=np.float64)
+                found = np.where(2 * there >= k, total / np.maximum(there, 1), np.nan)
+            return found
+
+        if self.quantity == "angle":
+            samples = self.samples[: m * k : k]
+        elif self.quantity == "increment":
+            samples = self.samples[: m * k].reshape(m, k, *self.samples.shape[1:]).sum(axis=1)
+            if np.isnan(samples).any():
+                samples = mean(self.samples) * k
+        else:
+            samples = mean(self.samples)
+        extra = {name: locked(mean(values)) for name, values in self.covariates.items()}
+        return self._with(
+            samples=locked(samples), rate=self.rate / k, covariates=MappingProxyType(extra)
+        )
+
+    def called(self, path: str) -> Recording:
+        """Return the recording under another name of its file."""
+        return self._with(path=path)
+
+    def to(self, unit: str) -> Recording:
+        """Return the recording with its samples in another unit of the same kind.
+
+        Raises
+        ------
+        InputError
+            No column is of that kind.
+        """
+        target = parse_unit(unit)
+        kinds = [parse_unit(u).kind for u in self.units]
+        if target.kind not in kinds:
+            raise InputError(
+                f"cannot express {self.unit} ({kinds[0]}) in {target.name} ({target.kind})"
+            )
+        factors = np.array(
+            [
+                conversion(own, target.name) if kind == target.kind else 1.0
+                for own, kind in zip(self.units, kinds, strict=True)
+            ]
+        )
+        units = tuple(
+            target.name if kind == target.kind else own
+            for own, kind in zip(self.units, kinds, strict=True)
+        )
+        if units == self.units:
+            return self
+        samples = self.samples * (factors if self.samples.ndim == 2 else factors[0])
+        return self._with(samples=locked(samples), units=units)
+
+    def rate_samples(self) -> NDArray[Any]:
+        """Rate samples of a one-column recording, in `unit`.
+
+        Returns
+        -------
+        ndarray of shape (n,), or (n − 1,) for angles
+            int64 of integer rates, else float64; increments are divided by the sampling interval,
+            angles are differenced.
+        """
+        if len(self.columns) != 1:
+            raise InputError(
+                f"one column is needed, found {', '.join(self.columns)}: choose with column(name)"
+            )
+        x = self.samples
+        if self.quantity == "rate":
+            return np.ascontiguousarray(x, dtype=np.int64 if x.dtype.kind in "iu" else np.float64)
+        if self.quantity == "increment":
+            return x * self.rate
+        return np.diff(x.astype(np.int64 if x.dtype.kind in "iu" else np.float64)) * self.rate
+
+    # -- what follows from it --------------------------------------------------------------------
+
+    def oadev(self, **options: Any) -> Any:
+        """Overlapping Allan deviation; see `allanite.deviation.oadev`."""
+        from allanite.deviation import oadev
+
+        return oadev(self, **options)
+
+    def psd(self, **options: Any) -> Any:
+        """Power spectral density; see `allanite.spectrum.psd`."""
+        from allanite.spectrum import psd
+
+        return psd(self, **options)
+
+    def describe(self) -> dict[str, Any]:
+        """JSON form: path, column, n, rate_hz, duration_s, unit, gaps, audit."""
+        return {
+            "path": self.path,
+            "column": ", ".join(self.columns),
+            "n": self.n,
+            "rate_hz": self.rate,
+            "duration_s": self.duration,
+            "unit": self.unit,
+            "gaps": self.gaps,
+            "audit": [finding.to_dict() for finding in self.audit],
+        }
+
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """Samples over time, a panel a column; see `allanite.plots.plot_recording`."""
+        return import_module("allanite.plots").plot_recording(self, path, theme)
+
+    def _repr_html_(self) -> str:
+        from allanite.common.showing import recording_html
+
+        return recording_html(self)
+
+    def __repr__(self) -> str:
+        what = f"{self.n} samples at {self.rate:g} Hz ({self.duration:g} s) in {self.unit}"
+        extra = f"; covariates {', '.join(self.covariates)}" if self.covariates else ""
+        return f"Recording({', '.join(self.columns)}: {what}{extra})"
+
+
+def find_column(name: str | int, columns: Sequence[str], path: str | None = None) -> int:
+    """Index of a column by name, or by 0-based index also as text."""
+    if isinstance(name, str) and name in columns:
+        return list(columns).index(name)
+    if (isinstance(name, int) or name.isdigit()) and 0 <= int(name) < len(columns):
+        return int(name)
+    where = "" if path is None else f"{path}: "
+    raise InputError(f"{where}unknown column {name!r}: the columns are {', '.join(columns)}")
+
+
+def _restore(state: dict[str, Any]) -> Recording:
+    recording = object.__new__(Recording)
+    locked(state["samples"])
+    state["covariates"] = MappingProxyType({k: locked(v) for k, v in state["covariates"].items()})
+    state["covariate_units"] = MappingProxyType(state["covariate_units"])
+    recording._fix(**state, _audit=None)
+    return recording
+
+
+def _pint(unit: str | Sequence[str]) -> str:
+    return str(unit).replace("^", "**").replace("°", "deg")

@@ -1,0 +1,98 @@
+"""Arrays of samples: taken over, checked, made read-only."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError, TooShortError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+CHUNK = 1 << 18  # rows looked at at a time
+
+__all__ = ["column_names", "covariate", "locked", "own"]
+
+
+def own(samples: object, where: str, columns: Sequence[str] | None = None) -> NDArray[Any]:
+    """Array of one or two dimensions that nobody else can write to."""
+    array = np.asarray(samples)
+    if array.dtype.kind == "b":
+        array = array.astype(np.int64)
+    if array.dtype.kind not in "iuf":
+        raise InputError(f"{where}samples must be real numbers, found {array.dtype}")
+    if array.ndim not in (1, 2):
+        raise InputError(
+            f"{where}samples must have shape (n,) or (n, columns), found {array.shape}"
+        )
+    if array.size == 0:
+        raise TooShortError(f"{where}no samples")
+    if array.dtype.kind == "f":
+        _finite(array, where, columns)
+    if array.flags.writeable:
+        # A view, or an array someone else holds, could change under a running computation.
+        array = array.copy()
+    return array
+
+
+def _finite(array: NDArray[Any], where: str, columns: Sequence[str] | None) -> None:
+    """Refuse infinities, and nothing but NaN; in pieces, because the array may be a mapped file."""
+    count, first, present = 0, "", False
+    for at in range(0, len(array), CHUNK):
+        piece = array[at : at + CHUNK]
+        # A sum is finite only of finite terms: the details are looked at only where it is not.
+        with np.errstate(invalid="ignore", over="ignore"):
+            total = np.sum(piece, dtype=np.float64)
+        if np.isfinite(total):
+            present = True
+            continue
+        bad = np.isinf(piece)
+        present = present or not np.isnan(piece).all()
+        if bad.any():
+            first = first or _place(piece, bad, at, columns)
+            count += int(np.count_nonzero(bad))
+    if count:
+        raise InputError(f"{where}{count} infinite samples, {first}: mark missing samples with NaN")
+    if not present:
+        raise TooShortError(f"{where}every sample is NaN")
+
+
+def _place(
+    piece: NDArray[Any], bad: NDArray[np.bool_], at: int, columns: Sequence[str] | None
+) -> str:
+    """Say where the first infinity is, in words for people: they count from 1."""
+    row, *rest = (int(i) for i in np.argwhere(bad)[0])
+    k = 1 if piece.ndim == 1 else piece.shape[1]
+    names = columns if columns is not None and len(columns) == k else column_names(None, piece)
+    name = names[rest[0] if rest else 0]
+    return f"the first in column {name}: sample {at + row + 1}, counted from 1, is {piece[bad][0]}"
+
+
+def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[str, ...]:
+    """Check the names given, or make them up: x, or x0 and so on."""
+    k = 1 if array.ndim == 1 else array.shape[1]
+    if columns is None:
+        return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
+    if len(columns) != k:
+        raise InputError(f"{len(columns)} column names for {k} columns")
+    return tuple(columns)
+
+
+def covariate(name: str, values: ArrayLike, n: int, where: str) -> NDArray[np.float64]:
+    """Take over a covariate of n rows."""
+    array = np.array(values, dtype=np.float64)
+    if array.shape != (n,):
+        raise InputError(
+            f"{where}covariate {name!r} has shape {array.shape}, the samples have {n} rows"
+        )
+    return array
+
+
+def locked(array: NDArray[Any]) -> NDArray[Any]:
+    """Make an array read-only and return it."""
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,216 @@
+"""What a study is: a ladder of models and what is left unexplained."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite import _kernels
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.effects import Effect
+    from allanite.fit.result import Fit
+    from allanite.recording import Recording
+    from allanite.suggestion import Check
+
+__all__ = ["Rung", "Study", "misfit_left"]
+
+
+@dataclass(frozen=True, eq=False)
+class Rung:
+    """One step of the ladder.
+
+    Attributes
+    ----------
+    fit : Fit
+    added : Effect or None
+        None on the first.
+    removed : tuple of str
+        Kinds that the addition made needless, or that another took the place of.
+    risen : float or None
+        Rise of logL by this step; None where that of the two fits says it.
+    dropped_start : int
+        How many of `removed` were in the first model.
+    """
+
+    fit: Fit
+    added: Effect | None = None
+    removed: tuple[str, ...] = ()
+    risen: float | None = None
+    dropped_start: int = 0
+
+    def __repr__(self) -> str:
+        added = "start" if self.added is None else f"+ {self.added.kind}"
+        return f"Rung({added}: {self.fit.model.name})"
+
+    def to_dict(self, misfit_left: float) -> dict[str, Any]:
+        """The contract's record of a rung; `misfit_left` in per cent of the first rung's."""
+        body = self.fit.body()
+        return {
+            "added": None if self.added is None else self.added.kind,
+            "removed": list(self.removed),
+            **body,
+            "error": {"misfit_left_percent": misfit_left, **body["error"]},
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A ladder of ever better models of one recording.
+
+    Attributes
+    ----------
+    ladder : tuple of Rung
+    check : Check
+        Of the last rung: what is left unexplained.
+    stopped_because : str
+        ``adequate``, ``within tolerance``, ``nothing helps`` or ``limit``.
+    tolerance : float or None
+        Per cent of the deviation that was asked for.
+    """
+
+    recording: Recording
+    ladder: tuple[Rung, ...]
+    check: Check
+    stopped_because: str
+    tolerance: float | None = None
+
+    @property
+    def fit(self) -> Fit:
+        """The last fit."""
+        return self.ladder[-1].fit
+
+    @property
+    def adequate(self) -> bool:
+        """Whether the last model leaves nothing unexplained."""
+        return self.check.adequate
+
+    @property
+    def verdict(self) -> str:
+        """``adequate``, ``within tolerance`` or ``unexplained``."""
+        known = {"adequate", "within tolerance"}
+        return self.stopped_because if self.stopped_because in known else "unexplained"
+
+    @property
+    def misfit_left(self) -> tuple[float, ...]:
+        """What is left of the misfit on each rung, per cent of the first's."""
+        return misfit_left(self.ladder)
+
+    @property
+    def unexplained(self) -> dict[str, Any]:
+        """Worst intervals that remain, as in the contract."""
+        return self.check.where.worst()
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/improve/2`` of the contract."""
+        return {
+            "schema": "allanite/improve/2",
+            "version": _kernels.version(),
+            "recording": self.recording.describe(),
+            "ladder": [
+                rung.to_dict(left) for rung, left in zip(self.ladder, self.misfit_left, strict=True)
+            ],
+            "adequate": self.adequate,
+            "verdict": self.verdict,
+            "stopped_because": self.stopped_because,
+            "unexplained": self.unexplained,
+        }
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """The ladder as falling error; written to `path` if given."""
+        from allanite.plots import plot_study
+
+        return plot_study(self, path)
+
+    def __str__(self) -> str:
+        lines = [
+            (
+                f"{'':>2}  {'added':22} {'misfit left':>11} {'discrepancy':>11} {'ADEV rms':>9} "
+                f"{'worst':>20} {'prediction':>11}  model"
+            )
+        ]
+        for i, cells in enumerate(self.rows()):
+            added, left, discrepancy, rms, worst, predictive, model = cells
+            lines.append(
+                f"{i:>2}  {added:22} {left:>11} {discrepancy:>11} {rms:>9} {worst:>20} {predictive:>11}  {model}"
+            )
+        lines.append(f"stopped: {self.ending}")
+        if self.verdict == "unexplained":
+            left_over = self.check.where.sentences()
+            lines += ["left unexplained:", *(f"  {s}" for s in left_over)] if left_over else []
+        return "\n".join([*lines, "", str(self.fit)])
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Of each step as texts: what was done, misfit left, discrepancy, Allan error, its worst, prediction, model."""
+        out: list[tuple[str, ...]] = []
+        for rung, left in zip(self.ladder, self.misfit_left, strict=True):
+            e = rung.fit.error
+            added = "(start)" if rung.added is None else "+ " + rung.fit.display_name(rung.added)
+            added += "".join(f" − {kind}" for kind in rung.removed)
+            worst = (
+                "–"
+                if e.adev_worst is None
+                else f"×{e.adev_worst[0]:.3g} at {e.adev_worst[1]:.3g} s"
+            )
+            out.append(
+                (
+                    added,
+                    f"{left:.3g} %",
+                    f"{rung.fit.discrepancy.percent:.2g} %",
+                    "–" if e.adev_rms_percent is None else f"{e.adev_rms_percent:.3g} %",
+                    worst,
+                    _number(e.predictive_score),
+                    rung.fit.model.name,
+                )
+            )
+        return out
+
+    @property
+    def ending(self) -> str:
+        """Why the ladder ended, a clause."""
+        if self.stopped_because == "within tolerance":
+            return f"within {self.tolerance:g} % (discrepancy {self.fit.discrepancy.percent:.2g} %)"
+        if self.stopped_because == "nothing helps" and self.check.significant:
+            kinds = ", ".join(dict.fromkeys(s.kind for s in self.check.significant))
+            return f"nothing helps further (significant, but it predicts worse or raises an error: {kinds})"
+        return self.stopped_because
+
+    def __repr__(self) -> str:
+        first, last = self.ladder[0].fit.model.name, self.fit.model.name
+        words = "adequate" if self.adequate else self.stopped_because
+        return f"Study({self.recording.columns[0]}: {first} → {last}, {words})"
+
+    def _repr_html_(self) -> str:
+        from allanite.common.showing import html_list, html_table
+
+        head = ("step", "misfit left", "discrepancy", "ADEV rms", "worst", "prediction", "model")
+        title = f"{self.recording.path or 'recording'} · {self.recording.columns[0]}"
+        left = self.check.where.sentences() if self.verdict == "unexplained" else []
+        ending = [f"stopped: {self.ending}", *left]
+        table = html_table(title, head, self.rows(), (1, 2, 3, 5))
+        return table + html_list(ending) + self.fit._repr_html_()
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else f"{value:.4g}"
+
+
+def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
+    """What is left of the misfit on each rung, per cent of the first's: 100 on the first.
+
+    The misfit of a rung is the logL that a saturated model gains over the last model, less what chance gives, and the rise
+    of all later rungs.
+    """
+    left = [max(ladder[-1].fit.excess, 0.0)]
+    for before, rung in reversed(list(itertools.pairwise(ladder))):
+        risen = rung.risen
+        if risen is None:
+            fits = before.fit.solution, rung.fit.solution
+            risen = fits[1].log_likelihood - fits[0].log_likelihood
+        left.append(left[-1] + risen)
+    whole = max(left[-1], 1e-300)
+    return tuple(100.0 * value / whole for value in reversed(left))

@@ -1,0 +1,198 @@
+"""Moves of the search after an addition: drop what is no longer needed, replace what stands for something else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
+from allanite.fit import fit_model
+from allanite.fit.engine import solve, with_coefficients
+from allanite.fit.matched import grid_points, matched_gains
+from allanite.fit.polish import polish
+from allanite.fit.random_part import RandomPart
+from allanite.fit.result import Fit
+from allanite.fit.scan import added
+from allanite.fit.shape import free_places, grid_models
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from allanite.fit.engine import Solution
+
+__all__ = ["Alternative", "alternatives", "numbers", "pruned", "refitted", "swapped"]
+
+#: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
+#: showed once, while it is detected (1 % of ½χ²₁).
+KEEP, DETECTED = 0.5, 2.706
+#: Rise of ln(evidence) for which one effect takes the place of another.
+CLEARLY = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Alternative:
+    """A model in which another kind stands where an effect stood.
+
+    Attributes
+    ----------
+    effect : Effect
+        What stands there now, with values.
+    solution : Solution
+    evidence : float
+        ln of its evidence over that of the model it was made from: ΔlogL − ½ Δk ln n.
+    """
+
+    effect: Effect
+    solution: Solution
+    evidence: float
+
+
+def refitted(fit: Fit, model: Model) -> Fit:
+    """The recording with another model; its transforms are used again where the same samples are missing."""
+    if _removing(model) != _removing(fit.model):
+        return fit_model(fit.recording, model)
+    return _of(fit, solve(fit.data, model))
+
+
+def _removing(model: Model) -> list[Effect]:
+    return [e for e in model.modifiers if e.removes]
+
+
+def _of(fit: Fit, solution: Solution) -> Fit:
+    return Fit(fit.recording, solution.model, fit.method, fit.data, solution)
+
+
+def numbers(effect: Effect) -> int:
+    """Numbers that an effect adds to a model."""
+    return sum(
+        p.role in {"coefficient", "shape", "time"} and effect.values[p.name] is not None
+        for p in effect.parameters
+    )
+
+
+def price(fit: Fit) -> float:
+    """½ ln n of the effective observations: what a number costs in evidence."""
+    return 0.5 * float(np.log(max(fit.solution.weight.sum(), 2.0)))
+
+
+def pruned(fit: Fit, before: Fit, asked: int, gone: set[str]) -> tuple[Fit, list[str]]:
+    """The fit without what is no longer needed, and the kinds taken out.
+
+    Parameters
+    ----------
+    fit, before : Fit
+        After and before the addition, which is the last effect of the model.
+    asked : int
+        How many effects, from the first, are the start's.
+    gone : set of str
+        Kinds that were taken out on an earlier rung and came back: needed.
+    """
+    removed: list[str] = []
+    place = len(fit.model.effects) - 2
+    while place >= 0:
+        effect = fit.model.effects[place]
+        own = place < asked
+        if (
+            _may_leave(effect)
+            and effect.kind not in gone
+            and not (own and not _shown(before, place))
+        ):
+            least = DETECTED if own else max(KEEP * numbers(effect) * price(fit), DETECTED)
+            without = _without(fit, place, least)
+            if without is not None:
+                removed.append(effect.kind)
+                fit = without
+                asked -= own
+        place -= 1
+    return fit, removed[::-1]
+
+
+def _may_leave(effect: Effect) -> bool:
+    white = isinstance(effect, Stochastic) and effect.white
+    removes = isinstance(effect, Modifier) and effect.removes
+    return not (white or removes or effect.held)
+
+
+def _without(fit: Fit, place: int, least: float) -> Fit | None:
+    """The fit without an effect, if that costs less than `least` of logL."""
+    effects = fit.model.effects
+    less = Model(effects[:place] + effects[place + 1 :])
+    if effects[place].screened not in {"spectral", "slow", "line"}:
+        return None  # the evidence of what happens in time is not in the mean spectrum
+    found = refitted(fit, less)
+    lost = fit.solution.log_likelihood - found.solution.log_likelihood
+    return found if lost < least else None
+
+
+def _shown(fit: Fit, place: int) -> bool:
+    """Whether the record distinguished the coefficient of an effect from 0."""
+    effect = fit.model.effects[place]
+    values = fit.estimates[place]
+    return all(
+        getattr(values[p.name], "detected", True)
+        for p in effect.parameters
+        if p.role == "coefficient"
+    )
+
+
+def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
+    """What else might stand where an effect stands: every kind that is its declared rival, fitted anew."""
+    effects = fit.model.effects
+    out = effects[place]
+    less = Model(effects[:place] + effects[place + 1 :])
+    if not len(less):
+        return
+    base = solve(fit.data, less)
+    part = RandomPart(fit.data, base.power, base.count)
+    spent = numbers(out)
+    for cls in CATALOGUE:
+        if not (cls.kind in out.rivals or out.kind in cls.rivals) or cls.kind == out.kind:
+            continue
+        solution = _instead(cls, base, part)
+        if solution is None:
+            continue
+        effect = solution.model.effects[-1]
+        gain = solution.log_likelihood - fit.solution.log_likelihood
+        yield Alternative(effect, solution, gain - (numbers(effect) - spent) * price(fit))
+
+
+def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | None:
+    data = part.data
+    blanks = cls.candidates(base.model, data.covariates)
+    if not blanks:
+        return None
+    if cls.screened == "spectral":
+        place = len(base.model)
+        points = [m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)]
+        found, model = added(base.model, points, base.best, part)[0]
+        model, found = polish(model, free_places(model), found, part)
+        return solve(data, with_coefficients(model, found.theta), start=found, rounds=3)
+    if cls.screened == "slow":
+        slow = [p for b in blanks if isinstance(b, Deterministic) for p in grid_points(b, data)]
+        gains = [matched_gains([p], base.ordinates, base.noise(data), data)[0][0] for p in slow]
+        return solve(data, base.model + slow[int(np.argmax(gains))], rounds=4)
+    return None
+
+
+def swapped(fit: Fit, tried: set[tuple[str, str]]) -> tuple[Fit, str, Effect] | None:
+    """The fit in which another kind stands clearly better where an effect stands, the kind that left, and the new effect.
+
+    `tried` remembers (kind, kind that took its place): no swap is taken back.
+    """
+    best: tuple[float, Alternative, str] | None = None
+    for place, effect in enumerate(fit.model.effects):
+        if not _may_leave(effect) or not _shown(fit, place) or effect.screened == "level":
+            continue
+        for found in alternatives(fit, place):
+            pair = (effect.kind, found.effect.kind)
+            if pair[::-1] in tried or found.evidence < CLEARLY:
+                continue
+            if best is None or found.evidence > best[0]:
+                best = found.evidence, found, effect.kind
+    if best is None:
+        return None
+    _, found, kind = best
+    tried.add((kind, found.effect.kind))
+    return _of(fit, found.solution), kind, found.effect

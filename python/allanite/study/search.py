@@ -1,0 +1,125 @@
+"""Check, add the best missing effect, refit, drop and replace what it made needless; until nothing helps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.fit import fit_model
+from allanite.fit.prediction import worse
+from allanite.study.ladder import Rung, Study
+from allanite.study.moves import pruned, swapped
+from allanite.suggestion import check_fit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from allanite.effects import Effect, Model
+    from allanite.fit.result import Fit
+    from allanite.recording import Recording
+    from allanite.suggestion import Check
+    from allanite.suggestion.suggest import Suggestion
+
+__all__ = ["LIMIT", "improve", "next_rung"]
+
+#: No sensor record supports more additions than this.
+LIMIT = 8
+#: What an error may rise by on a rung: a tenth of it, and a quarter of what chance alone gives.
+SLACK, CHANCE = 1.1, 0.25
+
+
+def improve(
+    recording: Recording,
+    model: Model | Effect | str = "N+B+K",
+    on_progress: Callable[[int, int], None] | None = None,
+    limit: int = LIMIT,
+    tolerance: float | None = None,
+) -> Study:
+    """Add the best missing effect until nothing significant is left.
+
+    Parameters
+    ----------
+    recording : Recording
+        One column.
+    model : Model, Effect or str
+        Where to start.
+    on_progress : callable, optional
+        Called with (rungs done, most rungs).
+    limit : int
+        Most additions.
+    tolerance : float, optional
+        Per cent of the deviation: a model whose discrepancy is below it is good enough.
+
+    Returns
+    -------
+    Study
+    """
+    fit = fit_model(recording, model)
+    ladder = [Rung(fit)]
+    while True:
+        check = check_fit(fit)
+        if on_progress is not None:
+            on_progress(len(ladder), limit + 1)
+        stop = _stop(check, tolerance)
+        if stop is None and len(ladder) > limit:
+            stop = "limit"
+        better = None if stop is not None else next_rung(ladder, check)
+        if better is None:
+            return Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
+        ladder.append(better)
+        fit = better.fit
+
+
+def _stop(check: Check, tolerance: float | None) -> str | None:
+    if check.adequate:
+        return "adequate"
+    if tolerance is not None and check.fit.discrepancy.percent < tolerance:
+        return "within tolerance"
+    return None
+
+
+def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
+    """The rung that `improve` puts on a ladder whose last fit was checked, or None if nothing helps."""
+    fit = ladder[-1].fit
+    asked = len(ladder[0].fit.model)
+    asked -= sum(rung.dropped_start for rung in ladder)
+    # What was taken out once and came back is needed.
+    gone = {kind for rung in ladder for kind in rung.removed}
+    for suggestion in check.significant:
+        better = fit.add(suggestion)
+        if not _accepted(fit, better, suggestion):
+            continue
+        risen = suggestion.delta_log_likelihood
+        before = better.solution.log_likelihood
+        better, removed = pruned(better, fit, asked, gone)
+        added = suggestion.effect
+        tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
+        swap = swapped(better, tried)
+        if swap is not None and swap[2].kind not in gone:
+            better, kind, new = swap
+            if kind == added.kind:
+                added = new
+            else:
+                removed.append(kind)
+        risen += better.solution.log_likelihood - before
+        start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
+        return Rung(better, added, tuple(removed), risen, start)
+    return None
+
+
+def _accepted(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
+    """Whether no error rises by more than its own scatter."""
+    old, new = before.error, after.error
+    if not suggestion.effect_happens_once and not _predicts(before, after):
+        return False
+    if after.solution.discrepancy > SLACK * before.solution.discrepancy > 0.0:
+        return False
+    if old.adev_rms_percent is None or new.adev_rms_percent is None:
+        return True
+    chance = CHANCE * (new.chance_rms_percent or 0.0)
+    return new.adev_rms_percent <= SLACK * old.adev_rms_percent + chance
+
+
+def _predicts(before: Fit, after: Fit) -> bool:
+    """Whether unseen data are not predicted worse by more than the standard error of the difference."""
+    old, new = before.error.predictive, after.error.predictive
+    return old is None or new is None or not worse(old, new)
