@@ -307,7 +307,9 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
                 exact(told["misfit"]["p_value"], f"{where}.misfit.p_value", 2),
                 exact(error["adev_rms_percent"], f"{where}.error.adev_rms_percent"),
                 exact(told["discrepancy"]["percent"], f"{where}.discrepancy.percent", 2),
-                exact((error["predictive"] or {}).get("score"), f"{where}.error.predictive.score", 4),
+                exact(
+                    (error["predictive"] or {}).get("score"), f"{where}.error.predictive.score", 4
+                ),
             )
         )
     head = (
