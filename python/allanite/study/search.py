@@ -93,7 +93,8 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         better, removed = pruned(better, fit, asked, gone)
         added = suggestion.effect
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
-        swap = swapped(better, tried)
+        own = set(range(asked - len(removed))) | {len(better.model) - 1}
+        swap = swapped(better, own, tried)
         if swap is not None and swap[2].kind not in gone:
             better, kind, new = swap
             if kind == added.kind:
