@@ -29,7 +29,7 @@ if TYPE_CHECKING:
         ttotdev,
     )
     from allanite.dynamic import DynamicDeviation, dynamic_oadev
-    from allanite.effects import CATALOGUE, Effect, Model, parse_model
+    from allanite.effects import CATALOGUE, Effect, Model, parse_model, register
     from allanite.effects.angle_random_walk import AngleRandomWalk
     from allanite.effects.bandwidth import Bandwidth
     from allanite.effects.bias_instability import BiasInstability
@@ -89,6 +89,7 @@ _HOME = {
     "Effect": "allanite.effects",
     "Model": "allanite.effects",
     "parse_model": "allanite.effects",
+    "register": "allanite.effects",
     "AngleRandomWalk": "allanite.effects.angle_random_walk",
     "Bandwidth": "allanite.effects.bandwidth",
     "BiasInstability": "allanite.effects.bias_instability",
@@ -193,6 +194,7 @@ __all__ = [
     "psd",
     "read",
     "read_datasheet",
+    "register",
     "tdev",
     "theo1",
     "theoh",

@@ -33,10 +33,13 @@ class Bandwidth(Modifier):
     short: ClassVar[str] = "BW"
     title: ClassVar[str] = "bandwidth"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("cutoff", "Hz", "−3 dB frequency", "shape", low=1e-12, aliases=("f", "fc")),
+        Parameter(
+            "cutoff", "Hz", "−3 dB frequency", "shape", low=1e-12, aliases=("f", "fc"), symbol="f"
+        ),
         Parameter("order", "1", "order of the low-pass: 1 or 2", "choice", low=1, high=2),
         Parameter("design", "text", "sampled, digital or moving_average", "choice"),
     )
+    single: ClassVar[bool] = True
     physics: ClassVar[str] = (
         "the sensor's own digital or anti-alias filter, or the mechanical response, rolls off the white noise"
     )

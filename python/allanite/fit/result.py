@@ -130,7 +130,7 @@ class Fit:
     @cached_property
     def error(self) -> Error:
         """Errors by which rungs of a ladder are compared."""
-        cleaned = any(e.kind == "outliers" for e in self.model)
+        cleaned = any(e.removes for e in self.model.modifiers)
         raw = prepare(self.recording) if cleaned else None
         return Error(*self.curve.errors(), held_out(self.data, self.model, raw))
 
