@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.effects._base import Periodic
+from allanite.effects._known import Periodic
 from allanite.errors import InputError, TooShortError
 from allanite.statespace.model import StateSpace, state_space
 
@@ -208,13 +208,12 @@ def innovations(
     samples = np.array(recording.rate_samples(), dtype=np.float64)
     n, rate = samples.size, recording.rate
     for effect in model.modifiers:
-        if effect.kind == "noise_level_change":
+        if effect.passing:
             raise InputError(
-                "a noise level change has no filter of constant R: trim the recording to either side of it"
+                f"{effect.kind}: a filter of constant R has no room for it: trim the recording to either side of it"
             )
-        missing = getattr(effect, "missing", None)
-        if missing is not None:
-            samples[missing(n, rate)] = np.nan
+        if effect.removes:
+            samples[effect.missing(n, rate)] = np.nan
     time = np.arange(n) / rate
     covariates = {k: np.asarray(v, dtype=np.float64) for k, v in recording.covariates.items()}
     for known in model.deterministic:

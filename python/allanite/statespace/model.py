@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.asked import positive_rate
 from allanite.effects import Model
 from allanite.effects import terms as _terms
-from allanite.effects._base import Deterministic, Effect, Periodic, Stochastic
+from allanite.effects._base import Effect, Stochastic
+from allanite.effects._known import Deterministic, Periodic
 from allanite.errors import InputError
 from allanite.statespace.sections import Section, line, of_terms
 
