@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import click
 
 from allanite.cli.interrupt import heard
-from allanite.errors import AllaniteError, TooShortError
+from allanite.common.errors import AllaniteError, TooShortError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

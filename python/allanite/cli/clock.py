@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.errors import InputError
-from allanite.timebase import TIME_UNITS, Stamps, read_stamps
+from allanite.common.errors import InputError
+from allanite.recording.timebase import TIME_UNITS, Stamps, read_stamps
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

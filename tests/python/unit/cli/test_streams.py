@@ -51,7 +51,7 @@ def test_a_log_larger_than_memory_is_read_in_chunks(run, log, tmp_path, monkeypa
 
 
 def test_adev_of_a_pipe_needs_no_memory_of_it(run, log):
-    needs("accumulator")
+    needs("deviation.accumulator")
     code, out, err = piped(log.read_bytes(), "adev", "-", "--json")
     assert (code, err) == (0, "")
     streamed = strict(out)
@@ -162,7 +162,7 @@ def test_bad_pipes():
 
 def test_whole_file_or_nothing(tmp_path):
     from allanite.cli.output import whole_file
-    from allanite.errors import InputError
+    from allanite.common.errors import InputError
 
     target = tmp_path / "x.txt"
 

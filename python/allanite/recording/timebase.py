@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.errors import InputError
-from allanite.showing import brief
+from allanite.common.errors import InputError
+from allanite.common.showing import brief
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

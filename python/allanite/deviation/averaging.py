@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.asked import positive_rate
-from allanite.errors import InputError, TooShortError
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.validation import positive_rate
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
