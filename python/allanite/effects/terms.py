@@ -248,11 +248,11 @@ def variogram(term: Term, count: int) -> Array:
     name, v = term
     h = np.arange(count)
     if name == "white":
-        return v[0] * (h > 0)
+        return np.asarray(v[0] * (h > 0).astype(float))
     if name == "blue":
-        return v[0] * np.where(h == 1, 3.0, np.where(h == 0, 0.0, 2.0))
+        return np.asarray(v[0] * np.where(h == 1, 3.0, np.where(h == 0, 0.0, 2.0)))
     if name == "random_walk":
-        return v[0] * h / 2.0
+        return np.asarray(v[0] * h / 2.0)
     if name == "flicker":
         return v[0] * _power_law_lags(-1.0, count)
     if name == "power_law":
@@ -262,5 +262,5 @@ def variogram(term: Term, count: int) -> Array:
         log_phi = np.log(phi) if phi != 0 else complex(-1e4)
         return np.asarray(-(a * np.expm1(h * log_phi)).real)
     if name == "moving_average":
-        return v[0] / v[1] * np.minimum(h / v[1], 1.0)
+        return np.asarray(v[0] / v[1] * np.minimum(h / v[1], 1.0))
     raise AssertionError(name)

@@ -1,6 +1,6 @@
 """The model as a filter sees it: state space, innovations."""
 
-from allanite.statespace.innovations import (
+from allanite.statespace.filtering import (
     Innovations,
     NisByTau,
     filter_samples,

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.asked import positive, positive_rate
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.units import parse_unit
+from allanite.common.validation import positive, positive_rate
 from allanite.effects import Model
 from allanite.effects import terms as _terms
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
-from allanite.errors import InputError, TooShortError
-from allanite.units import parse_unit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -168,7 +168,7 @@ def predict(
     top = back + max(ahead)
     if top > LONGEST:
         raise InputError(
-            f"{top / fs:g} s at {fs:g} Hz are {top} samples, more than {LONGEST}: predict a shorter time, or at a lower rate"
+            f"{top / fs:g} s at {fs:g} Hz are {top} samples, more than {LONGEST}: predict a shorter time"
         )
     parts, left_out = _parts(model, fs)
     variograms = {k: _variogram(terms, top) for k, terms in parts.items() if terms}
@@ -182,7 +182,7 @@ def predict(
                 budget[label].append(_deviation(weights, _grouped(g, group, weights.size)))
             for label, terms in parts.items():
                 if not terms:
-                    budget[label].append(_known_error(model, label, weights, back, fs, group))
+                    budget[label].append(_known_error(model, label, weights, fs, group))
         sizes = {k: parsed.scale * np.array(v) for k, v in budget.items()}
         total = np.sqrt(sum((v**2 for v in sizes.values()), np.zeros(len(ahead))))
         out.append(Growth(quantity, si, np.array(ahead) / fs, total, sizes, left_out, aided))
@@ -244,9 +244,7 @@ def _parts(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tupl
             value = getattr(effect, effect.coefficient)
             if value is None:
                 raise InputError(f"{effect.kind}: {effect.coefficient} has no value yet: fit it")
-            out[label] = tuple(
-                _terms.scaled(t, value**2) for t in model.unit_terms(effect, rate)
-            )
+            out[label] = tuple(_terms.scaled(t, value**2) for t in model.unit_terms(effect, rate))
         elif isinstance(effect, Deterministic):
             # What has an Allan variance of its own is the same at every time of the record.
             if effect.own_allan_variance(np.ones(1), rate)[0] > 0.0:
@@ -301,9 +299,7 @@ def _deviation(weights: Array, g: Array) -> float:
     return float(np.sqrt(max(variance, 0.0)))
 
 
-def _known_error(
-    model: Model, label: str, weights: Array, back: int, rate: float, group: int
-) -> float:
+def _known_error(model: Model, label: str, weights: Array, rate: float, group: int) -> float:
     """Error by a ramp; root mean square over the phase of lines."""
     effect = model.effects[model.labels.index(label)]
     time = (np.arange(weights.size) + 0.5) * group / rate

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.asked import positive_rate
+from allanite.common.errors import InputError
+from allanite.common.validation import positive_rate
 from allanite.effects import Model
 from allanite.effects import terms as _terms
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
-from allanite.errors import InputError
 from allanite.statespace.sections import Section, line, of_terms
 
 if TYPE_CHECKING:
@@ -196,7 +196,7 @@ class StateSpace:
 
 def is_line(term: Term) -> bool:
     """Whether a term is a line, whose density is no function."""
-    return term[0] == "exponential" and np.hypot(*term[1][2:]) >= 1.0
+    return term[0] == "exponential" and np.hypot(term[1][2], term[1][3]) >= 1.0
 
 
 def state_space(

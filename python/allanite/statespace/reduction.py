@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.errors import InputError
 from allanite.effects import terms as _terms
-from allanite.errors import InputError
 from allanite.statespace.sections import Section, lag, resized
 
 if TYPE_CHECKING:
@@ -80,10 +80,12 @@ def reduced(space: StateSpace, states: int) -> StateSpace:
     Raises
     ------
     InputError
-        No state at all is left.
+        No state at all is left, or a power law steeper than −2.
     """
     if states < 1:
         raise InputError(f"states = {states}: at least 1 is needed")
+    if not all(s.terms for s in space.sections):
+        raise InputError("a power law steeper than −2 cannot be reduced: leave `states` out")
     order = sorted(
         (i for i, s in enumerate(space.sections) if s.states and not s.is_lag),
         key=lambda i: -_share(space.sections[i], space),
@@ -103,9 +105,7 @@ def reduced(space: StateSpace, states: int) -> StateSpace:
     merged = "+".join(
         dict.fromkeys(o for o, s in zip(space.owners, space.sections, strict=True) if s.is_lag)
     )
-    return replace(
-        space, sections=(*fixed, *fitted), owners=(*owners, *([merged] * len(fitted)))
-    )
+    return replace(space, sections=(*fixed, *fitted), owners=(*owners, *([merged] * len(fitted))))
 
 
 def _share(section: Section, space: StateSpace) -> float:
@@ -144,9 +144,7 @@ def _fit(
 
     parts, total, rest, best = evaluate(sizes, logs)
     for _ in range(ROUNDS):
-        up = np.array([_lag_columns(g, m, w) for g in np.exp(logs + 1e-4)]).reshape(
-            -1, target.size
-        )
+        up = np.array([_lag_columns(g, m, w) for g in np.exp(logs + 1e-4)]).reshape(-1, target.size)
         moved = np.exp(sizes[len(movable) :])[:, None] * up - parts[len(movable) :]
         jacobian = weight[:, None] * np.vstack([parts, moved / 1e-4]).T / total[:, None]
         normal = jacobian.T @ jacobian

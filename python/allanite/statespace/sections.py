@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.errors import InputError
 from allanite.effects.terms import scaled
-from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -46,7 +46,7 @@ class Section:
     R : float
         Variance of the white noise that comes with it.
     terms : tuple of Term
-        The same process as primitive terms.
+        The same process as primitive terms; none where an earlier section speaks for it.
     diffuse : bool
         Whether the level of its first state at the beginning is unknown; P0 is 0 there.
     """
@@ -201,16 +201,10 @@ def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Se
     return Section(F, Q, np.array([1.0, -1.0]), P0, terms)
 
 
-def _running_sum(phi: float, variance: float) -> Section:
-    """z with z(k+1) = z(k) + u(k) of a lag u; its spectrum is v(1−φ²)/((1−φ)² + φx)/x, x = 4 sin²(w/2)."""
+def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Section:
+    """Output z with z(k+1) = z(k) + u(k) of a lag u; its spectrum is that of u over 4 sin²(w/2)."""
     F = np.array([[1.0, 1.0], [0.0, phi]])
     Q = np.diag([0.0, variance * (1.0 - phi**2)])
-    # 1/(x((1−φ)² + φx)) = (1/x − φ/((1−φ)² + φx))/(1−φ)².
-    step = variance * (1.0 - phi**2) / (1.0 - phi) ** 2
-    terms: tuple[Term, ...] = (
-        ("random_walk", (step,)),
-        ("exponential", (-variance * phi / (1.0 - phi) ** 2, 0.0, phi, 0.0)),
-    )
     P0 = np.diag([0.0, variance])
     return Section(F, Q, np.array([1.0, 0.0]), P0, terms, diffuse=True)
 
@@ -228,7 +222,10 @@ def _power_law(exponent: float, level: float, n: int) -> list[Section]:
         ]
     if exponent < -2.0:
         bank = _kernels.power_law_bank(exponent + 2.0, n)
-        return [_running_sum(phi, v * level) if phi else _walk(v * level) for phi, v in bank]
+        # The sum as one term: that of each part is the difference of two that are nearly equal.
+        whole: list[tuple[Term, ...]] = [(("power_law", (exponent, level)),)]
+        terms = whole + [()] * (len(bank) - 1)
+        return [_running_sum(phi, v * level, t) for (phi, v), t in zip(bank, terms, strict=True)]
     bank = _kernels.power_law_bank(exponent, n)
     return [lag(phi, v * level) if phi else _white(v * level) for phi, v in bank]
 

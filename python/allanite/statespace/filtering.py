@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.errors import InputError, TooShortError
 from allanite.effects._known import Periodic
-from allanite.errors import InputError, TooShortError
 from allanite.statespace.model import StateSpace, state_space
 
 if TYPE_CHECKING:
@@ -156,10 +156,10 @@ class Innovations:
 
     def __str__(self) -> str:
         spread = 1.96 * np.sqrt(2.0 / self.n)
+        mean = f"mean NIS {self.mean_nis:.4f} (95 % {1 - spread:.4f} to {1 + spread:.4f})"
         lines = [
             f"{self.n} innovations with {self.space.states} states: log-likelihood {self.log_likelihood:.6g}",
-            f"mean NIS {self.mean_nis:.4f} (95 % {1 - spread:.4f} to {1 + spread:.4f}), "
-            f"{100 * self.coverage:.2f} % below the 95 % point, whiteness p {self.whiteness:.2g}",
+            f"{mean}, {100 * self.coverage:.2f} % below the 95 % point, whiteness p {self.whiteness:.2g}",
             f"{'τ / s':>10}{'NIS':>10}{'95 % of chance':>20}",
         ]
         b = self.by_tau
