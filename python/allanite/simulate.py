@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.asked import SEEDS, positive, positive_rate, whole
+from allanite.common.errors import InputError
+from allanite.common.validation import SEEDS, positive, positive_rate, whole
 from allanite.effects import Model, parse_model
-from allanite.errors import InputError
 from allanite.recording import Recording
-from allanite.samples import covariate
+from allanite.recording.samples import covariate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -27,8 +27,6 @@ __all__ = ["SAMPLES", "processes", "simulate", "simulate_chunks"]
 
 #: Samples whose numbers are exact; no memory holds as many.
 SAMPLES = 2**53
-#: Parameters that a simulation does without.
-OPTIONAL = ("phase", "lag", "quadratic", "count")
 
 
 def processes(terms: tuple[Term, ...]) -> list[tuple[str, list[float]]]:
@@ -75,11 +73,7 @@ def _section(terms: tuple[Term, ...]) -> list[tuple[str, list[float]]]:
 
 
 def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
-    part = (
-        Model((effect, *model.modifiers))
-        if effect.kind == "angle_random_walk"
-        else Model((effect,))
-    )
+    part = Model((effect, *model.modifiers)) if effect.white else Model((effect,))
     with np.errstate(over="ignore", invalid="ignore"):
         terms = part.terms(rate)
     if not all(np.isfinite(v).all() for _, v in terms):
@@ -87,9 +81,9 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
             f"{effect.kind}: its variance at {rate:g} Hz is too large to be a number: lower"
             f" {effect.coefficient} or the rate"
         )
-    if effect.kind == "burst_noise":
-        switching = 0.5 * (1.0 - terms[0][1][2])
-        return [("telegraph", [effect.values["amplitude"], switching])]
+    own = effect.generator(rate)
+    if own is not None:
+        return [own]
     if any(name == "exponential" and (v[3] != 0.0 or len(terms) > 1) for name, v in terms):
         return _section(terms)
     return processes(terms)
@@ -211,15 +205,15 @@ class _Source:
         key = whole(replicate, "replicate", 0, 2**32 - 1) << 32
         _require(model)
         self.covariates = {k: covariate(k, v, self.n, "") for k, v in (covariates or {}).items()}
-        self.levels = [e.values for e in model.modifiers if e.kind == "noise_level_change"]
+        self.levels = [e for e in model.modifiers if e.passing]
         self.known = [e.sampler(self.n, self.rate, self.covariates) for e in model.deterministic]
         # Parts of the noise, and whether the level of a part changes.
         self.parts: list[tuple[_kernels.Simulator, bool]] = []
-        steady = Model(tuple(e for e in model if e.kind != "noise_level_change"))
+        steady = Model(tuple(e for e in model if e not in self.levels))
         generators: list[tuple[str, list[float]]] = []
         for number, effect in enumerate(model.stochastic):
             own = _of_effect(steady, effect, self.rate)
-            if effect.kind == "angle_random_walk" and self.levels:
+            if effect.white and self.levels:
                 white = _kernels.Simulator(own, seed, key + 1 + number, axis, self.n)
                 self.parts.append((white, True))
             else:
@@ -246,7 +240,7 @@ class _Source:
             if changes:
                 time = np.arange(first, first + count) / self.rate
                 for level in self.levels:
-                    part[(time >= level["start"]) & (time < level["end"])] *= level["factor"]
+                    part *= level.gain(time)
             if total is None:
                 total = part
             else:
@@ -278,7 +272,7 @@ def _require(model: Model) -> None:
     """Every value that a simulation needs is there."""
     for effect in model:
         for p in effect.parameters:
-            optional = p.role in {"derived", "choice"} or p.name in OPTIONAL
+            optional = p.role in {"derived", "choice"} or p.optional
             if not optional and effect.values[p.name] is None:
                 raise InputError(
                     f"{effect.kind}: {p.name} has no value: a simulation needs all of them"

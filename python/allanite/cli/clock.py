@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.errors import InputError
-from allanite.stamp_units import TIME_UNITS, numbers_of, unit_of_stamps
-from allanite.steps import WINDOW, Steps
-from allanite.timebase import FILL, Stamps
+from allanite.common.errors import InputError
+from allanite.recording.stamp_units import TIME_UNITS, numbers_of, unit_of_stamps
+from allanite.recording.steps import WINDOW, Steps
+from allanite.recording.timebase import FILL, Stamps
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from allanite.asked import SEEDS
 from allanite.cli.pipe import NAME, PIPE, log_file, named
-from allanite.errors import InputError, TooShortError
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.validation import SEEDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,18 +12,18 @@ import numpy as np
 
 from allanite.cli.options import is_number
 from allanite.cli.pipe import NAME, PIPE
-from allanite.errors import InputError, TooShortError
+from allanite.common.errors import InputError, TooShortError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
-    from allanite.accumulator import Accumulator
     from allanite.cli.options import LogOptions
     from allanite.deviation import Deviation
-    from allanite.findings import Finding
+    from allanite.deviation.accumulator import Accumulator
     from allanite.readers._choice import Request
+    from allanite.recording.findings import Finding
 
     _Header = tuple[tuple[str, ...], tuple[str | None, ...]]
     _Rows = Callable[[list[int]], Iterator[NDArray[Any]]]
@@ -107,12 +107,12 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
     TooShortError
         Too few rows.
     """
-    from allanite.averaging import positive_rate
     from allanite.cli.clock import Clock
-    from allanite.findings import of_stamps
+    from allanite.deviation.averaging import positive_rate
     from allanite.readers import looks_like_time
     from allanite.readers._choice import Request, choose
     from allanite.readers._table import Table, time_unit_of
+    from allanite.recording.findings import of_stamps
 
     request = Request(
         options.rate,
@@ -216,9 +216,9 @@ class _Column:
         output_unit: str | None,
         log: str,
     ) -> None:
-        from allanite.accumulator import Accumulator
+        from allanite.common.units import conversion, parse_unit, rate_unit
+        from allanite.deviation.accumulator import Accumulator
         from allanite.readers._choice import unit_of
-        from allanite.units import conversion, parse_unit, rate_unit
 
         quantity = request.quantity or ("angle" if own == "s" else "rate")
         said = unit_of(name, own, request.unit, quantity, log)

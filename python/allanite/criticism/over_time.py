@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.showing import brief
 from allanite.fit.data import density
 from allanite.fit.whittle import normal_scores
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
@@ -143,12 +143,8 @@ def expected_level(solution: Solution, edges: NDArray[np.float64]) -> NDArray[np
     """White power of each segment over the record's mean, from the level changes of the model."""
     power = np.ones(edges.size - 1)
     for effect in solution.model.modifiers:
-        v = effect.values
-        if effect.kind == "noise_level_change":
-            inside = np.clip(
-                np.minimum(edges[1:], v["end"]) - np.maximum(edges[:-1], v["start"]), 0, None
-            )
-            power *= 1.0 + (v["factor"] ** 2 - 1.0) * inside / (edges[1] - edges[0])
+        if effect.passing:
+            power *= effect.mean_power(edges[:-1], edges[1:])
     return np.asarray(power / power.mean())
 
 
@@ -157,7 +153,7 @@ def _white_share(solution: Solution, data: Data, ordinate: int) -> float:
     j = np.array([ordinate])
     total = density(data.terms(solution.model), j, data.n)[0]
     for effect, theta in zip(solution.model.stochastic, solution.theta, strict=True):
-        if effect.kind == "angle_random_walk":
+        if effect.white:
             return float(
                 theta * density(data.unit_terms(solution.model, effect), j, data.n)[0] / total
             )

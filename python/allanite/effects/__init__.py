@@ -1,9 +1,10 @@
 """The catalogue of physical effects, one a file, and their sums."""
 
-from allanite.effects._base import Deterministic, Effect, Modifier, Parameter, Periodic, Stochastic
+from allanite.effects._base import Effect, Modifier, Parameter, Stochastic, StraightLine
+from allanite.effects._known import Deterministic, Periodic
 from allanite.effects.files import model_from_dict, model_to_dict, parse_model
 from allanite.effects.model import Model
-from allanite.effects.registry import CATALOGUE, find
+from allanite.effects.registry import CATALOGUE, find, register, standard
 
 __all__ = [
     "CATALOGUE",
@@ -14,8 +15,11 @@ __all__ = [
     "Parameter",
     "Periodic",
     "Stochastic",
+    "StraightLine",
     "find",
     "model_from_dict",
     "model_to_dict",
     "parse_model",
+    "register",
+    "standard",
 ]

@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.asked import LARGEST
+from allanite.common.errors import InputError
+from allanite.common.validation import LARGEST
 from allanite.effects import terms as _terms
-from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
     from allanite.effects.terms import Term
     from allanite.recording import Recording
 
-__all__ = ["Deterministic", "Effect", "Modifier", "Parameter", "Periodic", "Stochastic"]
+__all__ = ["SCREENS", "Effect", "Modifier", "Parameter", "Stochastic", "StraightLine"]
+
+#: How a check looks for an effect.
+SCREENS = {
+    "spectral": "every point of its shape grid moves the mean spectrum in its own way",
+    "slow": "a matched filter on the lowest ordinates at every point of its shape grid",
+    "line": "lines of any frequency, with their harmonics",
+    "level": "the white level over time",
+    "outlier": "single samples beyond what the noise allows",
+    "two levels": "the law of the samples where another process has the same spectrum",
+    "none": "not at all: it is fitted where a model names it",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +49,12 @@ class Parameter:
         (one of a few), ``time`` (found by the time view) or ``derived`` (reported only).
     aliases : tuple of str
         Short spellings in model strings.
+    symbol : str
+        What a legend prints for it; its name where empty.
+    optional : bool
+        Whether simulation and planning do without a value (a lag that is not there, a phase).
+    sheet : mapping of str to str
+        Unit in which data sheets print it, by kind of sensor (``units.Unit.kind``).
     """
 
     name: str
@@ -47,6 +64,34 @@ class Parameter:
     low: float = 0.0
     high: float = np.inf
     aliases: tuple[str, ...] = ()
+    symbol: str = ""
+    optional: bool = False
+    sheet: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class StraightLine:
+    """How IEEE 952-1997 reads a coefficient off the Allan deviation.
+
+    Attributes
+    ----------
+    name : str
+        Of the coefficient: Q, N, B, K or R.
+    slope : float
+        On log-log paper.
+    read_at : float or None
+        τ at which the line is read, s; None for a plateau.
+    level : float
+        The line of coefficient 1 there.
+    scatter : str
+        Primitive term (see `effects.terms`) whose scatter the curve has on this slope.
+    """
+
+    name: str
+    slope: float
+    read_at: float | None
+    level: float
+    scatter: str
 
 
 @dataclass(frozen=True)
@@ -60,13 +105,27 @@ class Effect:
     physics: ClassVar[str]
     looks_like: ClassVar[str]
     check_by: ClassVar[str]
+    #: How a check looks for it: a key of `SCREENS`.
+    screened: ClassVar[str] = "spectral"
     #: Effects tried together share one correction for trials.
     family: ClassVar[str] = "spectral"
+    #: Whether a second one in a model would be the same as a larger first one.
+    single: ClassVar[bool] = False
+    #: Whether it describes without explaining: two of the standard's that explain as much go before it.
+    last_resort: ClassVar[bool] = False
     #: Effects that a short record cannot tell from this one.
     rivals: ClassVar[tuple[str, ...]] = ()
-    #: Names by kind of sensor ("acceleration", "frequency"); `title` is the gyroscope's.
+    #: The line by which its coefficient is read, for the five effects of IEEE 952-1997; None for all others.
+    standard: ClassVar[StraightLine | None] = None
+    #: Figures of data sheets that are its coefficient, each with its other spellings.
+    figures: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    #: Why its detection cannot be planned from a spectrum, and what to plan instead; empty where it can.
+    unplanned: ClassVar[str] = ""
+    #: Names by kind of sensor (``units.Unit.kind``: "acceleration", "fractional frequency"); `title` is the gyroscope's.
     title: ClassVar[str]
     titles: ClassVar[Mapping[str, str]] = {}
+    #: Numbers that a legend shows, the one that says most first; coefficients and shapes as declared where empty.
+    legend: ClassVar[tuple[str, ...]] = ()
 
     #: Names of parameters that a fit must not change.
     hold: tuple[str, ...] = field(default=(), kw_only=True)
@@ -114,9 +173,62 @@ class Effect:
             p.name for p in self.parameters if p.role == "shape" and p.name not in self.held
         )
 
-    def parameter(self, name: str) -> Parameter:
+    @classmethod
+    def parameter(cls, name: str) -> Parameter:
         """The declaration of a parameter."""
-        return next(p for p in self.parameters if p.name == name)
+        return next(p for p in cls.parameters if p.name == name)
+
+    @classmethod
+    def shown(cls) -> tuple[str, ...]:
+        """Names of the numbers that a legend shows, the one that says most first."""
+        ours = (p.name for p in cls.parameters if p.role in {"coefficient", "shape"})
+        return cls.legend or tuple(ours)
+
+    @classmethod
+    def candidates(
+        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[Self, ...]:
+        """What a check tries beside a model: one without values, as here, or none where a second says nothing new.
+
+        `columns` are the other columns of the recording by name, shape (n,) each.
+        """
+        return () if cls.single and any(e.kind == cls.kind for e in model) else (cls(),)
+
+    def variants(self) -> tuple[Self, ...]:
+        """The choices to try: all that agree with what is given; only itself, as here, where there are none."""
+        return (self,)
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """Values of a shape parameter worth trying on n samples at `rate` Hz.
+
+        As here, times run from two samples to half the record and frequencies from 4/T to Nyquist, 8 a decade.
+        """
+        if self.parameter(name).unit == "s":
+            low, high = 2.0 / rate, n / rate / 2.0
+        else:
+            low, high = 4.0 / (n / rate), 0.5 * rate
+        return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
+
+    def errors(self, rate: float) -> dict[str, float]:
+        """Standard errors of values that the spectrum does not know; none, as here, for most."""
+        return {}
+
+    def shape_error(self, name: str, variance: float, duration: float) -> float | None:
+        """Standard error of a shape whose likelihood is not smooth; None, as here, where Fisher's information serves.
+
+        `variance` is that of the first amplitude, `duration` that of the record in s.
+        """
+        return None
+
+    @property
+    def follows(self) -> str | None:
+        """The other column that it is a function of; None, as here, for most."""
+        return None
+
+    @property
+    def when(self) -> tuple[float, float] | None:
+        """First and last time of what happens once, s; None, as here, for what lasts."""
+        return None
 
     def with_values(self, **values: Any) -> Self:
         """A copy with other values."""
@@ -172,6 +284,10 @@ class Stochastic(Effect):
 
     #: Name of the coefficient.
     coefficient: ClassVar[str]
+    #: Whether it is white: its level is what modifiers change.
+    white: ClassVar[bool] = False
+    #: Whether it wanders as drifts do: a slow function of time has to explain something that it does not.
+    wanders: ClassVar[bool] = False
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Primitive terms (see `effects.terms`) at this shape, with the coefficient equal to 1."""
@@ -186,125 +302,26 @@ class Stochastic(Effect):
             )
         return tuple(_terms.scaled(term, value**2) for term in self.unit_terms(rate))
 
-
-@dataclass(frozen=True)
-class Deterministic(Effect):
-    """A known function of time or of another column, linear in its amplitudes.
-
-    One that is not `Periodic` is slow: it is looked for in the lowest ordinates alone.
-    """
-
-    #: Whether it says nothing about another time than its own (a step): no half of a record predicts the other.
-    happens_once: ClassVar[bool] = False
-
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
-        """Shape (n, k): the functions whose amplitudes are fitted, at this shape; `time` in s from 0."""
-        raise NotImplementedError
-
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy whose values have these k fitted amplitudes."""
-        raise NotImplementedError
-
-    def amplitudes(self) -> NDArray[np.float64]:
-        """The k amplitudes of the values held now."""
-        raise NotImplementedError
-
-    def signal(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
-        """Shape (n,): what this effect adds to the samples, U."""
-        return np.asarray(self.regressors(time, covariates) @ self.amplitudes())
-
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → what this effect adds to samples first … last − 1 of a record of n, U.
-
-        As here, the whole record is computed once; an effect that looks at one time after the other needs no more
-        than the samples asked for (`_pointwise`).
-        """
-        whole = self.signal(np.arange(n) / rate, covariates)
-        return lambda first, last: whole[first:last]
-
-    def _pointwise(
-        self, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A `sampler` whose samples depend on their own time alone."""
-        return lambda first, last: self.signal(np.arange(first, last) / rate, covariates)
-
-    @classmethod
-    def regressor_ordinates(
-        cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
-    ) -> NDArray[np.float64] | None:
-        """Cosine transform of the one regressor of each point at ordinates j, shape (points, ordinates).
-
-        None, as here, where it has no closed form and the regressor has to be transformed. `start` is the time of the
-        first of n samples, s.
-        """
+    def generator(self, rate: float) -> tuple[str, list[float]] | None:
+        """The core's generator where the samples are not normal; None, as here, where the terms say all."""
         return None
-
-    def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """Allan variance at averaging factors m, U²; 0, as here, where it depends on the record."""
-        return np.zeros(np.shape(m))
-
-
-@dataclass(frozen=True)
-class Periodic(Deterministic):
-    """A sum of lines at multiples of one frequency.
-
-    Each is looked for in a window about its frequency, whose value is polished against the spectrum; what one half of a
-    record says of the other is the power of the lines, never their phase.
-    """
-
-    frequency: float | None = None
-
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → samples of the lines."""
-        return self._pointwise(rate, covariates)
-
-    @property
-    def lines(self) -> tuple[tuple[int, float, float], ...]:
-        """(multiple of the frequency, amplitude, phase) of each line: amplitude · sin(2π·multiple·f·t + phase)."""
-        raise NotImplementedError
-
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
-        """Two columns, sin and cos, for each line."""
-        angle = 2.0 * np.pi * (self.frequency or 0.0) * time
-        return np.column_stack([w(m * angle) for m, _, _ in self.lines for w in (np.sin, np.cos)])
-
-    def amplitudes(self) -> NDArray[np.float64]:
-        """(A cos φ, A sin φ) of each line."""
-        return np.array([a * w(p) for _, a, p in self.lines for w in (np.cos, np.sin)])
-
-    def signal(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
-        """Shape (n,): A sin(2πft + φ) of each line, in half the time that its two regressors take."""
-        angle = 2.0 * np.pi * (self.frequency or 0.0) * time
-        total = np.zeros(time.size)
-        for multiple, amplitude, phase in self.lines:
-            total += amplitude * np.sin(multiple * angle + phase)
-        return total
-
-    def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """A² sin⁴(πfτ)/(m sin(πfτ0))² of each sampled line."""
-        total = np.zeros(np.shape(m))
-        for multiple, amplitude, _ in self.lines if self.frequency else ():
-            f = multiple * (self.frequency or 0.0)
-            gain = np.sin(np.pi * f * m / rate) ** 4 / (m * np.sin(np.pi * f / rate)) ** 2
-            total += amplitude**2 * gain
-        return total
 
 
 @dataclass(frozen=True)
 class Modifier(Effect):
     """Changes the white part of the model instead of adding a process."""
+
+    #: Whether it acts at times of its own, and on the spectrum by its mean over the record.
+    passing: ClassVar[bool] = False
+    #: Whether it takes samples out of the record (`missing`).
+    removes: ClassVar[bool] = False
+
+    @classmethod
+    def candidates(
+        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[Self, ...]:
+        """None where the model has no white part to change."""
+        return super().candidates(model, columns) if model.white is not None else ()
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
@@ -314,3 +331,15 @@ class Modifier(Effect):
         `span` is the first and last time of the record in s, where that matters.
         """
         raise NotImplementedError
+
+    def gain(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """By what the white samples at these times (s) are multiplied, where it is `passing`."""
+        return np.ones(time.shape)
+
+    def mean_power(self, start: ArrayLike, end: ArrayLike) -> NDArray[np.float64]:
+        """Mean of the squared `gain` between these times, s."""
+        return np.ones(np.shape(start))
+
+    def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
+        """Mask of the n samples that it takes out."""
+        return np.zeros(n, dtype=bool)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from allanite.effects._base import Parameter, Stochastic
+from allanite.effects._base import Parameter, Stochastic, StraightLine
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
@@ -22,12 +22,25 @@ class AngleRandomWalk(Stochastic):
     title: ClassVar[str] = "angle random walk"
     titles: ClassVar[dict[str, str]] = {
         "acceleration": "velocity random walk",
-        "frequency": "white FM",
+        "fractional frequency": "white FM",
     }
     coefficient: ClassVar[str] = "N"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("N", 0.5, "angle random walk coefficient: root of the two-sided white density"),
+        Parameter(
+            "N",
+            0.5,
+            "angle random walk coefficient: root of the two-sided white density",
+            sheet={"angular rate": "deg/sqrt(h)", "acceleration": "m/s/sqrt(h)"},
+        ),
     )
+    single: ClassVar[bool] = True
+    white: ClassVar[bool] = True
+    standard: ClassVar[StraightLine] = StraightLine("N", -0.5, 1.0, 1.0, "white")
+    figures: ClassVar[dict[str, tuple[str, ...]]] = {
+        "noise_density": ("noise",),
+        "angle_random_walk": ("arw",),
+        "velocity_random_walk": ("vrw",),
+    }
     physics: ClassVar[str] = (
         "white rate noise: thermo-mechanical motion, shot noise of the light, amplifier noise"
     )

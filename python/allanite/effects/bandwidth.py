@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.errors import InputError
 from allanite.effects._base import Modifier, Parameter
 from allanite.effects.terms import Term, spectrum
-from allanite.errors import InputError
 
 #: (design, order) in the order in which they are tried; the simpler first.
 DESIGNS = (("sampled", 1), ("sampled", 2), ("digital", 1), ("digital", 2), ("moving_average", 1))
@@ -33,10 +33,13 @@ class Bandwidth(Modifier):
     short: ClassVar[str] = "BW"
     title: ClassVar[str] = "bandwidth"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("cutoff", "Hz", "−3 dB frequency", "shape", low=1e-12, aliases=("f", "fc")),
+        Parameter(
+            "cutoff", "Hz", "−3 dB frequency", "shape", low=1e-12, aliases=("f", "fc"), symbol="f"
+        ),
         Parameter("order", "1", "order of the low-pass: 1 or 2", "choice", low=1, high=2),
         Parameter("design", "text", "sampled, digital or moving_average", "choice"),
     )
+    single: ClassVar[bool] = True
     physics: ClassVar[str] = (
         "the sensor's own digital or anti-alias filter, or the mechanical response, rolls off the white noise"
     )

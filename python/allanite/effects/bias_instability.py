@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from allanite.effects._base import Parameter, Stochastic
+import numpy as np
+
+from allanite.effects._base import Parameter, Stochastic, StraightLine
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
@@ -20,11 +22,22 @@ class BiasInstability(Stochastic):
     kind: ClassVar[str] = "bias_instability"
     short: ClassVar[str] = "B"
     title: ClassVar[str] = "bias instability"
-    titles: ClassVar[dict[str, str]] = {"frequency": "flicker FM"}
+    titles: ClassVar[dict[str, str]] = {"fractional frequency": "flicker FM"}
     coefficient: ClassVar[str] = "B"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("B", 0.0, "bias instability coefficient: Allan plateau over 0.6643"),
+        Parameter(
+            "B",
+            0.0,
+            "bias instability coefficient: Allan plateau over 0.6643",
+            sheet={"angular rate": "deg/h", "acceleration": "ug"},
+        ),
     )
+    single: ClassVar[bool] = True
+    wanders: ClassVar[bool] = True
+    standard: ClassVar[StraightLine] = StraightLine(
+        "B", 0.0, None, float(np.sqrt(2.0 * np.log(2.0) / np.pi)), "flicker"
+    )
+    figures: ClassVar[dict[str, tuple[str, ...]]] = {"bias_instability": ()}
     physics: ClassVar[str] = "1/f noise of the electronics and of the sensing material"
     looks_like: ClassVar[str] = "a flat floor of the Allan deviation; a density that falls as 1/f"
     check_by: ClassVar[str] = (

@@ -9,7 +9,8 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Deterministic, Parameter
+from allanite.effects._base import Parameter
+from allanite.effects._known import Deterministic
 
 
 @dataclass(frozen=True)
@@ -22,10 +23,11 @@ class BiasStep(Deterministic):
     kind: ClassVar[str] = "bias_step"
     short: ClassVar[str] = "STEP"
     title: ClassVar[str] = "bias step"
+    family: ClassVar[str] = "step"
     happens_once: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("time", "s", "when, from the first sample", "shape", aliases=("t",)),
-        Parameter("height", 0.0, "by how much", low=-np.inf, aliases=("h",)),
+        Parameter("time", "s", "when, from the first sample", "shape", aliases=("t",), symbol="t"),
+        Parameter("height", 0.0, "by how much", low=-np.inf, aliases=("h",), symbol="h"),
     )
     physics: ClassVar[str] = (
         "something was touched, switched or relaxed: a shock, a supply, a range change, a settling bond"
@@ -43,6 +45,11 @@ class BiasStep(Deterministic):
         "burst_noise",
         "gauss_markov",
     )
+
+    @property
+    def when(self) -> tuple[float, float] | None:
+        """The time of the jump."""
+        return None if self.time is None else (self.time, self.time)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """A thousand times over the record."""

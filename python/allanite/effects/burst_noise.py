@@ -25,10 +25,22 @@ class BurstNoise(Stochastic):
     title: ClassVar[str] = "burst noise"
     coefficient: ClassVar[str] = "amplitude"
     #: Found by its two levels where a Gauss-Markov process fits the spectrum, not by the spectrum.
-    suggested: ClassVar[bool] = False
+    screened: ClassVar[str] = "two levels"
+    unplanned: ClassVar[str] = (
+        "plan for the gauss_markov of the same spectrum (correlation_time = dwell_time/2)"
+    )
+    legend: ClassVar[tuple[str, ...]] = ("amplitude", "dwell_time")
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("dwell_time", "s", "mean time in each level", "shape", low=1e-12, aliases=("D",)),
-        Parameter("amplitude", 0.0, "half the distance of the levels", aliases=("A",)),
+        Parameter(
+            "dwell_time",
+            "s",
+            "mean time in each level",
+            "shape",
+            low=1e-12,
+            aliases=("D",),
+            symbol="T",
+        ),
+        Parameter("amplitude", 0.0, "half the distance of the levels", aliases=("A",), symbol="a"),
     )
     physics: ClassVar[str] = (
         "a single trapped charge or a contact switches the bias between two levels"
@@ -49,3 +61,8 @@ class BurstNoise(Stochastic):
                 (1.0, 0.0, float(np.exp(-2.0 / (rate * (self.dwell_time or 1.0)))), 0.0),
             ),
         )
+
+    def generator(self, rate: float) -> tuple[str, list[float]]:
+        """Two levels, and the chance of a switch at a sample: ½(1 − e^{−2/(rate·D)})."""
+        stay = float(np.exp(-2.0 / (rate * (self.dwell_time or 1.0))))
+        return "telegraph", [self.amplitude or 0.0, 0.5 * (1.0 - stay)]

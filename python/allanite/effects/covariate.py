@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Deterministic, Parameter
-from allanite.errors import InputError
+from allanite.common.errors import InputError
+from allanite.effects._base import Parameter
+from allanite.effects._known import Deterministic
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
@@ -31,11 +35,17 @@ class Covariate(Deterministic):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("column", "text", "name of the column", "choice"),
         Parameter(
-            "coefficient", "U/unit", "change of the samples per unit of the column", low=-np.inf
+            "coefficient",
+            "U/unit",
+            "change of the samples per unit of the column",
+            low=-np.inf,
+            symbol="c",
         ),
-        Parameter("lag", "s", "time constant of the lag", "shape"),
-        Parameter("quadratic", "U/unit²", "quadratic coefficient", low=-np.inf),
+        Parameter("lag", "s", "time constant of the lag", "shape", optional=True),
+        Parameter("quadratic", "U/unit²", "quadratic coefficient", low=-np.inf, optional=True),
     )
+    family: ClassVar[str] = "covariate"
+    legend: ClassVar[tuple[str, ...]] = ("coefficient", "lag")
     physics: ClassVar[str] = (
         "the bias follows another quantity: a temperature through the sensor's thermal mass, a supply voltage, "
         "another axis by misalignment"
@@ -52,6 +62,23 @@ class Covariate(Deterministic):
         "warm_up",
         "bias_instability",
     )
+
+    @classmethod
+    def candidates(
+        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[Self, ...]:
+        """One for each column that is no constant and that no effect of the model follows."""
+        used = {e.follows for e in model}
+        return tuple(
+            cls(column=name)
+            for name, values in columns.items()
+            if name not in used and float(np.ptp(values)) > 0.0
+        )
+
+    @property
+    def follows(self) -> str | None:
+        """The column."""
+        return self.column
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """No lag, and lags up to a tenth of the record."""

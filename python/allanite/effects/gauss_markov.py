@@ -27,11 +27,19 @@ class GaussMarkov(Stochastic):
     coefficient: ClassVar[str] = "q_c"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
-            "correlation_time", "s", "time constant of the lag", "shape", low=1e-12, aliases=("T",)
+            "correlation_time",
+            "s",
+            "time constant of the lag",
+            "shape",
+            low=1e-12,
+            aliases=("T",),
+            symbol="T",
         ),
         Parameter("q_c", -0.5, "root of the driving white density"),
-        Parameter("sigma", 0.0, "standard deviation of the process", "derived"),
+        Parameter("sigma", 0.0, "standard deviation of the process", "derived", symbol="σ"),
     )
+    wanders: ClassVar[bool] = True
+    legend: ClassVar[tuple[str, ...]] = ("sigma", "correlation_time")
     physics: ClassVar[str] = (
         "a lag with one time constant driven by white noise: a thermal mass, a bias filter, the bandwidth of a loop"
     )

@@ -9,27 +9,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.asked import positive_rate
+from allanite.common.errors import InputError
+from allanite.common.validation import positive_rate
 from allanite.effects import terms as _terms
-from allanite.effects._base import Deterministic, Effect, Modifier, Stochastic
-from allanite.errors import InputError
+from allanite.effects._base import Effect, Modifier, Stochastic
+from allanite.effects._known import Deterministic
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.recording import Recording
 
 __all__ = ["Model"]
-
-# Effects of which a second one would be the same as a larger first one.
-ONCE = {
-    "quantization",
-    "angle_random_walk",
-    "bias_instability",
-    "rate_random_walk",
-    "rate_ramp",
-    "bandwidth",
-    "outliers",
-}
 
 
 @dataclass(frozen=True)
@@ -47,7 +37,7 @@ class Model:
     def __post_init__(self) -> None:
         seen: set[str] = set()
         for effect in self.effects:
-            if effect.kind in ONCE and effect.kind in seen:
+            if effect.single and effect.kind in seen:
                 raise InputError(f"the model has {effect.kind} twice: one of them says it all")
             seen.add(effect.kind)
 
@@ -94,12 +84,22 @@ class Model:
         """What acts on the white part."""
         return tuple(e for e in self.effects if isinstance(e, Modifier))
 
+    def missing(self, n: int, rate: float) -> NDArray[np.bool_] | None:
+        """Mask of the samples that its effects take out of a record of n; None where none of them takes any."""
+        masks = [e.missing(n, rate) for e in self.modifiers if e.removes]
+        return np.logical_or.reduce(masks) if masks else None
+
+    @property
+    def white(self) -> Stochastic | None:
+        """The white process, whose level modifiers change."""
+        return next((e for e in self.stochastic if e.white), None)
+
     def unit_terms(
         self, effect: Stochastic, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
         """Terms of one effect at coefficient 1, its white part passed through the model's modifiers."""
         out = effect.unit_terms(rate)
-        if effect.kind == "angle_random_walk":
+        if effect.white:
             for modifier in self.modifiers:
                 out = tuple(
                     changed

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from allanite.effects._base import Modifier, Parameter
 
@@ -27,8 +28,10 @@ class NoiseLevelChange(Modifier):
     kind: ClassVar[str] = "noise_level_change"
     short: ClassVar[str] = "LEVEL"
     title: ClassVar[str] = "noise level change"
-    #: Found over time, not by the spectrum.
-    suggested: ClassVar[bool] = False
+    screened: ClassVar[str] = "level"
+    family: ClassVar[str] = "level"
+    passing: ClassVar[bool] = True
+    legend: ClassVar[tuple[str, ...]] = ("factor",)
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("start", "s", "first time of the interval", "time"),
         Parameter("end", "s", "last time of the interval", "time"),
@@ -49,10 +52,26 @@ class NoiseLevelChange(Modifier):
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
         """The mean power over the record (`span`: its first and last time in s)."""
-        if span is None or self.start is None or self.end is None or self.factor is None:
-            return (("white", (white,)),)
-        inside = max(0.0, min(self.end, span[1]) - max(self.start, span[0])) / (span[1] - span[0])
-        return (("white", (white * (1.0 + (self.factor**2 - 1.0) * inside),)),)
+        return (("white", (white if span is None else white * float(self.mean_power(*span)),)),)
+
+    @property
+    def when(self) -> tuple[float, float] | None:
+        """The interval."""
+        return None if self.start is None or self.end is None else (self.start, self.end)
+
+    def gain(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """`factor` inside the interval, its first time included, its last not."""
+        if self.when is None or self.factor is None:
+            return np.ones(time.shape)
+        return np.where((time >= self.when[0]) & (time < self.when[1]), self.factor, 1.0)
+
+    def mean_power(self, start: ArrayLike, end: ArrayLike) -> NDArray[np.float64]:
+        """1 + (factor² − 1) times the part of each stretch that lies inside the interval."""
+        low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+        if self.when is None or self.factor is None:
+            return np.ones(low.shape)
+        inside = np.clip(np.minimum(high, self.when[1]) - np.maximum(low, self.when[0]), 0.0, None)
+        return np.asarray(1.0 + (self.factor**2 - 1.0) * inside / (high - low))
 
     def errors(self, rate: float) -> dict[str, float]:
         """Standard errors of the three values, for white noise.

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.showing import brief
 from allanite.effects._base import Modifier, Parameter
-from allanite.showing import brief
 
 if TYPE_CHECKING:
+    from allanite.effects.model import Model
     from allanite.effects.terms import Term
 
 
@@ -25,10 +27,16 @@ class Outliers(Modifier):
     kind: ClassVar[str] = "outliers"
     short: ClassVar[str] = "OUT"
     title: ClassVar[str] = "outliers"
-    #: Found over time, not by the spectrum.
-    suggested: ClassVar[bool] = False
+    screened: ClassVar[str] = "outlier"
+    family: ClassVar[str] = "outlier"
+    single: ClassVar[bool] = True
+    removes: ClassVar[bool] = True
+    unplanned: ClassVar[str] = (
+        "its evidence is the size of single samples: one beyond 6 standard deviations is found"
+    )
+    legend: ClassVar[tuple[str, ...]] = ("count",)
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("count", "1", "number of outliers", "time"),
+        Parameter("count", "1", "number of outliers", "time", optional=True),
         Parameter("times", "s", "when they happened", "time"),
     )
     physics: ClassVar[str] = (
@@ -43,6 +51,13 @@ class Outliers(Modifier):
     rivals: ClassVar[tuple[str, ...]] = ("noise_level_change",)
 
     __repr__ = brief
+
+    @classmethod
+    def candidates(
+        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[Self, ...]:
+        """Whatever the model is made of: a wrong sample needs no white part beside it."""
+        return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None

@@ -34,9 +34,13 @@ class PowerLaw(Stochastic):
             low=-2.95,
             high=0.95,
             aliases=("a",),
+            symbol="α",
         ),
         Parameter("level", "U·s^(½+a/2)", "root of the density at 2πf = 1/s"),
     )
+    wanders: ClassVar[bool] = True
+    last_resort: ClassVar[bool] = True
+    legend: ClassVar[tuple[str, ...]] = ("exponent",)
     physics: ClassVar[str] = (
         "scale-free noise without a single physical time constant: a spread of traps or relaxations"
     )

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from allanite.effects._base import Parameter, Stochastic
+import numpy as np
+
+from allanite.effects._base import Parameter, Stochastic, StraightLine
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
@@ -20,11 +22,19 @@ class Quantization(Stochastic):
     kind: ClassVar[str] = "quantization"
     short: ClassVar[str] = "Q"
     title: ClassVar[str] = "quantization noise"
-    titles: ClassVar[dict[str, str]] = {"frequency": "white PM"}
+    titles: ClassVar[dict[str, str]] = {"fractional frequency": "white PM"}
     coefficient: ClassVar[str] = "Q"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("Q", 1.0, "quantization coefficient: step of the counted angle over √12"),
+        Parameter(
+            "Q",
+            1.0,
+            "quantization coefficient: step of the counted angle over √12",
+            sheet={"angular rate": "deg", "acceleration": "m/s"},
+        ),
     )
+    single: ClassVar[bool] = True
+    standard: ClassVar[StraightLine] = StraightLine("Q", -1.0, float(np.sqrt(3.0)), 1.0, "blue")
+    figures: ClassVar[dict[str, tuple[str, ...]]] = {"quantization": ("quantisation",)}
     physics: ClassVar[str] = (
         "the sensor counts angle (velocity, phase) in steps S and hands out differences; "
         "the rounding error, Q = S/√12, is bounded and so vanishes with longer averaging"

@@ -9,7 +9,8 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Deterministic, Parameter
+from allanite.effects._base import Parameter, StraightLine
+from allanite.effects._known import Deterministic
 
 
 @dataclass(frozen=True)
@@ -23,11 +24,23 @@ class RateRamp(Deterministic):
     title: ClassVar[str] = "rate ramp"
     titles: ClassVar[dict[str, str]] = {
         "acceleration": "acceleration ramp",
-        "frequency": "linear frequency drift",
+        "fractional frequency": "linear frequency drift",
     }
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("R", -1.0, "drift of the rate per second", low=-np.inf),
+        Parameter(
+            "R",
+            -1.0,
+            "drift of the rate per second",
+            low=-np.inf,
+            sheet={"angular rate": "deg/h^2", "acceleration": "ug/h"},
+        ),
     )
+    single: ClassVar[bool] = True
+    # A ramp has no scatter of its own; that of the reddest noise below it is the most careful choice.
+    standard: ClassVar[StraightLine] = StraightLine(
+        "R", 1.0, float(np.sqrt(2.0)), 1.0, "random_walk"
+    )
+    figures: ClassVar[dict[str, tuple[str, ...]]] = {"rate_ramp": ()}
     physics: ClassVar[str] = (
         "a monotonic change of the bias: warming up, ageing of a light source, outgassing"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from allanite.effects._base import Parameter, Stochastic
+from allanite.effects._base import Parameter, Stochastic, StraightLine
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
@@ -22,12 +22,24 @@ class RateRandomWalk(Stochastic):
     title: ClassVar[str] = "rate random walk"
     titles: ClassVar[dict[str, str]] = {
         "acceleration": "acceleration random walk",
-        "frequency": "random-walk FM",
+        "fractional frequency": "random-walk FM",
     }
     coefficient: ClassVar[str] = "K"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("K", -0.5, "rate random walk coefficient"),
+        Parameter(
+            "K",
+            -0.5,
+            "rate random walk coefficient",
+            sheet={"angular rate": "deg/h/sqrt(h)", "acceleration": "m/s/h/sqrt(h)"},
+        ),
     )
+    single: ClassVar[bool] = True
+    wanders: ClassVar[bool] = True
+    standard: ClassVar[StraightLine] = StraightLine("K", 0.5, 3.0, 1.0, "random_walk")
+    figures: ClassVar[dict[str, tuple[str, ...]]] = {
+        "rate_random_walk": ("rrw",),
+        "acceleration_random_walk": (),
+    }
     physics: ClassVar[str] = (
         "slow ageing, or an unmodelled temperature, that wanders without a time constant"
     )

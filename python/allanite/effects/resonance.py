@@ -28,12 +28,21 @@ class Resonance(Stochastic):
     family: ClassVar[str] = "band"
     coefficient: ClassVar[str] = "rms"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("frequency", "Hz", "natural frequency", "shape", low=1e-12, aliases=("f", "f0")),
+        Parameter(
+            "frequency",
+            "Hz",
+            "natural frequency",
+            "shape",
+            low=1e-12,
+            aliases=("f", "f0"),
+            symbol="f",
+        ),
         Parameter(
             "damping", "1", "damping ratio ζ", "shape", low=1e-5, high=0.3, aliases=("zeta",)
         ),
         Parameter("rms", 0.0, "standard deviation of the process"),
     )
+    legend: ClassVar[tuple[str, ...]] = ("frequency", "rms")
     physics: ClassVar[str] = (
         "a mode of the structure, mount, pendulum or proof mass, shaken by everything around it"
     )

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Parameter, Periodic
-from allanite.errors import InputError
+from allanite.common.errors import InputError
+from allanite.effects._base import Parameter
+from allanite.effects._known import Periodic
 
 
 @dataclass(frozen=True)
@@ -28,12 +30,25 @@ class Sinusoid(Periodic):
     title: ClassVar[str] = "sinusoid"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
-            "frequency", "Hz", "frequency of the line", "shape", low=1e-12, aliases=("f", "f0")
+            "frequency",
+            "Hz",
+            "frequency of the line",
+            "shape",
+            low=1e-12,
+            aliases=("f", "f0"),
+            symbol="f",
         ),
-        Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",)),
-        Parameter("phase", "rad", "phase at the first sample: A sin(2πft + phase)", low=-np.inf),
+        Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",), symbol="a"),
+        Parameter(
+            "phase",
+            "rad",
+            "phase at the first sample: A sin(2πft + phase)",
+            low=-np.inf,
+            optional=True,
+        ),
         Parameter("overtones", "text", "multiple, amplitude and phase of each harmonic", "choice"),
     )
+    legend: ClassVar[tuple[str, ...]] = ("frequency", "amplitude")
     physics: ClassVar[str] = (
         "something turns, hums or swings: a fan, the mains, a building, a pump, a dither or a clock spur"
     )
@@ -53,6 +68,12 @@ class Sinusoid(Periodic):
             raise InputError(
                 f"sinusoid: overtones = {given} must be multiple (2, 3, …), amplitude, phase of each harmonic"
             )
+
+    @classmethod
+    def at(cls, frequency: float, multiples: Sequence[int]) -> Self:
+        """The line with a harmonic, of which nothing is known yet, at each further multiple."""
+        empty = tuple(float(v) for m in multiples[1:] for v in (m, 0.0, 0.0))
+        return cls(frequency=frequency, overtones=empty or None)
 
     @property
     def lines(self) -> tuple[tuple[int, float, float], ...]:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Deterministic, Parameter
+from allanite.effects._base import Parameter
+from allanite.effects._known import Deterministic
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
@@ -30,9 +34,18 @@ class WarmUp(Deterministic):
             "shape",
             low=1e-12,
             aliases=("T",),
+            symbol="T",
         ),
-        Parameter("amplitude", 0.0, "deviation at the first sample", low=-np.inf, aliases=("A",)),
+        Parameter(
+            "amplitude",
+            0.0,
+            "deviation at the first sample",
+            low=-np.inf,
+            aliases=("A",),
+            symbol="a",
+        ),
     )
+    legend: ClassVar[tuple[str, ...]] = ("amplitude", "time_constant")
     physics: ClassVar[str] = (
         "the sensor heats itself after power-on, through one thermal time constant"
     )
@@ -47,6 +60,13 @@ class WarmUp(Deterministic):
         "bias_step",
         "gauss_markov",
     )
+
+    @classmethod
+    def candidates(
+        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[Self, ...]:
+        """None beside another one: what is left of it is its shape, not a second one."""
+        return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """From a two-hundredth to a half of the record; a slower one is a ramp."""

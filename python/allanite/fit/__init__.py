@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from allanite.common.errors import InputError
 from allanite.effects import Periodic
-from allanite.effects.outliers import Outliers
-from allanite.errors import InputError
 from allanite.fit.data import prepare
 from allanite.fit.engine import solve
 from allanite.fit.result import Error, Fit, Misfit
@@ -61,7 +60,7 @@ def fit_model(recording: Recording, model: Model | Effect | str, method: str = "
         f"{e.kind}.{p.name}"
         for e in model
         for p in e.parameters
-        if p.role == "time" and e.values[p.name] is None and p.name != "count"
+        if p.role == "time" and e.values[p.name] is None and not p.optional
     ]:
         raise InputError(f"{missing[0]} has no value: give one, or let check find it over time")
     for line in (e for e in model if isinstance(e, Periodic)):
@@ -70,11 +69,9 @@ def fit_model(recording: Recording, model: Model | Effect | str, method: str = "
                 f"{line.kind}: frequency = {line.frequency:g} Hz is beyond half of the sampling rate,"
                 f" {recording.rate / 2:g} Hz: give the one at which the samples show it"
             )
-    outliers = next((e for e in model if isinstance(e, Outliers)), None)
     # Angles have one difference fewer than samples.
     n = recording.n - (recording.quantity == "angle")
-    mask = None if outliers is None else outliers.missing(n, recording.rate)
-    data = prepare(recording, mask)
+    data = prepare(recording, model.missing(n, recording.rate))
     solution = solve(data, model)
     fit = Fit(recording, solution.model, "whittle", data, solution)
     if method == "whittle":

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.parameters import Estimate
+from allanite.common.units import coefficient_unit, column_unit
 from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic
 from allanite.fit.data import column, density
 from allanite.fit.marginal import slow_amplitudes
 from allanite.fit.whittle import Maximum, information, profile_interval
-from allanite.parameters import Estimate
-from allanite.units import coefficient_unit, column_unit
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
@@ -263,8 +263,7 @@ def _shape(effect: Effect, name: str, relative: float | None, detected: bool, un
 
 
 def _modifier(effect: Effect, shaped: dict[str, float], data: Data, unit: str) -> dict[str, Any]:
-    own = getattr(effect, "errors", None)
-    errors = own(data.rate) if own is not None else {}
+    errors = effect.errors(data.rate)
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
         name, value = parameter.name, effect.values[parameter.name]
@@ -311,12 +310,9 @@ def _deterministic(
             out[parameter.name] = Estimate(float(value), None, None, own_unit, True, parameter.name)
             continue
         if parameter.role == "shape":
-            own = getattr(effect, "shape_error", None)
-            error = (
-                own(parameter.name, float(covariance[0, 0]), data.duration)
-                if own is not None
-                else _deterministic_shape_error(effect, parameter.name, solution, data)
-            )
+            error = effect.shape_error(parameter.name, float(covariance[0, 0]), data.duration)
+            if error is None:
+                error = _deterministic_shape_error(effect, parameter.name, solution, data)
         else:
             error = _amplitude_error(effect, parameter.name, amplitudes, covariance)
         interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)

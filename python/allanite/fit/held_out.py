@@ -56,8 +56,9 @@ def held_out(data: Data, model: Model, raw: Data | None = None) -> float | None:
             for multiple, amplitude, _ in effect.lines:
                 frequency = multiple * (effect.frequency or 0.0)
                 loss -= _line_gain(frequency, amplitude, terms, second)
-    times = next((e.values["times"] for e in model if e.kind == "outliers"), None) or ()
-    loss += float(np.log(second.n)) * sum(t >= second.start for t in times)
+    removed = model.missing(data.n, data.rate)
+    if removed is not None:
+        loss += float(np.log(second.n)) * int(removed[data.n - second.n :].sum())
     return loss / bins.count.size
 
 

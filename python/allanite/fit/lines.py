@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from allanite import _kernels
-from allanite.errors import InputError, TooShortError
+from allanite.common.errors import InputError, TooShortError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

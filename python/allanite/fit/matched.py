@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,10 +37,8 @@ def regressor_ordinates(
 def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
     """The effect at every point of its shape grid."""
     shapes = [p.name for p in blank.parameters if p.role == "shape"]
-    if not shapes:
-        return [blank]
-    grid = getattr(blank, "grid")(shapes[0], data.n, data.rate)  # noqa: B009
-    return [blank.with_values(**{shapes[0]: float(v)}) for v in grid]
+    grids = [map(float, blank.grid(name, data.n, data.rate)) for name in shapes]
+    return [blank.with_values(**dict(zip(shapes, v, strict=True))) for v in product(*grids)]
 
 
 def matched_gains(

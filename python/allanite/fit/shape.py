@@ -17,33 +17,18 @@ if TYPE_CHECKING:
     from allanite.fit.data import Data
     from allanite.fit.whittle import Maximum
 
-__all__ = ["fit_deterministic_shapes", "fit_shapes", "polish_line", "shape_grid"]
+__all__ = ["fit_deterministic_shapes", "fit_shapes", "polish_line"]
 
 #: Ordinates about a line within which its frequency is polished.
 ZOOM = 48
 
 
-def shape_grid(effect: Effect, name: str, data: Data) -> NDArray[np.float64]:
-    """Values of a shape parameter worth trying on this record.
-
-    Times run from two samples to half the record (a longer lag is a random walk), 8 a decade; frequencies from 4/T to
-    Nyquist; an effect may say otherwise with a `grid` method.
-    """
-    own = getattr(effect, "grid", None)
-    if own is not None:
-        return np.asarray(own(name, data.n, data.rate), dtype=float)
-    unit = effect.parameter(name).unit
-    if unit == "s":
-        low, high = 2.0 / data.rate, data.duration / 2.0
-    else:
-        low, high = 4.0 / data.duration, 0.5 * data.rate
-    return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
+def _with(model: Model, place: int, effect: Effect) -> Model:
+    return Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
 
 
 def _replace(model: Model, place: int, **values: Any) -> Model:
-    effects = list(model.effects)
-    effects[place] = effects[place].with_values(**values)
-    return Model(tuple(effects))
+    return _with(model, place, model.effects[place].with_values(**values))
 
 
 def fit_shapes(
@@ -56,11 +41,9 @@ def fit_shapes(
             continue
         names = [n for n in effect.free_shapes if not isinstance(effect.values[n], str)]
         missing = [n for n in names if effect.values[n] is None]
-        variants = getattr(effect, "variants", None)
-        if missing or (variants is not None and _undecided(effect)):
-            starts = [model]
-            if variants is not None:
-                starts = [_replace(model, place, **v.values) for v in variants()]
+        variants = effect.variants()
+        if missing or (len(variants) > 1 and _undecided(effect)):
+            starts = [_with(model, place, v) for v in variants]
             choices = [_scan(m, place, missing or names, maximise, data) for m in starts]
             model = max(choices, key=lambda m: maximise(m).log_likelihood)
         free += [(place, n) for n in names]
@@ -76,7 +59,7 @@ def _undecided(effect: Effect) -> bool:
 def _scan(
     model: Model, place: int, names: list[str], maximise: Callable[[Model], Maximum], data: Data
 ) -> Model:
-    grids = [shape_grid(model.effects[place], n, data) for n in names]
+    grids = [model.effects[place].grid(n, data.n, data.rate) for n in names]
     best, value = model, -np.inf
     for point in np.stack(np.meshgrid(*grids, indexing="ij"), -1).reshape(-1, len(names)):
         tried = _replace(model, place, **dict(zip(names, map(float, point), strict=True)))
@@ -95,7 +78,7 @@ def _polish(
     def bounds(place: int, name: str) -> tuple[float, float]:
         effect = model.effects[place]
         declared = effect.parameter(name)
-        grid = shape_grid(effect, name, data)
+        grid = effect.grid(name, data.n, data.rate)
         if declared.low < 0.0:
             return declared.low, declared.high
         low, high = max(declared.low, grid.min() / 2.0), min(declared.high, grid.max() * 2.0)
@@ -228,7 +211,7 @@ def _polish_slow(
             variance = density(terms, design.ordinates, data.n)
             return -regress(design.matrix, data.ordinates[design.ordinates], variance).gain
 
-        grid = np.unique(shape_grid(effect, name, data))
+        grid = np.unique(effect.grid(name, data.n, data.rate))
         known = effect.values[name]
         if known is None:
             points = grid_points(effect, data)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.errors import InputError
-from allanite.parameters import Estimate
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
 from allanite.simulate import simulate
 from allanite.spectrum import fill_gaps
 
@@ -116,8 +116,9 @@ def simulate_check(
 
     if n < 1:
         raise InputError(f"{n} replicates: at least 1, and 200 for a p-value of two digits")
-    if any(e.kind == "outliers" for e in fit.model):
-        raise InputError("outliers have no law to be simulated from: remove them first")
+    removing = [e for e in fit.model.modifiers if e.removes]
+    if removing:
+        raise InputError(f"{removing[0].kind} have no law to be simulated from: remove them first")
     recording, data = fit.recording, fit.data
     missing = np.isnan(np.asarray(recording.rate_samples(), dtype=np.float64))
     gaps = bool(missing.any())

@@ -10,9 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.asked import positive, positive_rate
-from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Periodic, parse_model
-from allanite.errors import InputError
+from allanite.common.errors import InputError
+from allanite.common.validation import positive, positive_rate
+from allanite.effects import (
+    CATALOGUE,
+    Deterministic,
+    Effect,
+    Model,
+    Modifier,
+    Periodic,
+    Stochastic,
+    parse_model,
+)
 from allanite.planning import expected as _expected
 from allanite.planning.chance import Rise, needed
 from allanite.planning.errors import standard_errors
@@ -24,14 +33,6 @@ if TYPE_CHECKING:
     from allanite.planning.expected import Array, Columns
 
 __all__ = ["Power", "power"]
-
-#: Random processes that take the part of a slow function of time (see `suggestion.drifts`).
-SLOW = ("rate_random_walk", "bias_instability", "gauss_markov", "power_law")
-#: Effects whose evidence is not in the mean spectrum of the record.
-UNPLANNED = {
-    "outliers": "its evidence is the size of single samples: one beyond 6 standard deviations is found",
-    "burst_noise": "plan for the gauss_markov of the same spectrum (correlation_time = dwell_time/2)",
-}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -211,8 +212,8 @@ def as_effect(effect: Effect | str) -> Effect:
         if len(parsed) != 1:
             raise InputError(f"{effect!r} has {len(parsed)} effects: plan for one at a time")
         effect = parsed.effects[0]
-    if effect.kind in UNPLANNED:
-        raise InputError(f"{effect.kind}: not planned from a spectrum: {UNPLANNED[effect.kind]}")
+    if effect.unplanned:
+        raise InputError(f"{effect.kind}: not planned from a spectrum: {effect.unplanned}")
     return effect
 
 
@@ -233,7 +234,7 @@ class Odds:
 def chance_of(base: Model, effect: Effect, data: Data, grid: Data) -> Odds:
     """What `check` may see of an effect hidden beside a model."""
     noise = _expected.random_part(base)
-    if effect.kind == "noise_level_change":
+    if isinstance(effect, Modifier) and effect.passing:
         rise = judged = _level(noise, effect, data)
         null = _expected.best_fit(noise, _expected.expected_power(noise, data), data)
     else:
@@ -263,29 +264,26 @@ def _rise(null: Solution, effect: Effect, true: Array, signal: Array) -> Rise:
 
 
 def _beside(noise: Model) -> list[Model]:
-    from allanite.effects.model import ONCE
-
-    present = {e.kind for e in noise}
+    """The noise with each random process that may take the part of a slow function of time (see `suggestion.drifts`)."""
     return [
-        noise + cls()
+        noise + blank
         for cls in CATALOGUE
-        if cls.kind in SLOW and not (cls.kind in ONCE and cls.kind in present)
+        if issubclass(cls, Stochastic) and cls.wanders
+        for blank in cls.candidates(noise, {})
     ]
 
 
-def _level(noise: Model, effect: Effect, data: Data) -> Rise:
+def _level(noise: Model, effect: Modifier, data: Data) -> Rise:
     """Two levels of the white part against one, over the bins that it dominates."""
-    white = Model(tuple(e for e in noise if e.kind == "angle_random_walk"))
-    if not len(white):
-        raise InputError(
-            "noise_level_change: the model has no angle_random_walk whose level could change"
-        )
+    if noise.white is None:
+        raise InputError(f"{effect.kind}: the model has no white noise whose level could change")
+    white = Model((noise.white,))
     part: Array = _expected.expected_power(white, data) / _expected.expected_power(noise, data)
     seen = part > 0.5
     total = float(data.bins.count[seen].sum())
     share = float((data.bins.count * part)[seen].sum()) / max(total, 1.0)
-    v = effect.values
-    inside = max(0.0, min(v["end"], data.duration) - max(v["start"], 0.0)) / data.duration
-    ratio = np.array([1.0 + share * (v["factor"] ** 2 - 1.0), 1.0])
+    start, end = effect.when or data.span
+    inside = max(0.0, min(end, data.duration) - max(start, 0.0)) / data.duration
+    ratio = np.array([1.0 + share * (float(effect.mean_power(start, end)) - 1.0), 1.0])
     weight = np.array([inside, 1.0 - inside])
     return Rise(total * weight, ratio / (weight @ ratio), np.zeros(2), np.zeros((2, 0)), 3)

@@ -132,21 +132,23 @@ def _known(
 ) -> dict[str, float]:
     j = seen_at(effects[0][1], data, grid)
     root = 1.0 / np.sqrt(density(data.terms(noise), j, data.n))
-    keys, slopes, own = [], [], []
+    keys, slopes = [], []
+    own: list[Effect | None] = []
     for label, effect in effects:
         for p in effect.parameters:
             value = effect.values[p.name]
             if p.role not in {"coefficient", "shape"} or p.name in effect.held:
                 continue
-            if value is None or (p.name in {"lag", "quadratic"} and value == 0.0):
+            # What is not there has no error; an angle of 0 is there.
+            if value is None or (p.optional and value == 0.0 and p.unit != "rad"):
                 continue
             keys.append(_key(label, effect, p.name))
             # A change point has no information in Fisher's sense: the effect says what its law is.
-            limit = getattr(effect, "shape_error", None) if p.role == "shape" else None
-            own.append(limit)
-            if limit is not None:
+            if p.role == "shape" and effect.shape_error(p.name, 1.0, data.duration) is not None:
+                own.append(effect)
                 slopes.append(np.zeros(j.size))
                 continue
+            own.append(None)
             step = 1e-3 / data.duration if p.name == "frequency" else 1e-3 * (abs(value) or 1.0)
             high, low = (effect.with_values(**{p.name: value + s}) for s in (step, -step))
             up, down = (signal_ordinates(e, j, data, grid) for e in (high, low))
@@ -155,7 +157,8 @@ def _known(
         return {}
     matrix = np.column_stack(slopes)
     errors = _inverse(matrix.T @ matrix)
-    for i, limit in enumerate(own):
-        if limit is not None:
-            errors[i] = limit(keys[i].rpartition(".")[2], float(errors[i + 1]) ** 2, data.duration)
+    for i, one in enumerate(own):
+        if one is not None:
+            name, variance = keys[i].rpartition(".")[2], float(errors[i + 1]) ** 2
+            errors[i] = one.shape_error(name, variance, data.duration)
     return dict(zip(keys, map(float, errors), strict=True))

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Deterministic, Model, Periodic
-from allanite.errors import InputError, TooShortError
 from allanite.fit.data import SHORTEST, Data, column, columns
 from allanite.fit.deterministic import line_ordinates, window
 from allanite.fit.engine import Solution, with_coefficients
@@ -26,7 +26,7 @@ from allanite.spectrum import bins_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from allanite.effects import Effect
+    from allanite.effects import Stochastic
 
     Columns = Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]]
 
@@ -89,7 +89,7 @@ def require(model: Model) -> None:
     """Every number that the spectrum and the signals need has a value."""
     for effect in model:
         for p in effect.parameters:
-            optional = p.role in {"derived", "choice"} or p.name in {"phase", "lag", "quadratic"}
+            optional = p.role in {"derived", "choice"} or p.optional
             if not optional and effect.values[p.name] is None:
                 raise InputError(
                     f"{effect.kind}: {p.name} has no value: planning needs the size that is expected"
@@ -119,9 +119,9 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
     """
     if isinstance(effect, Periodic):
         return line_ordinates(effect.frequency or 0.0, j, data) @ effect.amplitudes()
-    if effect.kind == "covariate" and effect.values["column"] not in grid.covariates:
+    if effect.follows is not None and effect.follows not in grid.covariates:
         raise InputError(
-            f"covariate: column {effect.values['column']!r} is not described: give covariates= with "
+            f"{effect.kind}: column {effect.follows!r} is not described: give covariates= with "
             "its expected course as a function of time in s"
         )
     series = np.ascontiguousarray(effect.signal(grid.time, grid.covariates))
@@ -168,8 +168,8 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
     )
 
 
-def _known(effect: Effect) -> float:
-    return float(getattr(effect, getattr(effect, "coefficient")) or 0.0)  # noqa: B009
+def _known(effect: Stochastic) -> float:
+    return float(effect.values[effect.coefficient] or 0.0)
 
 
 def expected_power(model: Model, data: Data) -> Array:

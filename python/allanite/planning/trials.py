@@ -6,17 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Deterministic, Effect, Model
-from allanite.effects.bias_step import BiasStep
-from allanite.effects.rate_ramp import RateRamp
-from allanite.effects.warm_up import WarmUp
 from allanite.fit.matched import grid_points, matched_gains
+from allanite.suggestion.drifts import slow_families
 from allanite.suggestion.evidence import Family, arc_length, interval_trials, line_trials
 from allanite.suggestion.spectral import directions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from allanite.effects import Deterministic, Effect, Model
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
 
@@ -43,24 +41,16 @@ def family_of(
     arcs: dict[str, list[float]] = {"spectral": []}
     for cls, _, unit in directions(null, data):
         arcs.setdefault(cls.family, []).append(arc_length(unit))
-    present = {e.kind for e in base}
-    drifts: list[Deterministic] = [e for e in (RateRamp(), WarmUp()) if e.kind not in present]
-    columns = {e.values["column"] for e in base if e.kind == "covariate"}
-    # Lines, levels, outliers and steps are looked for in every record.
-    families = len(arcs) + 4 + bool(drifts) + bool(set(grid.covariates) - columns)
-    if effect.kind in {"rate_ramp", "warm_up"}:
-        return Family("drift", _arcs(drifts, null, grid), sides=2), families
-    if effect.kind == "bias_step":
-        return Family("step", _arcs([BiasStep()], null, grid), sides=2), families
-    if effect.kind == "covariate":
-        offered = [
-            effect.with_values(column=name, lag=None) for name in set(grid.covariates) - columns
-        ]
-        return Family("covariate", _arcs(offered, null, grid), sides=2), families
-    if effect.kind == "sinusoid":
+    slow = slow_families(base, grid.covariates)
+    # Lines, levels and outliers are looked for in every record.
+    families = len(arcs) + len(slow) + 3
+    if effect.screened == "slow":
+        return Family(effect.family, _arcs(slow.get(effect.family, ()), null, grid), 2), families
+    if effect.screened == "line":
         return Family("line", width=line_trials(data.n)), families
-    if effect.kind == "noise_level_change":
-        length = (effect.values["end"] - effect.values["start"]) / data.duration
+    if effect.screened == "level":
+        start, end = effect.when or data.span
+        length = (end - start) / data.duration
         octave = 2 ** int(np.log2(np.clip(length * CELLS, 1.0, CELLS / 2)))
         return Family(
             "level", (0.0,), sides=2 * round(interval_trials(CELLS, octave, TYPICAL))
@@ -68,10 +58,9 @@ def family_of(
     return Family(effect.family, tuple(arcs.get(effect.family, ()))), families
 
 
-def _arcs(kinds: Sequence[Effect], null: Solution, grid: Data) -> tuple[float, ...]:
+def _arcs(kinds: Sequence[Deterministic], null: Solution, grid: Data) -> tuple[float, ...]:
     out = []
     for blank in kinds:
-        assert isinstance(blank, Deterministic)
         nothing = np.zeros(grid.n)
         _, unit = matched_gains(grid_points(blank, grid), nothing, grid.terms(null.model), grid)
         out.append(arc_length(unit))

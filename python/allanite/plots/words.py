@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from allanite.numbers import number
-from allanite.parameters import Estimate
+from allanite.common.numbers import number
+from allanite.common.parameters import Estimate
 
 __all__ = [
     "density_unit",

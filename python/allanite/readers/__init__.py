@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.errors import AllaniteError, InputError
+from allanite.common.errors import AllaniteError, InputError
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
 from allanite.recording import Recording
-from allanite.samples import locked
+from allanite.recording.samples import locked
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from allanite.errors import InputError
+from allanite.common.errors import InputError
+from allanite.common.units import parse_unit, rate_unit
 from allanite.readers._table import role_of, sensor_kind
 from allanite.recording import find_column
-from allanite.units import parse_unit, rate_unit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

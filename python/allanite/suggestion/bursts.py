@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.effects import Model
 from allanite.effects.burst_noise import BurstNoise
+from allanite.effects.gauss_markov import GaussMarkov
 from allanite.fit.data import density
 from allanite.fit.engine import solve
 from allanite.suggestion.spectral import Candidate
@@ -44,7 +45,7 @@ CHAIN = 512
 
 def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | None:
     """Burst noise where a Gauss-Markov candidate's residual has two levels, or might have."""
-    found = next((c for c in candidates if c.effect.kind == "gauss_markov"), None)
+    found = next((c for c in candidates if isinstance(c.effect, GaussMarkov)), None)
     if found is None or found.solution is None or found.gain < LEAST:
         return None
     odds = _log_odds(found.solution, data)

@@ -1,4 +1,4 @@
-"""Candidate slow functions of time and of other columns: ramps, warm-up, steps, covariates with their lags.
+"""Candidate slow functions of time and of other columns: whatever the catalogue declares as slow.
 
 Each kind is a matched filter on the whitened ordinates at every point of its shape grid at once; the best is refitted. A
 drift has to explain something that a random process does not: its gain is what it adds to the model *with* the best
@@ -13,10 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
-from allanite.effects.bias_step import BiasStep
-from allanite.effects.covariate import Covariate
-from allanite.effects.rate_ramp import RateRamp
-from allanite.effects.warm_up import WarmUp
+from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.data import density
 from allanite.fit.engine import Solution, solve
 from allanite.fit.matched import grid_points, matched_gains
@@ -24,7 +21,11 @@ from allanite.suggestion.evidence import arc_length
 from allanite.suggestion.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
-    from allanite.effects import Deterministic
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from allanite.effects import Model
     from allanite.fit.data import Data
 
 #: Ordinates on which a column's own consistency is judged.
@@ -33,9 +34,8 @@ LOW = 8192
 __all__ = [
     "beside_the_best",
     "column_slopes",
-    "screen_covariates",
-    "screen_drifts",
-    "screen_steps",
+    "screen_slow",
+    "slow_families",
 ]
 
 #: A matched filter that promises less is not refitted.
@@ -44,40 +44,26 @@ LEAST = 3.0
 CLEAR = 3.0
 
 
-def screen_drifts(solution: Solution, data: Data, rival: Solution | None) -> Screen:
-    """A ramp and a warm-up."""
-    return _screen((RateRamp(), WarmUp()), "drift", solution, data, rival)
+def slow_families(
+    model: Model, columns: Mapping[str, NDArray[np.float64]]
+) -> dict[str, tuple[Deterministic, ...]]:
+    """What may be missing of the slow functions of time, family by family, in the order of the catalogue."""
+    out: dict[str, tuple[Deterministic, ...]] = {}
+    for cls in CATALOGUE:
+        if cls.screened == "slow" and issubclass(cls, Deterministic):
+            blanks = cls.candidates(model, columns)
+            if blanks:
+                out[cls.family] = (*out.get(cls.family, ()), *blanks)
+    return out
 
 
-def screen_steps(solution: Solution, data: Data, rival: Solution | None) -> Screen:
-    """A step at any time."""
-    return _screen((BiasStep(),), "step", solution, data, rival)
-
-
-def screen_covariates(solution: Solution, data: Data, rival: Solution | None) -> Screen:
-    """Every column offered, at every lag."""
-    used = {e.values["column"] for e in solution.model.deterministic if e.kind == "covariate"}
-    offered = [
-        Covariate(column=name)
-        for name, values in data.covariates.items()
-        if name not in used and float(np.ptp(values)) > 0.0
-    ]
-    return _screen(tuple(offered), "covariate", solution, data, rival)
-
-
-def _screen(
-    kinds: tuple[Deterministic, ...],
-    family: str,
-    solution: Solution,
-    data: Data,
-    rival: Solution | None,
+def screen_slow(
+    blanks: tuple[Deterministic, ...], solution: Solution, data: Data, rival: Solution | None
 ) -> Screen:
+    """The best point of the shape grid of each effect of a family, refitted."""
     found: list[Candidate] = []
     arcs: list[float] = []
-    present = {e.kind for e in solution.model.effects}
-    for blank in kinds:
-        if blank.kind in present and blank.kind in {"rate_ramp", "warm_up"}:
-            continue
+    for blank in blanks:
         points = grid_points(blank, data)
         null = rival if rival is not None else solution
         gain, directions = matched_gains(points, null.ordinates, data.terms(null.model), data)
@@ -85,14 +71,14 @@ def _screen(
         top = int(np.argmax(gain))
         if gain[top] < LEAST:
             continue
-        candidate = _refit(points[top], family, solution, data, rival)
+        candidate = _refit(points[top], solution, data, rival)
         if candidate is not None:
             found.append(candidate)
     return Screen(tuple(found), tuple(arcs))
 
 
 def _refit(
-    effect: Deterministic, family: str, base: Solution, data: Data, rival: Solution | None
+    effect: Deterministic, base: Solution, data: Data, rival: Solution | None
 ) -> Candidate | None:
     """The refitted candidate, judged by the least of what it adds to the model alone and to the rival's.
 
@@ -103,12 +89,15 @@ def _refit(
     if rival is not None and gain > 0.0:
         beside = solve(data, rival.model + refitted.model.effects[-1], polish=False, rounds=4)
         judged = min(gain, beside.log_likelihood - rival.log_likelihood)
-    if judged <= 0.0 or (family == "covariate" and not _consistent(refitted, data)):
+    if judged <= 0.0 or (effect.follows is not None and not _consistent(refitted, data)):
         return None
-    shapes = sum(p.role in {"shape", "coefficient"} for p in effect.parameters)
-    if effect.values.get("quadratic", 0.0) is None:
-        shapes -= 1
-    return Candidate(refitted.model.effects[-1], gain, family, refitted, shapes, judged=judged)
+    count = sum(
+        p.role in {"shape", "coefficient"} and not (p.optional and effect.values[p.name] is None)
+        for p in effect.parameters
+    )
+    return Candidate(
+        refitted.model.effects[-1], gain, effect.family, refitted, count, judged=judged
+    )
 
 
 def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.effects.sinusoid import Sinusoid
+from allanite.effects import CATALOGUE, Periodic
 from allanite.fit.data import density
 from allanite.fit.deterministic import line_ordinates, regress, window
 from allanite.fit.engine import Solution, solve
@@ -17,6 +17,8 @@ from allanite.fit.shape import ZOOM, polish_line
 from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from allanite.fit.data import Data
 
 __all__ = ["screen_lines"]
@@ -71,31 +73,43 @@ def screen_lines(
             ratio[max(0, m * (base - 8 - width)) : m * (base + 8 + width) + 1] = 0.0
         ratio[max(0, top - 8 - width) : top + 9 + width] = 0.0
         start = base * data.rate / (2.0 * data.n)
-        frequency = polish_line(start, solution.ordinates, terms, data, multiples)
-        empty = tuple(float(v) for m in multiples[1:] for v in (m, 0.0, 0.0))
-        effect = Sinusoid(frequency=frequency, overtones=empty or None)
-        refitted = solve(data, solution.model + effect, polish=False, rounds=3)
-        gains = []
-        for m in multiples:
-            j = window(m * frequency, data, ZOOM)
-            line = line_ordinates(m * frequency, j, data)
-            gain = regress(line, solution.ordinates[j], density(terms, j, data.n)).gain
-            gains.append(gain / level[min(m * base, level.size - 1)])
-        whole = min(sum(gains), refitted.log_likelihood - solution.log_likelihood)
-        if whole > 0.0:
-            # The search over all frequencies was for the strongest line alone.
-            found.append(
-                Candidate(
-                    refitted.model.effects[-1],
-                    whole,
-                    "line",
-                    refitted,
-                    1 + 2 * len(multiples),
-                    judged=min(whole, max(gains)),
-                    note=_note(frequency, width, surplus - max(gains), data),
+        for effect in _lines_at(start, multiples, solution, data):
+            multiples = [m for m, _, _ in effect.lines]
+            frequency = polish_line(start, solution.ordinates, terms, data, multiples)
+            effect = effect.with_values(frequency=frequency)
+            refitted = solve(data, solution.model + effect, polish=False, rounds=3)
+            gains = []
+            for m in multiples:
+                j = window(m * frequency, data, ZOOM)
+                line = line_ordinates(m * frequency, j, data)
+                gain = regress(line, solution.ordinates[j], density(terms, j, data.n)).gain
+                gains.append(gain / level[min(m * base, level.size - 1)])
+            whole = min(sum(gains), refitted.log_likelihood - solution.log_likelihood)
+            if whole > 0.0:
+                # The search over all frequencies was for the strongest line alone.
+                found.append(
+                    Candidate(
+                        refitted.model.effects[-1],
+                        whole,
+                        "line",
+                        refitted,
+                        1 + 2 * len(multiples),
+                        judged=min(whole, max(gains)),
+                        note=_note(frequency, width, surplus - max(gains), data),
+                    )
                 )
-            )
     return tuple(found)
+
+
+def _lines_at(
+    start: float, multiples: list[int], solution: Solution, data: Data
+) -> Iterator[Periodic]:
+    """The effects that a line with these harmonics may be: one that has places of its own before the plain sinusoid."""
+    for cls in reversed(tuple(CATALOGUE)):
+        if cls.screened == "line" and issubclass(cls, Periodic):
+            found = cls.at(start, multiples)
+            if found is not None and cls.candidates(solution.model, data.covariates):
+                yield found
 
 
 def _wander(top: int, solution: Solution, data: Data, level: float) -> tuple[int, float]:

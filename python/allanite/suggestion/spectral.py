@@ -13,12 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.showing import brief
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
-from allanite.effects.model import ONCE
 from allanite.fit.data import column
 from allanite.fit.engine import Solution, at_shapes, solve
-from allanite.fit.shape import shape_grid
-from allanite.showing import brief
 from allanite.suggestion.evidence import arc_length
 
 if TYPE_CHECKING:
@@ -64,13 +62,11 @@ class Screen:
     __repr__ = brief
 
 
-def _points(cls: type[Effect], data: Data) -> list[Effect]:
-    blank = cls()
-    names = [p.name for p in cls.parameters if p.role == "shape"]
-    variants = getattr(blank, "variants", None)
+def _points(blank: Effect, data: Data) -> list[Effect]:
+    names = [p.name for p in blank.parameters if p.role == "shape"]
     out = []
-    for variant in (blank,) if variants is None else variants():
-        grids = [shape_grid(variant, name, data) for name in names]
+    for variant in blank.variants():
+        grids = [variant.grid(name, data.n, data.rate) for name in names]
         out += [
             variant.with_values(**dict(zip(names, map(float, point), strict=True)))
             for point in product(*grids)
@@ -100,15 +96,13 @@ def directions(
     # Directions that the model can already move in, and into which it will after the refit.
     own = solution.columns[:, solution.theta > 0.0]
     basis, _ = np.linalg.qr((own / solution.spectrum[:, None]) * root[:, None])
-    present = {e.kind for e in solution.model.effects}
     for cls in CATALOGUE:
-        if not issubclass(cls, (Stochastic, Modifier)) or not getattr(cls, "suggested", True):
+        if cls.screened != "spectral":
             continue
-        if cls.kind in present and cls.kind in ONCE:
+        blanks = cls.candidates(solution.model, data.covariates)
+        points = [p for blank in blanks for p in _points(blank, data)]
+        if not points:
             continue
-        if issubclass(cls, Modifier) and "angle_random_walk" not in present:
-            continue
-        points = _points(cls, data)
         tangents = np.stack([_tangent(p, solution, data) for p in points])
         moved = tangents / solution.spectrum * root
         size = np.linalg.norm(moved, axis=1)

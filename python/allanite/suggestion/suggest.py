@@ -14,12 +14,7 @@ from allanite.effects import Model, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.result import Fit, group_scores, plain
 from allanite.suggestion.bursts import screen_bursts
-from allanite.suggestion.drifts import (
-    beside_the_best,
-    screen_covariates,
-    screen_drifts,
-    screen_steps,
-)
+from allanite.suggestion.drifts import beside_the_best, screen_slow, slow_families
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.spectral import Candidate, screen_spectral
@@ -32,16 +27,6 @@ __all__ = ["Suggestion", "suggest"]
 WORKERS = 2
 #: A candidate this close to another in BIC cannot be told from it on this record.
 RIVAL = 6.0
-#: Random processes that a slow function of time must beat, or explain something beside.
-SLOW = {"rate_random_walk", "bias_instability", "gauss_markov", "power_law"}
-#: The coefficients of IEEE 952: at a tie the record does not ask for anything else.
-STANDARD = {
-    "quantization",
-    "angle_random_walk",
-    "bias_instability",
-    "rate_random_walk",
-    "rate_ramp",
-}
 
 if TYPE_CHECKING:
     from allanite.criticism.over_time import Whitened
@@ -149,10 +134,16 @@ def suggest(
         lines_found = pool.submit(screen_lines, base, data, whitened.samples)
         spectral = screen_spectral(base, data)
         progress()
-        slow = [c for c in spectral.candidates if c.effect.kind in SLOW]
-        rival = max(slow, key=lambda c: c.gain).solution if slow else None
-        in_time = {"covariate": screen_covariates, "drift": screen_drifts, "step": screen_steps}
-        found = {name: pool.submit(f, base, data, rival) for name, f in in_time.items()}
+        # What a slow function of time must beat, or explain something beside.
+        red = [
+            c for c in spectral.candidates if isinstance(c.effect, Stochastic) and c.effect.wanders
+        ]
+        rival = max(red, key=lambda c: c.gain).solution if red else None
+        slow = slow_families(base.model, data.covariates)
+        found = {
+            name: pool.submit(screen_slow, blanks, base, data, rival)
+            for name, blanks in sorted(slow.items())
+        }
         bursts = pool.submit(screen_bursts, spectral.candidates, data)
         moments = pool.submit(screen_moments, base, data, whitened)
         lines = lines_found.result()
@@ -242,13 +233,16 @@ def _removed(fit: Fit, solution: Solution, candidate: Candidate) -> float:
 
 
 def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
-    """Where a standard coefficient explains the record as well as the winner, it goes first."""
-    if not ranked or ranked[0].kind in STANDARD:
+    """Where a standard coefficient explains the record as well as the winner, it goes first.
+
+    At a tie the record does not ask for anything else.
+    """
+    if not ranked or ranked[0].effect.standard:
         return ranked
     top = ranked[0]
     for other in ranked[1:]:
         if (
-            other.kind in STANDARD
+            other.effect.standard
             and other.significant == top.significant
             and top.delta_bic - other.delta_bic < RIVAL
             and (other.kind in top.effect.rivals or top.kind in other.effect.rivals)
@@ -262,13 +256,13 @@ def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
 
     Flicker and random walk missing at once look like one exponent between them.
     """
-    if not ranked or ranked[0].kind != "power_law":
+    if not ranked or not ranked[0].effect.last_resort:
         return ranked
     top, present = ranked[0], {e.kind for e in fit.model}
     alone = [
         s
         for s in ranked[1:]
-        if s.kind in STANDARD and s.kind not in present and isinstance(s.effect, Stochastic)
+        if s.effect.standard and s.kind not in present and isinstance(s.effect, Stochastic)
     ]
     best: tuple[float, list[Suggestion]] = (top.delta_bic - RIVAL, [])
     for pair in combinations(alone, 2):

@@ -77,7 +77,7 @@ def _white_power(
 ) -> tuple[NDArray[np.float64] | None, float, float]:
     """Power over time of the octaves that the white effect dominates, its share in them, and values of all for each."""
     effects = solution.model.stochastic
-    place = next((i for i, e in enumerate(effects) if e.kind == "angle_random_walk"), None)
+    place = next((i for i, e in enumerate(effects) if e.white), None)
     if place is None:
         return None, 0.0, 0.0
     bands = whitened.bands
@@ -183,7 +183,7 @@ def screen_outliers(
     """
     from scipy.special import log_ndtr, ndtri_exp
 
-    if any(e.kind == "outliers" for e in solution.model):
+    if not Outliers.candidates(solution.model, data.covariates):
         return None
     centre = np.median(samples)
     # The widest of three quantiles: noise that is merely not normal has no outliers.

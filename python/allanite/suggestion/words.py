@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects.sinusoid import Sinusoid
-from allanite.numbers import tidy
-from allanite.parameters import Estimate
+from allanite.common.numbers import tidy
+from allanite.common.parameters import Estimate
+from allanite.effects import Periodic
 from allanite.suggestion.drifts import column_slopes
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
         if isinstance(v, Estimate)
     )
     name = before.display_name(effect)
-    if isinstance(effect, Sinusoid) and effect.overtones:
+    if isinstance(effect, Periodic) and len(effect.lines) > 1:
         name += f" with harmonics {', '.join(str(m) for m, _, _ in effect.lines[1:])}"
     text = f"{name} ({numbers})" if numbers else name
     curve = found.curve
@@ -52,7 +52,7 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
 
 def _hysteresis(effect: Effect, found: Fit) -> str:
     """Whether a column acts on slow and fast time scales alike."""
-    if effect.kind != "covariate":
+    if effect.follows is None:
         return ""
     slopes = column_slopes(found.solution, found.data)
     if slopes is None or abs(slopes[0][0] - slopes[0][1]) < 2.0 * slopes[1]:

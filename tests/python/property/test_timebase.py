@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from allanite.timebase import TIME_UNITS, read_stamps
+from allanite.recording.timebase import TIME_UNITS, read_stamps
 
 
 @settings(max_examples=300, deadline=None)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from allanite.errors import AllaniteError, InputError, TooShortError
+from allanite.common.errors import AllaniteError, InputError, TooShortError
 from allanite.readers import read
 from allanite.readers._table import role_of, sensor_kind, split_unit
 

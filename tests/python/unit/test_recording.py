@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from allanite.errors import AllaniteError, InputError, TooShortError
+from allanite.common.errors import AllaniteError, InputError, TooShortError
 from allanite.recording import Recording
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 from allanite.recording import Recording
-from allanite.timebase import read_stamps
+from allanite.recording.timebase import read_stamps
 
 N = 20_000
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.asked import positive_rate
-from allanite.errors import InputError, TooShortError
-from allanite.samples import index_of
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.validation import positive_rate
+from allanite.recording.samples import index_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

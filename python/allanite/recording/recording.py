@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.asked import moment, positive_rate
-from allanite.errors import InputError
-from allanite.samples import column_names, covariate, index_of, locked, own
-from allanite.timebase import Stamps, fill_gaps, read_stamps
-from allanite.units import conversion, parse_unit, rate_unit
+from allanite.common.errors import InputError
+from allanite.common.units import conversion, parse_unit, rate_unit
+from allanite.common.validation import moment, positive_rate
+from allanite.recording.samples import column_names, covariate, index_of, locked, own
+from allanite.recording.timebase import Stamps, fill_gaps, read_stamps
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from allanite.audit import Finding
     from allanite.plots import Figure
+    from allanite.recording.audit import Finding
 
 __all__ = ["QUANTITIES", "Recording"]
 
@@ -205,7 +205,7 @@ class Recording:
     def audit(self) -> list[Finding]:
         """What is odd about the data; found at the first access, never repaired."""
         if self._audit is None:
-            from allanite.audit import audit
+            from allanite.recording.audit import audit
 
             self._fix(_audit=audit(self))
         return list(self._audit or [])
@@ -374,7 +374,7 @@ class Recording:
         return import_module("allanite.plots").plot_recording(self, path, theme)
 
     def _repr_html_(self) -> str:
-        from allanite.showing import recording_html
+        from allanite.common.showing import recording_html
 
         return recording_html(self)
 

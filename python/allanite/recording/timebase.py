@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.errors import InputError
-from allanite.showing import brief
-from allanite.stamp_units import TIME_UNITS, numbers_of, unit_of_stamps
-from allanite.steps import Steps
+from allanite.common.errors import InputError
+from allanite.common.showing import brief
+from allanite.recording.stamp_units import TIME_UNITS, numbers_of, unit_of_stamps
+from allanite.recording.steps import Steps
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

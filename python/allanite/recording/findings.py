@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from allanite.timebase import Stamps
+    from allanite.recording.timebase import Stamps
 
 __all__ = ["Finding", "of_stamps"]
 

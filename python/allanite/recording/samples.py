@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.errors import InputError, TooShortError
+from allanite.common.errors import InputError, TooShortError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

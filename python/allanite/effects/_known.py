@@ -1,0 +1,143 @@
+"""Known functions of time, and those that are lines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Effect
+
+__all__ = ["Deterministic", "Periodic"]
+
+
+@dataclass(frozen=True)
+class Deterministic(Effect):
+    """A known function of time or of another column, linear in its amplitudes.
+
+    One that is not `Periodic` is slow: it is looked for in the lowest ordinates alone.
+    """
+
+    screened: ClassVar[str] = "slow"
+    family: ClassVar[str] = "drift"
+
+    #: Whether it says nothing about another time than its own (a step): no half of a record predicts the other.
+    happens_once: ClassVar[bool] = False
+
+    def regressors(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """Shape (n, k): the functions whose amplitudes are fitted, at this shape; `time` in s from 0."""
+        raise NotImplementedError
+
+    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+        """A copy whose values have these k fitted amplitudes."""
+        raise NotImplementedError
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """The k amplitudes of the values held now."""
+        raise NotImplementedError
+
+    def signal(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """Shape (n,): what this effect adds to the samples, U."""
+        return np.asarray(self.regressors(time, covariates) @ self.amplitudes())
+
+    def sampler(
+        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A function (first, last) → what this effect adds to samples first … last − 1 of a record of n, U.
+
+        As here, the whole record is computed once; an effect that looks at one time after the other needs no more
+        than the samples asked for (`_pointwise`).
+        """
+        whole = self.signal(np.arange(n) / rate, covariates)
+        return lambda first, last: whole[first:last]
+
+    def _pointwise(
+        self, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A `sampler` whose samples depend on their own time alone."""
+        return lambda first, last: self.signal(np.arange(first, last) / rate, covariates)
+
+    @classmethod
+    def regressor_ordinates(
+        cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
+    ) -> NDArray[np.float64] | None:
+        """Cosine transform of the one regressor of each point at ordinates j, shape (points, ordinates).
+
+        None, as here, where it has no closed form and the regressor has to be transformed. `start` is the time of the
+        first of n samples, s.
+        """
+        return None
+
+    def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+        """Allan variance at averaging factors m, U²; 0, as here, where it depends on the record."""
+        return np.zeros(np.shape(m))
+
+
+@dataclass(frozen=True)
+class Periodic(Deterministic):
+    """A sum of lines at multiples of one frequency.
+
+    Each is looked for in a window about its frequency, whose value is polished against the spectrum; what one half of a
+    record says of the other is the power of the lines, never their phase.
+    """
+
+    frequency: float | None = None
+
+    screened: ClassVar[str] = "line"
+    family: ClassVar[str] = "line"
+
+    @classmethod
+    def at(cls, frequency: float, multiples: Sequence[int]) -> Self | None:
+        """The effect at a line found in a spectrum whose harmonics at these `multiples` (1 among them) stand out.
+
+        None, for an effect that has places of its own, where it is none of its lines.
+        """
+        return cls(frequency=frequency)
+
+    def sampler(
+        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A function (first, last) → samples of the lines."""
+        return self._pointwise(rate, covariates)
+
+    @property
+    def lines(self) -> tuple[tuple[int, float, float], ...]:
+        """(multiple of the frequency, amplitude, phase) of each line: amplitude · sin(2π·multiple·f·t + phase)."""
+        raise NotImplementedError
+
+    def regressors(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """Two columns, sin and cos, for each line."""
+        angle = 2.0 * np.pi * (self.frequency or 0.0) * time
+        return np.column_stack([w(m * angle) for m, _, _ in self.lines for w in (np.sin, np.cos)])
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """(A cos φ, A sin φ) of each line."""
+        return np.array([a * w(p) for _, a, p in self.lines for w in (np.cos, np.sin)])
+
+    def signal(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """Shape (n,): A sin(2πft + φ) of each line, in half the time that its two regressors take."""
+        angle = 2.0 * np.pi * (self.frequency or 0.0) * time
+        total = np.zeros(time.size)
+        for multiple, amplitude, phase in self.lines:
+            total += amplitude * np.sin(multiple * angle + phase)
+        return total
+
+    def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+        """A² sin⁴(πfτ)/(m sin(πfτ0))² of each sampled line."""
+        total = np.zeros(np.shape(m))
+        for multiple, amplitude, _ in self.lines if self.frequency else ():
+            f = multiple * (self.frequency or 0.0)
+            gain = np.sin(np.pi * f * m / rate) ** 4 / (m * np.sin(np.pi * f / rate)) ** 2
+            total += amplitude**2 * gain
+        return total
