@@ -9,6 +9,7 @@ mod doorway;
 mod envelope;
 mod errors;
 mod likelihood;
+mod kalman;
 mod lstsq;
 mod noise;
 mod spectrum;
@@ -33,7 +34,7 @@ mod _core {
 
     // noise
     #[pymodule_export]
-    use super::noise::{Simulator, simulate};
+    use super::noise::{Simulator, power_law_bank, simulate};
 
     // text
     #[pymodule_export]
@@ -49,6 +50,9 @@ mod _core {
     // likelihood
     #[pymodule_export]
     use super::likelihood::Likelihood;
+    // kalman
+    #[pymodule_export]
+    use super::kalman::{kalman_filter, kalman_smooth};
 
     // lstsq
     #[pymodule_export]
