@@ -1,9 +1,10 @@
 """The likelihood of a model that is not perfect.
 
-In each bin b the power over what the model expects is e^{ε_b} χ²_n/n with an unknown discrepancy ε_b ~ δ t₂: most bins are right, a
-few may be far off. t₂ is a normal of variance δ²w with w inverse-gamma (1, 1); for a given w the bin's power is close to a
-gamma variable of the same mean and log-variance 2/n + δ²w, so that the marginal likelihood is a short sum over w. δ = 0 is the
-Whittle likelihood. A bin that disagrees keeps the vote of the few degrees of freedom that its w leaves (`Judged.weight`).
+In each bin b the power over what the model expects is e^{ε_b} χ²_n/n with an unknown discrepancy ε_b ~ δ t₂: most
+bins are right, a few may be far off. t₂ is a normal of variance δ²w with w inverse-gamma (1, 1); for a given w the
+bin's power is close to a gamma variable of the same mean and log-variance 2/n + δ²w, so that the marginal likelihood
+is a short sum over w. δ = 0 is the Whittle likelihood. A bin that disagrees keeps the vote of the few degrees of
+freedom that its w leaves (`Judged.weight`).
 
 Computed by the core (`_kernels.Likelihood`), with 14 nodes in w.
 
@@ -36,8 +37,8 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-#: A discrepancy is claimed where it raises logL by this much; half of χ²₁ reaches it in 0.7 % of true models, in all others δ
-#: is 0 and the fit is the Whittle fit.
+#: A discrepancy is claimed where it raises logL by this much; half of χ²₁ reaches it in 0.7 % of true models, in all
+#: others δ is 0 and the fit is the Whittle fit.
 EVIDENCE = 3.0
 #: Scales tried, 16 a decade: within one step the likelihood falls by less than 0.05.
 SCALES = np.geomspace(1e-3, 3.0, 57)
