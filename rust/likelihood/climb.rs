@@ -166,7 +166,7 @@ pub fn climb_many(
             power.len()
         )));
     }
-    let work = |_: &mut (), i: usize| {
+    let work = |(): &mut (), i: usize| {
         let columns = &columns[i * size..(i + 1) * size];
         let problem = Problem { likelihood, power, columns, offset: None };
         problem.climb(&starts[i * p..(i + 1) * p], scale, rounds)

@@ -38,6 +38,7 @@ unsafe fn marginal_512(blocks: &[Block], y: &[f64], weight: &mut [f64]) -> f64 {
     marginal_body::<true>(blocks, y, weight)
 }
 
+#[allow(clippy::needless_range_loop)] // node and lane index several arrays alike
 #[inline(always)]
 fn marginal_body<const FUSED: bool>(blocks: &[Block], y: &[f64], weight: &mut [f64]) -> f64 {
     let (y, weight) = (y.as_chunks::<WIDTH>().0, weight.as_chunks_mut::<WIDTH>().0);
