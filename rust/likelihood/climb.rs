@@ -11,6 +11,8 @@ use crate::{Error, Result};
 const STEPS: [f64; 6] = [1.0, 0.5, 0.25, 0.1, 0.03, 0.01];
 /// A round that gains less is the last.
 const GAIN: f64 = 1e-6;
+/// Climbs for which a thread is worth its start.
+const WORTH: usize = 8;
 
 /// A spectrum S = offset + Gθ to be fitted.
 #[derive(Clone, Copy)]
@@ -144,7 +146,8 @@ impl Problem<'_> {
     }
 }
 
-/// `climb` from many starts, each with columns of its own: `columns` has shape (m, p, bins), `starts` (m, p).
+/// `climb` without an offset from many starts, each with columns of its own: `columns` has shape (m, p, bins), `starts` (m, p).
+#[allow(clippy::too_many_arguments)] // they are the problem
 pub fn climb_many(
     likelihood: &Likelihood,
     power: &[f64],
@@ -163,10 +166,11 @@ pub fn climb_many(
             power.len()
         )));
     }
-    let work = |_: &mut (), i: usize| {
+    let work = |(): &mut (), i: usize| {
         let columns = &columns[i * size..(i + 1) * size];
         let problem = Problem { likelihood, power, columns, offset: None };
         problem.climb(&starts[i * p..(i + 1) * p], scale, rounds)
     };
-    parallel::for_each(parallel::default_threads(), m, stop, || (), work)?.into_iter().collect()
+    let threads = parallel::default_threads().min(m.div_ceil(WORTH));
+    parallel::for_each(threads, m, stop, || (), work)?.into_iter().collect()
 }

@@ -12,7 +12,10 @@ const FLUSH: usize = 128;
 /// Marginal logL but for a constant, and twice the mean shape of each bin into `weight`; `y` and `weight` are whole blocks.
 pub fn marginal(blocks: &[Block], y: &[f64], weight: &mut [f64]) -> f64 {
     #[cfg(target_arch = "x86_64")]
-    if crate::rng::is_wide() {
+    if std::arch::is_x86_feature_detected!("avx512f") {
+        // SAFETY: AVX-512 has just been found on this machine.
+        return unsafe { marginal_512(blocks, y, weight) };
+    } else if crate::rng::is_wide() {
         // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
         return unsafe { marginal_wide(blocks, y, weight) };
     }
@@ -27,6 +30,15 @@ unsafe fn marginal_wide(blocks: &[Block], y: &[f64], weight: &mut [f64]) -> f64 
     marginal_body::<true>(blocks, y, weight)
 }
 
+/// # Safety
+/// The processor has AVX-512.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+unsafe fn marginal_512(blocks: &[Block], y: &[f64], weight: &mut [f64]) -> f64 {
+    marginal_body::<true>(blocks, y, weight)
+}
+
+#[allow(clippy::needless_range_loop)] // node and lane index several arrays alike
 #[inline(always)]
 fn marginal_body<const FUSED: bool>(blocks: &[Block], y: &[f64], weight: &mut [f64]) -> f64 {
     let (y, weight) = (y.as_chunks::<WIDTH>().0, weight.as_chunks_mut::<WIDTH>().0);
