@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from allanite.fit import fit_model
 from allanite.fit.prediction import worse
 from allanite.study.ladder import Rung, Study
@@ -23,8 +25,9 @@ __all__ = ["LIMIT", "improve", "next_rung"]
 
 #: No sensor record supports more additions than this.
 LIMIT = 8
-#: What an error may rise by on a rung: a tenth of it, and a quarter of what chance alone gives.
-SLACK, CHANCE = 1.1, 0.25
+#: What a discrepancy may rise by on a rung, and how often what chance alone gives of the Allan error, whose points at long τ
+#: move together.
+SLACK, CHANCE = 1.1, 2.0
 
 
 def improve(
@@ -117,7 +120,7 @@ def _accepted(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
     if old.adev_rms_percent is None or new.adev_rms_percent is None:
         return True
     chance = CHANCE * (new.chance_rms_percent or 0.0)
-    return new.adev_rms_percent <= SLACK * old.adev_rms_percent + chance
+    return bool(new.adev_rms_percent <= np.hypot(old.adev_rms_percent, chance))
 
 
 def _predicts(before: Fit, after: Fit) -> bool:
