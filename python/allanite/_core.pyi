@@ -112,7 +112,9 @@ def allan_law(
 # -- likelihood
 @final
 class Likelihood:
-    def __new__(cls, count: NDArray[np.float64], scales: NDArray[np.float64]) -> Self: ...
+    def __new__(
+        cls, count: NDArray[np.float64], scales: NDArray[np.float64], cells: Sequence[int]
+    ) -> Self: ...
     def judge(
         self, power: NDArray[np.float64], spectrum: NDArray[np.float64], scale: int | None
     ) -> tuple[float, NDArray[np.float64]]: ...

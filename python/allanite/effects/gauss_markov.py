@@ -66,8 +66,8 @@ class GaussMarkov(Stochastic):
         return self.q_c * float(np.sqrt(self.correlation_time / 2.0))
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """From two samples to half the record, where it becomes a random walk; 8 a decade."""
-        low, high = 2.0 / rate, 0.5 * n / rate
+        """From four samples (a faster lag is a filter) to half the record, where it becomes a random walk; 8 a decade."""
+        low, high = 4.0 / rate, 0.5 * n / rate
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:

@@ -200,7 +200,7 @@ def swapped(
             continue
         for found in alternatives(fit, place):
             pair = (effect.kind, found.effect.kind)
-            if pair[::-1] in tried or found.evidence < CLEARLY:
+            if pair[::-1] in tried or found.evidence < CLEARLY or found.effect.last_resort:
                 continue
             if best is None or found.evidence > best[0]:
                 best = found.evidence, found, effect.kind
