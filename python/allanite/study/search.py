@@ -25,8 +25,8 @@ __all__ = ["LIMIT", "improve", "next_rung"]
 
 #: No sensor record supports more additions than this.
 LIMIT = 8
-#: What a discrepancy may rise by on a rung, and how often what chance alone gives of the Allan error, whose points at long τ
-#: move together.
+#: What a discrepancy may rise by on a rung, and how often what chance alone gives of the Allan error, whose points
+#: at long τ move together.
 SLACK, CHANCE = 1.1, 2.0
 
 
