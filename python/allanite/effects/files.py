@@ -14,7 +14,7 @@ from allanite.effects.strings import parse_string
 
 __all__ = ["model_from_dict", "model_to_dict", "parse_model", "save_model"]
 
-SCHEMAS = ("allanite/model/1", "allanite/fit/1", "allanite/check/1")
+SCHEMAS = ("allanite/model/1", "allanite/fit/1", "allanite/check/1", "allanite/check/2")
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:

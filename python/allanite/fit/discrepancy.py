@@ -1,8 +1,9 @@
 """The likelihood of a model that is not perfect.
 
 In each bin b the power over what the model expects is e^{ε_b} χ²_n/n with an unknown discrepancy ε_b ~ δ t₂: most bins are
-right, a few may be far off. t₂ is a normal of variance δ²w with w inverse-gamma (1, 1); for a given w the bin's power is
-close to a gamma variable of the same mean and log-variance 2/n + δ²w, so that the marginal likelihood is a short sum over w.
+right, a few may be far off. t₂ is a normal of variance δ²w with w inverse-gamma (1, 1); for a given w the bin's power
+is close to a gamma variable of the same mean and log-variance 2/n + δ²w, so that the marginal likelihood is a short sum
+over w.
 δ = 0 is the Whittle likelihood. A bin that disagrees keeps the vote of the few degrees of freedom that its w leaves.
 
 Computed by the core (`_kernels.Likelihood`), with 14 nodes in w.

@@ -1,8 +1,8 @@
 """Coefficients, shapes and the scale of the discrepancy climbed together.
 
-Each step is a linear least-squares problem in the effective degrees of freedom — coefficients that are not negative, changes
-of the shapes within a trust region — halved until the likelihood rises (Levenberg 1944; the non-negative part Lawson &
-Hanson 1974). Only columns whose shapes move are computed anew (`data.column` remembers the others).
+Each step is a linear least-squares problem in the effective degrees of freedom — coefficients that are not negative,
+changes of the shapes within a trust region — halved until the likelihood rises (Levenberg 1944; the non-negative part
+Lawson & Hanson 1974). Only columns whose shapes move are computed anew (`data.column` remembers the others).
 """
 
 from __future__ import annotations

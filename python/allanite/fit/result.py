@@ -179,7 +179,8 @@ class Fit:
     @cached_property
     def discrepancy(self) -> Discrepancy:
         """By how much the model is wrong where it is: 0 where nothing speaks against it."""
-        low, high = scale_interval(*self._random(), self.solution.best.scale)
+        s = self.solution
+        low, high = scale_interval(s.power, s.count, s.spectrum, s.best.scale)
         # Scales are of ln power; a deviation has half of it.
         return Discrepancy(50.0 * self.solution.discrepancy, (50.0 * low, 50.0 * high))
 
@@ -190,10 +191,6 @@ class Fit:
         best = float(-0.5 * s.count @ (np.log(s.power) + 1.0))
         plain = judge(s.power, s.count, s.spectrum, s.best.scale).log_likelihood
         return best - plain - chance_deviance(s.count)
-
-    def _random(self) -> tuple[Any, Any, Any]:
-        s = self.solution
-        return s.power, s.count, s.spectrum
 
     @property
     def adequate(self) -> bool:

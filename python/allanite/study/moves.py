@@ -176,11 +176,11 @@ def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | 
         noise = base.noise(data)
         for blank in blanks:
             assert isinstance(blank, Deterministic)
-            points = grid_points(blank, data)
-            gains, _ = matched_gains(points, base.ordinates, noise, data)
+            slow = grid_points(blank, data)
+            gains, _ = matched_gains(slow, base.ordinates, noise, data)
             top = int(np.argmax(gains))
             if best is None or gains[top] > best[0]:
-                best = float(gains[top]), points[top]
+                best = float(gains[top]), slow[top]
         return None if best is None else solve(data, base.model + best[1], rounds=3)
     return None
 

@@ -140,7 +140,7 @@ def test_documents_of_files(tmp_path):
     rungs = [{"effects": []}, {"effects": document["effects"]}]
     path.write_text(
         json.dumps(
-            {"schema": "allanite/improve/1", "recording": document["recording"], "ladder": rungs}
+            {"schema": "allanite/improve/2", "recording": document["recording"], "ladder": rungs}
         )
     )
     assert axes_of(documents_of(path))[0].coefficients["N"] == pytest.approx(RAD)

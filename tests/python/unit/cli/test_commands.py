@@ -63,14 +63,14 @@ def test_adev(run, log, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("command", "schema"), [("fit", "fit"), ("check", "check"), ("improve", "improve")]
+    ("command", "schema"), [("fit", "fit/1"), ("check", "check/2"), ("improve", "improve/2")]
 )
 def test_fit_check_improve(run, log, command, schema):
     needs("deviation")
     code, out, err = run(command, log, "--model", "N", "--json")
     assert (code, err) == (0, "")
     document = strict(out)
-    assert document["schema"] == f"allanite/{schema}/1"
+    assert document["schema"] == f"allanite/{schema}"
     assert document["recording"]["path"] == str(log)
     code, out, _ = run(command, log, "--model", "N")
     assert code == 0

@@ -37,18 +37,20 @@ def test_check_without_a_failure_shades_nothing():
 
 def test_study_shows_the_ladder_and_both_ends(study):
     figure = plot_study(study)
-    chi, allan_error, held, curve = figure.panels
-    assert [text.split("\n")[0] for _, text in chi.y.ticks] == [
+    left, allan_error, discrepancy, curve = figure.panels
+    assert [text.split("\n")[0] for _, text in left.y.ticks] == [
         "start",
         "+ Gauss-Markov process",
         "+ sinusoid",
     ]
-    assert chi.y.reverse
-    (bars,) = chi.find(Bars)
-    np.testing.assert_allclose(bars.values, [r.fit.misfit.reduced for r in study.ladder])
+    assert left.y.reverse
+    (bars,) = left.find(Bars)
+    np.testing.assert_allclose(bars.values, study.misfit_left)
+    assert bars.values[0] == 100.0
     (chance,) = allan_error.find(Rule)
     assert chance.value == study.fit.error.chance_rms_percent
-    assert held.find(Bars)[0].values[0] == study.ladder[0].fit.error.predictive.score
+    (bars,) = discrepancy.find(Bars)
+    np.testing.assert_allclose(bars.values, [r.fit.discrepancy.percent for r in study.ladder])
     labels = [m.label for m in curve.find(Line)]
     assert labels == [
         f"first model: {study.ladder[0].fit.model.name}",
