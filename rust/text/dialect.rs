@@ -6,6 +6,9 @@ use super::cells::{Delimiter, before_comment, is_comment, is_missing, number, sp
 use super::{Meta, Options};
 use crate::{Error, Result};
 
+/// Bytes of a row that is no moment of a log: some ten thousand columns.
+const LONGEST_ROW: usize = 1 << 18;
+
 /// How a log is written.
 #[derive(Debug, Clone)]
 pub(super) struct Dialect {
@@ -55,6 +58,13 @@ impl Dialect {
         }
         if lines.is_empty() {
             return Err(no_rows(name));
+        }
+        if let Some(line) = lines.iter().find(|line| line.text.len() > LONGEST_ROW) {
+            return Err(Error::Input(format!(
+                "{name}: row {} has {} bytes: a row is one moment; samples that stand in a row have to be transposed",
+                line.number,
+                line.text.len()
+            )));
         }
         let (delimiter, decimal_comma) = choose(&lines, comment.as_ref(), options);
         let number = |cell: &[u8]| number(cell, decimal_comma);

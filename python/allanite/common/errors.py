@@ -6,11 +6,20 @@ the exception's own one-line message, which names the file, row or option, what 
 
 from __future__ import annotations
 
+from allanite.common.plain import plain
+
 __all__ = ["AllaniteError", "InputError", "TooShortError"]
 
 
+#: Letters of a message.
+MOST = 288
+
+
 class AllaniteError(Exception):
-    """Anything that allanite itself reports."""
+    """Anything that allanite itself reports: one line, in which control characters are shown."""
+
+    def __str__(self) -> str:
+        return plain(super().__str__(), MOST)
 
 
 class InputError(AllaniteError, ValueError):

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import AllaniteError, InputError
+from allanite.common.errors import AllaniteError, InputError, TooShortError
+from allanite.common.plain import plain
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
 from allanite.recording import Recording
@@ -85,7 +86,7 @@ def read(
         return _recording(path, request)
     except AllaniteError as error:
         text = str(error)
-        raise type(error)(text if str(path) in text else f"{path}: {text}") from None
+        raise type(error)(text if plain(path) in text else f"{path}: {text}") from None
 
 
 def _recording(path: Path, request: Request) -> Recording:
@@ -118,7 +119,7 @@ def _recording(path: Path, request: Request) -> Recording:
         quantity=quantity,
         columns=[table.names[i] for i in choice.samples],
         covariates={table.names[i]: table[i] for i in choice.covariates},
-        path=path,
+        path=plain(path),
         # One unit for all columns is the samples': it says nothing of a temperature beside them.
         covariate_units={
             table.names[i]: (len(set(table.units)) > 1 and table.units[i]) or "1"
@@ -132,7 +133,7 @@ def read_table(path: Path, pick: Picker) -> Table:
     """Read the columns of a log that are picked, by the reader of its format."""
     if path.is_dir():
         if (path / "metadata.yaml").exists():
-            return _reader("rosbag")(path, pick)
+            return _read("rosbag", path, pick)
         raise InputError(f"{path} is a directory: name the log file in it")
     try:
         size = path.stat().st_size
@@ -142,10 +143,25 @@ def read_table(path: Path, pick: Picker) -> Table:
         raise InputError(f"{path}: {error.strerror or error}") from None
     if size == 0 and path.is_file():
         raise InputError(f"{path}: the file is empty")
+    table = _read(FORMATS.get(path.suffix.lower(), "text"), path, pick)
+    if table.n == 0 and any(column is not None for column in table.columns):
+        raise TooShortError(f"{path}: no row in it")
+    return table
+
+
+def _read(form: str, path: Path, pick: Picker) -> Table:
+    """The one place where what a reader or a foreign library raises becomes one line."""
     try:
-        return _reader(FORMATS.get(path.suffix.lower(), "text"))(path, pick)
+        return _reader(form)(path, pick)
+    except (AllaniteError, ModuleNotFoundError):
+        raise
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except MemoryError:
+        raise InputError(f"{path}: does not fit into memory") from None
+    except Exception as error:  # damaged bytes lead libraries to anything
+        what = f"{type(error).__name__}: {plain(error, 100)}"
+        raise InputError(f"{path}: damaged, or not what its name says ({what})") from None
 
 
 def _reader(name: str) -> Callable[[Path, Picker], Table]:

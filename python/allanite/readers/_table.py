@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
+from allanite.common.plain import plain
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
 from allanite.recording.timebase import TIME_UNITS
 
@@ -43,6 +44,11 @@ class Table:
     rate: float | None = None
     time: NDArray[Any] | None = None
     named: bool = True
+
+    def __post_init__(self) -> None:
+        # Names and units are a stranger's text.
+        object.__setattr__(self, "names", tuple(map(plain, self.names)))
+        object.__setattr__(self, "units", tuple(u and plain(u) for u in self.units))
 
     def __getitem__(self, at: int) -> NDArray[Any]:
         """Return a column that was asked for."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from allanite import _kernels
 from allanite.common.errors import InputError
+from allanite.common.plain import plain
 from allanite.readers._table import Table, split_unit
 
 if TYPE_CHECKING:
@@ -52,4 +53,4 @@ def read(path: Path, pick: Picker) -> Table:
 def split_header(header: list[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
     """Split header cells into names and units."""
     pairs = [split_unit(cell) for cell in header]
-    return tuple(name for name, _ in pairs), tuple(unit for _, unit in pairs)
+    return tuple(plain(name) for name, _ in pairs), tuple(unit and plain(unit) for _, unit in pairs)

@@ -381,7 +381,7 @@ def find_column(name: str | int, columns: Sequence[str], path: str | None = None
     """Index of a column by name, or by 0-based index also as text."""
     if isinstance(name, str) and name in columns:
         return list(columns).index(name)
-    if (isinstance(name, int) or name.isdigit()) and 0 <= int(name) < len(columns):
+    if (isinstance(name, int) or name.isdecimal()) and 0 <= int(name) < len(columns):
         return int(name)
     where = "" if path is None else f"{path}: "
     raise InputError(f"{where}unknown column {name!r}: the columns are {', '.join(columns)}")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.plain import plain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -79,7 +80,7 @@ def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[st
         return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
     if len(columns) != k:
         raise InputError(f"{len(columns)} column names for {k} columns")
-    return tuple(columns)
+    return tuple(plain(name) for name in columns)
 
 
 def covariate(name: str, values: ArrayLike, n: int, where: str) -> NDArray[np.float64]:
