@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.asked import positive_rate
+from allanite.effects import find, standard
 from allanite.errors import InputError
 from allanite.parameters import Estimate
 from allanite.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
@@ -18,15 +19,6 @@ if TYPE_CHECKING:
 __all__ = ["Axis", "axes_of", "documents_of", "header", "needed", "rate_of", "split", "worst"]
 
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
-# Coefficient → its effect and the power of seconds of its unit (CONTRACT's table).
-COEFFICIENTS = {
-    "Q": ("quantization", 1.0),
-    "N": ("angle_random_walk", 0.5),
-    "B": ("bias_instability", 0.0),
-    "K": ("rate_random_walk", -0.5),
-    "R": ("rate_ramp", -1.0),
-}
-NAMES = {kind: name for name, (kind, _) in COEFFICIENTS.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,14 +110,16 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
     coefficients = {}
     others = []
     for effect in effects:
-        name = NAMES.get(effect["kind"])
-        if name is None:
+        known = find(effect["kind"])
+        if known is None or known.standard is None:
             others.append(effect["kind"])
             continue
+        name = known.standard.name
         given = effect["parameters"][name]
         if given.get("value") is None:
             raise InputError(f"{source}: {effect['kind']} has no value: fit it first")
-        power = COEFFICIENTS[name][1]
+        power = known.parameter(name).unit
+        assert not isinstance(power, str)
         estimate = Estimate(
             given["value"],
             given.get("std_error"),
@@ -159,7 +153,7 @@ def needed(axis: Axis, name: str, target: str) -> tuple[float, str]:
     """
     estimate = axis.coefficients.get(name)
     if estimate is None:
-        kind = COEFFICIENTS[name][0]
+        kind = standard()[name].kind
         raise InputError(
             f"{target} needs {name} ({kind}) and the model of {axis.name} has none: fit one"
             f" with {name} (a bias instability is not a random walk)"
