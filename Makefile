@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo screenshots test test-rust test-python lint bench bars miri clean gallery
+.PHONY: help demo screenshots test test-all test-rust test-python test-statistical lint bench bars miri clean gallery
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -35,13 +35,18 @@ screenshots: $(VENV)/.developed ## photograph the page in both themes (needs chr
 	$(BIN)/python docs/screenshot_page.py
 	$(BIN)/python docs/screenshot_report.py
 
-test: test-rust test-python ## all tests
+test: test-rust test-python ## everything but the long simulations (minutes)
+
+test-all: test test-statistical ## with them: every statistical claim at its full number of records
 
 test-rust: ## the core's own tests, no interpreter needed
 	cargo test --quiet --locked
 
 test-python: $(VENV)/.developed ## the package's tests, warnings are errors
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'not statistical'
+
+test-statistical: $(VENV)/.developed ## the long simulations alone
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m statistical
 
 lint: $(VENV)/.developed ## formatting, types, stubs, layers, clippy
 	cargo fmt --check

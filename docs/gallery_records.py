@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.numbers import number
+from allanite.common.numbers import number
 
 if TYPE_CHECKING:
     import allanite as al

@@ -17,7 +17,7 @@ from pictures import picture
 
 import allanite as al
 from allanite._kernels import version
-from allanite.numbers import number, tidy
+from allanite.common.numbers import number, tidy
 from allanite.plots import plot_check, plot_study
 from allanite.plots.words import values_text
 from allanite.report.words import verdict

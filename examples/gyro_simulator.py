@@ -21,10 +21,10 @@ from pathlib import Path
 import numpy as np
 
 import allanite as al
+from allanite.common.units import conversion
 from allanite.fit.lines import FLICKER
 from allanite.plots.axes import log_axis
 from allanite.plots.spec import Figure, Line, Panel, Points
-from allanite.units import conversion
 
 RATE, HOURS, SEED = 10.0, 12.0, 4
 #: Table 2 of the project, in its units; allanite's unit of each coefficient for samples in deg/s.

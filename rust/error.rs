@@ -1,7 +1,7 @@
 //! What can be wrong with the input, with the numbers.
 //!
-//! `Input` variants become `allanite.errors.InputError` (exit code 2), `TooShort` becomes
-//! `allanite.errors.TooShortError` (exit code 3), `Interrupted` becomes `KeyboardInterrupt`.
+//! `Input` variants become `allanite.InputError` (exit code 2), `TooShort` becomes
+//! `allanite.TooShortError` (exit code 3), `Interrupted` becomes `KeyboardInterrupt`.
 
 /// Every way a call into the core can fail.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

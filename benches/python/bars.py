@@ -18,9 +18,9 @@ from bench_oadev import RATE, log_spaced, numba_recipe, octave
 from side_by_side import side_by_side
 
 from allanite import _kernels, deviation
-from allanite.accumulator import Accumulator
 from allanite.deviation import oadev
-from allanite.theo import theo1
+from allanite.deviation.accumulator import Accumulator
+from allanite.deviation.theo import theo1
 
 LINES = []
 

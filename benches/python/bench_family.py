@@ -7,8 +7,8 @@ import numpy as np
 from side_by_side import save, side_by_side
 
 from allanite import deviation
-from allanite.accumulator import Accumulator
-from allanite.theo import theo1
+from allanite.deviation.accumulator import Accumulator
+from allanite.deviation.theo import theo1
 
 
 def once(call):

@@ -9,9 +9,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from allanite.accumulator import Accumulator
+    from allanite.common.errors import AllaniteError, InputError, TooShortError
+    from allanite.common.parameters import Estimate
     from allanite.comparison import Curves, compare
-    from allanite.datasheet import DataSheet, compare_datasheet, read_datasheet
+    from allanite.comparison.datasheet import DataSheet, compare_datasheet, read_datasheet
     from allanite.deviation import (
         Deviation,
         adev,
@@ -28,7 +29,9 @@ if TYPE_CHECKING:
         totdev,
         ttotdev,
     )
-    from allanite.dynamic import DynamicDeviation, dynamic_oadev
+    from allanite.deviation.accumulator import Accumulator
+    from allanite.deviation.dynamic import DynamicDeviation, dynamic_oadev
+    from allanite.deviation.theo import theo1, theoh
     from allanite.effects import CATALOGUE, Effect, Model, parse_model, register
     from allanite.effects.angle_random_walk import AngleRandomWalk
     from allanite.effects.bandwidth import Bandwidth
@@ -46,11 +49,9 @@ if TYPE_CHECKING:
     from allanite.effects.resonance import Resonance
     from allanite.effects.sinusoid import Sinusoid
     from allanite.effects.warm_up import WarmUp
-    from allanite.errors import AllaniteError, InputError, TooShortError
     from allanite.fit import Fit, fit_model
     from allanite.fit.many import ManyFits, fit_many
     from allanite.page import explore
-    from allanite.parameters import Estimate
     from allanite.planning import Plan, Power, plan, power
     from allanite.readers import read
     from allanite.recording import Recording
@@ -58,7 +59,6 @@ if TYPE_CHECKING:
     from allanite.spectrum import Spectrum, psd
     from allanite.study import Study, improve
     from allanite.suggestion import Check, Suggestion
-    from allanite.theo import theo1, theoh
 
 _HOME = {
     "Deviation": "allanite.deviation",
@@ -75,16 +75,16 @@ _HOME = {
     "tierms": "allanite.deviation",
     "totdev": "allanite.deviation",
     "ttotdev": "allanite.deviation",
-    "DynamicDeviation": "allanite.dynamic",
-    "dynamic_oadev": "allanite.dynamic",
-    "theo1": "allanite.theo",
-    "theoh": "allanite.theo",
-    "Accumulator": "allanite.accumulator",
+    "DynamicDeviation": "allanite.deviation.dynamic",
+    "dynamic_oadev": "allanite.deviation.dynamic",
+    "theo1": "allanite.deviation.theo",
+    "theoh": "allanite.deviation.theo",
+    "Accumulator": "allanite.deviation.accumulator",
     "compare": "allanite.comparison",
     "Curves": "allanite.comparison",
-    "DataSheet": "allanite.datasheet",
-    "compare_datasheet": "allanite.datasheet",
-    "read_datasheet": "allanite.datasheet",
+    "DataSheet": "allanite.comparison.datasheet",
+    "compare_datasheet": "allanite.comparison.datasheet",
+    "read_datasheet": "allanite.comparison.datasheet",
     "CATALOGUE": "allanite.effects",
     "Effect": "allanite.effects",
     "Model": "allanite.effects",
@@ -106,15 +106,15 @@ _HOME = {
     "Resonance": "allanite.effects.resonance",
     "Sinusoid": "allanite.effects.sinusoid",
     "WarmUp": "allanite.effects.warm_up",
-    "AllaniteError": "allanite.errors",
-    "InputError": "allanite.errors",
-    "TooShortError": "allanite.errors",
+    "AllaniteError": "allanite.common.errors",
+    "InputError": "allanite.common.errors",
+    "TooShortError": "allanite.common.errors",
     "Fit": "allanite.fit",
     "fit_model": "allanite.fit",
     "ManyFits": "allanite.fit.many",
     "fit_many": "allanite.fit.many",
     "explore": "allanite.page",
-    "Estimate": "allanite.parameters",
+    "Estimate": "allanite.common.parameters",
     "Plan": "allanite.planning",
     "Power": "allanite.planning",
     "plan": "allanite.planning",

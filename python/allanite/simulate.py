@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.asked import SEEDS, positive, positive_rate, whole
+from allanite.common.errors import InputError
+from allanite.common.validation import SEEDS, positive, positive_rate, whole
 from allanite.effects import Model, parse_model
-from allanite.errors import InputError
 from allanite.recording import Recording
-from allanite.samples import covariate
+from allanite.recording.samples import covariate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

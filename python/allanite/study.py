@@ -124,7 +124,7 @@ class Study:
         return f"Study({self.recording.columns[0]}: {first} → {last}, {words})"
 
     def _repr_html_(self) -> str:
-        from allanite.showing import html_list, html_table
+        from allanite.common.showing import html_list, html_table
 
         rows = []
         for rung in self.ladder:

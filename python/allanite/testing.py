@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.errors import InputError
 from allanite.effects import (
     Deterministic,
     Effect,
@@ -28,7 +29,6 @@ from allanite.effects import (
 from allanite.effects import terms as _terms
 from allanite.effects.angle_random_walk import AngleRandomWalk
 from allanite.effects.gauss_markov import GaussMarkov
-from allanite.errors import InputError
 from allanite.simulate import simulate
 from allanite.spectrum import bins_of
 

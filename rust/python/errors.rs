@@ -5,8 +5,8 @@ use pyo3::exceptions::PyKeyboardInterrupt;
 
 use crate::Error;
 
-pyo3::import_exception!(allanite.errors, InputError);
-pyo3::import_exception!(allanite.errors, TooShortError);
+pyo3::import_exception!(allanite, InputError);
+pyo3::import_exception!(allanite, TooShortError);
 
 /// Each variant raises the class that `error.rs` names for it.
 pub fn to_python(error: Error) -> PyErr {

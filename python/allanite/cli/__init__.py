@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from allanite.errors import AllaniteError, TooShortError
+from allanite.cli.interrupt import heard
+from allanite.common.errors import AllaniteError, TooShortError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -79,8 +80,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _run(arguments: Sequence[str] | None) -> int:
     try:
-        code = cli.main(args=arguments, prog_name="allanite", standalone_mode=False)
-        sys.stdout.flush()
+        with heard(last=arguments is None):
+            code = cli.main(args=arguments, prog_name="allanite", standalone_mode=False)
+            sys.stdout.flush()
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.ctx.get_help() if error.ctx else str(error))
         return 0

@@ -69,10 +69,10 @@ def _is_log(item: str) -> bool:
 
 
 def _against_sheet(columns: list[Any], datasheet: str, model: str) -> list[Any]:
-    from allanite.datasheet import compare_datasheet, read_datasheet
+    from allanite.common.errors import InputError
+    from allanite.comparison.datasheet import compare_datasheet, read_datasheet
     from allanite.effects import find
     from allanite.effects.files import parse_model
-    from allanite.errors import InputError
 
     sheet = read_datasheet(datasheet)
     parsed = parse_model(model)
@@ -89,7 +89,7 @@ def _against_sheet(columns: list[Any], datasheet: str, model: str) -> list[Any]:
 
 def _fits(sheet: Any, column: Any) -> bool:
     """Tell whether the sheet speaks of this column's kind of sensor."""
-    from allanite.errors import InputError
+    from allanite.common.errors import InputError
 
     try:
         sheet.figures[0].in_unit(column.unit)

@@ -32,7 +32,7 @@ def command(
     """
     from pathlib import Path
 
-    from allanite.errors import InputError
+    from allanite.common.errors import InputError
     from allanite.page import open_page
     from allanite.page.source import Reading, Source
 

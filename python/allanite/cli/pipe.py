@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.errors import AllaniteError
+from allanite.common.errors import AllaniteError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -55,7 +55,7 @@ def command(
     """
     from allanite.cli.models import models_of
     from allanite.cli.output import dumps
-    from allanite.errors import InputError
+    from allanite.common.errors import InputError
     from allanite.planning import plan
     from allanite.planning import power as power_of
 
@@ -80,7 +80,7 @@ def command(
 
 def _share(text: str) -> float:
     """``10%`` or ``0.1``."""
-    from allanite.errors import InputError
+    from allanite.common.errors import InputError
 
     try:
         return float(text.strip().removesuffix("%")) / (100.0 if "%" in text else 1.0)

@@ -35,8 +35,8 @@ def command(
     """
     from allanite.cli import output as out
     from allanite.cli.options import columns_of
+    from allanite.common.errors import InputError
     from allanite.effects.files import parse_model
-    from allanite.errors import InputError
     from allanite.report.document import Entry, Report, kind_of, make_report
 
     parsed = parse_model(model)

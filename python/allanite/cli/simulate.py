@@ -40,10 +40,10 @@ def command(
     as_json: bool,
 ) -> None:
     """Simulate MODEL (a sum with values, e.g. "N(N=0.01)+K(K=1e-4)", or a model file)."""
-    from allanite.asked import positive, positive_rate, whole
     from allanite.cli.models import models_of
     from allanite.cli.output import check_target, dumps, whole_file
-    from allanite.errors import InputError
+    from allanite.common.errors import InputError
+    from allanite.common.validation import positive, positive_rate, whole
     from allanite.simulate import SAMPLES
 
     if (duration is None) == (samples is None):
@@ -93,7 +93,7 @@ def command(
 def _known_format(path: str) -> None:
     from pathlib import Path
 
-    from allanite.errors import InputError
+    from allanite.common.errors import InputError
 
     suffix = Path(path).suffix.lower()
     if suffix not in (".npy", ".npz", ".csv", ".txt"):

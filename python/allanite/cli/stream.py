@@ -12,18 +12,18 @@ import numpy as np
 
 from allanite.cli.options import is_number
 from allanite.cli.pipe import NAME, PIPE
-from allanite.errors import InputError, TooShortError
+from allanite.common.errors import InputError, TooShortError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from numpy.typing import NDArray
 
-    from allanite.accumulator import Accumulator
     from allanite.cli.options import LogOptions
     from allanite.deviation import Deviation
-    from allanite.findings import Finding
+    from allanite.deviation.accumulator import Accumulator
     from allanite.readers._choice import Request
+    from allanite.recording.findings import Finding
 
     _Header = tuple[tuple[str, ...], tuple[str | None, ...]]
     _Rows = Callable[[list[int]], Iterator[NDArray[Any]]]
@@ -107,12 +107,12 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
     TooShortError
         Too few rows.
     """
-    from allanite.averaging import positive_rate
     from allanite.cli.clock import Clock
-    from allanite.findings import of_stamps
+    from allanite.deviation.averaging import positive_rate
     from allanite.readers import looks_like_time
     from allanite.readers._choice import Request, choose
     from allanite.readers._table import Table, time_unit_of
+    from allanite.recording.findings import of_stamps
 
     request = Request(
         options.rate,
@@ -140,7 +140,8 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
     clock = None
     if choice.time is not None:
         at = choice.time
-        clock = Clock(wanted.index(at), time_unit_of(names[at], units[at]), name)
+        unit = time_unit_of(names[at], units[at])
+        clock = Clock(wanted.index(at), unit, name, request.rate)
     if request.rate is not None:
         positive_rate(request.rate, f"{name}: ")
     elif clock is None:
@@ -215,9 +216,9 @@ class _Column:
         output_unit: str | None,
         log: str,
     ) -> None:
-        from allanite.accumulator import Accumulator
+        from allanite.common.units import conversion, parse_unit, rate_unit
+        from allanite.deviation.accumulator import Accumulator
         from allanite.readers._choice import unit_of
-        from allanite.units import conversion, parse_unit, rate_unit
 
         quantity = request.quantity or ("angle" if own == "s" else "rate")
         said = unit_of(name, own, request.unit, quantity, log)

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.showing import brief
 from allanite.fit.data import density
 from allanite.fit.whittle import normal_scores
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data

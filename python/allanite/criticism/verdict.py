@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.numbers import tidy
+from allanite.common.showing import brief
 from allanite.criticism import over_frequency, over_tau
 from allanite.criticism.over_time import Whitened, time_map
-from allanite.numbers import tidy
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.asked import LARGEST
+from allanite.common.errors import InputError
+from allanite.common.validation import LARGEST
 from allanite.effects import terms as _terms
-from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model

@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.errors import InputError
 from allanite.effects._base import Modifier, Parameter
 from allanite.effects.terms import Term, spectrum
-from allanite.errors import InputError
 
 #: (design, order) in the order in which they are tried; the simpler first.
 DESIGNS = (("sampled", 1), ("sampled", 2), ("digital", 1), ("digital", 2), ("moving_average", 1))

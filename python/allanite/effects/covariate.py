@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.errors import InputError
 from allanite.effects._base import Parameter
 from allanite.effects._known import Deterministic
-from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from allanite import _kernels
+from allanite.common.errors import InputError
 from allanite.effects.model import Model
 from allanite.effects.registry import find
 from allanite.effects.strings import parse_string
-from allanite.errors import InputError
 
 __all__ = ["model_from_dict", "model_to_dict", "parse_model", "save_model"]
 

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.asked import positive_rate
+from allanite.common.errors import InputError
+from allanite.common.validation import positive_rate
 from allanite.effects import terms as _terms
 from allanite.effects._base import Effect, Modifier, Stochastic
 from allanite.effects._known import Deterministic
-from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term

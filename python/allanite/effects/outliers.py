@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.showing import brief
 from allanite.effects._base import Modifier, Parameter
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model

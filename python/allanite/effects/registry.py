@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from threading import RLock
 from typing import TypeVar
 
+from allanite.common.errors import InputError
 from allanite.effects._base import SCREENS, Effect
 from allanite.effects.angle_random_walk import AngleRandomWalk
 from allanite.effects.bandwidth import Bandwidth
@@ -24,7 +25,6 @@ from allanite.effects.rate_random_walk import RateRandomWalk
 from allanite.effects.resonance import Resonance
 from allanite.effects.sinusoid import Sinusoid
 from allanite.effects.warm_up import WarmUp
-from allanite.errors import InputError
 
 __all__ = ["CATALOGUE", "Catalogue", "find", "register", "standard"]
 

@@ -9,9 +9,9 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.errors import InputError
 from allanite.effects._base import Parameter
 from allanite.effects._known import Periodic
-from allanite.errors import InputError
 
 
 @dataclass(frozen=True)

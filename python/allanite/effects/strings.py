@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.errors import InputError
 from allanite.effects.model import Model
 from allanite.effects.registry import CATALOGUE, find
-from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.effects._base import Effect

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.asked import positive_rate
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
+from allanite.common.validation import positive_rate
 from allanite.effects import find, standard
-from allanite.errors import InputError
-from allanite.parameters import Estimate
-from allanite.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from allanite.common.errors import InputError
 from allanite.effects import Periodic
-from allanite.errors import InputError
 from allanite.fit.data import prepare
 from allanite.fit.engine import solve
 from allanite.fit.result import Error, Fit, Misfit

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.errors import InputError
+from allanite.common.showing import brief
 from allanite.effects.terms import allan_variance
-from allanite.errors import InputError
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

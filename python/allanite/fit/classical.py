@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
+from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
 from allanite.effects import Deterministic, Stochastic
-from allanite.errors import InputError
 from allanite.fit.engine import with_coefficients
 from allanite.fit.estimates import shape_widening, widened
 from allanite.fit.gls import fit_gls, gls_factors
 from allanite.fit.lines import read_lines
 from allanite.fit.whittle import log_likelihood
-from allanite.parameters import Estimate
-from allanite.units import coefficient_unit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.showing import brief
 from allanite.deviation import oadev
 from allanite.effects import terms as _terms
 from allanite.fit.bands import bands
 from allanite.fit.whittle import normal_scores
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.effects import Model

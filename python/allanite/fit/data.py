@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.showing import brief
 from allanite.effects import terms as _terms
-from allanite.errors import InputError, TooShortError
-from allanite.showing import brief
 from allanite.spectrum import Bins, bins_of, fill_gaps
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.showing import brief
 from allanite.effects import Periodic
 from allanite.fit.matched import regressor_ordinates
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit import shape as _shape
 from allanite.fit.data import column, columns, density
 from allanite.fit.deterministic import Design, Regression, design_of, regress
 from allanite.fit.whittle import Maximum, log_likelihood, maximise
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.parameters import Estimate
+from allanite.common.units import coefficient_unit, column_unit
 from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic
 from allanite.fit.data import column, density
 from allanite.fit.marginal import slow_amplitudes
 from allanite.fit.whittle import Maximum, information, profile_interval
-from allanite.parameters import Estimate
-from allanite.units import coefficient_unit, column_unit
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
-from allanite.errors import InputError, TooShortError
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.showing import brief
 from allanite.fit.gls_intervals import interval
 from allanite.fit.mixtures import Mixtures
-from allanite.showing import brief
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

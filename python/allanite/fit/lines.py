@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.errors import InputError, TooShortError
 from allanite.effects import standard
 from allanite.effects.bias_instability import BiasInstability
-from allanite.errors import InputError, TooShortError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
 from allanite.effects import Deterministic, Stochastic
-from allanite.errors import InputError
 from allanite.fit.whittle import LEVEL, Maximum, log_likelihood, maximise
-from allanite.parameters import Estimate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

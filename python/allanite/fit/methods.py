@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.errors import AllaniteError
+from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
 from allanite.effects import Stochastic, standard
-from allanite.errors import AllaniteError
 from allanite.fit.classical import refit
 from allanite.fit.lines import read_lines
-from allanite.units import coefficient_unit
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from allanite.common.parameters import Estimate
     from allanite.fit.lines import LineReading, LineReadings
     from allanite.fit.result import Fit
-    from allanite.parameters import Estimate
 
 __all__ = ["MethodRow", "MethodTable", "compare_methods"]
 

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.errors import InputError
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
 from allanite.fit import curve as _curve
 from allanite.fit.data import prepare
 from allanite.fit.degeneracy import Correlations, correlations, degeneracies
 from allanite.fit.estimates import estimates, free_parameters
 from allanite.fit.held_out import held_out
 from allanite.fit.whittle import normal_scores
-from allanite.parameters import Estimate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -165,7 +165,7 @@ class Fit:
 
     def display_name(self, effect: Effect) -> str:
         """Name of an effect for this kind of sensor."""
-        from allanite.units import parse_unit
+        from allanite.common.units import parse_unit
 
         return effect.name_for(parse_unit(self.recording.unit).kind)
 
@@ -261,7 +261,7 @@ class Fit:
 
     def body(self) -> dict[str, Any]:
         """Model, effects, misfit, error and adequacy: what fit, check and a rung have in common."""
-        from allanite.units import parse_unit
+        from allanite.common.units import parse_unit
 
         kind = parse_unit(self.recording.unit).kind
         misfit = self.misfit
@@ -311,8 +311,8 @@ class Fit:
         return f"Fit({self.recording.columns[0]}, {self.method}: {self.model})"
 
     def _repr_html_(self) -> str:
+        from allanite.common.showing import html_list, html_table
         from allanite.fit.table import misfit_line, parameter_rows
-        from allanite.showing import html_list, html_table
 
         r = self.recording
         title = (

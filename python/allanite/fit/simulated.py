@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.errors import InputError
-from allanite.parameters import Estimate
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
 from allanite.simulate import simulate
 from allanite.spectrum import fill_gaps
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from allanite.parameters import Estimate
+from allanite.common.parameters import Estimate
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit

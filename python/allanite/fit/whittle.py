@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.showing import brief
+from allanite.common.showing import brief
 
 __all__ = [
     "Maximum",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

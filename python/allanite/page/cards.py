@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.numbers import number
+from allanite.common.parameters import Estimate
+from allanite.common.units import parse_unit
 from allanite.effects import Effect, Periodic, find
-from allanite.numbers import number
 from allanite.page.edits import shown_unit
-from allanite.parameters import Estimate
 from allanite.plots.curves import parts
 from allanite.plots.words import effect_text, unit_text
 from allanite.report.words import resolved
-from allanite.units import parse_unit
 
 if TYPE_CHECKING:
     from allanite.fit import Fit

@@ -8,10 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.errors import AllaniteError, InputError
+from allanite.common.numbers import number
 from allanite.effects.files import model_from_dict
-from allanite.errors import AllaniteError, InputError
 from allanite.fit import fit_model
-from allanite.numbers import number
 from allanite.page.source import Reading
 from allanite.page.tab import Ladder, Step
 from allanite.page.views import VIEWS, figure_of
@@ -19,11 +19,11 @@ from allanite.plots.words import unit_text
 from allanite.study import Rung
 
 if TYPE_CHECKING:
-    from allanite.datasheet import Row
+    from allanite.common.parameters import Estimate
+    from allanite.comparison.datasheet import Row
     from allanite.page.jobs import Job
     from allanite.page.source import Source
     from allanite.page.tab import Tab
-    from allanite.parameters import Estimate
 
 __all__ = ["accept", "compare_with", "make", "open_study", "sheet_rows", "study"]
 
@@ -68,7 +68,7 @@ def accept(tab: Tab, source: Source, role: str) -> None:
 
 
 def _accept_sheet(tab: Tab, source: Source) -> None:
-    from allanite.datasheet import read_datasheet
+    from allanite.comparison.datasheet import read_datasheet
 
     _ = tab.log
     assert source.path is not None
@@ -110,7 +110,7 @@ def sheet_rows(tab: Tab) -> dict[str, Any] | None:
     """The data sheet beside the model that is looked at, for a table; None without a sheet."""
     if tab.sheet is None or not tab.ladder.steps:
         return None
-    from allanite.datasheet import compare_datasheet
+    from allanite.comparison.datasheet import compare_datasheet
 
     try:
         found = compare_datasheet(tab.step.fit, tab.sheet)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.errors import InputError
+from allanite.common.units import parse_unit
 from allanite.effects import Model
-from allanite.errors import InputError
-from allanite.units import parse_unit
 
 if TYPE_CHECKING:
+    from allanite.common.parameters import Estimate
     from allanite.effects import Parameter
     from allanite.fit import Fit
-    from allanite.parameters import Estimate
 
 __all__ = [
     "SHEET",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Any
 
-from allanite.errors import AllaniteError
+from allanite.common.errors import AllaniteError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,7 +11,7 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-from allanite.errors import AllaniteError, InputError
+from allanite.common.errors import AllaniteError, InputError
 from allanite.page import documents
 from allanite.page.guard import Guard
 from allanite.page.source import MOST_BYTES, Source, Uploads, check_name

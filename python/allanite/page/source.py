@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.errors import AllaniteError, InputError
+from allanite.common.errors import AllaniteError, InputError
 from allanite.readers import FORMATS, read
 
 if TYPE_CHECKING:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
+from allanite.common.units import conversion, parse_unit
 from allanite.effects import standard
-from allanite.errors import InputError
 from allanite.page.cards import cards, chips, rung
 from allanite.page.documents import compare_with, open_study, sheet_rows
 from allanite.page.edits import SHEET, effect, shown_unit
 from allanite.page.source import Reading
-from allanite.parameters import Estimate
 from allanite.plots.words import duration_text, unit_text
 from allanite.report.words import many
-from allanite.units import conversion, parse_unit
 
 if TYPE_CHECKING:
     from collections.abc import Callable

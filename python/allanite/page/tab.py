@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from allanite.common.errors import InputError
 from allanite.effects import Model
-from allanite.errors import InputError
 from allanite.fit import fit_model
 from allanite.page.edits import effect as effect_at
 from allanite.page.edits import freed, frozen, parse_model_string, with_value
@@ -20,7 +20,7 @@ from allanite.suggestion import Check, check_fit
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from allanite.datasheet import DataSheet
+    from allanite.comparison.datasheet import DataSheet
     from allanite.fit import Error, Fit
     from allanite.page.source import Reading, Source
     from allanite.recording import Recording

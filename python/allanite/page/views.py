@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 from allanite.plots.curves import allan_panels, parts, spectrum_panels
 from allanite.plots.deviation import plot_deviation
 from allanite.plots.recording import samples_panel

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.asked import positive, positive_rate
+from allanite.common.errors import InputError
+from allanite.common.validation import positive, positive_rate
 from allanite.effects import (
     CATALOGUE,
     Deterministic,
@@ -21,7 +22,6 @@ from allanite.effects import (
     Stochastic,
     parse_model,
 )
-from allanite.errors import InputError
 from allanite.planning import expected as _expected
 from allanite.planning.chance import Rise, needed
 from allanite.planning.errors import standard_errors

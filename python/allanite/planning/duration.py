@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.asked import positive, positive_rate
-from allanite.errors import InputError
+from allanite.common.errors import InputError
+from allanite.common.validation import positive, positive_rate
 from allanite.planning import expected as _expected
 from allanite.planning.detection import Power, as_effect, as_model, chance_of
 from allanite.planning.detection import power as power_of

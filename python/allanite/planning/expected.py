@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Deterministic, Model, Periodic
-from allanite.errors import InputError, TooShortError
 from allanite.fit.data import SHORTEST, Data, column, columns
 from allanite.fit.deterministic import line_ordinates, window
 from allanite.fit.engine import Solution, with_coefficients

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.units import conversion, parse_unit
 from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
 from allanite.plots.spec import Figure, Line, Mark, Panel, Points
 from allanite.plots.themes import COMPONENTS
 from allanite.plots.words import in_unit, unit_text
-from allanite.units import conversion, parse_unit
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,7 +25,7 @@ def plot_compare(curves: Any, path: str | Path | None = None, theme: str = "ligh
     Parameters
     ----------
     curves : Curves or sequence of Curve
-        Of `allanite.comparison.compare`; anything with ``name, kind, unit, tau, deviation, low, high``. All are drawn in
+        Of `allanite.compare`; anything with ``name, kind, unit, tau, deviation, low, high``. All are drawn in
         the first one's unit; other kinds of sensor get an axis of their own beside it.
     path : str or Path, optional
         SVG, PNG or PDF, written if given.

@@ -14,7 +14,7 @@ from allanite.plots.words import in_unit, recording_text
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from allanite.deviation_result import Deviation
+    from allanite.deviation.result import Deviation
     from allanite.recording import Recording
 
 __all__ = ["NAMES", "plot_deviation"]

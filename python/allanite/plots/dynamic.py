@@ -15,7 +15,7 @@ from allanite.plots.words import duration_text, in_unit
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from allanite.dynamic import DynamicDeviation
+    from allanite.deviation.dynamic import DynamicDeviation
 
 __all__ = ["plot_dynamic"]
 

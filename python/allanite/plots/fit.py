@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from allanite.numbers import number
+from allanite.common.numbers import number
 from allanite.plots.curves import allan_panels, spectrum_panels
 from allanite.plots.spec import Figure
 from allanite.plots.words import effect_text, recording_text, values_text

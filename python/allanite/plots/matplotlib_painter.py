@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 from allanite.plots.spec import (
     Axis,
     Band,

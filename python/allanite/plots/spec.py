@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import InputError
-from allanite.showing import brief
+from allanite.common.errors import InputError
+from allanite.common.showing import brief
 
 __all__ = [
     "Axis",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 
 __all__ = ["COMPONENTS", "Theme", "theme_of"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from allanite.numbers import number
-from allanite.parameters import Estimate
+from allanite.common.numbers import number
+from allanite.common.parameters import Estimate
 
 if TYPE_CHECKING:
     from allanite.effects import Effect

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from allanite.errors import InputError
-from allanite.timebase import TIME_UNITS
-from allanite.units import ACCELERATION, ANGULAR_RATE, parse_unit
+from allanite.common.errors import InputError
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
+from allanite.recording.timebase import TIME_UNITS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

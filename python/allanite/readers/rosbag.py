@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 from allanite.readers._table import Table, columns_of
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite import _kernels
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 from allanite.readers._table import Table, split_unit
 
 if TYPE_CHECKING:

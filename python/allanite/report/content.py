@@ -6,8 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.numbers import number, tidy
+from allanite.common.units import column_unit
 from allanite.effects import find
-from allanite.numbers import number, tidy
 from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time
 from allanite.plots.words import in_unit, unit_text
 from allanite.report.blocks import (
@@ -31,7 +32,6 @@ from allanite.report.words import (
     verdict,
     with_unit,
 )
-from allanite.units import column_unit
 
 if TYPE_CHECKING:
     from allanite.plots import Figure

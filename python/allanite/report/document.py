@@ -9,10 +9,10 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 
 if TYPE_CHECKING:
-    from allanite.deviation_result import Deviation
+    from allanite.deviation.result import Deviation
     from allanite.effects import Effect, Model
     from allanite.recording import Recording
     from allanite.study import Study

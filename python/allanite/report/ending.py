@@ -6,7 +6,7 @@ import platform
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
-from allanite.numbers import tidy
+from allanite.common.numbers import tidy
 from allanite.plots.words import unit_text
 from allanite.report.blocks import Block, Cell, Heading, Number, Paragraph, Table
 from allanite.report.words import many

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from allanite.numbers import number
+from allanite.common.numbers import number
+from allanite.common.units import conversion, parse_unit
 from allanite.plots.words import duration_text, effect_text, unit_text, values_text
 from allanite.report.blocks import Cell, Number
-from allanite.units import conversion, parse_unit
 
 if TYPE_CHECKING:
     from allanite.effects import Parameter

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.numbers import tidy
 from allanite.criticism import Where, criticise
 from allanite.criticism.over_time import whiten
-from allanite.numbers import tidy
 from allanite.suggestion.suggest import Suggestion, suggest
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class Check:
         return f"Check({self.fit.recording.columns[0]}, {self.fit.model.name}: {words})"
 
     def _repr_html_(self) -> str:
-        from allanite.showing import html_list, html_table
+        from allanite.common.showing import html_list, html_table
 
         where = self.where.sentences() or ["it fails nowhere beyond chance"]
         shown = list(self.significant) or list(self.suggestions[:2])

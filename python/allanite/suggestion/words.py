@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.common.numbers import tidy
+from allanite.common.parameters import Estimate
 from allanite.effects import Periodic
-from allanite.numbers import tidy
-from allanite.parameters import Estimate
 from allanite.suggestion.drifts import column_slopes
 
 if TYPE_CHECKING:

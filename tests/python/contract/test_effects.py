@@ -259,7 +259,7 @@ def test_allan_variance_of_a_lag_is_one_formula(phi, m):
 
 
 def test_sum_is_flat_and_checked():
-    from allanite.errors import InputError
+    from allanite.common.errors import InputError
 
     model = find("N")(N=1.0) + find("K")(K=1.0) + find("GM")(q_c=1.0, correlation_time=2.0)
     assert [e.short for e in model] == ["N", "K", "GM"]

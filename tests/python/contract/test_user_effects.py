@@ -13,8 +13,8 @@ from click.testing import CliRunner
 import allanite as al
 from allanite import testing
 from allanite.cli import cli
+from allanite.common.errors import InputError
 from allanite.effects import Parameter, Stochastic, find
-from allanite.errors import InputError
 from toy_effects.ageing import Ageing
 from toy_effects.double_lag import DoubleLag
 from toy_effects.mains_hum import MainsHum
@@ -69,7 +69,9 @@ def test_found_by_the_ladder(toy):
     effect, recording, _ = toy
     study = al.improve(recording, al.AngleRandomWalk())
     assert study.adequate, study
-    if effect.kind == "mains_hum":  # the two others have rivals that no record of this length excludes
+    if (
+        effect.kind == "mains_hum"
+    ):  # the two others have rivals that no record of this length excludes
         assert study.ladder[1].added.kind == effect.kind
 
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from allanite.accumulator import Accumulator
+from allanite.common.errors import InputError, TooShortError
 from allanite.deviation import oadev
-from allanite.errors import InputError, TooShortError
+from allanite.deviation.accumulator import Accumulator
 
 
 def batch(x, m, stride):

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from allanite import deviation
 from allanite._kernels import family_variance
-from allanite.dynamic import dynamic_oadev
-from allanite.theo import theo1
+from allanite.deviation.dynamic import dynamic_oadev
+from allanite.deviation.theo import theo1
 
 KINDS = ["hdev", "ohdev", "mdev", "tdev", "pdev", "totdev", "mtotdev", "ttotdev", "htotdev"]
 LENGTHS = st.integers(12, 120)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from allanite import deviation
-from allanite.identification import interval
-from allanite.theo import theo1, theoh
-from allanite.total import freedom
+from allanite.deviation.bias import freedom
+from allanite.deviation.confidence import interval
+from allanite.deviation.theo import theo1, theoh
 
 TEN = np.array([892, 809, 823, 798, 671, 644, 883, 903, 677])
 

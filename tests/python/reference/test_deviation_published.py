@@ -61,7 +61,7 @@ def test_phase_gives_what_its_rates_give():
 def test_stable32_limits_where_its_edf_is_right():
     # Stable32 prints 68.3 % limits for white FM. At m = 1 it uses edf 782 where the exact value of
     # sampled white noise is 2(n - 1)/3 = 666 (4000 simulated records: 662): it starts at 8 here.
-    from allanite.identification import degrees_of_freedom, interval
+    from allanite.deviation.confidence import degrees_of_freedom, interval
 
     factors = np.array([8, 16, 32, 64, 128])
     curve = oadev(thousand(), factors=factors)

@@ -17,7 +17,6 @@ class DoubleLag(Stochastic):
     kind = "double_lag"
     short = "DL"
     title = "double lag"
-    titles = {"acceleration": "double lag of the proof mass"}
     coefficient = "size"
     wanders = True
     parameters = (

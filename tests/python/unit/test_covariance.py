@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from allanite import _kernels
+from allanite.common.errors import InputError, TooShortError
 from allanite.effects import terms as model_terms
-from allanite.errors import InputError, TooShortError
 from variograms import MIXTURES, summed, variogram
 
 COEFFICIENTS = {2: np.array([1.0, -2.0, 1.0]), 3: np.array([-1.0, 3.0, -3.0, 1.0])}

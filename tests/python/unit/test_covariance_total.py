@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from allanite import _kernels
-from allanite.errors import InputError, TooShortError
+from allanite.common.errors import InputError, TooShortError
 from variograms import MIXTURES, summed, variogram
 
 SLOW = sorted(name for name in MIXTURES if name not in ("blue", "power law 0.8", "all"))

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.common.units import column_unit
 from allanite.plots import plot_fit
 from allanite.plots.spec import label_of
 from allanite.report import make_report
-from allanite.units import column_unit
 from generators import white
 
 MODEL = "N+COV(column={})"

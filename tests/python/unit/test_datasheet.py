@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.datasheet import compare_datasheet, read_datasheet
-from allanite.errors import InputError
-from allanite.parameters import Estimate
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
+from allanite.comparison.datasheet import compare_datasheet, read_datasheet
 
 
 @dataclass

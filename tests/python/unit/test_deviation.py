@@ -10,11 +10,11 @@ import pandas as pd
 import pytest
 
 from allanite import _kernels, deviation
+from allanite.common.errors import InputError, TooShortError
 from allanite.deviation import adev, oadev
-from allanite.errors import InputError, TooShortError
-from allanite.identification import degrees_of_freedom
+from allanite.deviation.confidence import degrees_of_freedom
+from allanite.deviation.theo import theo1
 from allanite.recording import Recording
-from allanite.theo import theo1
 
 X = np.random.default_rng(0).normal(size=1000)
 
@@ -135,12 +135,10 @@ def test_white_noise_has_the_exact_freedom():
     [(0, 7, 300), (-1, 50, 4000), (-2, 3, 90), (1, 20, 5000), (0.3, 9, 900)],
 )
 def test_sum_over_nodes_is_the_sum_over_lags(alpha, m, count, monkeypatch):
-    from allanite import identification
+    from allanite.deviation import confidence
 
     quick = degrees_of_freedom(alpha, m, count)
-    monkeypatch.setattr(
-        identification, "_nodes", lambda m, count, order: np.arange(count, dtype=float)
-    )
+    monkeypatch.setattr(confidence, "_nodes", lambda m, count, order: np.arange(count, dtype=float))
     assert quick == pytest.approx(degrees_of_freedom(alpha, m, count), rel=3e-3)
 
 

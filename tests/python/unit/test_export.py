@@ -6,11 +6,11 @@ import re
 
 import pytest
 
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
-from allanite.errors import InputError
 from allanite.export import TARGETS, export
 from allanite.export._axis import axes_of, documents_of
-from allanite.parameters import Estimate
 
 N, B, K = 0.01, 1e-3, 1e-4  # deg/s·s^½, deg/s, deg/s/s^½
 RAD = math.pi / 180

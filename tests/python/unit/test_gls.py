@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 from allanite import _kernels
+from allanite.common.errors import InputError, TooShortError
 from allanite.deviation import oadev
-from allanite.errors import InputError, TooShortError
 from allanite.fit.bands import bands, degrees_of_freedom
 from allanite.fit.gls import fit_gls, gls_factors
 

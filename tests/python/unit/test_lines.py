@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from allanite.common.errors import InputError, TooShortError
 from allanite.deviation import oadev
-from allanite.errors import InputError, TooShortError
 from allanite.fit.lines import nearest_slopes, read_lines
 
 RATE = 100.0

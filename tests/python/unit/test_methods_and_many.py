@@ -8,7 +8,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.cli import main
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 
 
 def record(model, seed, n=100_000, axis=0):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from allanite import _core
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 
 SECTION = (0.02, 0.04, 0.02, -1.56, 0.64)
 

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 import allanite as al
 from allanite.cli import cli
-from allanite.errors import InputError, TooShortError
+from allanite.common.errors import InputError, TooShortError
 from allanite.suggestion.evidence import line_trials
 
 BASE = "N(N=0.0126)+B(B=0.002)+K(K=9.07e-5)"

@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import pytest
 
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 from allanite.readers import read
 
 RNG = np.random.default_rng(11)

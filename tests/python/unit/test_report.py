@@ -12,7 +12,7 @@ import pytest
 
 import allanite as al
 from allanite.cli import main
-from allanite.numbers import tidy
+from allanite.common.numbers import tidy
 from allanite.report import make_report
 from allanite.report.svg import _dark, inline
 from allanite.report.words import data_sheet_value, resolved

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.showing import brief, html_table, numbers
+from allanite.common.showing import brief, html_table, numbers
 
 
 @pytest.fixture(scope="module")

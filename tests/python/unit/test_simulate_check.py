@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 
 TRUTH = al.parse_model("N(N=0.1)+K(K=0.006)")
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from allanite import _core
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 
 nan = float("nan")
 

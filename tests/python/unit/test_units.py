@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from allanite.errors import InputError
-from allanite.units import coefficient_unit, conversion, parse_unit, rate_unit
+from allanite.common.errors import InputError
+from allanite.common.units import coefficient_unit, conversion, parse_unit, rate_unit
 
 REGISTRY = pint.UnitRegistry()
 # pint knows g as gram and has no milli-g: the accelerations are spelled out for it.

@@ -8,9 +8,9 @@ import pickle
 import numpy as np
 import pytest
 
-from allanite.errors import InputError
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
 from allanite.fit.estimates import widened
-from allanite.parameters import Estimate
 
 
 def make():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.asked import moment, positive, positive_rate, whole
+from allanite.common.validation import moment, positive, positive_rate, whole
 from command_line import refused
 
 INF, NAN = float("inf"), float("nan")

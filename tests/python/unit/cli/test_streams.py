@@ -1,11 +1,5 @@
 """Pipes, logs larger than memory, and files that are whole or absent."""
 
-import os
-import signal
-import subprocess
-import sys
-import time
-
 import numpy as np
 import pytest
 
@@ -57,7 +51,7 @@ def test_a_log_larger_than_memory_is_read_in_chunks(run, log, tmp_path, monkeypa
 
 
 def test_adev_of_a_pipe_needs_no_memory_of_it(run, log):
-    needs("accumulator")
+    needs("deviation.accumulator")
     code, out, err = piped(log.read_bytes(), "adev", "-", "--json")
     assert (code, err) == (0, "")
     streamed = strict(out)
@@ -168,7 +162,7 @@ def test_bad_pipes():
 
 def test_whole_file_or_nothing(tmp_path):
     from allanite.cli.output import whole_file
-    from allanite.errors import InputError
+    from allanite.common.errors import InputError
 
     target = tmp_path / "x.txt"
 
@@ -187,24 +181,6 @@ def test_whole_file_or_nothing(tmp_path):
     for bad in (tmp_path, tmp_path / "absent" / "x.txt"):
         with pytest.raises(InputError), whole_file(bad):
             pass
-
-
-@pytest.mark.skipif(os.name != "posix", reason="signals are sent the POSIX way")
-def test_ctrl_c_ends_a_command(tmp_path):
-    needs("simulate")
-    output = tmp_path / "x.csv"
-    arguments = [
-        sys.executable, "-c", "from allanite.cli import main; main()", "simulate",
-        "N(N=1)+B(B=1)+K(K=1)", "--rate", "100", "-n", "30000000", "-o", str(output),
-    ]  # fmt: skip
-    process = subprocess.Popen(arguments, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    time.sleep(1.0)
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
-    assert process.returncode == 130
-    # click ends the line that a terminal shows ^C in.
-    assert err == "\nallanite: interrupted\n"
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_infinite_sample_is_named_by_line_and_column(tmp_path, run, monkeypatch):

@@ -27,7 +27,7 @@ from allanite.plots.words import density_unit, duration_text, in_unit, number, u
 def test_units_as_printed(unit, printed):
     assert unit_text(unit) == printed
     # What is printed means the same: the parser of units reads it back.
-    from allanite.units import conversion
+    from allanite.common.units import conversion
 
     assert conversion(unit, printed) == pytest.approx(1.0)
 

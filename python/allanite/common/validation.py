@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 
 __all__ = ["LARGEST", "SEEDS", "moment", "positive", "positive_rate", "whole"]
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 
 __all__ = [
     "SAMPLE_UNITS",

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.identification import degrees_of_freedom
+from allanite.deviation.confidence import degrees_of_freedom
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

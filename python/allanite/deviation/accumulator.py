@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.averaging import QUANTITIES, one_column, positive_rate
-from allanite.deviation import Deviation
-from allanite.errors import InputError, TooShortError
-from allanite.gaps import said
-from allanite.identification import degrees_of_freedom
+from allanite.common.errors import InputError, TooShortError
+from allanite.deviation.averaging import QUANTITIES, one_column, positive_rate
+from allanite.deviation.confidence import degrees_of_freedom
+from allanite.deviation.gaps import said
+from allanite.deviation.result import Deviation
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

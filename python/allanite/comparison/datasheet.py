@@ -24,10 +24,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
+from allanite.common.units import coefficient_unit, conversion, parse_unit
 from allanite.effects import CATALOGUE
-from allanite.errors import InputError
-from allanite.parameters import Estimate
-from allanite.units import coefficient_unit, conversion, parse_unit
 
 __all__ = ["Comparison", "DataSheet", "Figure", "compare_datasheet", "read_datasheet"]
 

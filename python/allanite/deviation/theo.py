@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
-from allanite.averaging import Source, averaging, source
-from allanite.deviation_result import Deviation
-from allanite.errors import TooShortError
-from allanite.gaps import complete, said
-from allanite.total import freedom
+from allanite.common.errors import TooShortError
+from allanite.deviation.averaging import Source, averaging, source
+from allanite.deviation.bias import freedom
+from allanite.deviation.gaps import complete, said
+from allanite.deviation.result import Deviation
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from allanite.deviation import Taus
+    from allanite.deviation.functions import Taus
 
 __all__ = ["theo1", "theoh"]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeAlias
 
-from allanite.averaging import source
-from allanite.deviation_result import Deviation
-from allanite.estimation import estimate
+from allanite.deviation.averaging import source
+from allanite.deviation.estimation import estimate
+from allanite.deviation.result import Deviation
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.findings import Finding, of_stamps
-from allanite.units import coefficient_unit
+from allanite.common.units import coefficient_unit
+from allanite.recording.findings import Finding, of_stamps
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

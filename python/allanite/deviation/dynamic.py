@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.asked import positive
-from allanite.averaging import Source, averaging, source
-from allanite.deviation_result import cell
-from allanite.errors import TooShortError
-from allanite.gaps import complete, said
-from allanite.showing import html_list, html_table
+from allanite.common.errors import TooShortError
+from allanite.common.showing import html_list, html_table
+from allanite.common.validation import positive
+from allanite.deviation.averaging import Source, averaging, source
+from allanite.deviation.gaps import complete, said
+from allanite.deviation.result import cell
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import ArrayLike, NDArray
 
-    from allanite.deviation import Taus
+    from allanite.deviation.functions import Taus
     from allanite.plots import Figure
 
 __all__ = ["DynamicDeviation", "dynamic_oadev"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.identification import interval
+from allanite.deviation.confidence import interval
 
 if TYPE_CHECKING:
     from collections.abc import Callable

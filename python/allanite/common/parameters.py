@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from allanite.units import conversion
+from allanite.common.units import conversion
 
 __all__ = ["Estimate"]
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.asked import positive_rate
-from allanite.errors import InputError, TooShortError
-from allanite.showing import brief
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.showing import brief
+from allanite.common.validation import positive_rate
 
 __all__ = ["Bins", "Spectrum", "bins_of", "fill_gaps", "psd"]
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.asked import positive_rate
-from allanite.errors import InputError
-from allanite.showing import brief
-from allanite.units import conversion, parse_unit
+from allanite.common.errors import InputError
+from allanite.common.showing import brief
+from allanite.common.units import conversion, parse_unit
+from allanite.common.validation import positive_rate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

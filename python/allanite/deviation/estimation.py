@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
-from allanite.averaging import Source, averaging
-from allanite.deviation_result import Deviation
-from allanite.gaps import complete, said
-from allanite.total import corrected, freedom
+from allanite.deviation.averaging import Source, averaging
+from allanite.deviation.bias import corrected, freedom
+from allanite.deviation.gaps import complete, said
+from allanite.deviation.result import Deviation
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from allanite.deviation import Taus
+    from allanite.deviation.functions import Taus
 
 __all__ = ["estimate"]
 

@@ -1,0 +1,7 @@
+"""Spectra of a record."""
+
+from __future__ import annotations
+
+from allanite.spectrum.spectrum import Bins, Spectrum, bins_of, fill_gaps, psd
+
+__all__ = ["Bins", "Spectrum", "bins_of", "fill_gaps", "psd"]
