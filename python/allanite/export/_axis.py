@@ -13,30 +13,23 @@ from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
 from allanite.common.validation import positive_rate
-<<<<<<< HEAD
-from allanite.effects import find, standard
-=======
 from allanite.effects._base import Stochastic
 from allanite.effects.files import model_from_dict
 from allanite.effects.model import Model
 from allanite.export._text import plain
->>>>>>> main
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from numpy.typing import NDArray
 
+    from allanite.effects import Parameter
+
 __all__ = ["Axis", "axes_of", "documents_of", "rate_of", "split"]
 
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
-<<<<<<< HEAD
-=======
-# Coefficients that formats have names for, and the power of seconds of their units (CONTRACT's table).
-COEFFICIENTS = {"Q": 1.0, "N": 0.5, "B": 0.0, "K": -0.5, "R": -1.0}
 #: τ of use and rate where nothing says them: s, Hz.
 UNTIL, RATE = 1000.0, 100.0
->>>>>>> main
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,31 +150,6 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
             f"{source}: the model has no unit: say with --unit what its samples are in"
         )
     parsed = parse_unit(own)
-<<<<<<< HEAD
-    target = SI[parsed.kind]
-    coefficients = {}
-    others = []
-    for effect in effects:
-        known = find(effect["kind"])
-        if known is None or known.standard is None:
-            others.append(effect["kind"])
-            continue
-        name = known.standard.name
-        given = effect["parameters"][name]
-        if given.get("value") is None:
-            raise InputError(f"{source}: {effect['kind']} has no value: fit it first")
-        power = known.parameter(name).unit
-        assert not isinstance(power, str)
-        estimate = Estimate(
-            given["value"],
-            given.get("std_error"),
-            _interval(given.get("interval")),
-            given.get("unit") or coefficient_unit(parsed.name, power),
-            given.get("detected", True),
-            name,
-        )
-        coefficients[name] = estimate.to(coefficient_unit(target, power))
-=======
     model = model_from_dict({**document, "schema": "allanite/model/1"}, source)
     coefficients: dict[str, Estimate] = {}
     limits = []
@@ -194,16 +162,15 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
                 and (given.get(parameter.name, {}).get("value") is None)
             ):
                 raise InputError(f"{source}: {effect.kind} has no value: fit it first")
-        name = effect.parameters[0].name
-        if name in COEFFICIENTS and len(effect.parameters) == 1:
-            coefficients[name] = _estimate(given[name], name, parsed.name, SI[parsed.kind])
+        if effect.standard is not None:
+            one = effect.parameter(effect.standard.name)
+            coefficients[one.name] = _estimate(given[one.name], one, parsed.name, SI[parsed.kind])
         if isinstance(effect, Stochastic):
             interval = given[effect.coefficient].get("interval") or [None, None]
             if interval[1] is not None:
                 effect = effect.with_values(**{effect.coefficient: float(interval[1])})
         limits.append(effect)
     duration = recording.get("duration_s")
->>>>>>> main
     return Axis(
         plain(recording.get("column") or source),
         parsed.kind,
@@ -219,65 +186,9 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
     )
 
 
-<<<<<<< HEAD
-def _interval(bounds: list[float | None] | None) -> tuple[float, float] | None:
-    if bounds is None or None in bounds:
-        return None
-    return float(bounds[0] or 0.0), float(bounds[1] or 0.0)
-
-
-def needed(axis: Axis, name: str, target: str) -> tuple[float, str]:
-    """Return a coefficient and a remark: undetected its upper limit, absent an error.
-
-    A random walk is never made up from a bias instability: they are different processes.
-    """
-    estimate = axis.coefficients.get(name)
-    if estimate is None:
-        kind = standard()[name].kind
-        raise InputError(
-            f"{target} needs {name} ({kind}) and the model of {axis.name} has none: fit one"
-            f" with {name} (a bias instability is not a random walk)"
-        )
-    if not estimate.detected:
-        if estimate.interval is None:
-            raise InputError(
-                f"{axis.name}: {name} was not detected and has no upper limit to export"
-            )
-        return estimate.interval[1], "not detected: this is the 95 % upper limit"
-    return estimate.value, ""
-
-
-def worst(axes: Iterable[Axis], name: str, target: str) -> tuple[float, str]:
-    """Largest value over the axes, for a target that has one number for all of them."""
-    found = [(*needed(axis, name, target), axis.name) for axis in axes]
-    value, remark, where = max(found)
-    words = [remark] if remark else []
-    if len(found) > 1:
-        words.append(f"largest of {len(found)} axes, {where}")
-    return value, "; ".join(words)
-
-
-def header(axes: Iterable[Axis], comment: str, holds: str) -> str:
-    """Comment lines: where the numbers came from, and what the target leaves out.
-
-    `holds` names the coefficients that the target has room for.
-    """
-    lines = [
-        (
-            "Written by allanite. Densities are two-sided: white noise has S(f) = N^2,"
-            " sigma^2(tau) = N^2/tau."
-        )
-    ]
-    for axis in axes:
-        origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
-        lines.append(f"{axis.name}: {origin}")
-        left_out = [*(n for n in axis.coefficients if n not in holds), *axis.others]
-        if left_out:
-            lines.append(f"  left out, this format cannot hold it: {', '.join(left_out)}")
-    return "".join(f"{comment} {line}\n" for line in lines)
-=======
-def _estimate(given: Mapping[str, Any], name: str, own: str, target: str) -> Estimate:
-    power = COEFFICIENTS[name]
+def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -> Estimate:
+    name, power = one.name, one.unit
+    assert not isinstance(power, str)
     bounds = given.get("interval")
     interval = (
         None
@@ -288,7 +199,6 @@ def _estimate(given: Mapping[str, Any], name: str, own: str, target: str) -> Est
     return Estimate(
         given["value"], given.get("std_error"), interval, unit, given.get("detected", True), name
     ).to(coefficient_unit(target, power))
->>>>>>> main
 
 
 def split(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
