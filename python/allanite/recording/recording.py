@@ -12,15 +12,8 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.units import conversion, parse_unit, rate_unit
 from allanite.common.validation import moment, positive_rate
-from allanite.recording.samples import (
-    column_names,
-    covariate,
-    find_column,
-    group_means,
-    index_of,
-    locked,
-    own,
-)
+from allanite.recording import samples as arrays
+from allanite.recording.samples import column_names, find_column, group_means, index_of, locked, own
 from allanite.recording.timebase import Stamps, fill_gaps, read_stamps
 
 if TYPE_CHECKING:
@@ -111,7 +104,9 @@ class Recording:
             raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
         if hasattr(samples, "magnitude") and hasattr(samples, "units"):  # a pint quantity
             unit = f"{samples.units:~C}".replace("**", "^") if unit == "1" else unit
-            samples = samples.magnitude if unit == "1" else samples.to(_pint(unit)).magnitude  # type: ignore[union-attr]
+            samples = (
+                samples.magnitude if unit == "1" else samples.to(arrays.pint_unit(unit)).magnitude
+            )  # type: ignore[union-attr]
         if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
             columns = [str(name) for name in samples.columns]
         index = index_of(samples)
@@ -121,7 +116,8 @@ class Recording:
         n = array.shape[0]
         names = column_names(columns, array)
         extra = {
-            name: covariate(name, values, n, where) for name, values in (covariates or {}).items()
+            name: arrays.covariate(name, values, n, where)
+            for name, values in (covariates or {}).items()
         }
         stamps = None
         time = index if time is None else time
@@ -400,7 +396,3 @@ def _restore(state: dict[str, Any]) -> Recording:
     state["covariate_units"] = MappingProxyType(state["covariate_units"])
     recording._fix(**state, _audit=None)
     return recording
-
-
-def _pint(unit: str | Sequence[str]) -> str:
-    return str(unit).replace("^", "**").replace("°", "deg")

@@ -15,7 +15,16 @@ if TYPE_CHECKING:
 
 CHUNK = 1 << 18  # rows looked at at a time
 
-__all__ = ["column_names", "covariate", "find_column", "group_means", "index_of", "locked", "own"]
+__all__ = [
+    "column_names",
+    "covariate",
+    "find_column",
+    "group_means",
+    "index_of",
+    "locked",
+    "own",
+    "pint_unit",
+]
 
 
 def own(samples: object, where: str, columns: Sequence[str] | None = None) -> NDArray[Any]:
@@ -140,3 +149,8 @@ def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
         total = np.nansum(groups, axis=1, dtype=np.float64)
         found = np.where(2 * there >= k, total / np.maximum(there, 1), np.nan)
     return found
+
+
+def pint_unit(unit: str | Sequence[str]) -> str:
+    """Write a unit as pint does."""
+    return str(unit).replace("^", "**").replace("°", "deg")
