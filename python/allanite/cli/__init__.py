@@ -24,6 +24,7 @@ __all__ = ["main"]
 
 # Command → what `--help` says of it, kept here so that help imports no command.
 COMMANDS = {
+    "inspect": "What is understood of a log, column by column, before anything is computed.",
     "adev": "Allan deviation of a log: tau, deviation, interval.",
     "fit": "Coefficients of a noise model, with intervals.",
     "check": "Where a model fails to describe a log, and which effects are missing.",
