@@ -54,9 +54,12 @@ if TYPE_CHECKING:
     from allanite.page import explore
     from allanite.planning import Plan, Power, plan, power
     from allanite.readers import read
+    from allanite.readers.inspection import inspect
     from allanite.recording import Recording
     from allanite.report import Report, make_report
     from allanite.spectrum import Spectrum, psd
+    from allanite.statespace import Innovations, StateSpace, innovations
+    from allanite.statespace.growth import Growth, measured_growth, predict
     from allanite.study import Study, improve
     from allanite.suggestion import Check, Suggestion
 
@@ -119,12 +122,19 @@ _HOME = {
     "Power": "allanite.planning",
     "plan": "allanite.planning",
     "power": "allanite.planning",
+    "inspect": "allanite.readers.inspection",
     "read": "allanite.readers",
     "Recording": "allanite.recording",
     "Report": "allanite.report",
     "make_report": "allanite.report",
     "Spectrum": "allanite.spectrum",
     "psd": "allanite.spectrum",
+    "Innovations": "allanite.statespace",
+    "StateSpace": "allanite.statespace",
+    "innovations": "allanite.statespace",
+    "Growth": "allanite.statespace.growth",
+    "measured_growth": "allanite.statespace.growth",
+    "predict": "allanite.statespace.growth",
     "Study": "allanite.study",
     "improve": "allanite.study",
     "Check": "allanite.suggestion",
@@ -150,6 +160,8 @@ __all__ = [
     "Estimate",
     "Fit",
     "GaussMarkov",
+    "Growth",
+    "Innovations",
     "InputError",
     "ManyFits",
     "Model",
@@ -166,6 +178,7 @@ __all__ = [
     "Resonance",
     "Sinusoid",
     "Spectrum",
+    "StateSpace",
     "Study",
     "Suggestion",
     "TooShortError",
@@ -181,8 +194,11 @@ __all__ = [
     "hdev",
     "htotdev",
     "improve",
+    "innovations",
+    "inspect",
     "make_report",
     "mdev",
+    "measured_growth",
     "mtie",
     "mtotdev",
     "oadev",
@@ -191,6 +207,7 @@ __all__ = [
     "pdev",
     "plan",
     "power",
+    "predict",
     "psd",
     "read",
     "read_datasheet",

@@ -37,6 +37,8 @@ class Simulator:
     ) -> Self: ...
     def next(self, n: int) -> NDArray[np.float64]: ...
 
+def power_law_bank(exponent: float, n: int) -> list[tuple[float, float]]: ...
+
 # -- deviation
 @final
 class Accumulator:
@@ -109,6 +111,24 @@ def allan_law(
     factor: int,
     probabilities: Sequence[float],
     kind: str = "oadev",
+) -> NDArray[np.float64]: ...
+
+# -- kalman
+def kalman_filter(
+    samples: NDArray[np.float64],
+    f: NDArray[np.float64],
+    q: NDArray[np.float64],
+    h: NDArray[np.float64],
+    r: float,
+    p0: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+def kalman_smooth(
+    samples: NDArray[np.float64],
+    f: NDArray[np.float64],
+    q: NDArray[np.float64],
+    h: NDArray[np.float64],
+    r: float,
+    p0: NDArray[np.float64],
 ) -> NDArray[np.float64]: ...
 
 # -- lstsq

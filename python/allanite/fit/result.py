@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from allanite.fit.methods import MethodTable
     from allanite.fit.simulated import SimulatedCheck
     from allanite.recording import Recording
+    from allanite.statespace import StateSpace
 
 __all__ = ["Error", "Fit", "Misfit"]
 
@@ -200,6 +201,11 @@ class Fit:
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
         return self.model.simulate(**options)
+
+    def state_space(self, **options: Any) -> StateSpace:
+        """F, Q, H, R, P0 of the fitted model at the recording's rate, for its duration; see `Model.state_space`."""
+        options.setdefault("duration", self.recording.duration)
+        return self.model.state_space(self.recording.rate, **options)
 
     def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
         """The same samples in consecutive pieces of `size`; see `Model.simulate_chunks`."""

@@ -12,6 +12,9 @@ from allanite.common.errors import AllaniteError, InputError, TooShortError
 from allanite.common.plain import plain
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
+from allanite.readers.frame import is_frame, table_of
+from allanite.readers.packed import is_packed, unpacked
+from allanite.readers.understand import understand
 from allanite.recording import Recording
 from allanite.recording.samples import locked
 
@@ -37,20 +40,22 @@ FORMATS = {
 
 
 def read(
-    path: str | Path,
+    path: Any,
     rate: float | None = None,
     unit: str | None = None,
     quantity: str | None = None,
     column: str | int | Sequence[str | int] | None = None,
     covariate: str | Sequence[str] | None = None,
     time_column: str | int | None = None,
+    piece: int | None = None,
 ) -> Recording:
     """Read a log.
 
     Parameters
     ----------
-    path : str or Path
-        Text (any delimiter, header or not), NPY, NPZ, MATLAB, ROS bag or MCAP, ULog.
+    path : str, Path or data frame
+        A file: text (any delimiter, header or not, also packed by gzip), or a format of `FORMATS`. Or an
+        object of pandas, polars, xarray or Arrow, whose index or column of date-times is the time.
     rate : float, optional
         Sampling rate in Hz; else what the file states, else from the time column.
     unit : str, optional
@@ -62,7 +67,9 @@ def read(
     covariate : str or sequence of str, optional
         Columns offered as an explanation, beside those called temperature.
     time_column : str or int, optional
-        Column of time stamps; default one called time, t, timestamp, stamp, …
+        Column of time stamps; default one called time, t, timestamp, stamp, …; ``"none"`` for none.
+    piece : int, optional
+        Of a record that jumps of its clock part, the piece to take, from 1; default the longest.
 
     Returns
     -------
@@ -73,7 +80,6 @@ def read(
     InputError
         The file or an option cannot be used; the message names file, row and column.
     """
-    path = Path(path)
     request = Request(
         rate,
         unit,
@@ -81,17 +87,22 @@ def read(
         () if column is None else (column,) if isinstance(column, str | int) else tuple(column),
         (covariate,) if isinstance(covariate, str) else tuple(covariate or ()),
         time_column,
+        piece,
     )
+    if is_frame(path):
+        return _recording(None, request, table_of(path))
+    path = Path(path)
     try:
-        return _recording(path, request)
+        where = str(path)
+        table = read_table(path, lambda names, units: choose(names, units, request, where).all)
+        return _recording(path, request, table)
     except AllaniteError as error:
         text = str(error)
         raise type(error)(text if plain(path) in text else f"{path}: {text}") from None
 
 
-def _recording(path: Path, request: Request) -> Recording:
-    where = str(path)
-    table = read_table(path, lambda names, units: choose(names, units, request, where).all)
+def _recording(path: Path | None, request: Request, table: Table) -> Recording:
+    where = str(path or "log")
     choice = choose(
         table.names,
         table.units,
@@ -100,6 +111,7 @@ def _recording(path: Path, request: Request) -> Recording:
         stamped=table.time is not None,
         time_at=0 if not table.named and looks_like_time(table) else None,
     )
+    choice, told = understand(table, choice, request)
     own = [table.units[i] for i in choice.samples]
     quantity = request.quantity
     if quantity is None:
@@ -111,22 +123,24 @@ def _recording(path: Path, request: Request) -> Recording:
     ]
     _same_length(table, [*choice.samples, *choice.covariates], where)
     at = choice.time
-    return Recording(
+    recording = Recording(
         _take(table, choice.samples),
         request.rate if request.rate is not None else table.rate,
-        time=table.time if at is None else table[at],
+        time=None if request.timeless else table.time if at is None else table[at],
         unit=units,
         quantity=quantity,
         columns=[table.names[i] for i in choice.samples],
         covariates={table.names[i]: table[i] for i in choice.covariates},
-        path=plain(path),
+        path=None if path is None else plain(path),
         # One unit for all columns is the samples': it says nothing of a temperature beside them.
         covariate_units={
             table.names[i]: (len(set(table.units)) > 1 and table.units[i]) or "1"
             for i in choice.covariates
         },
         time_unit=None if at is None else time_unit_of(table.names[at], table.units[at]),
+        piece=request.piece,
     )
+    return recording.told_of(told)
 
 
 def read_table(path: Path, pick: Picker) -> Table:
@@ -143,6 +157,9 @@ def read_table(path: Path, pick: Picker) -> Table:
         raise InputError(f"{path}: {error.strerror or error}") from None
     if size == 0 and path.is_file():
         raise InputError(f"{path}: the file is empty")
+    if path.is_file() and is_packed(path):
+        with unpacked(path) as inner:
+            return read_table(inner, pick)
     table = _read(FORMATS.get(path.suffix.lower(), "text"), path, pick)
     if table.n == 0 and any(column is not None for column in table.columns):
         raise TooShortError(f"{path}: no row in it")

@@ -27,6 +27,12 @@ class Request:
     columns: tuple[str | int, ...]
     covariates: tuple[str, ...]
     time_column: str | int | None
+    piece: int | None = None
+
+    @property
+    def timeless(self) -> bool:
+        """Whether the time column is to be left out."""
+        return self.time_column == "none"
 
     def __post_init__(self) -> None:
         # As the names of the log are shown.
@@ -44,11 +50,14 @@ class Choice:
     samples: tuple[int, ...]
     covariates: tuple[int, ...]
     time: int | None
+    clocks: tuple[int, ...] = ()
+    """Other columns of time stamps."""
 
     @property
     def all(self) -> list[int]:
         """All of them."""
-        return [*self.samples, *self.covariates, *([] if self.time is None else [self.time])]
+        time = [] if self.time is None else [self.time]
+        return [*self.samples, *self.covariates, *time, *self.clocks]
 
 
 def choose(
@@ -82,7 +91,9 @@ def choose(
     """
     roles = [role_of(name, unit) for name, unit in zip(names, units, strict=True)]
     apart = stamped and request.time_column in (None, "t", "time")
-    if request.time_column is not None and not apart:
+    if request.timeless:
+        time_at, roles = None, ["other" if role == "time" else role for role in roles]
+    elif request.time_column is not None and not apart:
         time_at = find_column(request.time_column, names, where)
     elif time_at is None and not apart and "time" in roles:
         time_at = roles.index("time")
@@ -96,7 +107,9 @@ def choose(
         at = find_column(name, names, where)
         if at not in covariates and at not in samples:
             covariates.append(at)
-    return Choice(samples, tuple(covariates), time_at)
+    taken = {*samples, *covariates, time_at}
+    clocks = [i for i, role in enumerate(roles) if role == "time" and i not in taken]
+    return Choice(samples, tuple(covariates), time_at, () if time_at is None else tuple(clocks))
 
 
 def _sensors(

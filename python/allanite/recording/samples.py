@@ -16,7 +16,16 @@ if TYPE_CHECKING:
 
 CHUNK = 1 << 18  # rows looked at at a time
 
-__all__ = ["column_names", "covariate", "locked", "own"]
+__all__ = [
+    "column_names",
+    "covariate",
+    "find_column",
+    "group_means",
+    "index_of",
+    "locked",
+    "own",
+    "pint_unit",
+]
 
 
 def own(samples: object, where: str, columns: Sequence[str] | None = None) -> NDArray[Any]:
@@ -97,3 +106,52 @@ def locked(array: NDArray[Any]) -> NDArray[Any]:
     """Make an array read-only and return it."""
     array.flags.writeable = False
     return array
+
+
+def index_of(samples: Any) -> NDArray[Any] | None:
+    """Time stamps that an object of pandas or xarray carries as its index, or None.
+
+    Date-times, time differences and floats are stamps; whole numbers are row numbers.
+    """
+    index: Any = getattr(samples, "index", None)
+    if not hasattr(index, "dtype"):
+        coords: Any = getattr(samples, "coords", None)
+        if not hasattr(coords, "values"):
+            return None
+        # The first dimension of an array; of a data set, whatever coordinate is a time.
+        found = list(coords.values())
+        if not hasattr(samples, "data_vars"):
+            found = [coord for coord in found if coord.dims == samples.dims[:1]]
+        index = next((coord for coord in found if coord.dtype.kind in "mMf"), None)
+        if index is None:
+            return None
+    if getattr(index, "tz", None) is not None:
+        index = index.tz_convert(None)
+    stamps = np.asarray(index)
+    return stamps if stamps.ndim == 1 and stamps.dtype.kind in "mMf" and stamps.size > 1 else None
+
+
+def find_column(name: str | int, columns: Sequence[str], path: str | None = None) -> int:
+    """Index of a column by name, or by 0-based index also as text."""
+    if isinstance(name, str) and name in columns:
+        return list(columns).index(name)
+    if (isinstance(name, int) or name.isdecimal()) and 0 <= int(name) < len(columns):
+        return int(name)
+    where = "" if path is None else f"{path}: "
+    raise InputError(f"{where}unknown column {name!r}: the columns are {', '.join(columns)}")
+
+
+def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
+    """Means of groups of k rows; where some are missing, of those that are there if they are half."""
+    groups = values[: len(values) // k * k].reshape(-1, k, *values.shape[1:])
+    found: NDArray[Any] = groups.mean(axis=1, dtype=np.float64)
+    if np.isnan(found).any():
+        there = np.count_nonzero(~np.isnan(groups), axis=1)
+        total = np.nansum(groups, axis=1, dtype=np.float64)
+        found = np.where(2 * there >= k, total / np.maximum(there, 1), np.nan)
+    return found
+
+
+def pint_unit(unit: str | Sequence[str]) -> str:
+    """Write a unit as pint does."""
+    return str(unit).replace("^", "**").replace("°", "deg")

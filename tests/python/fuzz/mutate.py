@@ -1,33 +1,11 @@
 """Damage with structure: what breaks parsers is lengths, counts, types and ends, not noise alone."""
 
-EDGES = [
-    0,
-    1,
-    2,
-    3,
-    7,
-    8,
-    14,
-    15,
-    127,
-    128,
-    255,
-    256,
-    32767,
-    65535,
-    65536,
-    2**24,
-    2**31 - 1,
-    2**31,
-    2**32 - 1,
-    2**63,
-    2**64 - 1,
-]
-TOKENS = [
-    b"nan", b"inf", b"-inf", b"1e999", b"-0", b"1e-320", b"0x1p-3", b"1,5", b"1;2", b"\t", b"\r", b"\r\n", b"\n\n", b'"', b"'", b"#", b"//",
-    b"%", b"\x00", b"\xff", b"\xef\xbb\xbf", b"\xe2\x80\xae", b"\x1b[2J", b"[", b"{", b"}", b"null", b"true", b"1" * 400, b"9" * 30, b"-", b"+",
-    b"time [s]", b"gx [deg/s]", b"$x$", b"<b>", b"\\", b"../", b"N(", b"GM(T=", b"!", b"inf!", b"e", b".",
-]  # fmt: skip
+EDGES = [0, 1, 2, 3, 7, 8, 14, 15, 127, 128, 255, 256, 32767, 65535, 65536]
+EDGES += [2**24, 2**31 - 1, 2**31, 2**32 - 1, 2**63, 2**64 - 1]
+WORDS = "nan inf -inf 1e999 -0 1e-320 0x1p-3 1,5 1;2 # // % [ { } null true - + $x$ <b> \\ ../ N( GM(T= ! inf! e ."
+TOKENS = [*WORDS.encode().split(), b"time [s]", b"gx [deg/s]", b"1" * 400, b"9" * 30]
+TOKENS += [b"\t", b"\r", b"\r\n", b"\n\n", b'"', b"'", b"\x00", b"\xff"]
+TOKENS += [b"\xef\xbb\xbf", b"\xe2\x80\xae", b"\x1b[2J"]
 
 
 def damaged(rng, seeds, text=False):

@@ -93,7 +93,8 @@ def _text():
 
 MODELS = [
     "N+B+K", "Q+N+B+K+R", "N+GM(T=30)+SIN(f=7.3)", "angle_random_walk+gauss_markov(correlation_time=30!)",
-    "N(N=1.5e-3)+RES(f=3,damping=0.1)+PL(exponent=-0.5)", "N+COV(column=temp,lag=0.1)+STEP(time=3)+WARM+RTS+LEVEL+OUT+BW(cutoff=3)",
+    "N(N=1.5e-3)+RES(f=3,damping=0.1)+PL(exponent=-0.5)",
+    "N+COV(column=temp,lag=0.1)+STEP(time=3)+WARM", "N+RTS+LEVEL+OUT+BW(cutoff=3)",
 ]  # fmt: skip
 
 
@@ -157,7 +158,7 @@ def page():
 
     recording = al.Recording(SAMPLES[:, :1], rate=100, unit="deg/s", columns=["gx"], path="x.npz")
     client = client_of(Desk([Source("x.npz", recording=recording)], most_bytes=1_000_000))
-    tab, state = opened(client, checked=False)
+    tab, _ = opened(client, checked=False)
     paths = [
         b"tabs",
         b"tabs/TAB",
