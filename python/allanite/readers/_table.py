@@ -36,6 +36,8 @@ class Table:
         Time stamps kept apart from the columns.
     named : bool
         Whether the names come from the file (else they are made up: x0, x1, …).
+    notes : tuple of str
+        What the reader has to tell.
     """
 
     names: tuple[str, ...]
@@ -44,6 +46,7 @@ class Table:
     rate: float | None = None
     time: NDArray[Any] | None = None
     named: bool = True
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         # Names and units are a stranger's text.
@@ -110,6 +113,8 @@ def role_of(name: str, unit: str | None) -> Role:
         return "time"
     if _TEMPERATURE.search(key) or (unit or "").replace("°", "deg") in ("degC", "degF", "C", "K"):
         return "temperature"
+    if unit is not None and unit.strip() in ("d", "h", "min"):
+        return "time"
     if unit is not None:
         # A phase in s, or an angle, is a sensor's too.
         if unit.strip() in ("s", "deg", "°", "rad", "m/s"):
