@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -13,9 +13,14 @@ from allanite.common.validation import positive_rate
 from allanite.recording.samples import index_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["QUANTITIES", "Source", "averaging", "one_column", "positive_rate", "source"]
+__all__ = ["QUANTITIES", "Source", "Taus", "averaging", "one_column", "positive_rate", "source"]
+
+#: Averaging times as they may be asked for.
+Taus: TypeAlias = "str | int | Sequence[float] | NDArray[np.float64]"
 
 QUANTITIES = ("rate", "increment", "angle")
 

@@ -11,8 +11,9 @@ from allanite import _kernels
 from allanite.common.errors import TooShortError
 from allanite.common.showing import html_list, html_table
 from allanite.common.validation import positive
-from allanite.deviation.averaging import Source, averaging, source
-from allanite.deviation.gaps import complete, said
+from allanite.deviation.averaging import Source, Taus, averaging, source
+from allanite.deviation.estimators import OADEV
+from allanite.deviation.gaps import said
 from allanite.deviation.result import cell
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from allanite.deviation.functions import Taus
     from allanite.plots import Figure
 
 __all__ = ["DynamicDeviation", "dynamic_oadev"]
@@ -195,7 +195,7 @@ def dynamic_oadev(
 def _missing(src: Source, n: NDArray[np.int64], m: NDArray[np.int64], size: int) -> tuple[str, ...]:
     """What to know where samples are missing: how many, the terms lost, windows that have none."""
     missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
-    whole = n.shape[0] * complete("oadev", m, size + (not src.angle))
+    whole = n.shape[0] * OADEV.complete(m, size + (not src.angle))
     share = 1.0 - n.sum(axis=0) / np.maximum(whole, 1)
     notes = said(missing, src.samples.size, np.asarray(m / src.rate), share)
     empty = np.count_nonzero(~n.any(axis=1))

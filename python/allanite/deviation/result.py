@@ -19,9 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Deviation", "cell"]
 
-#: Estimators of the phase itself, what a rate gains in τ.
-_OF_THE_PHASE = ("tdev", "ttotdev", "tierms", "mtie")
-
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Deviation:
@@ -63,6 +60,7 @@ class Deviation:
     _freedom: Callable[[], NDArray[np.float64]] | None = None
     _bands: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     lost: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    _of_phase: bool = False
 
     def __post_init__(self) -> None:
         if self.lost.size != self.n.size:
@@ -73,7 +71,7 @@ class Deviation:
     @property
     def deviation_unit(self) -> str:
         """Unit of `deviation`, `low` and `high`: `unit`, or that times s of time deviations and interval errors."""
-        return _integrated(self.unit) if self.kind in _OF_THE_PHASE else self.unit
+        return _integrated(self.unit) if self._of_phase else self.unit
 
     @property
     def has_interval(self) -> bool:
