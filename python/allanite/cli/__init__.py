@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import click
 
 from allanite.cli.interrupt import heard
+from allanite.cli.words import WORDS
 from allanite.common.errors import AllaniteError, TooShortError
 
 if TYPE_CHECKING:
@@ -89,9 +90,9 @@ def _run(arguments: Sequence[str] | None) -> int:
     except click.ClickException as error:
         return _fail(error.format_message(), 2)
     except TooShortError as error:
-        return _fail(str(error), 3)
+        return _fail(error.worded(WORDS), 3)
     except AllaniteError as error:
-        return _fail(str(error), 2)
+        return _fail(error.worded(WORDS), 2)
     except (KeyboardInterrupt, click.Abort):
         return _fail("interrupted", 130)
     except BrokenPipeError:

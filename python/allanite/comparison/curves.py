@@ -148,7 +148,9 @@ def compare(
     measured = {name: oadev(log) for name, log in logs}
     rate = (logs[0][1].rate if logs else None) if rate is None else positive_rate(rate)
     if rate is None:
-        raise InputError("models alone have no sampling rate: give --rate HZ")
+        raise InputError(
+            "models alone have no sampling rate", missing="rate", remedy=": give {rate}"
+        )
     unit = unit or (logs[0][1].unit if logs else "1")
     tau: NDArray[np.float64] = (
         measured[logs[0][0]].tau if logs else np.exp2(np.arange(18, dtype=np.float64)) / rate

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from allanite.common.errors import InputError
+from allanite.common.errors import InputError, about
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit, conversion, parse_unit
 
@@ -239,32 +239,37 @@ def read_datasheet(path: str | Path) -> DataSheet:
         No such file, bad syntax, an unknown figure, a value without a unit.
     """
     path = Path(path)
+    with about(path):
+        return _read(path)
+
+
+def _read(path: Path) -> DataSheet:
     try:
         text = path.read_text(encoding="utf-8")
         parsed = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
+        raise InputError("no such file") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise InputError(f"cannot be read ({error.strerror or error})") from None
     except ValueError as error:
-        raise InputError(f"{path}: not a data sheet in TOML or JSON ({error})") from None
+        raise InputError(f"not a data sheet in TOML or JSON ({error})") from None
     figures = parsed.get("figures") if isinstance(parsed, dict) else None
     if not isinstance(figures, Mapping) or not figures:
-        raise InputError(f"{path}: a data sheet needs a table [figures], with {', '.join(FIGURES)}")
-    found = [_figure(str(name), given, path) for name, given in figures.items()]
+        raise InputError(f"a data sheet needs a table [figures], with {', '.join(FIGURES)}")
+    found = [_figure(str(name), given) for name, given in figures.items()]
     hertz = {f.name: f.value * conversion(f.unit, "Hz") for f in found if f.name in FREQUENCIES}
     noise = tuple(f for f in found if f.name not in FREQUENCIES)
     if not noise:
-        raise InputError(f"{path}: no figure to compare: add one of {', '.join(FIGURES)}")
+        raise InputError(f"no figure to compare: add one of {', '.join(FIGURES)}")
     return DataSheet(str(parsed.get("name", path.stem)), noise, **hertz)
 
 
-def _figure(name: str, given: object, path: Path) -> Figure:
+def _figure(name: str, given: object) -> Figure:
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     key = ALIASES.get(key, key)
     if key not in FIGURES and key not in FREQUENCIES:
         known = ", ".join((*FIGURES, *FREQUENCIES))
-        raise InputError(f"{path}: unknown figure {name!r}: one of {known}")
+        raise InputError(f"unknown figure {name!r}: one of {known}")
     if isinstance(given, Mapping):
         value, unit = given.get("value"), given.get("unit")
     else:
@@ -273,11 +278,11 @@ def _figure(name: str, given: object, path: Path) -> Figure:
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise InputError(f"{path}: {name} = {given!r}: give a number and a unit") from None
+        raise InputError(f"{name} = {given!r}: give a number and a unit") from None
     if not unit:
-        raise InputError(f'{path}: {name} = {given!r} has no unit: write e.g. "{number:g} deg/h"')
+        raise InputError(f'{name} = {given!r} has no unit: write e.g. "{number:g} deg/h"')
     if not (math.isfinite(number) and number > 0):
-        raise InputError(f"{path}: {name} = {number:g}: a figure must be positive")
+        raise InputError(f"{name} = {number:g}: a figure must be positive")
     unit = str(unit).strip()
     if key == "noise_density" and "sided" not in unit:
         unit += " one-sided"
@@ -377,7 +382,7 @@ def _skipped(figure: Figure, ratio: Estimate, sheet: DataSheet, recording: Any) 
         f"looks as if samples were skipped on the way to {recording.rate:g} Hz: the noise above half of that is folded"
         f" down and raises N by {folded[0]:.3g}"
         + (f" to {folded[1]:.3g}" if folded[1] > 1.001 * folded[0] else "")
-        + "; log faster and average (--decimate)"
+        + "; log faster and average"
     )
 
 

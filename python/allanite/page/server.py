@@ -18,6 +18,7 @@ from allanite.page.source import MOST_BYTES, Source, Uploads, check_name
 from allanite.page.state import act, state, work
 from allanite.page.tab import Tab
 from allanite.page.views import finite, view
+from allanite.page.words import WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -111,7 +112,7 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
             try:
                 answer = await handler(request)
             except AllaniteError as error:
-                return JSONResponse({"error": " ".join(str(error).split())}, 400)
+                return JSONResponse({"error": " ".join(error.worded(WORDS).split())}, 400)
             return answer if isinstance(answer, Plain) else reply(answer)
 
         return safe

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import AllaniteError, InputError
+from allanite.common.errors import InputError, about
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
 from allanite.recording import Recording
@@ -85,21 +85,16 @@ def read(
         time_column,
         piece,
     )
-    try:
+    with about(path):
         return _recording(path, request)
-    except AllaniteError as error:
-        text = str(error)
-        raise type(error)(text if str(path) in text else f"{path}: {text}") from None
 
 
 def _recording(path: Path, request: Request) -> Recording:
-    where = str(path)
-    table = read_table(path, lambda names, units: choose(names, units, request, where).all)
+    table = read_table(path, lambda names, units: choose(names, units, request).all)
     choice = choose(
         table.names,
         table.units,
         request,
-        where,
         stamped=table.time is not None,
         time_at=0 if not table.named and looks_like_time(table) else None,
     )
@@ -109,10 +104,10 @@ def _recording(path: Path, request: Request) -> Recording:
         phases = all(unit == "s" for unit in own) and request.unit is None
         quantity = "angle" if phases else "rate"
     units = [
-        unit_of(table.names[i], unit, request.unit, quantity, where)
+        unit_of(table.names[i], unit, request.unit, quantity)
         for i, unit in zip(choice.samples, own, strict=True)
     ]
-    _same_length(table, [*choice.samples, *choice.covariates], where)
+    _same_length(table, [*choice.samples, *choice.covariates])
     at = choice.time
     return Recording(
         _take(table, choice.samples),
@@ -138,19 +133,19 @@ def read_table(path: Path, pick: Picker) -> Table:
     if path.is_dir():
         if (path / "metadata.yaml").exists():
             return _reader("rosbag")(path, pick)
-        raise InputError(f"{path} is a directory: name the log file in it")
+        raise InputError("is a directory: name the log file in it")
     try:
         size = path.stat().st_size
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
+        raise InputError("no such file") from None
     except OSError as error:
-        raise InputError(f"{path}: {error.strerror or error}") from None
+        raise InputError(f"{error.strerror or error}") from None
     if size == 0 and path.is_file():
-        raise InputError(f"{path}: the file is empty")
+        raise InputError("the file is empty")
     try:
         return _reader(FORMATS.get(path.suffix.lower(), "text"))(path, pick)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise InputError(f"cannot be read ({error.strerror or error})") from None
 
 
 def _reader(name: str) -> Callable[[Path, Picker], Table]:
@@ -167,7 +162,7 @@ def looks_like_time(table: Table) -> bool:
     return bool(np.all(steps > 0) and np.median(np.abs(steps / np.median(steps) - 1)) < 0.5)
 
 
-def _same_length(table: Table, columns: list[int], where: str) -> None:
+def _same_length(table: Table, columns: list[int]) -> None:
     """Refuse a column that ends before the others: two recordings in one file."""
     last = [table[i].dtype.kind == "f" and bool(np.isnan(table[i][-1])) for i in columns]
     if any(last) and not all(last):
@@ -175,8 +170,9 @@ def _same_length(table: Table, columns: list[int], where: str) -> None:
         present = np.flatnonzero(~np.isnan(table[ended]))
         rows = int(present[-1]) + 1 if present.size else 0
         raise InputError(
-            f"{where}: column {table.names[ended]} ends after {rows} rows, others have {table.n}:"
-            " read it by itself (--column) or cut the file"
+            f"column {table.names[ended]} ends after {rows} rows, others have {table.n}",
+            missing="column",
+            remedy=": read it by itself ({column}) or cut the file",
         )
 
 

@@ -53,7 +53,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     )
     arrays = {name: _tall(a) for name, a in found.items() if a.size > 1 and a.ndim <= 2}
     if not arrays:
-        raise InputError(f"{path}: no numeric array among {', '.join(found) or 'no variables'}")
+        raise InputError(f"no numeric array among {', '.join(found) or 'no variables'}")
     n = max(len(a) for a in arrays.values())
     names: list[str] = []
     columns: list[NDArray[Any]] = []
@@ -94,7 +94,7 @@ def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     try:
         content = loadmat(str(path), struct_as_record=False, squeeze_me=True)
     except Exception as error:  # scipy raises whatever the bytes lead it to
-        raise InputError(f"{path}: damaged or not a MATLAB file ({error})") from None
+        raise InputError(f"damaged or not a MATLAB file ({error})") from None
     for name, value in content.items():
         if not name.startswith("__"):
             yield from _walk(name, value)
@@ -125,5 +125,5 @@ def _v73(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
         with h5py.File(path, "r") as file:
             file.visititems(visit)
     except OSError as error:
-        raise InputError(f"{path}: damaged MATLAB 7.3 file ({error})") from None
+        raise InputError(f"damaged MATLAB 7.3 file ({error})") from None
     yield from found

@@ -36,22 +36,22 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     )
     try:
         with AnyReader([folder], default_typestore=get_typestore(Stores.LATEST)) as bag:
-            return _imu(bag, path)
+            return _imu(bag)
     except InputError:
         raise
     except Exception as error:  # rosbags raises whatever the bytes lead it to
-        raise InputError(f"{path}: damaged or not a ROS bag ({error})") from None
+        raise InputError(f"damaged or not a ROS bag ({error})") from None
 
 
 def _has_metadata(folder: Path) -> bool:
     return (folder / "metadata.yaml").exists()
 
 
-def _imu(bag, path: Path) -> Table:  # type: ignore[no-untyped-def]  # noqa: ANN001
+def _imu(bag) -> Table:  # type: ignore[no-untyped-def]  # noqa: ANN001
     found = [c for c in bag.connections if c.msgtype == "sensor_msgs/msg/Imu"]
     if not found:
         topics = ", ".join(sorted(f"{c.topic} ({c.msgtype})" for c in bag.connections)) or "none"
-        raise InputError(f"{path}: no sensor_msgs/Imu topic in the bag; its topics: {topics}")
+        raise InputError(f"no sensor_msgs/Imu topic in the bag; its topics: {topics}")
     topic = found[0].topic
     rows: list[tuple[float, ...]] = []
     stamps: list[int] = []
@@ -63,6 +63,6 @@ def _imu(bag, path: Path) -> Table:  # type: ignore[no-untyped-def]  # noqa: ANN
         # Some drivers leave the header empty; the time of receipt is the next best.
         stamps.append(stamp or received)
     if not rows:
-        raise InputError(f"{path}: topic {topic} holds no message")
+        raise InputError(f"topic {topic} holds no message")
     time = np.array(stamps, dtype=np.int64).astype("datetime64[ns]")
     return Table(NAMES, columns_of(np.array(rows)), UNITS, time=time)

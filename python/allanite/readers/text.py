@@ -29,7 +29,7 @@ def read(path: Path, pick: Picker) -> Table:
     with path.open("rb") as stream:
         if b"\0" in stream.read(4096):
             raise InputError(
-                f"{path}: not a text log but binary data; known are text, NPY, NPZ, MAT, bag, ULog"
+                "not a text log but binary data; known are text, NPY, NPZ, MAT, bag, ULog"
             )
     delimiter = None
     header = _kernels.TextReader(str(path)).header

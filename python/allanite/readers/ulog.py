@@ -39,13 +39,11 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         with path.open("rb") as stream:
             log = ULog(stream)
     except Exception as error:  # pyulog raises whatever the bytes lead it to
-        raise InputError(f"{path}: damaged or not a ULog file ({error})") from None
+        raise InputError(f"damaged or not a ULog file ({error})") from None
     topics = {data.name: data for data in reversed(log.data_list)}
     name = next((topic for topic in TOPICS if topic in topics), None)
     if name is None:
-        raise InputError(
-            f"{path}: no inertial topic among {', '.join(sorted(topics)) or 'none at all'}"
-        )
+        raise InputError(f"no inertial topic among {', '.join(sorted(topics)) or 'none at all'}")
     data = topics[name].data
     columns: dict[str, Any] = {}
     units: list[str | None] = []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import InputError
+from allanite.common.errors import InputError, about
 from allanite.common.units import conversion, parse_unit, rate_unit
 from allanite.common.validation import moment, positive_rate
 from allanite.recording.samples import column_names, covariate, index_of, locked, own
@@ -97,53 +97,55 @@ class Recording:
         time_unit: str | None = None,
         piece: int | None = None,
     ) -> None:
-        where = "" if path is None else f"{path}: "
-        if quantity not in QUANTITIES:
-            raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
-        if hasattr(samples, "magnitude") and hasattr(samples, "units"):  # a pint quantity
-            unit = f"{samples.units:~C}".replace("**", "^") if unit == "1" else unit
-            samples = samples.magnitude if unit == "1" else samples.to(_pint(unit)).magnitude  # type: ignore[union-attr]
-        if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
-            columns = [str(name) for name in samples.columns]
-        index = index_of(samples)
-        array = own(samples, where, columns)
-        if array.ndim == 2 and array.shape[1] == 1:
-            array = array[:, 0]
-        n = array.shape[0]
-        names = column_names(columns, array)
-        extra = {
-            name: covariate(name, values, n, where) for name, values in (covariates or {}).items()
-        }
-        stamps = None
-        time = index if time is None else time
-        if time is not None:
-            stamps = read_stamps(time, time_unit, rate, piece)
-            if stamps.n != n:
-                raise InputError(f"{where}{stamps.n} time stamps for {n} samples")
-            array = fill_gaps(array, stamps)
-            extra = {k: np.asarray(fill_gaps(v, stamps), float) for k, v in extra.items()}
-        if rate is None:
-            if stamps is None:
-                raise InputError(
-                    f"{where}no sampling rate: give rate= (--rate HZ) or a time column"
-                )
-            rate = stamps.rate
-        rate = positive_rate(rate, where)
-        units = (unit,) * len(names) if isinstance(unit, str) else tuple(unit)
-        if len(units) != len(names):
-            raise InputError(f"{where}{len(units)} units for {len(names)} columns")
-        self._fix(
-            samples=locked(array),
-            rate=rate,
-            units=tuple(rate_unit(text, quantity).name for text in units),
-            quantity=quantity,
-            columns=names,
-            covariates=MappingProxyType({name: locked(v) for name, v in extra.items()}),
-            covariate_units=MappingProxyType(dict(covariate_units or {})),
-            path=None if path is None else str(path),
-            stamps=stamps,
-            _audit=None,
-        )
+        with about(path):
+            if quantity not in QUANTITIES:
+                raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
+            if hasattr(samples, "magnitude") and hasattr(samples, "units"):  # a pint quantity
+                unit = f"{samples.units:~C}".replace("**", "^") if unit == "1" else unit
+                samples = samples.magnitude if unit == "1" else samples.to(_pint(unit)).magnitude  # type: ignore[union-attr]
+            if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
+                columns = [str(name) for name in samples.columns]
+            index = index_of(samples)
+            array = own(samples, columns)
+            if array.ndim == 2 and array.shape[1] == 1:
+                array = array[:, 0]
+            n = array.shape[0]
+            names = column_names(columns, array)
+            extra = {
+                name: covariate(name, values, n) for name, values in (covariates or {}).items()
+            }
+            stamps = None
+            time = index if time is None else time
+            if time is not None:
+                stamps = read_stamps(time, time_unit, rate, piece)
+                if stamps.n != n:
+                    raise InputError(f"{stamps.n} time stamps for {n} samples")
+                array = fill_gaps(array, stamps)
+                extra = {k: np.asarray(fill_gaps(v, stamps), float) for k, v in extra.items()}
+            if rate is None:
+                if stamps is None:
+                    raise InputError(
+                        "no sampling rate",
+                        missing="rate",
+                        remedy=": give {rate} or a time column",
+                    )
+                rate = stamps.rate
+            rate = positive_rate(rate)
+            units = (unit,) * len(names) if isinstance(unit, str) else tuple(unit)
+            if len(units) != len(names):
+                raise InputError(f"{len(units)} units for {len(names)} columns")
+            self._fix(
+                samples=locked(array),
+                rate=rate,
+                units=tuple(rate_unit(text, quantity).name for text in units),
+                quantity=quantity,
+                columns=names,
+                covariates=MappingProxyType({name: locked(v) for name, v in extra.items()}),
+                covariate_units=MappingProxyType(dict(covariate_units or {})),
+                path=None if path is None else str(path),
+                stamps=stamps,
+                _audit=None,
+            )
 
     def _fix(self, **fields: Any) -> None:
         for name, value in fields.items():
@@ -220,7 +222,7 @@ class Recording:
         InputError
             There is no such column; the names are listed.
         """
-        at = find_column(name, self.columns, self.path)
+        at = find_column(name, self.columns)
         return self._with(
             samples=locked(np.ascontiguousarray(self.samples[:, at]))
             if self.samples.ndim == 2
@@ -384,14 +386,13 @@ class Recording:
         return f"Recording({', '.join(self.columns)}: {what}{extra})"
 
 
-def find_column(name: str | int, columns: Sequence[str], path: str | None = None) -> int:
+def find_column(name: str | int, columns: Sequence[str]) -> int:
     """Index of a column by name, or by 0-based index also as text."""
     if isinstance(name, str) and name in columns:
         return list(columns).index(name)
     if (isinstance(name, int) or name.isdigit()) and 0 <= int(name) < len(columns):
         return int(name)
-    where = "" if path is None else f"{path}: "
-    raise InputError(f"{where}unknown column {name!r}: the columns are {', '.join(columns)}")
+    raise InputError(f"unknown column {name!r}: the columns are {', '.join(columns)}")
 
 
 def _restore(state: dict[str, Any]) -> Recording:
