@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from allanite.effects import Model
     from allanite.recording import Recording
 
-__all__ = ["Curve", "Curves", "compare"]
+__all__ = ["Drawn", "Curves", "compare"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class Drawn:
     """Allan deviation of one log or model.
 
     Attributes
@@ -74,7 +74,7 @@ class Curve:
 class Curves:
     """Several curves; the first is what the others are compared with."""
 
-    curves: tuple[Curve, ...]
+    curves: tuple[Drawn, ...]
 
     __repr__ = brief
 
@@ -160,12 +160,12 @@ def compare(
         if isinstance(item, Recording):
             found = measured[name]
             curves.append(
-                Curve(
+                Drawn(
                     name, "recording", item.unit, found.tau, found.deviation, found.low, found.high
                 )
             )
         else:
             variance = item.allan_variance(tau, rate=rate)
             deviation: NDArray[np.float64] = np.sqrt(variance).astype(np.float64)
-            curves.append(Curve(name, "model", parse_unit(own or unit).name, tau, deviation))
+            curves.append(Drawn(name, "model", parse_unit(own or unit).name, tau, deviation))
     return Curves(tuple(curves))

@@ -28,13 +28,13 @@ from allanite.common.errors import InputError, about
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit, conversion, parse_unit
 
-__all__ = ["Comparison", "DataSheet", "Figure", "compare_datasheet", "read_datasheet"]
+__all__ = ["Comparison", "DataSheet", "Quoted", "compare_datasheet", "read_datasheet"]
 
 ONE_SIDED = math.sqrt(2)
 MINIMUM = "minimum"
 SOLID = 10  # degrees of freedom from which a point of the Allan curve may be its minimum
 
-# Figure → what it is of (a coefficient, or the Allan curve's minimum), its power of seconds.
+# Quoted figure → what it is of (a coefficient, or the Allan curve's minimum), its power of seconds.
 FIGURES: dict[str, tuple[str, float]] = {
     "noise_density": ("N", 0.5),
     "angle_random_walk": ("N", 0.5),
@@ -81,7 +81,7 @@ SLIPS_OF_ALL = (
 
 
 @dataclass(frozen=True, slots=True)
-class Figure:
+class Quoted:
     """One line of a data sheet.
 
     Attributes
@@ -123,7 +123,7 @@ class DataSheet:
     """Name and figures of a sensor's data sheet; its −3 dB bandwidth and its own rate, Hz, where given."""
 
     name: str
-    figures: tuple[Figure, ...]
+    figures: tuple[Quoted, ...]
     bandwidth: float | None = None
     sample_rate: float | None = None
 
@@ -161,7 +161,7 @@ class DataSheet:
 class Row:
     """A figure beside its measurement, both in the canonical unit of the coefficient."""
 
-    figure: Figure
+    figure: Quoted
     sheet: float
     measured: Estimate
     ratio: Estimate
@@ -264,7 +264,7 @@ def _read(path: Path) -> DataSheet:
     return DataSheet(str(parsed.get("name", path.stem)), noise, **hertz)
 
 
-def _figure(name: str, given: object) -> Figure:
+def _figure(name: str, given: object) -> Quoted:
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     key = ALIASES.get(key, key)
     if key not in FIGURES and key not in FREQUENCIES:
@@ -287,7 +287,7 @@ def _figure(name: str, given: object) -> Figure:
     if key == "noise_density" and "sided" not in unit:
         unit += " one-sided"
     conversion(unit, unit)
-    return Figure(key, number, unit)
+    return Quoted(key, number, unit)
 
 
 def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
@@ -355,7 +355,7 @@ def _minimum(recording: Any) -> Estimate:
     return Estimate(value, (high - low) / 4, (low, high), recording.unit, name=MINIMUM)
 
 
-def _remark(figure: Figure, ratio: Estimate) -> str:
+def _remark(figure: Quoted, ratio: Estimate) -> str:
     if not ratio.detected:
         return ""
     return _slip(figure.coefficient, ratio.value, _tolerance(ratio))
@@ -366,7 +366,7 @@ def _tolerance(ratio: Estimate) -> float:
     return max(width, 0.05)
 
 
-def _skipped(figure: Figure, ratio: Estimate, sheet: DataSheet, recording: Any) -> str:
+def _skipped(figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Any) -> str:
     """Whether the white level is that of samples thinned by skipping: alone it cannot be seen, white stays white."""
     if (
         figure.coefficient != "N"

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["QUANTITIES", "Source", "Taus", "averaging", "one_column", "positive_rate", "source"]
+__all__ = ["QUANTITIES", "Samples", "Taus", "averaging", "one_column", "positive_rate", "samples_of"]
 
 #: Averaging times as they may be asked for.
 Taus: TypeAlias = "str | int | Sequence[float] | NDArray[np.float64]"
@@ -26,7 +26,7 @@ QUANTITIES = ("rate", "increment", "angle")
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class Samples:
     """Samples of one column, ready for the core."""
 
     samples: NDArray[Any]
@@ -50,7 +50,7 @@ class Source:
         return self.samples.size + (not self.angle)
 
 
-def source(x: object, rate: float, quantity: str) -> Source:
+def samples_of(x: object, rate: float, quantity: str) -> Samples:
     """Take whatever was given as one column of native numbers, without a copy where possible."""
     unit = "1"
     if index_of(x) is not None:  # pandas or xarray with its own time: gaps and rate by it
@@ -69,7 +69,7 @@ def source(x: object, rate: float, quantity: str) -> Source:
         raise TooShortError(f"{array.size} samples: at least 3 are needed")
     if not array.flags.aligned or array.strides[0] % array.itemsize or array.strides[0] == 0:
         array = np.ascontiguousarray(array)
-    return Source(array, rate, quantity, unit)
+    return Samples(array, rate, quantity, unit)
 
 
 def one_column(x: object) -> NDArray[Any]:
@@ -103,7 +103,7 @@ def _array(x: Any) -> NDArray[Any]:
 
 
 def averaging(
-    source: Source, taus: str | int | ArrayLike, factors: ArrayLike | None, most: int
+    src: Samples, taus: str | int | ArrayLike, factors: ArrayLike | None, most: int
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
     """Averaging factors asked for, rising, and what had to be changed."""
     if factors is None and isinstance(taus, str):
@@ -116,21 +116,21 @@ def averaging(
         if not 0 < taus < 2**31:
             raise InputError(f"{taus} averaging times per decade: give at least 1")
         return _kernels.averaging_factors("", int(taus), most), ()
-    found, notes = _given(source, taus if factors is None else factors, factors is None)
+    found, notes = _given(src, taus if factors is None else factors, factors is None)
     if found[0] >= 1 and found[-1] <= most:
         return found, notes
     outside = (found < 1) | (found > most)
-    span = f"{1 / source.rate:g} s to {most / source.rate:g} s"
+    span = f"{1 / src.rate:g} s to {most / src.rate:g} s"
     if outside.all():
         raise TooShortError(
-            f"no averaging time within {span}, which is all that {source.samples.size} samples hold"
+            f"no averaging time within {span}, which is all that {src.samples.size} samples hold"
         )
     left_out = f"{np.count_nonzero(outside)} averaging times outside of {span} were left out"
     return found[~outside], (*notes, left_out)
 
 
 def _given(
-    source: Source, values: ArrayLike, seconds: bool
+    src: Samples, values: ArrayLike, seconds: bool
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
     """Whole factors of given times or factors, rising, each once."""
     try:
@@ -143,7 +143,7 @@ def _given(
         raise InputError(f"averaging times must be numbers, found {values!r}") from None
     if wanted.ndim != 1 or wanted.size == 0 or not np.isfinite(wanted).all():
         raise InputError("averaging times must be a list of finite numbers")
-    exact = wanted * source.rate if seconds else wanted
+    exact = wanted * src.rate if seconds else wanted
     near = np.round(exact)
     moved = np.abs(near - exact) > 1e-6 * np.maximum(exact, 1.0)
     notes = []
@@ -152,7 +152,7 @@ def _given(
             raise InputError(f"averaging factors must be whole numbers, found {exact[moved][0]:g}")
         notes.append(
             f"{np.count_nonzero(moved)} averaging times were rounded to multiples of"
-            f" {1 / source.rate:g} s"
+            f" {1 / src.rate:g} s"
         )
     found = np.unique(np.clip(near, 0.0, 2.0**62)).astype(np.int64)
     if found.size < wanted.size:

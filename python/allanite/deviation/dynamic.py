@@ -11,7 +11,7 @@ from allanite import _kernels
 from allanite.common.errors import TooShortError
 from allanite.common.showing import html_list, html_table
 from allanite.common.validation import positive
-from allanite.deviation.averaging import Source, Taus, averaging, source
+from allanite.deviation.averaging import Samples, Taus, averaging, samples_of
 from allanite.deviation.estimators import OADEV
 from allanite.deviation.gaps import said
 from allanite.deviation.result import cell
@@ -162,7 +162,7 @@ def dynamic_oadev(
     TooShortError
         A window longer than the record or shorter than 3 samples.
     """
-    src = source(x, rate, quantity)
+    src = samples_of(x, rate, quantity)
     window = positive(window, "window", "s", "a positive number of seconds")
     step = (
         window / 4 if step is None else positive(step, "step", "s", "a positive number of seconds")
@@ -192,7 +192,7 @@ def dynamic_oadev(
     )
 
 
-def _missing(src: Source, n: NDArray[np.int64], m: NDArray[np.int64], size: int) -> tuple[str, ...]:
+def _missing(src: Samples, n: NDArray[np.int64], m: NDArray[np.int64], size: int) -> tuple[str, ...]:
     """What to know where samples are missing: how many, the terms lost, windows that have none."""
     missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
     whole = n.shape[0] * OADEV.complete(m, size + (not src.angle))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.deviation.averaging import Source, Taus, averaging
+from allanite.deviation.averaging import Samples, Taus, averaging
 from allanite.deviation.gaps import said
 from allanite.deviation.result import Deviation
 
@@ -20,7 +20,7 @@ __all__ = ["estimate"]
 
 
 def estimate(
-    row: Estimator, src: Source, taus: Taus, factors: ArrayLike | None, unbiased: bool = True
+    row: Estimator, src: Samples, taus: Taus, factors: ArrayLike | None, unbiased: bool = True
 ) -> Deviation:
     """Deviation of a record by one estimator, with what its intervals and remarks are made of.
 
@@ -28,7 +28,7 @@ def estimate(
     ----------
     row : Estimator
         The estimator.
-    src : Source
+    src : Samples
         The record.
     taus, factors
         As of `allanite.oadev`.

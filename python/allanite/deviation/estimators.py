@@ -10,7 +10,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.deviation import bias
-from allanite.deviation.averaging import Taus, source
+from allanite.deviation.averaging import Taus, samples_of
 from allanite.deviation.estimation import estimate
 from allanite.deviation.table import ESTIMATORS, Estimator
 
@@ -123,7 +123,7 @@ def _deviation(more: str, **what: Any) -> Deviate:
         factors: ArrayLike | None = None,
         quantity: str = "rate",
     ) -> Deviation:
-        return estimate(row, source(x, rate, quantity), taus, factors)
+        return estimate(row, samples_of(x, rate, quantity), taus, factors)
 
     function: Deviate = _described(deviation, row, more)
     return function
@@ -141,7 +141,7 @@ def _corrected(more: str, **what: Any) -> Correctable:
         quantity: str = "rate",
         unbiased: bool = row.unbiased,
     ) -> Deviation:
-        return estimate(row, source(x, rate, quantity), taus, factors, unbiased)
+        return estimate(row, samples_of(x, rate, quantity), taus, factors, unbiased)
 
     function: Correctable = _described(deviation, row, more)
     return function

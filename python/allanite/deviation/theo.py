@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.common.errors import TooShortError
-from allanite.deviation.averaging import Source, Taus, averaging, source
+from allanite.deviation.averaging import Samples, Taus, averaging, samples_of
 from allanite.deviation.estimators import OADEV, THEO1, THEOH
 from allanite.deviation.gaps import said
 from allanite.deviation.result import Deviation
@@ -46,7 +46,7 @@ def theo1(
     TooShortError
         Fewer than 3 samples, no averaging time that fits, or no even factor.
     """
-    src = source(x, rate, quantity)
+    src = samples_of(x, rate, quantity)
     if factors is None and not isinstance(taus, (str, int, np.integer)):
         factors = 2 * np.maximum(np.round(np.asarray(taus, float) * src.rate / 1.5), 1.0)
         factors = np.unique(factors)
@@ -59,7 +59,7 @@ def theo1(
     return _theo1(src, m[even], notes)
 
 
-def _theo1(src: Source, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
+def _theo1(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
     variance, n, alpha, gaps = THEO1.kernel(src.samples, m, src.angle)
     lost = THEO1.complete(m, src.points) - n
     share = lost / np.maximum(n + lost, 1)
@@ -99,7 +99,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     TooShortError
         Fewer than 120 samples, which the bias needs.
     """
-    src = source(x, rate, quantity)
+    src = samples_of(x, rate, quantity)
     last = src.points // 30 - 3
     if last < 1:
         raise TooShortError(

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["refit"]
 
 #: Effects that a straight line stands for.
-LINES = {
+STRAIGHT = {
     "quantization": "Q",
     "angle_random_walk": "N",
     "bias_instability": "B",
@@ -144,7 +144,7 @@ def _times(derived: Estimate, coefficient: Estimate, before: float) -> Estimate:
 
 
 def _lines(fit: Fit) -> tuple[dict[str, Any], ...]:
-    other = [e.kind for e in fit.model if e.kind not in LINES]
+    other = [e.kind for e in fit.model if e.kind not in STRAIGHT]
     if other:
         raise InputError(
             f"method 'lines' knows Q, N, B, K, R; the model has {other[0]}: use whittle or gls"
@@ -153,7 +153,7 @@ def _lines(fit: Fit) -> tuple[dict[str, Any], ...]:
     readings = read_lines(oadev(data.samples, rate=data.rate, taus=8))
     out = []
     for effect in fit.model:
-        name = LINES[effect.kind]
+        name = STRAIGHT[effect.kind]
         line = readings[name]
         power = effect.parameter(name).unit
         assert not isinstance(power, str)

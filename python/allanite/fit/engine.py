@@ -61,11 +61,6 @@ class Solution:
 
     __repr__ = brief
 
-    @property
-    def terms_model(self) -> tuple[Stochastic, ...]:
-        """The stochastic effects, in the order of `theta`."""
-        return self.model.stochastic
-
 
 def _held(model: Model) -> list[bool]:
     return [e.coefficient in e.held for e in model.stochastic]
@@ -206,12 +201,3 @@ def _with_amplitudes(model: Model, design: Design, regression: Regression) -> Mo
         effects.append(effect)
     return Model(tuple(effects))
 
-
-def components(solution: Solution, data: Data) -> dict[int, Array]:
-    """Bin power of each stochastic effect by its place in the model."""
-    out: dict[int, Array] = {}
-    for place, effect in enumerate(solution.model.effects):
-        if isinstance(effect, Stochastic):
-            value = getattr(effect, effect.coefficient) or 0.0
-            out[place] = value**2 * column(data.unit_terms(solution.model, effect), data)
-    return out

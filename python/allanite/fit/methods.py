@@ -9,7 +9,7 @@ from allanite.common.errors import AllaniteError
 from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
 from allanite.effects import Stochastic
-from allanite.fit.classical import LINES, refit
+from allanite.fit.classical import STRAIGHT, refit
 from allanite.fit.lines import read_lines
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ __all__ = ["MethodRow", "MethodTable", "compare_methods"]
 
 #: Powers of s in the unit of each line's coefficient.
 POWERS = {"Q": 1.0, "N": 0.5, "B": 0.0, "K": -0.5, "R": -1.0}
-NAMES = {short: kind.replace("_", " ") for kind, short in LINES.items()}
+NAMES = {short: kind.replace("_", " ") for kind, short in STRAIGHT.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,7 @@ def compare_methods(fit: Fit) -> MethodTable:
     rows = []
     taken = set()
     for place, effect in enumerate(base.model.effects):
-        kind = LINES.get(effect.kind)
+        kind = STRAIGHT.get(effect.kind)
         if not isinstance(effect, Stochastic) and kind is None:
             continue
         own = effect.coefficient if isinstance(effect, Stochastic) else "R"
