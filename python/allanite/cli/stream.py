@@ -107,7 +107,10 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
     TooShortError
         Too few rows.
     """
-    with about(NAME if log == PIPE else log):
+    from allanite.readers.text import of_core
+
+    name = NAME if log == PIPE else log
+    with about(name), of_core(name):
         return _deviations(options, taus, log)
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from allanite.effects import Model
     from allanite.recording import Recording
 
-__all__ = ["Drawn", "Curves", "compare"]
+__all__ = ["Curves", "Drawn", "compare"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,7 +17,15 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["QUANTITIES", "Samples", "Taus", "averaging", "one_column", "positive_rate", "samples_of"]
+__all__ = [
+    "QUANTITIES",
+    "Samples",
+    "Taus",
+    "averaging",
+    "one_column",
+    "positive_rate",
+    "samples_of",
+]
 
 #: Averaging times as they may be asked for.
 Taus: TypeAlias = "str | int | Sequence[float] | NDArray[np.float64]"

@@ -192,7 +192,9 @@ def dynamic_oadev(
     )
 
 
-def _missing(src: Samples, n: NDArray[np.int64], m: NDArray[np.int64], size: int) -> tuple[str, ...]:
+def _missing(
+    src: Samples, n: NDArray[np.int64], m: NDArray[np.int64], size: int
+) -> tuple[str, ...]:
     """What to know where samples are missing: how many, the terms lost, windows that have none."""
     missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
     whole = n.shape[0] * OADEV.complete(m, size + (not src.angle))

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
+from allanite.export import gtsam, kalibr, matlab, plain_json, ros, vins
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from allanite.export._axis import Axis
 
 __all__ = ["TARGETS", "export"]
 
-# Name on the command line → module of this package; its `render(axes, rate)` returns the text.
-TARGETS = {
-    "json": "plain_json",
-    "kalibr": "kalibr",
-    "matlab": "matlab",
-    "ros": "ros",
-    "vins": "vins",
-    "gtsam": "gtsam",
+# Name on the command line → text of a parameter file for some axes at a rate.
+TARGETS: dict[str, Callable[[Sequence[Axis], float | None], str]] = {
+    "json": plain_json.render,
+    "kalibr": kalibr.render,
+    "matlab": matlab.render,
+    "ros": ros.render,
+    "vins": vins.render,
+    "gtsam": gtsam.render,
 }
 
 
@@ -44,5 +44,4 @@ def export(axes: Sequence[Axis], target: str, rate: float | None = None) -> str:
     """
     if target not in TARGETS:
         raise InputError(f"unknown export format {target!r}: one of {', '.join(TARGETS)}")
-    text: str = import_module(f"allanite.export.{TARGETS[target]}").render(axes, rate)
-    return text
+    return TARGETS[target](axes, rate)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit import shape as _shape
-from allanite.fit.data import column, columns, density
+from allanite.fit.data import columns, density
 from allanite.fit.deterministic import Design, Regression, design_of, regress
 from allanite.fit.whittle import Maximum, log_likelihood, maximise
 
@@ -200,4 +200,3 @@ def _with_amplitudes(model: Model, design: Design, regression: Regression) -> Mo
             index += 1
         effects.append(effect)
     return Model(tuple(effects))
-

@@ -121,7 +121,9 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
         name, kind = STATIC[
             request.url.path if request.url.path in STATIC else request.scope["path"]
         ]
-        return Plain(resources.files("allanite.page").joinpath(name).read_bytes(), media_type=kind)
+        return Plain(
+            resources.files("allanite.page").joinpath("static", name).read_bytes(), media_type=kind
+        )
 
     async def plotly(_request: Request) -> Response:
         return Plain(await run_in_threadpool(_plotly), media_type="text/javascript; charset=utf-8")

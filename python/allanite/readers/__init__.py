@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite.common.errors import InputError, about
+from allanite.readers import matlab, npy, npz, rosbag, text, ulog
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
 from allanite.recording import Recording
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMATS", "read", "read_table"]
 
-# Suffix → module whose `read(path, pick)` returns a Table. Anything else is read as text.
-FORMATS = {
-    ".npy": "npy",
-    ".npz": "npz",
-    ".mat": "matlab",
-    ".bag": "rosbag",
-    ".db3": "rosbag",
-    ".mcap": "rosbag",
-    ".ulg": "ulog",
+# Suffix → the reader. Anything else is read as text.
+FORMATS: dict[str, Callable[[Path, Picker], Table]] = {
+    ".npy": npy.read,
+    ".npz": npz.read,
+    ".mat": matlab.read,
+    ".bag": rosbag.read,
+    ".db3": rosbag.read,
+    ".mcap": rosbag.read,
+    ".ulg": ulog.read,
 }
 
 
@@ -132,7 +132,7 @@ def read_table(path: Path, pick: Picker) -> Table:
     """Read the columns of a log that are picked, by the reader of its format."""
     if path.is_dir():
         if (path / "metadata.yaml").exists():
-            return _reader("rosbag")(path, pick)
+            return rosbag.read(path, pick)
         raise InputError("is a directory: name the log file in it")
     try:
         size = path.stat().st_size
@@ -143,15 +143,9 @@ def read_table(path: Path, pick: Picker) -> Table:
     if size == 0 and path.is_file():
         raise InputError("the file is empty")
     try:
-        return _reader(FORMATS.get(path.suffix.lower(), "text"))(path, pick)
+        return FORMATS.get(path.suffix.lower(), text.read)(path, pick)
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror or error})") from None
-
-
-def _reader(name: str) -> Callable[[Path, Picker], Table]:
-    reader: Callable[[Path, Picker], Table]
-    reader = importlib.import_module(f"allanite.readers.{name}").read
-    return reader
 
 
 def looks_like_time(table: Table) -> bool:

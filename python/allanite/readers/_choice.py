@@ -132,8 +132,8 @@ def unit_of(name: str, own: str | None, given: str | None, quantity: str) -> str
         return given
     if said.name != rate_unit(given, quantity).name:
         raise InputError(
-            f"column {name} is in {own} by the file, {given} as given",
+            f"column {name} is in {own} by the file",
             missing="unit",
-            remedy=": leave {unit} out, or convert by {to}",
+            remedy=f", {given} by {{unit}}: leave it out, or convert by {{to}}",
         )
     return given

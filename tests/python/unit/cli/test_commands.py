@@ -187,7 +187,7 @@ def test_every_kind_of_deviation(run, tmp_path, kind):
 def test_the_table_makes_the_functions_and_the_choice():
     import allanite
     from allanite import deviation
-    from allanite.cli.adev import command
+    from allanite.cli.commands.adev import command
 
     choice = next(option for option in command.params if option.name == "kind").type
     assert list(choice.choices) == list(ESTIMATORS)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-FORMATS = ("json", "kalibr", "matlab", "ros", "vins", "gtsam")
+from allanite.export import TARGETS
 
 
 @click.command("export")
@@ -12,7 +12,7 @@ FORMATS = ("json", "kalibr", "matlab", "ros", "vins", "gtsam")
 @click.option(
     "--format",
     "target",
-    type=click.Choice(FORMATS),
+    type=click.Choice(tuple(TARGETS)),
     default="json",
     show_default=True,
     help="Target.",
