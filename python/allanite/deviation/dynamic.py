@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.common import verbs
 from allanite.common.errors import TooShortError
 from allanite.common.showing import html_list, html_table
 from allanite.common.validation import positive
@@ -17,11 +18,8 @@ from allanite.deviation.gaps import said
 from allanite.deviation.result import cell
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from numpy.typing import ArrayLike, NDArray
 
-    from allanite.plots import Figure
 
 __all__ = ["DynamicDeviation", "dynamic_oadev"]
 
@@ -85,11 +83,7 @@ class DynamicDeviation:
         """Numbers of at most so many averaging times, spread evenly, the first and the last among them."""
         return np.unique(np.round(np.linspace(0, self.tau.size - 1, most)).astype(np.int64))
 
-    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Figure of the deviations over time; see `allanite.plots.plot_dynamic`."""
-        from allanite.plots import plot_dynamic
-
-        return plot_dynamic(self, path, theme)
+    plot = verbs.dynamic_plot
 
     def _table(self) -> tuple[str, list[str], list[list[str]], list[str]]:
         """Title, head, rows and remarks: not more than can be read at once."""

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common import verbs
 from allanite.deviation.confidence import interval
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from allanite.plots import Figure
 
 __all__ = ["Deviation", "cell"]
 
@@ -106,11 +105,7 @@ class Deviation:
     def __len__(self) -> int:
         return self.tau.size
 
-    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Figure of the deviation with its interval; see `allanite.plots.plot_deviation`."""
-        from allanite.plots import plot_deviation
-
-        return plot_deviation(self, path, theme)
+    plot = verbs.deviation_plot
 
     def to_dict(self) -> dict[str, Any]:
         """JSON form: `kind`, `unit` of the deviations, and `points`; null for what is not known."""

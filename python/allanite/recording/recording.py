@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common import verbs
 from allanite.common.errors import InputError, about
 from allanite.common.units import conversion, parse_unit, rate_unit
 from allanite.common.validation import moment, positive_rate
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from allanite.plots import Figure
     from allanite.recording.audit import Finding
 
 __all__ = ["QUANTITIES", "Recording"]
@@ -346,17 +345,9 @@ class Recording:
 
     # -- what follows from it --------------------------------------------------------------------
 
-    def oadev(self, **options: Any) -> Any:
-        """Overlapping Allan deviation; see `allanite.deviation.oadev`."""
-        from allanite.deviation import oadev
+    oadev = verbs.recording_oadev
 
-        return oadev(self, **options)
-
-    def psd(self, **options: Any) -> Any:
-        """Power spectral density; see `allanite.spectrum.psd`."""
-        from allanite.spectrum import psd
-
-        return psd(self, **options)
+    psd = verbs.recording_psd
 
     def describe(self) -> dict[str, Any]:
         """JSON form: path, column, n, rate_hz, duration_s, unit, gaps, audit."""
@@ -371,9 +362,7 @@ class Recording:
             "audit": [finding.to_dict() for finding in self.audit],
         }
 
-    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Samples over time, a panel a column; see `allanite.plots.plot_recording`."""
-        return import_module("allanite.plots").plot_recording(self, path, theme)
+    plot = verbs.recording_plot
 
     def _repr_html_(self) -> str:
         from allanite.common.showing import recording_html
