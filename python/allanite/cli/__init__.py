@@ -32,6 +32,7 @@ COMMANDS = {
     "compare": "Logs, models and data sheets in one table and one figure.",
     "explore": "A local page: see the curves, add what is missing, watch the error fall.",
     "export": "Parameters of a model for a filter or simulator.",
+    "predict": "Growth of the error of angle, velocity, position or phase since the last fix.",
     "plan": "How long to record, and how fast, to find an effect or to know a coefficient.",
     "simulate": "Samples of a model, seeded, of any length.",
     "demo": "The whole loop on a generated recording with hidden effects.",
@@ -77,6 +78,8 @@ def _command(name: str) -> click.Command | None:
             from allanite.cli.commands.simulate import command
         case "demo":
             from allanite.cli.commands.demo import command
+        case "predict":
+            from allanite.cli.commands.predict import command
         case _:
             return None
     return command
