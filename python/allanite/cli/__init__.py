@@ -24,6 +24,7 @@ __all__ = ["main"]
 
 # Command → what `--help` says of it, kept here so that help imports no command.
 COMMANDS = {
+    "inspect": "What is understood of a log, column by column, before anything is computed.",
     "adev": "Allan deviation of a log: tau, deviation, interval.",
     "fit": "Coefficients of a noise model, with intervals.",
     "check": "Where a model fails to describe a log, and which effects are missing.",
@@ -80,6 +81,8 @@ def _command(name: str) -> click.Command | None:
             from allanite.cli.commands.demo import command
         case "predict":
             from allanite.cli.commands.predict import command
+        case "inspect":
+            from allanite.cli.commands.inspect import command
         case _:
             return None
     return command

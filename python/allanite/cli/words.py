@@ -13,5 +13,6 @@ WORDS = {
     "time_column": "--time-column",
     "to": "--output-unit UNIT",
     "decimate": "--decimate {}",
-    "trim": "--trim",
+    "trim": "--trim START:END",
+    "quiet": "--trim quiet",
 }

@@ -23,6 +23,7 @@ CALL: Mapping[str, str] = {
     "to": ".to(unit)",
     "decimate": ".decimate({})",
     "trim": ".trim()",
+    "quiet": ".quiet()",
 }
 
 

@@ -14,4 +14,5 @@ WORDS = {
     "to": "another unit",
     "decimate": "averaging {} samples",
     "trim": "trimming",
+    "quiet": "trimming to it",
 }

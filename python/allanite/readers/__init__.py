@@ -11,6 +11,9 @@ from allanite.common.errors import InputError, about
 from allanite.readers import matlab, npy, npz, rosbag, text, ulog
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
+from allanite.readers.frame import is_frame, table_of
+from allanite.readers.packed import is_packed, unpacked
+from allanite.readers.understand import understand
 from allanite.recording import Recording
 from allanite.recording.samples import locked
 
@@ -36,7 +39,7 @@ FORMATS: dict[str, Callable[[Path, Picker], Table]] = {
 
 
 def read(
-    path: str | Path,
+    path: Any,
     rate: float | None = None,
     unit: str | None = None,
     quantity: str | None = None,
@@ -49,8 +52,9 @@ def read(
 
     Parameters
     ----------
-    path : str or Path
-        Text (any delimiter, header or not), NPY, NPZ, MATLAB, ROS bag or MCAP, ULog.
+    path : str, Path or data frame
+        A file: text (any delimiter, header or not, also packed by gzip), or a format of `FORMATS`. Or an
+        object of pandas, polars, xarray or Arrow, whose index or column of date-times is the time.
     rate : float, optional
         Sampling rate in Hz; else what the file states, else from the time column.
     unit : str, optional
@@ -75,7 +79,6 @@ def read(
     InputError
         The file or an option cannot be used; the message names file, row and column.
     """
-    path = Path(path)
     request = Request(
         rate,
         unit,
@@ -85,12 +88,15 @@ def read(
         time_column,
         piece,
     )
+    if is_frame(path):
+        return _recording(None, request, table_of(path))
+    path = Path(path)
     with about(path):
-        return _recording(path, request)
+        table = read_table(path, lambda names, units: choose(names, units, request).all)
+        return _recording(path, request, table)
 
 
-def _recording(path: Path, request: Request) -> Recording:
-    table = read_table(path, lambda names, units: choose(names, units, request).all)
+def _recording(path: Path | None, request: Request, table: Table) -> Recording:
     choice = choose(
         table.names,
         table.units,
@@ -98,6 +104,7 @@ def _recording(path: Path, request: Request) -> Recording:
         stamped=table.time is not None,
         time_at=0 if not table.named and looks_like_time(table) else None,
     )
+    choice, told = understand(table, choice, request)
     own = [table.units[i] for i in choice.samples]
     quantity = request.quantity
     if quantity is None:
@@ -109,7 +116,7 @@ def _recording(path: Path, request: Request) -> Recording:
     ]
     _same_length(table, [*choice.samples, *choice.covariates])
     at = choice.time
-    return Recording(
+    recording = Recording(
         _take(table, choice.samples),
         request.rate if request.rate is not None else table.rate,
         time=None if request.timeless else table.time if at is None else table[at],
@@ -126,6 +133,7 @@ def _recording(path: Path, request: Request) -> Recording:
         time_unit=None if at is None else time_unit_of(table.names[at], table.units[at]),
         piece=request.piece,
     )
+    return recording.told_of(told)
 
 
 def read_table(path: Path, pick: Picker) -> Table:
@@ -142,6 +150,9 @@ def read_table(path: Path, pick: Picker) -> Table:
         raise InputError(f"{error.strerror or error}") from None
     if size == 0 and path.is_file():
         raise InputError("the file is empty")
+    if path.is_file() and is_packed(path):
+        with unpacked(path) as inner:
+            return read_table(inner, pick)
     try:
         return FORMATS.get(path.suffix.lower(), text.read)(path, pick)
     except OSError as error:
