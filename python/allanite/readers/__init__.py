@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, about
-from allanite.readers import matlab, npy, npz, rosbag, text, ulog
+from allanite.readers import ardupilot, hdf5, matlab, npy, npz, parquet, rosbag, text, ulog
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
+from allanite.readers.clocks import rinex, stable32
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.packed import is_packed, unpacked
 from allanite.readers.understand import understand
 from allanite.recording import Recording
+from allanite.recording.findings import Finding
 from allanite.recording.samples import locked
 
 if TYPE_CHECKING:
@@ -35,7 +37,22 @@ FORMATS: dict[str, Callable[[Path, Picker], Table]] = {
     ".db3": rosbag.read,
     ".mcap": rosbag.read,
     ".ulg": ulog.read,
+    ".h5": hdf5.read,
+    ".hdf5": hdf5.read,
+    ".hdf": hdf5.read,
+    ".nc": hdf5.read,
+    ".nc4": hdf5.read,
+    ".cdf": hdf5.read,
+    ".parquet": parquet.read,
+    ".feather": parquet.read,
+    ".arrow": parquet.read,
+    ".clk": rinex.read,
+    ".phd": stable32.read,
+    ".frd": stable32.read,
 }
+
+#: Those whose logs have topics.
+TOPICAL = (rosbag.read, ulog.read)
 
 
 def read(
@@ -47,6 +64,7 @@ def read(
     covariate: str | Sequence[str] | None = None,
     time_column: str | int | None = None,
     piece: int | None = None,
+    topic: str | Sequence[str] | None = None,
 ) -> Recording:
     """Read a log.
 
@@ -69,6 +87,8 @@ def read(
         Column of time stamps; default one called time, t, timestamp, stamp, …; ``"none"`` for none.
     piece : int, optional
         Of a record that jumps of its clock part, the piece to take, from 1; default the longest.
+    topic : str or sequence of str, optional
+        Topic of a ROS bag, ULog or ArduPilot log; default its first inertial one.
 
     Returns
     -------
@@ -87,12 +107,14 @@ def read(
         (covariate,) if isinstance(covariate, str) else tuple(covariate or ()),
         time_column,
         piece,
+        (topic,) if isinstance(topic, str) else tuple(topic or ()),
     )
     if is_frame(path):
         return _recording(None, request, table_of(path))
     path = Path(path)
     with about(path):
-        table = read_table(path, lambda names, units: choose(names, units, request).all)
+        pick = lambda names, units: choose(names, units, request).all  # noqa: E731
+        table = read_table(path, pick, request.topics)
         return _recording(path, request, table)
 
 
@@ -105,6 +127,7 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
         time_at=0 if not table.named and looks_like_time(table) else None,
     )
     choice, told = understand(table, choice, request)
+    told += [Finding("reader", "info", note) for note in table.notes]
     own = [table.units[i] for i in choice.samples]
     quantity = request.quantity
     if quantity is None:
@@ -136,11 +159,26 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
     return recording.told_of(told)
 
 
-def read_table(path: Path, pick: Picker) -> Table:
-    """Read the columns of a log that are picked, by the reader of its format."""
+def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
+    """Read the columns of a log that are picked, by the reader of its format.
+
+    Parameters
+    ----------
+    path : Path
+        The log.
+    pick : callable
+        From names and units of all columns to the indices of those wanted.
+    topics : sequence of str
+        Topics of a log that has several.
+    """
     if path.is_dir():
         if (path / "metadata.yaml").exists():
-            return rosbag.read(path, pick)
+            return _reader(rosbag.read, topics)(path, pick)
+        # The layout of the EuRoC data set: mav0/imu0/data.csv.
+        inside = [path / part / "data.csv" for part in (".", "imu0", "mav0/imu0")]
+        found = next((file for file in inside if file.is_file()), None)
+        if found is not None:
+            return read_table(found, pick, topics)
         raise InputError("is a directory: name the log file in it")
     try:
         size = path.stat().st_size
@@ -152,11 +190,20 @@ def read_table(path: Path, pick: Picker) -> Table:
         raise InputError("the file is empty")
     if path.is_file() and is_packed(path):
         with unpacked(path) as inner:
-            return read_table(inner, pick)
+            return read_table(inner, pick, topics)
     try:
-        return FORMATS.get(path.suffix.lower(), text.read)(path, pick)
+        return _reader(FORMATS.get(path.suffix.lower(), text.read), topics)(path, pick)
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror or error})") from None
+
+
+def _reader(read: Any, topics: Sequence[str]) -> Callable[[Path, Picker], Table]:
+    reader: Callable[[Path, Picker], Table] = read
+    if not topics:
+        return reader
+    if read not in TOPICAL:
+        raise InputError("topics are for ROS bags, ULog and ArduPilot logs: this log has none")
+    return lambda path, pick: read(path, pick, topics)
 
 
 def looks_like_time(table: Table) -> bool:

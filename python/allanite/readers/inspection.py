@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -159,7 +158,11 @@ def inspect(path: Any, **options: Any) -> Inspection:
     """
     from allanite.readers import read, read_table
 
-    table, texts = (table_of(path), ()) if is_frame(path) else _whole(Path(path), read_table)
+    table, texts = (
+        (table_of(path), ())
+        if is_frame(path)
+        else _whole(Path(path), read_table, options.get("topic"))
+    )
     asked = options.get("column")
     columns = () if asked is None else (asked,) if isinstance(asked, str | int) else tuple(asked)
     covariates = options.get("covariate") or ()
@@ -199,39 +202,32 @@ def inspect(path: Any, **options: Any) -> Inspection:
     return Inspection(shown, table.n, rate, duration, problem, tuple(views), findings)
 
 
-def _whole(path: Path, read_table: Any) -> tuple[Table, tuple[str, ...]]:
-    """All columns of a file; those that hold text are left out one by one."""
-    try:
-        return _kept(read_table(path, lambda names, _: list(range(len(names))))), ()
-    except InputError:
-        names = _names(path, read_table)
-        text = [i for i in range(len(names)) if not _is_numeric(path, read_table, i)]
-        if not text or len(text) == len(names):
-            raise
-    numeric = [i for i in range(len(names)) if i not in text]
-    table = read_table(path, lambda *_: numeric)
-    return _kept(table), tuple(names[i] for i in text)
-
-
-def _names(path: Path, read_table: Any) -> list[str]:
+def _whole(
+    path: Path, read_table: Any, topic: str | Sequence[str] | None
+) -> tuple[Table, tuple[str, ...]]:
+    """All columns of a file; those that hold text are left out."""
+    topics = (topic,) if isinstance(topic, str) else tuple(topic or ())
     found: list[str] = []
 
-    def pick(names: Sequence[str], _: Sequence[str | None]) -> list[int]:
-        found.extend(names)
+    def everything(names: Sequence[str], _: Sequence[str | None]) -> list[int]:
+        found[:] = names
         return list(range(len(names)))
 
-    with suppress(InputError):
-        read_table(path, pick)
-    return found
+    def is_numeric(at: int) -> bool:
+        try:
+            read_table(path, lambda *_: [at], topics)
+        except InputError:
+            return False
+        return True
 
-
-def _is_numeric(path: Path, read_table: Any, at: int) -> bool:
-    """Whether a column can be read by itself."""
     try:
-        read_table(path, lambda *_: [at])
+        return _kept(read_table(path, everything, topics)), ()
     except InputError:
-        return False
-    return True
+        numeric = [at for at in range(len(found)) if is_numeric(at)]
+        if not 0 < len(numeric) < len(found):
+            raise
+    text = tuple(name for at, name in enumerate(found) if at not in numeric)
+    return _kept(read_table(path, lambda *_: numeric, topics)), text
 
 
 def _kept(table: Table) -> Table:

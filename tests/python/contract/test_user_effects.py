@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -192,6 +193,16 @@ def test_a_cell_that_is_run_again_takes_the_place_of_the_first():
         assert len(al.CATALOGUE) == before + 1
     finally:
         al.CATALOGUE.remove(second)
+
+
+def test_the_page_of_the_manual_runs(capsys):
+    page = (Path(__file__).parents[3] / "docs" / "own-effect.md").read_text(encoding="utf-8")
+    names = {"__name__": "manual"}
+    try:
+        exec(re.search(r"```python\n(.*?)```", page, re.DOTALL)[1], names)
+    finally:
+        al.CATALOGUE.remove(names.get("Ageing"))
+    assert "AGE(" in capsys.readouterr().out
 
 
 PACKAGE = Path(__file__).parents[1] / "toy_effects"
