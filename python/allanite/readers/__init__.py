@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, about
-from allanite.readers import ardupilot, hdf5, matlab, npy, npz, parquet, rosbag, text, ulog
+from allanite.readers import hdf5, matlab, npy, npz, parquet, rosbag, text, ulog
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
 from allanite.readers.clocks import rinex, stable32
