@@ -46,20 +46,16 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         A damaged file, or no numeric array in it.
     """
     found = dict(_v73(path) if _is_hdf5(path) else _v5(path))
-    return assemble(found, path)
+    return assemble(found)
 
 
-def assemble(
-    found: Mapping[str, NDArray[Any]], path: Path, units: Mapping[str, str] | None = None
-) -> Table:
+def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> Table:
     """Make a table of the arrays of the longest common length, each a column or several.
 
     Parameters
     ----------
     found : mapping of str to ndarray
         Arrays by name; a scalar called Fs, rate, … is the sampling rate.
-    path : Path
-        The file, for messages.
     units : mapping of str to str, optional
         Units of the arrays that have one.
 
@@ -78,7 +74,7 @@ def assemble(
     )
     tall = {name: _tall(a) for name, a in found.items() if a.size > 1 and a.ndim <= 2}
     if not tall:
-        raise InputError(f"{path}: no numeric array among {', '.join(found) or 'no variables'}")
+        raise InputError(f"no numeric array among {', '.join(found) or 'no variables'}")
     n = max(len(a) for a in tall.values())
     names: list[str] = []
     columns: list[NDArray[Any]] = []
@@ -117,14 +113,14 @@ def _is_hdf5(path: Path) -> bool:
 
 def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     size = path.stat().st_size
-    require(2.0 * size, f"{path}: a file of {size / 1e6:.3g} MB")
+    require(2.0 * size, f"a file of {size / 1e6:.3g} MB")
     try:
         # A file that became shorter since then is damaged, not an error of the system.
         found = [(name, a) for name, a in arrays(path.read_bytes()) if not name.startswith("__")]
     except (ValueError, struct.error) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{path}: damaged or not a MATLAB file ({error})") from None
+        raise InputError(f"damaged or not a MATLAB file ({error})") from None
     yield from found
 
 
@@ -136,12 +132,12 @@ def _v73(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     def visit(name: str, item: object) -> None:
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "iufb" and "#refs#" not in name:
             # HDF5 stores MATLAB's columns as rows.
-            require(item.size * item.dtype.itemsize, f"{path}: {name}")
+            require(item.size * item.dtype.itemsize, name)
             found.append((name.replace("/", "."), np.squeeze(item[()]).T))
 
     try:
         with h5py.File(path, "r") as file:
             file.visititems(visit)
     except OSError as error:
-        raise InputError(f"{path}: damaged MATLAB 7.3 file ({error})") from None
+        raise InputError(f"damaged MATLAB 7.3 file ({error})") from None
     yield from found

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.common.errors import AllaniteError, InputError
+from allanite.common.errors import InputError, about
 from allanite.common.memory import require
 
 if TYPE_CHECKING:
@@ -42,11 +42,9 @@ def unpacked(path: Path) -> Iterator[Path]:
                 while piece := source.read(1 << 20):
                     size += len(piece)
                     # Packed text can be a thousandth of what it holds.
-                    require(size, f"{path}: unpacked it")
+                    require(size, "it unpacked")
                     sink.write(piece)
         except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-            raise InputError(f"{path}: damaged or truncated gzip file ({error})") from None
-        try:
+            raise InputError(f"damaged or truncated gzip file ({error})") from None
+        with about(path, instead=target):
             yield target
-        except AllaniteError as error:
-            raise type(error)(str(error).replace(str(target), str(path))) from None
