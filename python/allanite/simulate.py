@@ -84,10 +84,19 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
     own = effect.generator(rate)
     if own is not None:
         return [own]
-    if any(name == "exponential" and (v[3] != 0.0 or len(terms) > 1) for name, v in terms):
-        gain, b, a = arma(terms)
-        return [("filtered", [gain, *b, *a])]
-    return processes(terms)
+    lags = [t for t in terms if t[0] == "exponential"]
+    white = [t for t in terms if t[0] == "white"]
+    rest = [t for t in terms if t[0] not in {"exponential", "white"}]
+    if len(lags) == 1 and (white or lags[0][1][3] != 0.0):
+        return [_section((*lags, *white)), *processes(tuple(rest))]
+    sections = [_section((t,)) for t in lags if t[1][3] != 0.0]
+    plain = [t for t in lags if t[1][3] == 0.0]
+    return [*sections, *processes((*plain, *white, *rest))]
+
+
+def _section(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
+    gain, b, a = arma(terms)
+    return "filtered", [gain, *b, *a]
 
 
 def simulate(

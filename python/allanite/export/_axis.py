@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from allanite.effects import Parameter
+
 __all__ = ["Axis", "axes_of", "documents_of", "rate_of", "split"]
 
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
-# Coefficients that formats have names for, and the power of seconds of their units (CONTRACT's table).
-COEFFICIENTS = {"Q": 1.0, "N": 0.5, "B": 0.0, "K": -0.5, "R": -1.0}
 #: τ of use and rate where nothing says them: s, Hz.
 UNTIL, RATE = 1000.0, 100.0
 
@@ -162,9 +162,9 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
                 and (given.get(parameter.name, {}).get("value") is None)
             ):
                 raise InputError(f"{source}: {effect.kind} has no value: fit it first")
-        name = effect.parameters[0].name
-        if name in COEFFICIENTS and len(effect.parameters) == 1:
-            coefficients[name] = _estimate(given[name], name, parsed.name, SI[parsed.kind])
+        if effect.standard is not None:
+            one = effect.parameter(effect.standard.name)
+            coefficients[one.name] = _estimate(given[one.name], one, parsed.name, SI[parsed.kind])
         if isinstance(effect, Stochastic):
             interval = given[effect.coefficient].get("interval") or [None, None]
             if interval[1] is not None:
@@ -186,8 +186,9 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
     )
 
 
-def _estimate(given: Mapping[str, Any], name: str, own: str, target: str) -> Estimate:
-    power = COEFFICIENTS[name]
+def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -> Estimate:
+    name, power = one.name, one.unit
+    assert not isinstance(power, str)
     bounds = given.get("interval")
     interval = (
         None
