@@ -12,7 +12,7 @@ from allanite.common.errors import AllaniteError, InputError
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
 from allanite.readers.frame import is_frame, table_of
-from allanite.readers.packed import is_packed, unpacked
+from allanite.readers.packed import is_packed, member, unpacked
 from allanite.readers.understand import understand
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
@@ -46,6 +46,7 @@ FORMATS = {
     ".feather": "parquet",
     ".arrow": "parquet",
     ".clk": "rinex",
+    ".bin": "ardupilot",
     ".phd": "stable32",
     ".frd": "stable32",
 }
@@ -193,6 +194,9 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
         raise InputError(f"{path}: {error.strerror or error}") from None
     if size == 0 and path.is_file():
         raise InputError(f"{path}: the file is empty")
+    if path.is_file() and path.suffix.lower() == ".zip":
+        with member(path, topics) as inner:
+            return read_table(inner, pick)
     if path.is_file() and is_packed(path):
         with unpacked(path) as inner:
             return read_table(inner, pick, topics)
@@ -207,7 +211,9 @@ def _reader(name: str, topics: Sequence[str]) -> Callable[[Path, Picker], Table]
     if not topics:
         return reader
     if name not in TOPICAL:
-        raise InputError("--topic is for ROS bags, ULog and ArduPilot logs: this log has no topics")
+        raise InputError(
+            "--topic is for ROS bags, ULog, ArduPilot logs and packed folders (.zip): this log has no topics"
+        )
     return lambda path, pick: reader(path, pick, topics)
 
 
