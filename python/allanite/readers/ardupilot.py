@@ -35,9 +35,9 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """
     with path.open("rb") as stream:
         if stream.read(2) != b"\xa3\x95":
-            raise InputError(f"{path}: not an ArduPilot log: no message at its start")
+            raise InputError("not an ArduPilot log: no message at its start")
     if len(topics) > 1:
-        raise InputError(f"{path}: messages have rates of their own: give one --topic")
+        raise InputError("messages have rates of their own: give one --topic")
     from pymavlink import DFReader
 
     rows: dict[tuple[str, int], list[tuple[float, ...]]] = {}
@@ -55,23 +55,21 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
             at = names[kind].index("I") if "I" in names[kind] else None
             rows.setdefault((kind, 0 if at is None else int(values[at])), []).append(values)
     except Exception as error:  # pymavlink raises whatever the bytes lead it to
-        raise InputError(f"{path}: damaged or not an ArduPilot log ({error})") from None
+        raise InputError(f"damaged or not an ArduPilot log ({error})") from None
     finally:
         if log is not None and hasattr(log, "close"):
             log.close()
     chosen = _chosen(rows, topics)
     if chosen is None:
         what = f"no message {topics[0]}" if topics else "no inertial message"
-        raise InputError(f"{path}: {what} among {', '.join(sorted(known)) or 'none at all'}")
+        raise InputError(f"{what} among {', '.join(sorted(known)) or 'none at all'}")
     data = np.array(rows[chosen])
     fields = names[chosen[0]]
     stamp = next((i for i, f in enumerate(fields) if f in ("SampleUS", "TimeUS")), None)
     if "SampleUS" in fields:
         stamp = fields.index("SampleUS")
     if stamp is None:
-        raise InputError(
-            f"{path}: messages {chosen[0]} have no time: its fields are {', '.join(fields)}"
-        )
+        raise InputError(f"messages {chosen[0]} have no time: its fields are {', '.join(fields)}")
     kept = [i for i, field in enumerate(fields) if field in FIELDS or (topics and i != stamp)]
     shown = [FIELDS.get(fields[i], (fields[i], None)) for i in kept]
     others = sorted(f"{kind}.{at}" for kind, at in rows if (kind, at) != chosen)

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.common.errors import AllaniteError, InputError
+from allanite.common.errors import InputError, about
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -41,11 +41,9 @@ def unpacked(path: Path) -> Iterator[Path]:
             with gzip.open(path, "rb") as source, target.open("wb") as sink:
                 shutil.copyfileobj(source, sink, 1 << 20)
         except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-            raise InputError(f"{path}: damaged or truncated gzip file ({error})") from None
-        try:
+            raise InputError(f"damaged or truncated gzip file ({error})") from None
+        with about(path, instead=target):
             yield target
-        except AllaniteError as error:
-            raise type(error)(str(error).replace(str(target), str(path))) from None
 
 
 @contextmanager
@@ -70,7 +68,7 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
                     and not name.startswith(("meta/", "__MACOSX/"))
                     and Path(name).stem.lower() not in ("metadata", "annotation")
                 }
-                chosen = _one(path, logs, topics)
+                chosen = _one(logs, topics)
                 target = Path(folder) / f"{chosen}.csv"
                 with archive.open(logs[chosen]) as source, target.open("wb") as sink:
                     shutil.copyfileobj(source, sink, 1 << 20)
@@ -81,25 +79,21 @@ def member(path: Path, topics: Sequence[str]) -> Iterator[Path]:
             NotImplementedError,
             RuntimeError,
         ) as error:
-            raise InputError(f"{path}: damaged or truncated ZIP archive ({error})") from None
-        try:
+            raise InputError(f"damaged or truncated ZIP archive ({error})") from None
+        with about(path, instead=target):
             yield target
-        except AllaniteError as error:
-            raise type(error)(str(error).replace(str(target), f"{path}: {chosen}")) from None
 
 
-def _one(path: Path, logs: dict[str, str], topics: Sequence[str]) -> str:
+def _one(logs: dict[str, str], topics: Sequence[str]) -> str:
     listed = ", ".join(sorted(logs)) or "none"
     if topics:
         if len(topics) > 1 or topics[0] not in logs:
-            raise InputError(
-                f"{path}: no log {', '.join(topics)} in it: give one of {listed} (--topic)"
-            )
+            raise InputError(f"no log {', '.join(topics)} in it: give one of {listed} (--topic)")
         return topics[0]
     for word in ("gyro", "acc", "linear"):
         found = [name for name in logs if word in name.lower() and "uncal" not in name.lower()]
         if found:
             return min(found, key=len)
     if len(logs) != 1:
-        raise InputError(f"{path}: which log of it? {listed} (--topic NAME)")
+        raise InputError(f"which log of it? {listed} (--topic NAME)")
     return next(iter(logs))
