@@ -9,10 +9,11 @@ from scipy.optimize import nnls
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.deviation import oadev
+from allanite.effects.terms import Flicker, RandomWalk, White
 from allanite.fit.bands import bands, degrees_of_freedom
 from allanite.fit.gls import fit_gls, gls_factors
 
-UNITS = [[("white", (1.0,))], [("flicker", (1.0,))], [("random_walk", (1.0,))]]
+UNITS = [[White(1.0)], [Flicker(1.0)], [RandomWalk(1.0)]]
 
 
 @given(st.integers(1, 5), st.integers(0, 2**32 - 1))
