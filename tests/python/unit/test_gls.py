@@ -48,7 +48,7 @@ def test_solver_refuses():
 def test_exact_curve_gives_exact_coefficients():
     n, squares = 100_000, np.array([1.0, 1e-3, 1e-7])
     factors = gls_factors(n)
-    mixture = [(t[0][0], [s]) for t, s in zip(UNITS, squares, strict=True)]
+    mixture = [t[0].scaled(float(s)).kernel for t, s in zip(UNITS, squares, strict=True)]
     expected, _ = _kernels.allan_covariance(mixture, n, factors)
     fit = fit_gls(expected, factors, n, UNITS)
     np.testing.assert_allclose(fit.squares, squares, rtol=1e-4)
