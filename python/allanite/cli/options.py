@@ -63,6 +63,7 @@ _LOG_OPTIONS = (
     ),
     click.option("--time-column", metavar="NAME", help="Column of time stamps; none for none."),
     click.option("--piece", type=int, metavar="N", help="Piece of a log parted by jumps of time."),
+    click.option("--topic", multiple=True, metavar="NAME", help="Topic of a bag; repeatable."),
     click.option("--output-unit", metavar="UNIT", help="Unit of the results."),
     click.option(
         "--trim",
@@ -87,6 +88,7 @@ class LogOptions:
     covariate: tuple[str, ...]
     time_column: str | None
     piece: int | None
+    topic: tuple[str, ...]
     output_unit: str | None
     trim: str | None
     decimate: int | None
@@ -104,6 +106,7 @@ class LogOptions:
             "covariate": self.covariate or None,
             "time_column": self.time_column,
             "piece": self.piece,
+            "topic": self.topic or None,
         }
 
 

@@ -27,6 +27,7 @@ class Request:
     covariates: tuple[str, ...]
     time_column: str | int | None
     piece: int | None = None
+    topics: tuple[str, ...] = ()
 
     @property
     def timeless(self) -> bool:

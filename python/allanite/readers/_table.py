@@ -35,6 +35,8 @@ class Table:
         Time stamps kept apart from the columns.
     named : bool
         Whether the names come from the file (else they are made up: x0, x1, …).
+    notes : tuple of str
+        What the reader has to tell.
     """
 
     names: tuple[str, ...]
@@ -43,6 +45,7 @@ class Table:
     rate: float | None = None
     time: NDArray[Any] | None = None
     named: bool = True
+    notes: tuple[str, ...] = ()
 
     def __getitem__(self, at: int) -> NDArray[Any]:
         """Return a column that was asked for."""
@@ -104,6 +107,8 @@ def role_of(name: str, unit: str | None) -> Role:
         return "time"
     if _TEMPERATURE.search(key) or (unit or "").replace("°", "deg") in ("degC", "degF", "C", "K"):
         return "temperature"
+    if unit is not None and unit.strip() in ("d", "h", "min"):
+        return "time"
     if unit is not None:
         # A phase in s, or an angle, is a sensor's too.
         if unit.strip() in ("s", "deg", "°", "rad", "m/s"):

@@ -158,7 +158,11 @@ def inspect(path: Any, **options: Any) -> Inspection:
     """
     from allanite.readers import read, read_table
 
-    table, texts = (table_of(path), ()) if is_frame(path) else _whole(Path(path), read_table)
+    table, texts = (
+        (table_of(path), ())
+        if is_frame(path)
+        else _whole(Path(path), read_table, options.get("topic"))
+    )
     asked = options.get("column")
     columns = () if asked is None else (asked,) if isinstance(asked, str | int) else tuple(asked)
     covariates = options.get("covariate") or ()
@@ -200,16 +204,19 @@ def inspect(path: Any, **options: Any) -> Inspection:
     return Inspection(shown, table.n, rate, duration, problem, tuple(views), findings)
 
 
-def _whole(path: Path, read_table: Any) -> tuple[Table, tuple[str, ...]]:
+def _whole(
+    path: Path, read_table: Any, topic: str | Sequence[str] | None
+) -> tuple[Table, tuple[str, ...]]:
     """All columns of a file; those that hold text are left out one by one."""
     out: list[str] = []
+    topics = (topic,) if isinstance(topic, str) else tuple(topic or ())
     while True:
 
         def pick(names: Sequence[str], _: Sequence[str | None]) -> list[int]:
             return [i for i, name in enumerate(names) if name not in out]
 
         try:
-            table: Table = read_table(path, pick)
+            table: Table = read_table(path, pick, topics)
         except InputError as error:
             # "row 3, column 2 (label): … is not a number"
             name = str(error).partition("column ")[2].partition("(")[2].partition("): ")[0]

@@ -103,10 +103,7 @@ class Recording:
         if quantity not in QUANTITIES:
             raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
         if hasattr(samples, "magnitude") and hasattr(samples, "units"):  # a pint quantity
-            unit = f"{samples.units:~C}".replace("**", "^") if unit == "1" else unit
-            samples = (
-                samples.magnitude if unit == "1" else samples.to(arrays.pint_unit(unit)).magnitude
-            )  # type: ignore[union-attr]
+            samples, unit = arrays.from_pint(samples, unit)
         if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
             columns = [str(name) for name in samples.columns]
         index = index_of(samples)

@@ -19,11 +19,11 @@ __all__ = [
     "column_names",
     "covariate",
     "find_column",
+    "from_pint",
     "group_means",
     "index_of",
     "locked",
     "own",
-    "pint_unit",
 ]
 
 
@@ -151,6 +151,8 @@ def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
     return found
 
 
-def pint_unit(unit: str | Sequence[str]) -> str:
-    """Write a unit as pint does."""
-    return str(unit).replace("^", "**").replace("°", "deg")
+def from_pint(samples: Any, unit: str | Sequence[str]) -> tuple[Any, str | Sequence[str]]:
+    """Numbers and unit of a pint quantity, in the unit asked for or else its own."""
+    if unit == "1":
+        return samples.magnitude, f"{samples.units:~C}".replace("**", "^")
+    return samples.to(str(unit).replace("^", "**").replace("°", "deg")).magnitude, unit
