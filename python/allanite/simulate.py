@@ -200,7 +200,7 @@ class _Source:
         # The low half of the key tells the parts of one record from each other.
         key = whole(replicate, "replicate", 0, 2**32 - 1) << 32
         _require(model)
-        self.covariates = {k: covariate(k, v, self.n, "") for k, v in (covariates or {}).items()}
+        self.covariates = {k: covariate(k, v, self.n) for k, v in (covariates or {}).items()}
         self.levels = [e for e in model.modifiers if e.passing]
         self.known = [e.sampler(self.n, self.rate, self.covariates) for e in model.deterministic]
         # Parts of the noise, and whether the level of a part changes.

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
+from allanite.common import verbs
 from allanite.fit import fit_model
 from allanite.suggestion import Check, check_fit
 
@@ -91,11 +91,7 @@ class Study:
             "unexplained": self.unexplained,
         }
 
-    def plot(self, path: str | Path | None = None) -> Any:
-        """The ladder as falling error; written to `path` if given."""
-        from allanite.plots import plot_study
-
-        return plot_study(self, path)
+    plot = verbs.study_plot
 
     def __str__(self) -> str:
         lines = [

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import os
 import sys
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 import click
 
 from allanite.cli.interrupt import heard
+from allanite.cli.words import WORDS
 from allanite.common.errors import AllaniteError, TooShortError
 
 if TYPE_CHECKING:
@@ -47,14 +47,45 @@ class _Commands(click.Group):
         return list(COMMANDS)
 
     def get_command(self, _ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
-            return None
-        command: click.Command = import_module(f"allanite.cli.{cmd_name}").command
-        return command
+        return _command(cmd_name)
 
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
+
+
+def _command(name: str) -> click.Command | None:
+    """Import a command, and none of the others."""
+    match name:
+        case "adev":
+            from allanite.cli.commands.adev import command
+        case "fit":
+            from allanite.cli.commands.fit import command
+        case "check":
+            from allanite.cli.commands.check import command
+        case "improve":
+            from allanite.cli.commands.improve import command
+        case "report":
+            from allanite.cli.commands.report import command
+        case "compare":
+            from allanite.cli.commands.compare import command
+        case "explore":
+            from allanite.cli.commands.explore import command
+        case "export":
+            from allanite.cli.commands.export import command
+        case "plan":
+            from allanite.cli.commands.plan import command
+        case "simulate":
+            from allanite.cli.commands.simulate import command
+        case "demo":
+            from allanite.cli.commands.demo import command
+        case "predict":
+            from allanite.cli.commands.predict import command
+        case "inspect":
+            from allanite.cli.commands.inspect import command
+        case _:
+            return None
+    return command
 
 
 def _version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:
@@ -91,9 +122,9 @@ def _run(arguments: Sequence[str] | None) -> int:
     except click.ClickException as error:
         return _fail(error.format_message(), 2)
     except TooShortError as error:
-        return _fail(str(error), 3)
+        return _fail(error.worded(WORDS), 3)
     except AllaniteError as error:
-        return _fail(str(error), 2)
+        return _fail(error.worded(WORDS), 2)
     except (KeyboardInterrupt, click.Abort):
         return _fail("interrupted", 130)
     except BrokenPipeError:

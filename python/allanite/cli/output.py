@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from allanite.cli.words import WORDS
 from allanite.common.errors import InputError
 
 if TYPE_CHECKING:
@@ -73,9 +74,10 @@ def notes(columns: Sequence[Recording | Stream], options: LogOptions) -> None:
     said: set[str] = set()
     for column in columns:
         for finding in column.audit:
-            if finding.message not in said:
-                said.add(finding.message)
-                click.echo(f"{'!' if finding.severity == 'warning' else '·'} {finding.message}")
+            words = finding.worded(WORDS)
+            if words not in said:
+                said.add(words)
+                click.echo(f"{'!' if finding.severity == 'warning' else '·'} {words}")
     if said:
         click.echo()
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.common.errors import AllaniteError
+from allanite.common.errors import about
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -42,9 +42,5 @@ def log_file(path: str) -> Iterator[Path]:
 @contextmanager
 def named(file: Path, path: str) -> Iterator[None]:
     """Let errors speak of standard input, not of the temporary file."""
-    try:
+    with about(NAME if path == PIPE else None, instead=file):
         yield
-    except AllaniteError as error:
-        if path != PIPE:
-            raise
-        raise type(error)(str(error).replace(str(file), NAME)) from None

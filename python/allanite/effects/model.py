@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.common import verbs
 from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate
 from allanite.effects._base import Effect, Modifier, Stochastic
 from allanite.effects._known import Deterministic
 from allanite.effects.terms import Term, White
-
-if TYPE_CHECKING:
-    from allanite.recording import Recording
-    from allanite.statespace import StateSpace
 
 __all__ = ["Model"]
 
@@ -179,29 +175,13 @@ class Model:
             return 1.0 / smallest if np.isfinite(smallest) and smallest > 0 else 1.0
         return positive_rate(rate)
 
-    def fit(self, recording: Recording, **options: Any) -> Any:
-        """Fit the model to a recording: `allanite.fit.fit_model`."""
-        from allanite.fit import fit_model
+    fit = verbs.model_fit
 
-        return fit_model(recording, self, **options)
+    simulate = verbs.model_simulate
 
-    def simulate(self, **options: Any) -> Recording:
-        """Samples of the model: `allanite.simulate.simulate`."""
-        from allanite.simulate import simulate
+    simulate_chunks = verbs.model_simulate_chunks
 
-        return simulate(self, **options)
-
-    def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
-        """The same samples in consecutive pieces of `size`: `allanite.simulate.simulate_chunks`."""
-        from allanite.simulate import simulate_chunks
-
-        return simulate_chunks(self, **options)
-
-    def state_space(self, rate: float, **options: Any) -> StateSpace:
-        """F, Q, H, R, P0 of the random part: `allanite.statespace.state_space` (``states=8`` reduces it)."""
-        from allanite.statespace import state_space
-
-        return state_space(self, rate, **options)
+    state_space = verbs.model_state_space
 
     def save(self, path: str) -> None:
         """Write the model as JSON (schema ``allanite/model/1``)."""

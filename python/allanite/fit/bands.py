@@ -55,12 +55,6 @@ class Bands:
         for name in ("low_factor", "high_factor", "low_everywhere", "high_everywhere", "edf"):
             getattr(self, name).flags.writeable = False
 
-    def of_measured(
-        self, model: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Where a measured deviation lies, at each τ by itself, if `model` is the true one; U, shape (k,) each."""
-        return model / self.high_factor, model / self.low_factor
-
 
 def bands(
     terms: Sequence[Term],

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
-from allanite.spectrum import Bins, bins_of, fill_gaps
+from allanite.spectrum import Bins, bins_of, bridge_gaps
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic, Model, Stochastic
@@ -133,11 +133,11 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         raise InputError(
             f"{label} has {int(np.isinf(values).sum())} infinite samples: remove or mark them as NaN"
         )
-    filled = fill_gaps(values, missing)
+    filled = bridge_gaps(values, missing)
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}): there is no noise to fit")
     covariates = {
-        name: fill_gaps(np.asarray(values)) for name, values in dict(recording.covariates).items()
+        name: bridge_gaps(np.asarray(values)) for name, values in dict(recording.covariates).items()
     }
     ordinates = _kernels.cosine_transform(filled)
     return Data(filled, ordinates, float(recording.rate), bins_of(filled.size), covariates)
@@ -145,7 +145,7 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
 
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
     """The same record with more samples missing."""
-    filled = fill_gaps(data.samples, missing)
+    filled = bridge_gaps(data.samples, missing)
     return replace(data, samples=filled, ordinates=_kernels.cosine_transform(filled))
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit import shape as _shape
-from allanite.fit.data import column, columns, density
+from allanite.fit.data import columns, density
 from allanite.fit.deterministic import Design, Regression, design_of, regress
 from allanite.fit.whittle import Maximum, log_likelihood, maximise
 
@@ -60,11 +60,6 @@ class Solution:
     regression: Regression | None = None
 
     __repr__ = brief
-
-    @property
-    def terms_model(self) -> tuple[Stochastic, ...]:
-        """The stochastic effects, in the order of `theta`."""
-        return self.model.stochastic
 
 
 def _held(model: Model) -> list[bool]:
@@ -205,13 +200,3 @@ def _with_amplitudes(model: Model, design: Design, regression: Regression) -> Mo
             index += 1
         effects.append(effect)
     return Model(tuple(effects))
-
-
-def components(solution: Solution, data: Data) -> dict[int, Array]:
-    """Bin power of each stochastic effect by its place in the model."""
-    out: dict[int, Array] = {}
-    for place, effect in enumerate(solution.model.effects):
-        if isinstance(effect, Stochastic):
-            value = getattr(effect, effect.coefficient) or 0.0
-            out[place] = value**2 * column(data.unit_terms(solution.model, effect), data)
-    return out

@@ -43,20 +43,16 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         A damaged file, or no numeric array in it.
     """
     found = dict(_v73(path) if _is_hdf5(path) else _v5(path))
-    return assemble(found, path)
+    return assemble(found)
 
 
-def assemble(
-    found: Mapping[str, NDArray[Any]], path: Path, units: Mapping[str, str] | None = None
-) -> Table:
+def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> Table:
     """Make a table of the arrays of the longest common length, each a column or several.
 
     Parameters
     ----------
     found : mapping of str to ndarray
         Arrays by name; a scalar called Fs, rate, … is the sampling rate.
-    path : Path
-        The file, for messages.
     units : mapping of str to str, optional
         Units of the arrays that have one.
 
@@ -75,7 +71,7 @@ def assemble(
     )
     arrays = {name: _tall(a) for name, a in found.items() if a.size > 1 and a.ndim <= 2}
     if not arrays:
-        raise InputError(f"{path}: no numeric array among {', '.join(found) or 'no variables'}")
+        raise InputError(f"no numeric array among {', '.join(found) or 'no variables'}")
     n = max(len(a) for a in arrays.values())
     names: list[str] = []
     columns: list[NDArray[Any]] = []
@@ -118,7 +114,7 @@ def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     try:
         content = loadmat(str(path), struct_as_record=False, squeeze_me=True)
     except Exception as error:  # scipy raises whatever the bytes lead it to
-        raise InputError(f"{path}: damaged or not a MATLAB file ({error})") from None
+        raise InputError(f"damaged or not a MATLAB file ({error})") from None
     for name, value in content.items():
         if not name.startswith("__"):
             yield from _walk(name, value)
@@ -149,5 +145,5 @@ def _v73(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
         with h5py.File(path, "r") as file:
             file.visititems(visit)
     except OSError as error:
-        raise InputError(f"{path}: damaged MATLAB 7.3 file ({error})") from None
+        raise InputError(f"damaged MATLAB 7.3 file ({error})") from None
     yield from found

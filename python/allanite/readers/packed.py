@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.common.errors import AllaniteError, InputError
+from allanite.common.errors import InputError, about
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,8 +40,6 @@ def unpacked(path: Path) -> Iterator[Path]:
             with gzip.open(path, "rb") as source, target.open("wb") as sink:
                 shutil.copyfileobj(source, sink, 1 << 20)
         except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-            raise InputError(f"{path}: damaged or truncated gzip file ({error})") from None
-        try:
+            raise InputError(f"damaged or truncated gzip file ({error})") from None
+        with about(path, instead=target):
             yield target
-        except AllaniteError as error:
-            raise type(error)(str(error).replace(str(target), str(path))) from None

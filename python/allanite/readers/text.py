@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from allanite import _kernels
-from allanite.common.errors import InputError
+from allanite.common.errors import AllaniteError, InputError
 from allanite.readers._table import Table, split_unit
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from allanite.readers._table import Picker
 
-__all__ = ["read", "split_header"]
+__all__ = ["of_core", "read", "split_header"]
+
+
+@contextmanager
+def of_core(name: str) -> Iterator[None]:
+    """Errors of the core begin with the name of the log that it was given; here that is a field of them."""
+    try:
+        yield
+    except AllaniteError as error:
+        error.found = error.found.removeprefix(f"{name}: ")
+        raise
 
 
 def read(path: Path, pick: Picker) -> Table:
@@ -29,8 +41,13 @@ def read(path: Path, pick: Picker) -> Table:
     with path.open("rb") as stream:
         if b"\0" in stream.read(4096):
             raise InputError(
-                f"{path}: not a text log but binary data; known are text, NPY, NPZ, MAT, bag, ULog"
+                "not a text log but binary data; known are text, NPY, NPZ, MAT, bag, ULog"
             )
+    with of_core(str(path)):
+        return _read(path, pick)
+
+
+def _read(path: Path, pick: Picker) -> Table:
     delimiter = None
     header = _kernels.TextReader(str(path)).header
     if header is not None and len(header) == 1 and "," in header[0]:

@@ -74,8 +74,10 @@ class _Column:
         for at in range(0, max(self.n - overlap, 1), CHUNK):
             yield at, self.x[at : at + CHUNK + overlap]
 
-    def finding(self, kind: str, severity: str, message: str, **values: float) -> Finding:
-        return Finding(kind, severity, f"{self.name}: {message}", self.name, values)
+    def finding(
+        self, kind: str, severity: str, found: str, *, remedy: str = "", **values: float
+    ) -> Finding:
+        return Finding(kind, severity, f"{self.name}: {found}", self.name, values, remedy)
 
 
 def _is_single(x: NDArray[Any]) -> bool:
@@ -183,8 +185,8 @@ def _check_repeats(c: _Column) -> Iterator[Finding]:
             yield c.finding(
                 "held",
                 "warning",
-                f"each value is repeated {held} times: the sensor updates at {c.rate / held:g} Hz,"
-                f" --decimate {held} restores it",
+                f"each value is repeated {held} times: the sensor updates at {c.rate / held:g} Hz",
+                remedy=f", {{decimate:{held}}} restores it",
                 times=held,
             )
             return
@@ -306,8 +308,8 @@ def _check_static(c: _Column) -> Iterator[Finding]:
             f" and in {loud.size - (last - first + 1)} other stretches"
             if loud.size > last - first + 1
             else ""
-        )
-        + "; --trim leaves it out",
+        ),
+        remedy="; {trim} leaves it out",
         start_s=float(first * span),
         end_s=float((last + 1) * span),
         share=float(loud.size / blocks.shape[0]),

@@ -81,7 +81,9 @@ def _refuse(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
         row = int(np.argmax(bad))
         raise InputError(
             f"the time column holds {t[row]} at row {row} ({int(bad.sum())} such in all): remove"
-            " these rows, or give rate= (--rate) and leave the column out"
+            " these rows",
+            missing="rate",
+            remedy=", or give {rate} and leave the column out",
         )
 
 
@@ -124,8 +126,9 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
     if whole and constant and 0.9 < step < 2.1 and rate is None:
         raise InputError(
             f"the time stamps are whole numbers in steps of {step:.4g}: seconds ({1 / step:.4g} Hz),"
-            f" milliseconds ({1e3 / step:.4g} Hz) or row numbers? Give the rate (--rate HZ, rate=), or"
-            " the unit in the header: time [s], time [ms]"
+            f" milliseconds ({1e3 / step:.4g} Hz) or row numbers?",
+            missing="rate",
+            remedy=" Give {rate}, or the unit in the header: time [s], time [ms]",
         )
     # Whole numbers 1, 2, 2, 1, … apart are rounded: to milliseconds, as nobody samples at 0.6 Hz.
     limits = _SPACING_LIMITS[1:] if whole and step > 1.0 else _SPACING_LIMITS
