@@ -9,6 +9,7 @@ from scipy.fft import dct
 from allanite import effects as fx
 from allanite import testing
 from allanite.effects import CATALOGUE, find, terms
+from allanite.effects._lags import power_law_lags
 from allanite.effects.model import Model
 
 RNG = np.random.default_rng(5)
@@ -217,7 +218,7 @@ def test_cosine_variance_of_an_oscillation(radius, angle, imag, n):
 @given(st.sampled_from([-2.5, -1.7, -1.3, -1.0, -0.6, 0.4, 0.8]), st.integers(64, 300))
 def test_cosine_variance_of_a_power_law(exponent, n):
     """Below −1 the lags are those of a variogram; a constant in the covariance falls out of j ≥ 1."""
-    lags = -terms._power_law_lags(exponent, n)
+    lags = -power_law_lags(exponent, n)
     exact = ordinates_of(toeplitz(lags))
     got = terms.PowerLaw(exponent, 1.0).cosine_variance(np.arange(1, n), n)
     np.testing.assert_allclose(got[:64], exact[:64], rtol=1e-6)
