@@ -5,12 +5,14 @@
 //! | bytes → whole lines, from files and pipes | [`source`] |
 //! | delimiter, decimal sign, header, comments: found from the first lines | [`dialect`] |
 //! | one line → cells → numbers | [`cells`] |
+//! | date-times → seconds | [`moment`] |
 //! | many lines → columns, on all threads; what was wrong where | [`rows`] |
 //!
 //! A file is read in chunks, never as a whole, so that memory is that of the numbers.
 
 mod cells;
 mod dialect;
+mod moment;
 mod rows;
 mod source;
 

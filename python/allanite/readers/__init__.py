@@ -9,12 +9,12 @@ import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError, TooShortError, about
 from allanite.common.plain import plain
-from allanite.readers import hdf5, matlab, npy, npz, parquet, rosbag, text, ulog
+from allanite.readers import ardupilot, hdf5, matlab, npy, npz, parquet, rosbag, text, ulog
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
 from allanite.readers.clocks import rinex, stable32
 from allanite.readers.frame import is_frame, table_of
-from allanite.readers.packed import is_packed, unpacked
+from allanite.readers.packed import is_packed, member, unpacked
 from allanite.readers.understand import understand
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
@@ -48,12 +48,13 @@ FORMATS: dict[str, Callable[[Path, Picker], Table]] = {
     ".feather": parquet.read,
     ".arrow": parquet.read,
     ".clk": rinex.read,
+    ".bin": ardupilot.read,
     ".phd": stable32.read,
     ".frd": stable32.read,
 }
 
 #: Those whose logs have topics.
-TOPICAL = (rosbag.read, ulog.read)
+TOPICAL = (rosbag.read, ulog.read, ardupilot.read)
 
 
 def read(
@@ -189,6 +190,9 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
         raise InputError(f"{error.strerror or error}") from None
     if size == 0 and path.is_file():
         raise InputError("the file is empty")
+    if path.is_file() and path.suffix.lower() == ".zip":
+        with member(path, topics) as inner:
+            return read_table(inner, pick)
     if path.is_file() and is_packed(path):
         with unpacked(path) as inner:
             return read_table(inner, pick, topics)
@@ -218,7 +222,9 @@ def _reader(read: Any, topics: Sequence[str]) -> Callable[[Path, Picker], Table]
     if not topics:
         return reader
     if read not in TOPICAL:
-        raise InputError("topics are for ROS bags, ULog and ArduPilot logs: this log has none")
+        raise InputError(
+            "topics are for ROS bags, ULog, ArduPilot logs and archives (.zip): this log has none"
+        )
     return lambda path, pick: read(path, pick, topics)
 
 

@@ -132,6 +132,8 @@ def time_unit_of(name: str, unit: str | None) -> str | None:
     """Return the unit of a time column, if its header says it: ``time [ms]``, ``timestamp_us``."""
     if unit in TIME_UNITS:
         return unit
+    if name.strip().lower() == "sampletimefine":  # Xsens: a counter of 10 kHz
+        return "100us"
     match = re.search(
         r"_?(ns|nsec|nanos?|us|usec|micros?|ms|msec|millis?|_s|_sec)$", name.strip().lower()
     )
