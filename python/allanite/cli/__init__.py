@@ -1,14 +1,15 @@
 """The command line: `main` turns every error into one line and an exit code.
 
 Exit codes: 0 done · 1 ``check --strict`` found the model inadequate · 2 input or options wrong ·
-3 input usable but too short or too broken · 130 interrupted. Each command is one file of this
-package, imported when it is asked for.
+3 input usable but too short or too broken · 70 an error of allanite itself · 130 interrupted. Each
+command is one file of this package, imported when it is asked for.
 """
 
 from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import click
@@ -16,6 +17,7 @@ import click
 from allanite.cli.interrupt import heard
 from allanite.cli.words import WORDS
 from allanite.common.errors import AllaniteError, TooShortError
+from allanite.common.plain import plain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -112,6 +114,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
+    if sys.stdout is None:
+        return _fail("standard output is closed: give it a place to go", 2)
     try:
         with heard(last=arguments is None):
             code = cli.main(args=arguments, prog_name="allanite", standalone_mode=False)
@@ -128,20 +132,39 @@ def _run(arguments: Sequence[str] | None) -> int:
     except (KeyboardInterrupt, click.Abort):
         return _fail("interrupted", 130)
     except BrokenPipeError:
-        # The reader of a pipe has seen enough; nothing more can be flushed at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _abandon_output()
+        return 0
+    except SystemExit as error:
+        if not isinstance(error.__context__, BrokenPipeError):
+            raise
+        # What click makes of it.
+        _abandon_output()
         return 0
     except MemoryError:
         return _fail("not enough memory for this log: --decimate averages it down", 3)
     except OSError as error:
-        return _fail(f"{error.filename or 'file'}: {error.strerror or error}", 2)
-    except ModuleNotFoundError as error:
-        if error.name is None or error.name.startswith("allanite"):
-            raise
-        return _fail(f"{error.name} is not installed: pip install 'allanite[all]'", 2)
+        if error.filename is None:
+            # Files name themselves (`whole_file`): what could not be written is the output.
+            _abandon_output()
+        return _fail(f"{error.filename or 'standard output'}: {error.strerror or error}", 2)
+    except Exception as error:
+        if isinstance(error, ModuleNotFoundError) and not (error.name or "allanite").startswith(
+            "allanite"
+        ):
+            return _fail(f"{error.name} is not installed: pip install 'allanite[all]'", 2)
+        from allanite.cli.unexpected import told
+
+        return _fail(told(error), 70)
     return code if isinstance(code, int) else 0
 
 
+def _abandon_output() -> None:
+    """Let what was not written go nowhere: it cannot be flushed at exit either."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def _fail(message: str, code: int) -> int:
-    click.echo(f"allanite: {' '.join(message.split())}", err=True)
+    with suppress(OSError):
+        click.echo(plain(f"allanite: {' '.join(message.split())}", 300), err=True)
     return code

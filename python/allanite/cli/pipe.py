@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.common.errors import about
+from allanite.common.errors import InputError, about
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,6 +28,8 @@ def log_file(path: str) -> Iterator[Path]:
     if path != PIPE:
         yield Path(path)
         return
+    if sys.stdin is None:
+        raise InputError("standard input is closed: there is no log to read")
     stream = sys.stdin.buffer
     head = stream.read(8)
     suffix = next((s for magic, s in SIGNATURES.items() if head.startswith(magic)), ".csv")

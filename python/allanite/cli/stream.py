@@ -13,6 +13,8 @@ import numpy as np
 from allanite.cli.options import is_number
 from allanite.cli.pipe import NAME, PIPE
 from allanite.common.errors import InputError, TooShortError, about
+from allanite.common.memory import SHARE, free_memory
+from allanite.common.plain import plain
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -32,7 +34,6 @@ __all__ = ["Stream", "deviations", "too_large"]
 
 ROWS = 1 << 16  # taken at a time
 MOST = 16  # averaging times per octave of a stream
-SHARE = 0.5  # of the free memory that a log may take before it is read in chunks
 
 
 def too_large(path: str) -> bool:
@@ -43,15 +44,6 @@ def too_large(path: str) -> bool:
     with file.open("rb") as stream:
         head = stream.read(4096)
     return head.startswith(NPY) or b"\0" not in head
-
-
-def free_memory() -> float:
-    """Bytes that can be had without pushing others out; infinite where nothing tells."""
-    try:
-        lines = Path("/proc/meminfo").read_text("ascii").splitlines()
-        return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvail"))
-    except (OSError, StopIteration, ValueError, IndexError):
-        return math.inf
 
 
 NPY = b"\x93NUMPY"
@@ -232,7 +224,7 @@ class _Column:
 
         quantity = request.quantity or ("angle" if own == "s" else "rate")
         said = unit_of(name, own, request.unit, quantity)
-        self.log = log
+        self.log = plain(log)
         self.name, self.at, self.quantity = name, at, quantity
         self.unit = rate_unit(said, quantity).name
         self.factor = 1.0

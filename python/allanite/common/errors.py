@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
+from allanite.common.plain import plain
+
 __all__ = ["CALL", "AllaniteError", "InputError", "TooShortError", "about", "worded"]
 
 #: Parameters as a remedy names them to who calls the library; a number of it stands for ``{}``.
@@ -27,8 +29,12 @@ CALL: Mapping[str, str] = {
 }
 
 
+#: Letters of a message.
+MOST = 288
+
+
 class AllaniteError(Exception):
-    """Anything that allanite itself reports.
+    """Anything that allanite itself reports, in one line in which control characters are shown.
 
     Parameters
     ----------
@@ -50,7 +56,7 @@ class AllaniteError(Exception):
     def worded(self, words: Mapping[str, str] = CALL) -> str:
         """One line in the words of a front door."""
         where = f"{self.where}: " if self.where else ""
-        return where + self.found + worded(self.remedy, words)
+        return plain(where + self.found + worded(self.remedy, words), MOST)
 
     def __str__(self) -> str:
         return self.worded()

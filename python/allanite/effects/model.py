@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,12 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common import verbs
 from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate
-from allanite.effects import terms as _terms
 from allanite.effects._base import Effect, Modifier, Stochastic
 from allanite.effects._known import Deterministic
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Term, White
 
 __all__ = ["Model"]
 
@@ -103,11 +99,11 @@ class Model:
             for modifier in self.modifiers:
                 out = tuple(
                     changed
-                    for name, values in out
+                    for term in out
                     for changed in (
-                        modifier.modify(values[0], rate, span)
-                        if name == "white"
-                        else ((name, values),)
+                        modifier.modify(term.variance, rate, span)
+                        if isinstance(term, White)
+                        else (term,)
                     )
                 )
         return out
@@ -121,7 +117,7 @@ class Model:
                 raise InputError(
                     f"{effect.kind}: {effect.coefficient} has no value yet: give one, or fit it"
                 )
-            out += [_terms.scaled(t, value**2) for t in self.unit_terms(effect, rate, span)]
+            out += [t.scaled(value**2) for t in self.unit_terms(effect, rate, span)]
         return tuple(out)
 
     def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
@@ -145,7 +141,7 @@ class Model:
         w = 2.0 * np.pi * frequency / fs
         total = np.zeros_like(w)
         for term in self.terms(fs):
-            total += _terms.spectrum(term, w)
+            total += term.spectrum(w)
         return (total / fs).reshape(np.shape(f))
 
     def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
@@ -168,7 +164,7 @@ class Model:
         m = np.maximum(np.round(times * fs), 1.0)
         total = np.zeros_like(m)
         for term in self.terms(fs):
-            total += _terms.allan_variance(term, m)
+            total += term.allan_variance(m)
         for effect in self.deterministic:
             total += effect.own_allan_variance(m, fs)
         return total.reshape(np.shape(tau))

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
-from allanite.effects import terms as _terms
 from allanite.spectrum import Bins, bins_of, bridge_gaps
 
 if TYPE_CHECKING:
@@ -159,7 +158,7 @@ def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
     """Expected bin power of a sum of terms, shape (bins,)."""
     total = np.zeros(data.bins.nodes.size)
     for term in terms:
-        total += _terms.cosine_variance(term, data.bins.nodes, data.n)
+        total += term.cosine_variance(data.bins.nodes, data.n)
     return data.bins.mean(total)
 
 
@@ -167,5 +166,5 @@ def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> ND
     """Expected squared ordinates at single j."""
     total = np.zeros(ordinates.size)
     for term in terms:
-        total += _terms.cosine_variance(term, ordinates, n)
+        total += term.cosine_variance(ordinates, n)
     return np.maximum(total, 1e-300)

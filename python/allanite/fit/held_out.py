@@ -15,6 +15,7 @@ from allanite.fit.engine import solve
 from allanite.fit.shape import ZOOM
 
 if TYPE_CHECKING:
+    from allanite.effects.terms import Term
     from allanite.fit.data import Data
 
 __all__ = ["held_out"]
@@ -65,7 +66,7 @@ def held_out(data: Data, model: Model, raw: Data | None = None) -> float | None:
 def _line_gain(
     frequency: float,
     amplitude: float,
-    terms: tuple[tuple[str, tuple[float, ...]], ...],
+    terms: tuple[Term, ...],
     data: Data,
 ) -> float:
     """Ln p(ordinates | line of this power, any phase) − ln p(ordinates | no line)."""

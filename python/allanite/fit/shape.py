@@ -14,6 +14,7 @@ from allanite.fit.deterministic import comb_ordinates, comb_window, design_of, r
 from allanite.fit.matched import grid_points, matched_gains
 
 if TYPE_CHECKING:
+    from allanite.effects.terms import Term
     from allanite.fit.data import Data
     from allanite.fit.whittle import Maximum
 
@@ -150,9 +151,7 @@ def _others_signal(others: tuple[Deterministic, ...], data: Data) -> NDArray[np.
     return data.signal(known)
 
 
-def strongest_line(
-    ordinates: NDArray[np.float64], terms: tuple[tuple[str, tuple[float, ...]], ...], data: Data
-) -> float:
+def strongest_line(ordinates: NDArray[np.float64], terms: tuple[Term, ...], data: Data) -> float:
     """Frequency of the largest whitened ordinate pair, Hz."""
     j = np.arange(8, data.n)
     ratio = ordinates[8:] ** 2 / density(terms, j, data.n)
@@ -162,7 +161,7 @@ def strongest_line(
 def polish_line(
     start: float,
     ordinates: NDArray[np.float64],
-    terms: tuple[tuple[str, tuple[float, ...]], ...],
+    terms: tuple[Term, ...],
     data: Data,
     multiples: Sequence[int] = (1,),
 ) -> float:
@@ -195,7 +194,7 @@ def _polish_slow(
     model: Model,
     place: int,
     others: tuple[Deterministic, ...],
-    terms: tuple[tuple[str, tuple[float, ...]], ...],
+    terms: tuple[Term, ...],
     data: Data,
 ) -> Model:
     """Profile gain of one shape of a slow effect (lag, time constant, time), others refitted with it."""

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import InputError, about
-from allanite.readers import hdf5, matlab, npy, npz, parquet, rosbag, text, ulog
+from allanite.common.errors import AllaniteError, InputError, TooShortError, about
+from allanite.common.plain import plain
+from allanite.readers import ardupilot, hdf5, matlab, npy, npz, parquet, rosbag, text, ulog
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
 from allanite.readers.clocks import rinex, stable32
 from allanite.readers.frame import is_frame, table_of
-from allanite.readers.packed import is_packed, unpacked
+from allanite.readers.packed import is_packed, member, unpacked
 from allanite.readers.understand import understand
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
@@ -47,12 +48,13 @@ FORMATS: dict[str, Callable[[Path, Picker], Table]] = {
     ".feather": parquet.read,
     ".arrow": parquet.read,
     ".clk": rinex.read,
+    ".bin": ardupilot.read,
     ".phd": stable32.read,
     ".frd": stable32.read,
 }
 
 #: Those whose logs have topics.
-TOPICAL = (rosbag.read, ulog.read)
+TOPICAL = (rosbag.read, ulog.read, ardupilot.read)
 
 
 def read(
@@ -147,7 +149,7 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
         quantity=quantity,
         columns=[table.names[i] for i in choice.samples],
         covariates={table.names[i]: table[i] for i in choice.covariates},
-        path=path,
+        path=None if path is None else plain(path),
         # One unit for all columns is the samples': it says nothing of a temperature beside them.
         covariate_units={
             table.names[i]: (len(set(table.units)) > 1 and table.units[i]) or "1"
@@ -173,7 +175,7 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     """
     if path.is_dir():
         if (path / "metadata.yaml").exists():
-            return _reader(rosbag.read, topics)(path, pick)
+            return _read(rosbag.read, path, pick, topics)
         # The layout of the EuRoC data set: mav0/imu0/data.csv.
         inside = [path / part / "data.csv" for part in (".", "imu0", "mav0/imu0")]
         found = next((file for file in inside if file.is_file()), None)
@@ -188,13 +190,31 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
         raise InputError(f"{error.strerror or error}") from None
     if size == 0 and path.is_file():
         raise InputError("the file is empty")
+    if path.is_file() and path.suffix.lower() == ".zip":
+        with member(path, topics) as inner:
+            return read_table(inner, pick)
     if path.is_file() and is_packed(path):
         with unpacked(path) as inner:
             return read_table(inner, pick, topics)
+    table = _read(FORMATS.get(path.suffix.lower(), text.read), path, pick, topics)
+    if table.n == 0 and any(column is not None for column in table.columns):
+        raise TooShortError("no row in it")
+    return table
+
+
+def _read(reader: Any, path: Path, pick: Picker, topics: Sequence[str]) -> Table:
+    """The one place where what a reader or a foreign library raises becomes one line."""
     try:
-        return _reader(FORMATS.get(path.suffix.lower(), text.read), topics)(path, pick)
+        return _reader(reader, topics)(path, pick)
+    except (AllaniteError, ModuleNotFoundError):
+        raise
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror or error})") from None
+    except MemoryError:
+        raise InputError("does not fit into memory") from None
+    except Exception as error:  # damaged bytes lead libraries to anything
+        what = f"{type(error).__name__}: {plain(error, 100)}"
+        raise InputError(f"damaged, or not what its name says ({what})") from None
 
 
 def _reader(read: Any, topics: Sequence[str]) -> Callable[[Path, Picker], Table]:
@@ -202,7 +222,9 @@ def _reader(read: Any, topics: Sequence[str]) -> Callable[[Path, Picker], Table]
     if not topics:
         return reader
     if read not in TOPICAL:
-        raise InputError("topics are for ROS bags, ULog and ArduPilot logs: this log has none")
+        raise InputError(
+            "topics are for ROS bags, ULog, ArduPilot logs and archives (.zip): this log has none"
+        )
     return lambda path, pick: read(path, pick, topics)
 
 

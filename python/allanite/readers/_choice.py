@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
+from allanite.common.plain import plain
 from allanite.common.units import parse_unit, rate_unit
 from allanite.readers._table import role_of, sensor_kind
 from allanite.recording import find_column
@@ -33,6 +34,14 @@ class Request:
     def timeless(self) -> bool:
         """Whether the time column is to be left out."""
         return self.time_column == "none"
+
+    def __post_init__(self) -> None:
+        # As the names of the log are shown.
+        fix = object.__setattr__
+        fix(self, "columns", tuple(c if isinstance(c, int) else plain(c) for c in self.columns))
+        fix(self, "covariates", tuple(map(plain, self.covariates)))
+        if isinstance(self.time_column, str):
+            fix(self, "time_column", plain(self.time_column))
 
 
 @dataclass(frozen=True, slots=True)

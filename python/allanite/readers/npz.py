@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.memory import require
 from allanite.readers._table import Table, columns_of
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from allanite.readers._table import Picker
 
 __all__ = ["read"]
+
+KEYS = ("data", "rate_hz", "channels", "unit", "t")
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
@@ -47,6 +50,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     time = found.get("t")
     if time is not None and time.shape != (n,):
         raise InputError(f"'t' has shape {time.shape}, 'data' has {n} rows")
+    if time is not None and time.dtype.kind not in "iufM":
+        raise InputError(f"'t' must be numbers or moments of time, found {time.dtype}")
     rate = found.get("rate_hz")
     if rate is not None and (rate.size != 1 or rate.dtype.kind not in "iuf"):
         raise InputError(f"'rate_hz' must be one number, found shape {rate.shape}")
@@ -66,9 +71,12 @@ def _load(path: Path) -> dict[str, NDArray[Any]]:
         # Opened here, because numpy leaves a damaged file open.
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             found = {}
+            wanted = [i for i in archive.zip.infolist() if i.filename.removesuffix(".npy") in KEYS]
+            # A packed file can be a thousandth of what it holds.
+            require(sum(i.file_size for i in wanted), "it unpacked")
             for key in archive.files:
                 # Only what is read here is loaded: a foreign key cannot do harm or cost memory.
-                if key in ("data", "rate_hz", "channels", "unit", "t"):
+                if key in KEYS:
                     found[key] = archive[key]
                 else:
                     found.setdefault(key, np.empty(0))
@@ -87,9 +95,14 @@ def _texts(found: dict[str, NDArray[Any]], key: str, k: int) -> tuple[str, ...] 
     """Texts of a key, one a channel; a single one serves every channel."""
     if key not in found:
         return None
-    texts = tuple(str(text) for text in np.atleast_1d(found[key]).ravel())
+    if found[key].dtype.kind not in "US":
+        raise InputError(f"{key!r} must be text, found {found[key].dtype}")
+    texts = tuple(
+        text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text)
+        for text in np.atleast_1d(found[key]).ravel()[: k + 1]
+    )
     if len(texts) == 1:
         texts *= k
     if len(texts) != k:
-        raise InputError(f"{len(texts)} entries in {key!r} for {k} channels")
+        raise InputError(f"{found[key].size} entries in {key!r} for {k} channels")
     return texts

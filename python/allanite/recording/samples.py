@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.plain import plain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -86,7 +87,7 @@ def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[st
         return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
     if len(columns) != k:
         raise InputError(f"{len(columns)} column names for {k} columns")
-    return tuple(columns)
+    return tuple(plain(name) for name in columns)
 
 
 def covariate(name: str, values: ArrayLike, n: int) -> NDArray[np.float64]:
@@ -130,7 +131,7 @@ def find_column(name: str | int, columns: Sequence[str]) -> int:
     """Index of a column by name, or by 0-based index also as text."""
     if isinstance(name, str) and name in columns:
         return list(columns).index(name)
-    if (isinstance(name, int) or name.isdigit()) and 0 <= int(name) < len(columns):
+    if (isinstance(name, int) or name.isdecimal()) and 0 <= int(name) < len(columns):
         return int(name)
     raise InputError(f"unknown column {name!r}: the columns are {', '.join(columns)}")
 

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 __all__ = ["TIME_UNITS", "numbers_of", "unit_of_stamps"]
 
 #: Units of stamps, s. A day is that of a Julian date.
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
+TIME_UNITS = {
+    "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0, "100us": 1e-4
+}  # fmt: skip
 
 # Spacing in the column's own numbers above which the next smaller unit is the likelier one: below
 # 2 it is seconds (faster than 0.5 Hz), 2…500 milliseconds (2…500 Hz), 500…2e5 microseconds.
