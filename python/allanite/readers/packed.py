@@ -99,7 +99,7 @@ def _one(logs: dict[str, str], topics: Sequence[str]) -> str:
     return next(iter(logs))
 
 
-def _copy(source: IO[bytes], sink: IO[bytes]) -> None:
+def _copy(source: IO[bytes] | gzip.GzipFile, sink: IO[bytes]) -> None:
     """Packed text can be a thousandth of what it holds: the budget is looked at on the way."""
     size = 0
     while piece := source.read(1 << 20):
