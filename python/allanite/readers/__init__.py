@@ -224,7 +224,7 @@ def _reader(read: Any, topics: Sequence[str]) -> Callable[[Path, Picker], Table]
         return reader
     if read not in TOPICAL:
         raise InputError(
-            "topics are for ROS bags, ULog, ArduPilot logs and archives (.zip): this log has none"
+            "topics are for ROS bags, ULog, ArduPilot logs and archives (.zip): this log has no topics"
         )
     return lambda path, pick: read(path, pick, topics)
 
