@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from allanite.cli.pipe import NAME, PIPE, log_file, named
+from allanite.cli.words import WORDS
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.printing import ASKED, sample_unit
 from allanite.common.validation import SEEDS
@@ -180,7 +181,7 @@ def _say_motion(recording: Recording, options: LogOptions) -> None:
 
     if not (options.quiet or options.as_json):
         for finding in finding_of(recording):
-            click.echo(f"! {finding.message}", err=True)
+            click.echo(f"! {finding.worded(WORDS)}", err=True)
 
 
 def _varies(column: Recording) -> bool:

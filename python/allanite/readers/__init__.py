@@ -9,12 +9,13 @@ import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError, TooShortError, about
 from allanite.common.plain import plain
-from allanite.readers import ardupilot, hdf5, matlab, npy, npz, parquet, rosbag, text, ulog
+from allanite.readers import hdf5, matlab, npy, npz, parquet, text
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
 from allanite.readers.clocks import rinex, stable32
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
+from allanite.readers.topics import ardupilot, rosbag, ulog
 from allanite.readers.understand import understand
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
@@ -223,7 +224,7 @@ def _reader(read: Any, topics: Sequence[str]) -> Callable[[Path, Picker], Table]
         return reader
     if read not in TOPICAL:
         raise InputError(
-            "topics are for ROS bags, ULog, ArduPilot logs and archives (.zip): this log has none"
+            "topics are for ROS bags, ULog, ArduPilot logs and archives (.zip): this log has no topics"
         )
     return lambda path, pick: read(path, pick, topics)
 

@@ -88,14 +88,16 @@ def _one(logs: dict[str, str], topics: Sequence[str]) -> str:
     listed = ", ".join(sorted(logs)) or "none"
     if topics:
         if len(topics) > 1 or topics[0] not in logs:
-            raise InputError(f"no log {', '.join(topics)} in it: give one of {listed} (--topic)")
+            raise InputError(
+                f"no log {', '.join(topics)} in it: give one of {listed} (naming it reads it)"
+            )
         return topics[0]
     for word in ("gyro", "acc", "linear"):
         found = [name for name in logs if word in name.lower() and "uncal" not in name.lower()]
         if found:
             return min(found, key=len)
     if len(logs) != 1:
-        raise InputError(f"which log of it? {listed} (--topic NAME)")
+        raise InputError(f"which log of it? {listed} (naming one reads it)")
     return next(iter(logs))
 
 

@@ -37,7 +37,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         if stream.read(2) != b"\xa3\x95":
             raise InputError("not an ArduPilot log: no message at its start")
     if len(topics) > 1:
-        raise InputError("messages have rates of their own: give one --topic")
+        raise InputError("messages have rates of their own: give one")
     from pymavlink import DFReader
 
     rows: dict[tuple[str, int], list[tuple[float, ...]]] = {}
@@ -78,9 +78,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         tuple(np.ascontiguousarray(data[:, i]) for i in kept),
         tuple(unit for _, unit in shown),
         time=data[:, stamp].astype(np.int64).astype("datetime64[us]"),
-        notes=(f"messages not read: {', '.join(others)} (--topic NAME reads one)",)
-        if others
-        else (),
+        notes=(f"messages not read: {', '.join(others)} (naming one reads it)",) if others else (),
     )
 
 
