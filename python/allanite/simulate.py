@@ -10,6 +10,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.validation import SEEDS, positive, positive_rate, whole
 from allanite.effects import Model, parse_model
+from allanite.effects.terms import Exponential, White
 from allanite.recording import Recording
 from allanite.recording.samples import covariate
 
@@ -23,27 +24,10 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["SAMPLES", "arma", "processes", "simulate", "simulate_chunks"]
+__all__ = ["SAMPLES", "arma", "simulate", "simulate_chunks"]
 
 #: Samples whose numbers are exact; no memory holds as many.
 SAMPLES = 2**53
-
-
-def processes(terms: tuple[Term, ...]) -> list[tuple[str, list[float]]]:
-    """Generators of the core for primitive terms."""
-    out: list[tuple[str, list[float]]] = []
-    for name, v in terms:
-        if name in {"white", "blue", "random_walk"} or name == "flicker":
-            out.append((name, [float(np.sqrt(v[0]))]))
-        elif name == "power_law":
-            out.append((name, [v[0], float(np.sqrt(v[1]))]))
-        elif name == "moving_average":
-            out.append((name, [float(np.sqrt(v[0])), v[1]]))
-        elif name == "exponential" and v[3] == 0.0 and v[0] >= 0.0:
-            out.append(("gauss_markov", [float(np.sqrt(v[0])), v[2]]))
-        else:
-            raise AssertionError(name)
-    return out
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
@@ -52,9 +36,9 @@ def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
     The autocovariance Re(a φ^h) + rest has the spectrum of an ARMA(2, ≤2): the numerator b is the minimum-phase
     factor of the moving average that remains after the poles are taken out.
     """
-    exponential = next(v for name, v in terms if name == "exponential")
-    white = sum(v[0] for name, v in terms if name == "white")
-    a, phi = complex(exponential[0], exponential[1]), complex(exponential[2], exponential[3])
+    exponential = next(t for t in terms if isinstance(t, Exponential))
+    white = sum(t.variance for t in terms if isinstance(t, White))
+    a, phi = complex(exponential.a), complex(exponential.phi)
     real = phi.imag == 0.0
     poles = [1.0, -phi.real, 0.0] if real else [1.0, -2.0 * phi.real, abs(phi) ** 2]
     lags = np.array([(a * phi**h).real for h in range(5)])
@@ -76,7 +60,7 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
     part = Model((effect, *model.modifiers)) if effect.white else Model((effect,))
     with np.errstate(over="ignore", invalid="ignore"):
         terms = part.terms(rate)
-    if not all(np.isfinite(v).all() for _, v in terms):
+    if not all(np.isfinite(t.numbers).all() for t in terms):
         raise InputError(
             f"{effect.kind}: its variance at {rate:g} Hz is too large to be a number: lower"
             f" {effect.coefficient} or the rate"
@@ -84,10 +68,21 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
     own = effect.generator(rate)
     if own is not None:
         return [own]
-    if any(name == "exponential" and (v[3] != 0.0 or len(terms) > 1) for name, v in terms):
-        gain, b, a = arma(terms)
-        return [("filtered", [gain, *b, *a])]
-    return processes(terms)
+    lags = [t for t in terms if isinstance(t, Exponential)]
+    white = [t for t in terms if isinstance(t, White)]
+    if len(lags) == 1 and (white or lags[0].generator is None):
+        rest = [t for t in terms if not isinstance(t, (Exponential, White))]
+        return [_section((*lags, *white)), *(_generator(t) for t in rest)]
+    return [_generator(t) for t in terms]
+
+
+def _generator(term: Term) -> tuple[str, list[float]]:
+    return term.generator or _section((term,))
+
+
+def _section(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
+    gain, b, a = arma(terms)
+    return "filtered", [gain, *b, *a]
 
 
 def simulate(
@@ -205,7 +200,7 @@ class _Source:
         # The low half of the key tells the parts of one record from each other.
         key = whole(replicate, "replicate", 0, 2**32 - 1) << 32
         _require(model)
-        self.covariates = {k: covariate(k, v, self.n, "") for k, v in (covariates or {}).items()}
+        self.covariates = {k: covariate(k, v, self.n) for k, v in (covariates or {}).items()}
         self.levels = [e for e in model.modifiers if e.passing]
         self.known = [e.sampler(self.n, self.rate, self.covariates) for e in model.deterministic]
         # Parts of the noise, and whether the level of a part changes.

@@ -20,13 +20,14 @@ from allanite.effects import (
     Model,
     Modifier,
     Parameter,
+    Periodic,
     Stochastic,
     find,
     model_from_dict,
     model_to_dict,
     parse_model,
 )
-from allanite.effects import terms as _terms
+from allanite.effects._base import SCREENS
 from allanite.effects.angle_random_walk import AngleRandomWalk
 from allanite.effects.gauss_markov import GaussMarkov
 from allanite.simulate import simulate
@@ -110,17 +111,22 @@ def check_declaration(effect: Effect) -> None:
                 continue
             _require(False, f"{kind}: {p.name} below its bound {p.low} is taken")
     _require(kind not in cls.rivals, f"{kind}: is its own rival")
+    _require(cls.screened in SCREENS, f"{kind}: screened = {cls.screened!r} is unknown")
+    for name in cls.shown():
+        _require(name in names, f"{kind}: the legend shows {name}, which it has not")
+    if isinstance(effect, Periodic):
+        _require(cls.screened in {"line", "none"}, f"{kind}: a line is screened as one")
+    elif isinstance(effect, Deterministic):
+        _require(cls.screened in {"slow", "none"}, f"{kind}: a drift is screened as slow")
     if isinstance(effect, Stochastic):
         _require(effect.coefficient in names, f"{kind}: coefficient is not a parameter")
-    grid = getattr(effect, "grid", None)
-    if grid is not None:
-        for name in effect.free_shapes:
-            p, values = effect.parameter(name), np.asarray(grid(name, 100_000, RATE))
-            _require(values.size > 1, f"{kind}: the grid of {name} is empty")
-            _require(
-                np.isfinite(values).all() and (values >= p.low).all() and (values <= p.high).all(),
-                f"{kind}: the grid of {name} leaves its bounds",
-            )
+    for name in effect.free_shapes if cls.screened in {"spectral", "slow"} else ():
+        p, values = effect.parameter(name), np.asarray(effect.grid(name, 100_000, RATE))
+        _require(values.size > 1, f"{kind}: the grid of {name} is empty")
+        _require(
+            np.isfinite(values).all() and (values >= p.low).all() and (values <= p.high).all(),
+            f"{kind}: the grid of {name} leaves its bounds",
+        )
 
 
 def check_round_trip(effect: Effect) -> None:
@@ -264,13 +270,11 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
     # What happens for a time only is seen by short averages alike, by long ones not.
     lasting = all(p.role != "time" for p in effect.parameters)
     factors = FACTORS if lasting else FACTORS[FACTORS <= LENGTH // 100]
-    declared = sum(_terms.allan_variance(t, factors.astype(float)) for t in terms)
+    declared = sum(t.allan_variance(factors.astype(float)) for t in terms)
     _within(_allan(records, factors), np.asarray(declared), f"{kind}: Allan variance at m", factors)
     bins = bins_of(LENGTH)
     power = np.array([bins.power(_kernels.cosine_transform(r)) for r in records])
-    expected = bins.mean(
-        np.asarray(sum(_terms.cosine_variance(t, bins.nodes, LENGTH) for t in terms))
-    )
+    expected = bins.mean(np.asarray(sum(t.cosine_variance(bins.nodes, LENGTH) for t in terms)))
     seen = bins.edges[:-1] >= (1 if lasting else 64)
     _within(power[:, seen], expected[seen], f"{kind}: power from ordinate", bins.edges[:-1][seen])
 

@@ -24,41 +24,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from allanite.common.errors import InputError
+from allanite.common.errors import InputError, about
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit, conversion, parse_unit
+from allanite.effects import CATALOGUE
 
-__all__ = ["Comparison", "DataSheet", "Figure", "compare_datasheet", "read_datasheet"]
+__all__ = ["Comparison", "DataSheet", "Quoted", "compare_datasheet", "read_datasheet"]
 
 ONE_SIDED = math.sqrt(2)
 MINIMUM = "minimum"
 SOLID = 10  # degrees of freedom from which a point of the Allan curve may be its minimum
 
-# Figure → what it is of (a coefficient, or the Allan curve's minimum), its power of seconds.
-FIGURES: dict[str, tuple[str, float]] = {
-    "noise_density": ("N", 0.5),
-    "angle_random_walk": ("N", 0.5),
-    "velocity_random_walk": ("N", 0.5),
-    "bias_instability": ("B", 0.0),
-    "in_run_bias_stability": (MINIMUM, 0.0),
-    "rate_random_walk": ("K", -0.5),
-    "acceleration_random_walk": ("K", -0.5),
-    "quantization": ("Q", 1.0),
-    "rate_ramp": ("R", -1.0),
-}
+# What is read off the Allan curve itself, with other spellings.
+OF_THE_CURVE = {"in_run_bias_stability": ("bias_stability", "allan_minimum")}
 # What the sensor gives before a log takes its samples, Hz.
 FREQUENCIES = ("bandwidth", "sample_rate")
-ALIASES = {
-    "arw": "angle_random_walk",
-    "vrw": "velocity_random_walk",
-    "rrw": "rate_random_walk",
-    "noise": "noise_density",
-    "bias_stability": "in_run_bias_stability",
-    "allan_minimum": "in_run_bias_stability",
-    "quantisation": "quantization",
-}
-KINDS = {"Q": "quantization", "N": "angle_random_walk", "B": "bias_instability"}
-KINDS |= {"K": "rate_random_walk", "R": "rate_ramp"}
 
 # Factors by which a figure is off when it was read in the wrong convention, and what then happened.
 SLIPS_OF_N = (
@@ -80,14 +60,36 @@ SLIPS_OF_ALL = (
 )
 
 
+def known_figures() -> dict[str, tuple[str, float | str]]:
+    """What each figure is of (a coefficient, or the Allan curve's minimum) and its unit: a power of s, or itself."""
+    ours = {
+        figure: (p.name if p.name == e.short else f"{e.short}.{p.name}", p.unit)
+        for e in CATALOGUE
+        for p in e.parameters
+        for figure in p.figures
+    }
+    return {**ours, **dict.fromkeys(OF_THE_CURVE, (MINIMUM, 0.0))}
+
+
+def _spellings() -> dict[str, str]:
+    """The figure of each of its other spellings."""
+    ours = (p.figures for e in CATALOGUE for p in e.parameters)
+    return {
+        other: figure
+        for figures in (*ours, OF_THE_CURVE)
+        for figure, others in figures.items()
+        for other in others
+    }
+
+
 @dataclass(frozen=True, slots=True)
-class Figure:
+class Quoted:
     """One line of a data sheet.
 
     Attributes
     ----------
     name : str
-        One of `FIGURES`.
+        One of `known_figures`.
     value : float
         The number as printed.
     unit : str
@@ -101,7 +103,7 @@ class Figure:
     @property
     def coefficient(self) -> str:
         """What the figure speaks of: Q, N, B, K, R, or the minimum of the Allan deviation."""
-        return FIGURES[self.name][0]
+        return known_figures()[self.name][0]
 
     def in_unit(self, unit: str) -> float:
         """Return the coefficient in its canonical unit for samples in `unit`.
@@ -111,9 +113,10 @@ class Figure:
         InputError
             The figure is of another kind of sensor or another quantity; both units are named.
         """
-        _, power = FIGURES[self.name]
+        _, power = known_figures()[self.name]
+        own = power if isinstance(power, str) else coefficient_unit(unit, power)
         try:
-            return self.value * conversion(self.unit, coefficient_unit(unit, power))
+            return self.value * conversion(self.unit, own)
         except InputError as error:
             raise InputError(f"{self.name} = {self.value:g} {self.unit}: {error}") from None
 
@@ -123,7 +126,7 @@ class DataSheet:
     """Name and figures of a sensor's data sheet; its −3 dB bandwidth and its own rate, Hz, where given."""
 
     name: str
-    figures: tuple[Figure, ...]
+    figures: tuple[Quoted, ...]
     bandwidth: float | None = None
     sample_rate: float | None = None
 
@@ -161,7 +164,7 @@ class DataSheet:
 class Row:
     """A figure beside its measurement, both in the canonical unit of the coefficient."""
 
-    figure: Figure
+    figure: Quoted
     sheet: float
     measured: Estimate
     ratio: Estimate
@@ -239,32 +242,38 @@ def read_datasheet(path: str | Path) -> DataSheet:
         No such file, bad syntax, an unknown figure, a value without a unit.
     """
     path = Path(path)
+    with about(path):
+        return _read(path)
+
+
+def _read(path: Path) -> DataSheet:
     try:
         text = path.read_text(encoding="utf-8")
         parsed = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
+        raise InputError("no such file") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise InputError(f"cannot be read ({error.strerror or error})") from None
     except ValueError as error:
-        raise InputError(f"{path}: not a data sheet in TOML or JSON ({error})") from None
+        raise InputError(f"not a data sheet in TOML or JSON ({error})") from None
     figures = parsed.get("figures") if isinstance(parsed, dict) else None
+    known = ", ".join(known_figures())
     if not isinstance(figures, Mapping) or not figures:
-        raise InputError(f"{path}: a data sheet needs a table [figures], with {', '.join(FIGURES)}")
-    found = [_figure(str(name), given, path) for name, given in figures.items()]
+        raise InputError(f"a data sheet needs a table [figures], with {known}")
+    found = [_figure(str(name), given) for name, given in figures.items()]
     hertz = {f.name: f.value * conversion(f.unit, "Hz") for f in found if f.name in FREQUENCIES}
     noise = tuple(f for f in found if f.name not in FREQUENCIES)
     if not noise:
-        raise InputError(f"{path}: no figure to compare: add one of {', '.join(FIGURES)}")
+        raise InputError(f"no figure to compare: add one of {known}")
     return DataSheet(str(parsed.get("name", path.stem)), noise, **hertz)
 
 
-def _figure(name: str, given: object, path: Path) -> Figure:
+def _figure(name: str, given: object) -> Quoted:
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
-    key = ALIASES.get(key, key)
-    if key not in FIGURES and key not in FREQUENCIES:
-        known = ", ".join((*FIGURES, *FREQUENCIES))
-        raise InputError(f"{path}: unknown figure {name!r}: one of {known}")
+    key = _spellings().get(key, key)
+    if key not in known_figures() and key not in FREQUENCIES:
+        known = ", ".join((*known_figures(), *FREQUENCIES))
+        raise InputError(f"unknown figure {name!r}: one of {known}")
     if isinstance(given, Mapping):
         value, unit = given.get("value"), given.get("unit")
     else:
@@ -273,16 +282,16 @@ def _figure(name: str, given: object, path: Path) -> Figure:
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise InputError(f"{path}: {name} = {given!r}: give a number and a unit") from None
+        raise InputError(f"{name} = {given!r}: give a number and a unit") from None
     if not unit:
-        raise InputError(f'{path}: {name} = {given!r} has no unit: write e.g. "{number:g} deg/h"')
+        raise InputError(f'{name} = {given!r} has no unit: write e.g. "{number:g} deg/h"')
     if not (math.isfinite(number) and number > 0):
-        raise InputError(f"{path}: {name} = {number:g}: a figure must be positive")
+        raise InputError(f"{name} = {number:g}: a figure must be positive")
     unit = str(unit).strip()
     if key == "noise_density" and "sided" not in unit:
         unit += " one-sided"
     conversion(unit, unit)
-    return Figure(key, number, unit)
+    return Quoted(key, number, unit)
 
 
 def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
@@ -350,7 +359,7 @@ def _minimum(recording: Any) -> Estimate:
     return Estimate(value, (high - low) / 4, (low, high), recording.unit, name=MINIMUM)
 
 
-def _remark(figure: Figure, ratio: Estimate) -> str:
+def _remark(figure: Quoted, ratio: Estimate) -> str:
     if not ratio.detected:
         return ""
     return _slip(figure.coefficient, ratio.value, _tolerance(ratio))
@@ -361,7 +370,7 @@ def _tolerance(ratio: Estimate) -> float:
     return max(width, 0.05)
 
 
-def _skipped(figure: Figure, ratio: Estimate, sheet: DataSheet, recording: Any) -> str:
+def _skipped(figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Any) -> str:
     """Whether the white level is that of samples thinned by skipping: alone it cannot be seen, white stays white."""
     if (
         figure.coefficient != "N"
@@ -377,7 +386,7 @@ def _skipped(figure: Figure, ratio: Estimate, sheet: DataSheet, recording: Any) 
         f"looks as if samples were skipped on the way to {recording.rate:g} Hz: the noise above half of that is folded"
         f" down and raises N by {folded[0]:.3g}"
         + (f" to {folded[1]:.3g}" if folded[1] > 1.001 * folded[0] else "")
-        + "; log faster and average (--decimate)"
+        + "; log faster and average"
     )
 
 

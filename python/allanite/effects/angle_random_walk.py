@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from allanite.effects._base import Parameter, Stochastic, StraightLine
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Term, White
 
 
 @dataclass(frozen=True)
@@ -31,16 +29,16 @@ class AngleRandomWalk(Stochastic):
             0.5,
             "angle random walk coefficient: root of the two-sided white density",
             sheet={"angular rate": "deg/sqrt(h)", "acceleration": "m/s/sqrt(h)"},
+            figures={
+                "noise_density": ("noise",),
+                "angle_random_walk": ("arw",),
+                "velocity_random_walk": ("vrw",),
+            },
         ),
     )
     single: ClassVar[bool] = True
     white: ClassVar[bool] = True
     standard: ClassVar[StraightLine] = StraightLine("N", -0.5, 1.0, 1.0, "white")
-    figures: ClassVar[dict[str, tuple[str, ...]]] = {
-        "noise_density": ("noise",),
-        "angle_random_walk": ("arw",),
-        "velocity_random_walk": ("vrw",),
-    }
     physics: ClassVar[str] = (
         "white rate noise: thermo-mechanical motion, shot noise of the light, amplifier noise"
     )
@@ -52,4 +50,4 @@ class AngleRandomWalk(Stochastic):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Independent samples of variance 1/τ0."""
-        return (("white", (rate,)),)
+        return (White(rate),)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.effects._base import Modifier, Parameter
-from allanite.effects.terms import Term, spectrum
+from allanite.effects.terms import Exponential, MovingAverage, Term, White
 
 #: (design, order) in the order in which they are tried; the simpler first.
 DESIGNS = (("sampled", 1), ("sampled", 2), ("digital", 1), ("digital", 2), ("moving_average", 1))
@@ -82,22 +82,20 @@ class Bandwidth(Modifier):
         cutoff = self.cutoff or rate
         second = (self.order or 1.0) >= 2.0
         if self.design == "moving_average":
-            return (("moving_average", (white, float(max(1, round(0.443 * rate / cutoff))))),)
+            return (MovingAverage(white, float(max(1, round(0.443 * rate / cutoff)))),)
         terms = (_digital if self.design == "digital" else _sampled)(cutoff / rate, second)
-        at_zero = sum(float(spectrum(t, np.array([1e-9]))[0]) for t in terms)
-        from allanite.effects.terms import scaled
-
-        return tuple(scaled(t, white / at_zero) for t in terms)
+        at_zero = sum(float(t.spectrum(np.array([1e-9]))[0]) for t in terms)
+        return tuple(t.scaled(white / at_zero) for t in terms)
 
 
 def _sampled(f: float, second: bool) -> tuple[Term, ...]:
     """r(t) of a continuous low-pass at integer t; `f` in cycles per sample."""
     w = 2.0 * np.pi * f
     if not second:
-        return (("exponential", (1.0, 0.0, float(np.exp(-w)), 0.0)),)
+        return (Exponential(1.0, float(np.exp(-w))),)
     # Butterworth: r(t) ∝ e^{−wt/√2}(cos + sin)(wt/√2).
     phi = np.exp((-1 + 1j) * w / np.sqrt(2.0))
-    return (("exponential", (1.0, -1.0, float(phi.real), float(phi.imag))),)
+    return (Exponential(1.0 - 1.0j, complex(phi)),)
 
 
 def _digital(f: float, second: bool) -> tuple[Term, ...]:
@@ -107,12 +105,12 @@ def _digital(f: float, second: bool) -> tuple[Term, ...]:
         a = (1.0 - k) / (1.0 + k)
         a = a if abs(a) > 1e-6 else 1e-6
         g = (k / (1.0 + k)) ** 2
-        return (("exponential", (g * (1 + a) / (a * (1 - a)), 0.0, a, 0.0)), ("white", (-g / a,)))
+        return (Exponential(g * (1 + a) / (a * (1 - a)), a), White(-g / a))
     s = k * np.exp(1j * np.pi * 0.75)
     p = (1.0 + s) / (1.0 - s)
     g = (k**2 / abs(1.0 - s) ** 2) ** 2
     a2 = 2.0 * g * (1 + p) ** 4 / (p * (p - p.conjugate()) * (1 - p**2) * (1 - abs(p) ** 2))
     return (
-        ("exponential", (float(a2.real), float(a2.imag), float(p.real), float(p.imag))),
-        ("white", (g / abs(p) ** 2,)),
+        Exponential(complex(a2), complex(p)),
+        White(g / abs(p) ** 2),
     )

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from allanite.effects._base import Parameter, Stochastic, StraightLine
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Flicker, Term
 
 
 @dataclass(frozen=True)
@@ -30,6 +28,7 @@ class BiasInstability(Stochastic):
             0.0,
             "bias instability coefficient: Allan plateau over 0.6643",
             sheet={"angular rate": "deg/h", "acceleration": "ug"},
+            figures={"bias_instability": ()},
         ),
     )
     single: ClassVar[bool] = True
@@ -37,7 +36,6 @@ class BiasInstability(Stochastic):
     standard: ClassVar[StraightLine] = StraightLine(
         "B", 0.0, None, float(np.sqrt(2.0 * np.log(2.0) / np.pi)), "flicker"
     )
-    figures: ClassVar[dict[str, tuple[str, ...]]] = {"bias_instability": ()}
     physics: ClassVar[str] = "1/f noise of the electronics and of the sensing material"
     looks_like: ClassVar[str] = "a flat floor of the Allan deviation; a density that falls as 1/f"
     check_by: ClassVar[str] = (
@@ -48,4 +46,4 @@ class BiasInstability(Stochastic):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """The half-order fractional difference of white noise (Kasdin 1995)."""
-        return (("flicker", (1.0,)),)
+        return (Flicker(1.0),)

@@ -65,7 +65,7 @@ def parse_model(text: str | Model) -> Model:
     if isinstance(text, Model):
         return text
     path = Path(text)
-    if text.endswith(".json") or (len(text) < 4096 and path.is_file()):
+    if text.endswith(".json") or _is_file(path):
         try:
             document = json.loads(path.read_text(encoding="utf-8"))
         except FileNotFoundError:
@@ -76,6 +76,13 @@ def parse_model(text: str | Model) -> Model:
             raise InputError(f"{text}: not a model file: expected a JSON object")
         return model_from_dict(document, text)
     return parse_string(text)
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # no name of a file: too long, or with a null in it
+        return False
 
 
 def save_model(model: Model, path: str | Path) -> None:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter, Stochastic
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Exponential, Term
 
 
 @dataclass(frozen=True)
@@ -73,4 +71,4 @@ class GaussMarkov(Stochastic):
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """One exponential of variance T/2."""
         time = self.correlation_time or 1.0
-        return (("exponential", (time / 2.0, 0.0, float(np.exp(-1.0 / (rate * time))), 0.0)),)
+        return (Exponential(time / 2.0, float(np.exp(-1.0 / (rate * time)))),)

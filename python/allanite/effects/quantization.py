@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from allanite.effects._base import Parameter, Stochastic, StraightLine
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Blue, Term
 
 
 @dataclass(frozen=True)
@@ -30,11 +28,11 @@ class Quantization(Stochastic):
             1.0,
             "quantization coefficient: step of the counted angle over √12",
             sheet={"angular rate": "deg", "acceleration": "m/s"},
+            figures={"quantization": ("quantisation",)},
         ),
     )
     single: ClassVar[bool] = True
     standard: ClassVar[StraightLine] = StraightLine("Q", -1.0, float(np.sqrt(3.0)), 1.0, "blue")
-    figures: ClassVar[dict[str, tuple[str, ...]]] = {"quantization": ("quantisation",)}
     physics: ClassVar[str] = (
         "the sensor counts angle (velocity, phase) in steps S and hands out differences; "
         "the rounding error, Q = S/√12, is bounded and so vanishes with longer averaging"
@@ -48,4 +46,4 @@ class Quantization(Stochastic):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Rate samples are differences of a white angle error of variance 1, over τ0."""
-        return (("blue", (rate**2,)),)
+        return (Blue(rate**2),)

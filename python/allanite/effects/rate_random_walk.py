@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from allanite.effects._base import Parameter, Stochastic, StraightLine
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import RandomWalk, Term
 
 
 @dataclass(frozen=True)
@@ -31,15 +29,12 @@ class RateRandomWalk(Stochastic):
             -0.5,
             "rate random walk coefficient",
             sheet={"angular rate": "deg/h/sqrt(h)", "acceleration": "m/s/h/sqrt(h)"},
+            figures={"rate_random_walk": ("rrw",), "acceleration_random_walk": ()},
         ),
     )
     single: ClassVar[bool] = True
     wanders: ClassVar[bool] = True
     standard: ClassVar[StraightLine] = StraightLine("K", 0.5, 3.0, 1.0, "random_walk")
-    figures: ClassVar[dict[str, tuple[str, ...]]] = {
-        "rate_random_walk": ("rrw",),
-        "acceleration_random_walk": (),
-    }
     physics: ClassVar[str] = (
         "slow ageing, or an unmodelled temperature, that wanders without a time constant"
     )
@@ -59,4 +54,4 @@ class RateRandomWalk(Stochastic):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Steps of variance τ0 every sample."""
-        return (("random_walk", (1.0 / rate,)),)
+        return (RandomWalk(1.0 / rate),)

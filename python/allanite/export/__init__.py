@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from allanite.common.errors import InputError
+from allanite.export import c_header, matlab, plain_json, ros, statespace
+from allanite.export.filters import (
+    ardupilot,
+    fastlio,
+    gtsam,
+    kalibr,
+    kfgins,
+    liosam,
+    orbslam3,
+    px4,
+    vins,
+)
+from allanite.export.simulators import airsim, gazebo, gnss_ins_sim
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,18 +26,46 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS", "export"]
 
-# Name on the command line → module of this package; its `render(axes, rate)` returns the text.
-TARGETS = {
-    "json": "plain_json",
-    "kalibr": "kalibr",
-    "matlab": "matlab",
-    "ros": "ros",
-    "vins": "vins",
-    "gtsam": "gtsam",
+
+class Render(Protocol):
+    """Text of a parameter file for some axes, at the rate of the target."""
+
+    def __call__(self, axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+        """Text of the file."""
+
+
+# Name on the command line → the target.
+TARGETS: dict[str, Render] = {
+    "json": plain_json.render,
+    "kalibr": kalibr.render,
+    "matlab": matlab.render,
+    "ros": ros.render,
+    "vins": vins.render,
+    "gtsam": gtsam.render,
+    "orbslam3": orbslam3.render,
+    "liosam": liosam.render,
+    "fastlio": fastlio.render,
+    "px4": px4.render,
+    "ardupilot": ardupilot.render,
+    "gazebo": gazebo.render,
+    "airsim": airsim.render,
+    "kfgins": kfgins.render,
+    "gnss-ins-sim": gnss_ins_sim.render,
+    "c-header": c_header.render,
+    "statespace": statespace.render,
 }
+#: Targets whose numbers hold for the rate of the filter, not of the sensor.
+OWN_RATE = ("px4", "ardupilot")
 
 
-def export(axes: Sequence[Axis], target: str, rate: float | None = None) -> str:
+def export(
+    axes: Sequence[Axis],
+    target: str,
+    rate: float | None = None,
+    *,
+    overbound: bool = False,
+    until: float | None = None,
+) -> str:
     """Text of a parameter file.
 
     Parameters
@@ -36,6 +76,11 @@ def export(axes: Sequence[Axis], target: str, rate: float | None = None) -> str:
         One of `TARGETS`.
     rate : float, optional
         Sampling rate in Hz for targets whose numbers are per sample; else the recording's.
+    overbound : bool
+        Whether N and K (or N and a lag) are the smallest whose density and Allan variance are above the model's upper
+        limits at every τ of use.
+    until : float, optional
+        Longest τ of use, s; else a tenth of the recording.
 
     Raises
     ------
@@ -44,5 +89,7 @@ def export(axes: Sequence[Axis], target: str, rate: float | None = None) -> str:
     """
     if target not in TARGETS:
         raise InputError(f"unknown export format {target!r}: one of {', '.join(TARGETS)}")
-    text: str = import_module(f"allanite.export.{TARGETS[target]}").render(axes, rate)
-    return text
+    from allanite.export._axis import used
+
+    own = [used(axis, None if target in OWN_RATE else rate, until) for axis in axes]
+    return TARGETS[target](own, rate, overbound=overbound)

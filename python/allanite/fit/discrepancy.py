@@ -132,8 +132,8 @@ def linearised(
     Returns
     -------
     tuple of ndarray, shapes (rows, p) and (rows,)
-        Bins against the mean of their cell with all their degrees of freedom, then the mean of each cell with those that the
-        discrepancy leaves it. Half of rowsᵀ·rows is the Fisher information, half of rowsᵀ·residual the gradient of logL.
+        Bins against the mean of their cell with all their degrees of freedom, then the mean of each cell with those
+        that the discrepancy leaves it. Half of rowsᵀ·rows is the Fisher information, half of rowsᵀ·residual the gradient.
     """
     first = cells_of(count.size)
     sizes = np.diff([*first, count.size])

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.common import verbs
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.fit import curve as _curve
@@ -228,11 +229,7 @@ class Fit:
 
         return effect.name_for(parse_unit(self.recording.unit).kind)
 
-    def check(self, **options: Any) -> Any:
-        """Where the model fails and what is missing: `allanite.criticism.check_fit`."""
-        from allanite.suggestion import check_fit
-
-        return check_fit(self, **options)
+    check = verbs.fit_check
 
     def add(self, addition: Any) -> Fit:
         """Refit with an effect (or a suggestion's effect) added.
@@ -304,11 +301,7 @@ class Fit:
 
         return compare_methods(self)
 
-    def plot(self, path: str | Path | None = None) -> Any:
-        """Allan curve and spectrum with the model; written to `path` (SVG, PNG, PDF) if given."""
-        from allanite.plots import plot_fit
-
-        return plot_fit(self, path)
+    plot = verbs.fit_plot
 
     def to_dict(self) -> dict[str, Any]:
         """``allanite/fit/1`` of the contract, with the band of the Allan curve beside it."""

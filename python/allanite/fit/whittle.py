@@ -165,7 +165,10 @@ def first_guess(power: Array, count: Array, columns: Array, offset: Array | None
 
 
 def information(count: Array, weight: Array, slopes: Array) -> Array:
-    """Fisher information of φ from the slopes ∂lnS_b/∂φ, shape (bins, p); ½ Σ n_b (∂lnS_b)(∂lnS_b)ᵀ where weight is count."""
+    """Fisher information of φ from the slopes ∂lnS_b/∂φ, shape (bins, p).
+
+    ½ Σ n_b (∂lnS_b)(∂lnS_b)ᵀ where weight is count.
+    """
     rows, _ = linearised(slopes, count, count, count, weight)
     return np.asarray(0.5 * rows.T @ rows)
 

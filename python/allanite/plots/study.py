@@ -66,7 +66,7 @@ def _rung_text(rung: Rung) -> str:
     lines = list(rung.changes)
     if rung.added is not None and not rung.removed:
         lines[0] = f"+ {effect_text(rung.fit, rung.added)}"
-        lines.append(values_text(rung.fit.estimates[-1], most=1))
+        lines.append(values_text(rung.fit.model.effects[-1], rung.fit.estimates[-1], most=1))
     return "\n".join(line for line in lines if line)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.plain import plain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,31 +16,38 @@ if TYPE_CHECKING:
 
 CHUNK = 1 << 18  # rows looked at at a time
 
-__all__ = ["column_names", "covariate", "index_of", "locked", "own"]
+__all__ = [
+    "column_names",
+    "covariate",
+    "find_column",
+    "from_pint",
+    "group_means",
+    "index_of",
+    "locked",
+    "own",
+]
 
 
-def own(samples: object, where: str, columns: Sequence[str] | None = None) -> NDArray[Any]:
+def own(samples: object, columns: Sequence[str] | None = None) -> NDArray[Any]:
     """Array of one or two dimensions that nobody else can write to."""
     array = np.asarray(samples)
     if array.dtype.kind == "b":
         array = array.astype(np.int64)
     if array.dtype.kind not in "iuf":
-        raise InputError(f"{where}samples must be real numbers, found {array.dtype}")
+        raise InputError(f"samples must be real numbers, found {array.dtype}")
     if array.ndim not in (1, 2):
-        raise InputError(
-            f"{where}samples must have shape (n,) or (n, columns), found {array.shape}"
-        )
+        raise InputError(f"samples must have shape (n,) or (n, columns), found {array.shape}")
     if array.size == 0:
-        raise TooShortError(f"{where}no samples")
+        raise TooShortError("no samples")
     if array.dtype.kind == "f":
-        _finite(array, where, columns)
+        _finite(array, columns)
     if array.flags.writeable:
         # A view, or an array someone else holds, could change under a running computation.
         array = array.copy()
     return array
 
 
-def _finite(array: NDArray[Any], where: str, columns: Sequence[str] | None) -> None:
+def _finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
     """Refuse infinities, and nothing but NaN; in pieces, because the array may be a mapped file."""
     count, first, present = 0, "", False
     for at in range(0, len(array), CHUNK):
@@ -56,9 +64,9 @@ def _finite(array: NDArray[Any], where: str, columns: Sequence[str] | None) -> N
             first = first or _place(piece, bad, at, columns)
             count += int(np.count_nonzero(bad))
     if count:
-        raise InputError(f"{where}{count} infinite samples, {first}: mark missing samples with NaN")
+        raise InputError(f"{count} infinite samples, {first}: mark missing samples with NaN")
     if not present:
-        raise TooShortError(f"{where}every sample is NaN")
+        raise TooShortError("every sample is NaN")
 
 
 def _place(
@@ -79,16 +87,14 @@ def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[st
         return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
     if len(columns) != k:
         raise InputError(f"{len(columns)} column names for {k} columns")
-    return tuple(columns)
+    return tuple(plain(name) for name in columns)
 
 
-def covariate(name: str, values: ArrayLike, n: int, where: str) -> NDArray[np.float64]:
+def covariate(name: str, values: ArrayLike, n: int) -> NDArray[np.float64]:
     """Take over a covariate of n rows."""
     array = np.array(values, dtype=np.float64)
     if array.shape != (n,):
-        raise InputError(
-            f"{where}covariate {name!r} has shape {array.shape}, the samples have {n} rows"
-        )
+        raise InputError(f"covariate {name!r} has shape {array.shape}, the samples have {n} rows")
     return array
 
 
@@ -105,11 +111,44 @@ def index_of(samples: Any) -> NDArray[Any] | None:
     """
     index: Any = getattr(samples, "index", None)
     if not hasattr(index, "dtype"):
-        dims = getattr(samples, "dims", None)
-        if not dims or not hasattr(samples, "coords") or dims[0] not in samples.coords:
+        coords: Any = getattr(samples, "coords", None)
+        if not hasattr(coords, "values"):
             return None
-        index = samples.coords[dims[0]]
+        # The first dimension of an array; of a data set, whatever coordinate is a time.
+        found = list(coords.values())
+        if not hasattr(samples, "data_vars"):
+            found = [coord for coord in found if coord.dims == samples.dims[:1]]
+        index = next((coord for coord in found if coord.dtype.kind in "mMf"), None)
+        if index is None:
+            return None
     if getattr(index, "tz", None) is not None:
         index = index.tz_convert(None)
     stamps = np.asarray(index)
     return stamps if stamps.ndim == 1 and stamps.dtype.kind in "mMf" and stamps.size > 1 else None
+
+
+def find_column(name: str | int, columns: Sequence[str]) -> int:
+    """Index of a column by name, or by 0-based index also as text."""
+    if isinstance(name, str) and name in columns:
+        return list(columns).index(name)
+    if (isinstance(name, int) or name.isdecimal()) and 0 <= int(name) < len(columns):
+        return int(name)
+    raise InputError(f"unknown column {name!r}: the columns are {', '.join(columns)}")
+
+
+def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
+    """Means of groups of k rows; where some are missing, of those that are there if they are half."""
+    groups = values[: len(values) // k * k].reshape(-1, k, *values.shape[1:])
+    found: NDArray[Any] = groups.mean(axis=1, dtype=np.float64)
+    if np.isnan(found).any():
+        there = np.count_nonzero(~np.isnan(groups), axis=1)
+        total = np.nansum(groups, axis=1, dtype=np.float64)
+        found = np.where(2 * there >= k, total / np.maximum(there, 1), np.nan)
+    return found
+
+
+def from_pint(samples: Any, unit: str | Sequence[str]) -> tuple[Any, str | Sequence[str]]:
+    """Numbers and unit of a pint quantity, in the unit asked for or else its own."""
+    if unit == "1":
+        return samples.magnitude, f"{samples.units:~C}".replace("**", "^")
+    return samples.to(str(unit).replace("^", "**").replace("°", "deg")).magnitude, unit

@@ -19,7 +19,7 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.validation import positive_rate
 
-__all__ = ["Bins", "Spectrum", "bins_of", "cells_of", "fill_gaps", "psd"]
+__all__ = ["Bins", "Spectrum", "bins_of", "bridge_gaps", "cells_of", "psd"]
 
 PER_DECADE = 24
 #: Bins are judged in wider groups: physical effects are broad on a logarithmic axis, and χ² is the more
@@ -114,10 +114,8 @@ def bins_of(n: int) -> Bins:
     parts = np.repeat(np.diff(cells), np.diff(cells))
     for b, (low, high) in enumerate(itertools.pairwise(edges)):
         width, most = high - low, max(2, NODES // int(parts[b]))
-        if width <= most:
-            inside = np.arange(low, high)
-        else:
-            inside = low + ((np.arange(most) + 0.5) * width / most).astype(np.int64)
+        most = min(width, most)
+        inside = low + ((np.arange(most) + 0.5) * width / most).astype(np.int64)
         nodes.append(inside)
         owner.append(np.full(inside.size, b))
     limits = np.array(edges, dtype=np.int64)
@@ -138,7 +136,7 @@ def bins_of(n: int) -> Bins:
     return Bins(n, *arrays)
 
 
-def fill_gaps(
+def bridge_gaps(
     samples: NDArray[Any], missing: NDArray[np.bool_] | None = None
 ) -> NDArray[np.float64]:
     """Samples with NaN (and `missing`) replaced so that the spectrum stays what it was.
@@ -233,7 +231,7 @@ def psd(x: Any, rate: float | None = None) -> Spectrum:
     Parameters
     ----------
     x : array_like or Recording
-        Rate samples, shape (n,), unit U. NaN are bridged (`fill_gaps`).
+        Rate samples, shape (n,), unit U. NaN are bridged (`bridge_gaps`).
     rate : float, optional
         Sampling rate in Hz; taken from a recording, 1 for a bare array.
 
@@ -257,7 +255,7 @@ def psd(x: Any, rate: float | None = None) -> Spectrum:
     if samples.size < 8:
         raise TooShortError(f"a spectrum needs at least 8 samples, found {samples.size}")
     bins = bins_of(samples.size)
-    density = bins.power(_kernels.cosine_transform(fill_gaps(samples))) / fs
+    density = bins.power(_kernels.cosine_transform(bridge_gaps(samples))) / fs
     low_hz, high_hz = bins.limits(fs)
     low = density * bins.count / chdtri(bins.count, 0.025)
     high = density * bins.count / chdtri(bins.count, 0.975)

@@ -18,7 +18,6 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.units import parse_unit
 from allanite.common.validation import positive, positive_rate
 from allanite.effects import Model
-from allanite.effects import terms as _terms
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
 
@@ -77,6 +76,35 @@ class Growth:
     budget: dict[str, Array]
     left_out: tuple[str, ...]
     aided: float
+
+    @property
+    def shown(self) -> tuple[str, float]:
+        """Unit for people, and how many of them are one of `unit`: degrees for radians."""
+        return ("deg", 180.0 / np.pi) if self.unit == "rad" else (self.unit, 1.0)
+
+    def table(self, measured: Measured | None = None) -> str:
+        """Standard deviation over time, in all and by effect; beside it what a recording shows."""
+        unit, factor = self.shown
+        head = ["after / s", "total", *self.budget]
+        columns = [self.tau, factor * self.total, *(factor * v for v in self.budget.values())]
+        if measured is not None:
+            head += ["measured rms", "within 95 %"]
+            columns += [factor * measured.rms, 100.0 * measured.inside]
+        lines = [
+            f"{self.quantity} since the fix, {unit} (standard deviation), bias averaged over {self.aided:g} s before it",
+            "".join(f"{name:>13}" for name in head),
+        ]
+        lines += ["".join(f"{v:13.4g}" for v in row) for row in zip(*columns, strict=True)]
+        if measured is not None:
+            lines.append(f"measured on {measured.segments} segments")
+        if self.left_out:
+            lines.append(
+                f"not predicted, they happen at times of their own: {', '.join(self.left_out)}"
+            )
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.table()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers of one quantity."""
@@ -244,7 +272,7 @@ def _parts(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tupl
             value = getattr(effect, effect.coefficient)
             if value is None:
                 raise InputError(f"{effect.kind}: {effect.coefficient} has no value yet: fit it")
-            out[label] = tuple(_terms.scaled(t, value**2) for t in model.unit_terms(effect, rate))
+            out[label] = tuple(t.scaled(value**2) for t in model.unit_terms(effect, rate))
         elif isinstance(effect, Deterministic):
             # What has an Allan variance of its own is the same at every time of the record.
             if effect.own_allan_variance(np.ones(1), rate)[0] > 0.0:
@@ -271,7 +299,7 @@ def _weights(back: int, m: int, rate: float, order: int, group: int) -> Array:
 
 def _variogram(terms: Sequence[Term], count: int) -> Array:
     """½ E(x(k+h) − x(k))², h = 0 … count."""
-    return np.asarray(sum((_terms.variogram(t, count + 1) for t in terms), np.zeros(count + 1)))
+    return np.asarray(sum((t.variogram(count + 1) for t in terms), np.zeros(count + 1)))
 
 
 def _grouped(g: Array, group: int, count: int) -> Array:

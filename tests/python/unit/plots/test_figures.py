@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.comparison import Curve, Curves
+from allanite.comparison import Curves, Drawn
 from allanite.criticism import criticise
 from allanite.criticism.over_time import whiten
 from allanite.plots import plot_check, plot_compare, plot_deviation, plot_study, plot_time
@@ -134,10 +134,10 @@ def curves():
     flat = np.ones(3)
     return Curves(
         (
-            Curve("log a", "recording", "deg/s", tau, flat, 0.9 * flat, 1.1 * flat),
-            Curve("model b", "model", "rad/s", tau, flat),
-            Curve("sheet", "datasheet", "deg/s", tau, 0.5 * flat),
-            Curve("accelerometer", "recording", "mg", tau, flat, 0.9 * flat, 1.1 * flat),
+            Drawn("log a", "recording", "deg/s", tau, flat, 0.9 * flat, 1.1 * flat),
+            Drawn("model b", "model", "rad/s", tau, flat),
+            Drawn("sheet", "datasheet", "deg/s", tau, 0.5 * flat),
+            Drawn("accelerometer", "recording", "mg", tau, flat, 0.9 * flat, 1.1 * flat),
         )
     )
 

@@ -1,0 +1,142 @@
+"""allanite simulate: samples of a model."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import nullcontext
+from typing import TYPE_CHECKING
+
+import click
+
+from allanite.cli.options import SEED, json_option
+from allanite.common.errors import about
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.recording import Recording
+
+
+@click.command("simulate")
+@click.argument("model")
+@click.option("--rate", type=float, metavar="HZ", help="Sampling rate; default the model file's.")
+@click.option("--duration", type=float, metavar="S", help="Length in seconds.")
+@click.option(
+    "-n", "--samples", type=int, metavar="N", help="Length in samples, instead of --duration."
+)
+@click.option(
+    "--unit", metavar="UNIT", help="Unit of the samples; default the model file's, else 1."
+)
+@click.option("--seed", type=SEED, default=0, show_default=True, metavar="N", help="Seed.")
+@click.option("-o", "--output", metavar="FILE", help=".npz, .npy or .csv; default CSV on stdout.")
+@json_option
+def command(
+    model: str,
+    rate: float | None,
+    duration: float | None,
+    samples: int | None,
+    unit: str | None,
+    seed: int,
+    output: str | None,
+    as_json: bool,
+) -> None:
+    """Simulate MODEL (a sum with values, e.g. "N(N=0.01)+K(K=1e-4)", or a model file)."""
+    from allanite.cli.models import models_of
+    from allanite.cli.output import check_target, dumps, whole_file
+    from allanite.common.errors import InputError
+    from allanite.common.validation import positive, positive_rate, whole
+    from allanite.simulate import SAMPLES
+
+    if (duration is None) == (samples is None):
+        raise InputError("give the length: either --duration S or --samples N")
+    if as_json and output is None:
+        raise InputError("--json describes the file that is written: name it with --output")
+    if duration is not None:
+        positive(duration, "--duration", "s", "the length must be a positive number of seconds")
+    elif samples is not None:
+        whole(samples, "--samples", 1, SAMPLES)
+    if output is not None:
+        _known_format(output)
+        check_target(output)
+    models = models_of(model)
+    if len(models) > 1:
+        raise InputError(f"{model} holds the models of {len(models)} columns: save one at a time")
+    rate = models[0].rate if rate is None else rate
+    if rate is None:
+        raise InputError("no sampling rate", missing="rate", remedy=": give {rate}")
+    with about("--rate"):
+        rate = positive_rate(rate)
+    length = {"duration": duration} if samples is None else {"n": samples}
+    own = models[0].unit or unit or "1"
+    recording = models[0].model.simulate(**length, rate=rate, seed=seed, unit=own)
+    if unit is not None:
+        recording = recording.to(unit)
+    if output is None:
+        _csv(recording, None)
+        return
+    with whole_file(output) as draft:
+        _write(recording, draft)
+    if as_json:
+        description = {**recording.describe(), "path": output}
+        click.echo(
+            dumps(
+                {
+                    "schema": "allanite/simulate/1",
+                    "model": model,
+                    "seed": seed,
+                    "recording": description,
+                }
+            )
+        )
+    else:
+        click.echo(f"{output}: {recording.n} samples at {recording.rate:g} Hz in {recording.unit}")
+
+
+def _known_format(path: str) -> None:
+    from pathlib import Path
+
+    from allanite.common.errors import InputError
+
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".npy", ".npz", ".csv", ".txt"):
+        found = suffix or "a name without suffix"
+        raise InputError(f"--output {path}: unknown format {found}: use .npz, .npy or .csv")
+
+
+def _write(recording: Recording, path: Path) -> None:
+    """Write a recording in the format of the file's suffix, readable by `allanite.read`."""
+    import numpy as np
+
+    suffix = path.suffix.lower()
+    if suffix == ".npy":
+        np.save(path, recording.samples)
+    elif suffix == ".npz":
+        np.savez_compressed(
+            path,
+            data=recording.samples,
+            rate_hz=recording.rate,
+            channels=np.array(recording.columns),
+            unit=np.array(recording.units),
+        )
+    else:
+        _csv(recording, path)
+
+
+def _csv(recording: Recording, path: Path | None) -> None:
+    """Time stamps and samples with a header, to the last digit."""
+    import numpy as np
+
+    with nullcontext(sys.stdout) if path is None else path.open("w", encoding="utf-8") as stream:
+        header = [
+            f"{name} [{unit}]"
+            for name, unit in zip(recording.columns, recording.units, strict=True)
+        ]
+        stream.write(",".join(["time [s]", *header]) + "\n")
+        samples = recording.samples.reshape(recording.n, -1)
+        for start in range(0, recording.n, 65536):
+            rows = samples[start : start + 65536]
+            stamps = np.arange(start, start + len(rows)) / recording.rate
+            stream.writelines(
+                f"{stamp:.9g}," + ",".join(map(repr, row)) + "\n"
+                for stamp, row in zip(stamps.tolist(), rows.tolist(), strict=True)
+            )

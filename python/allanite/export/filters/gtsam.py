@@ -1,0 +1,48 @@
+"""GTSAM: continuous-time covariances of PreintegrationCombinedParams, as Python."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.export._axis import split
+from allanite.export._lines import chosen, head, largest
+from allanite.export._text import comments
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["render"]
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """Squares of N and K in SI: power spectral densities, not variances of samples.
+
+    The error of the integration itself is the identity unless it is set, which alone would be 1 m after 1 s.
+    """
+    gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
+    convention = (
+        "GTSAM: continuous-time covariances (densities squared): N^2 and K^2, independent of the sampling rate.",
+    )
+    lines = [
+        comments(head([*gyro, *accel], convention)),
+        "import gtsam\nimport numpy as np\n\n",
+        "# Gravity along -z of a frame whose z points up; MakeSharedD for one that points down.\n",
+        "parameters = gtsam.PreintegrationCombinedParams.MakeSharedU(9.80665)\n",
+    ]
+    for own, setter, name, unit in (
+        (accel, "setAccelerometerCovariance", "N", "(m/s^2)^2/Hz"),
+        (gyro, "setGyroscopeCovariance", "N", "(rad/s)^2/Hz"),
+        (accel, "setBiasAccCovariance", "K", "(m/s^3)^2/Hz"),
+        (gyro, "setBiasOmegaCovariance", "K", "(rad/s^2)^2/Hz"),
+    ):
+        if own:
+            value, remark = largest(own, name)
+            note = f"{unit}, two-sided" + (f"; {remark}" if remark else "")
+            lines.append(f"parameters.{setter}({value:.6e}**2 * np.eye(3))  # {note}\n")
+    lines.append(
+        "# The rule of integration adds nothing worth naming; left alone it would be 1 m^2/s.\n"
+        "parameters.setIntegrationCovariance(1e-8**2 * np.eye(3))\n"
+    )
+    return "".join(lines)

@@ -1,0 +1,36 @@
+"""Kalibr's imu.yaml, which OpenVINS reads too: continuous-time, two-sided N and K in SI."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.export._axis import rate_of
+from allanite.export._lines import value_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["render"]
+
+ROWS = (
+    ("accelerometer_noise_density", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),
+    ("accelerometer_random_walk", "accel", "K", "m/s^3/sqrt(Hz), two-sided, continuous time"),
+    ("gyroscope_noise_density", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
+    ("gyroscope_random_walk", "gyro", "K", "rad/s^2/sqrt(Hz), two-sided, continuous time"),
+)
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """Noise density is N and random walk is K, both as Kalibr's wiki "IMU Noise Model" says.
+
+    There, sigma of a sample is N/sqrt(dt) and of a bias step K·sqrt(dt). Values of 0 are refused by Kalibr.
+    """
+    update = rate_of(axes, rate, "kalibr")
+    convention = (
+        "Kalibr and OpenVINS: continuous time, two-sided, deviations; the programs divide and multiply by sqrt(dt).",
+    )
+    same = {"N": float, "K": float}
+    text = value_lines(axes, ROWS, same, convention, overbound=overbound)
+    return text + f"rostopic: /imu0\nupdate_rate: {update:g}  # Hz\n"

@@ -1,0 +1,38 @@
+"""VINS-Mono / VINS-Fusion: acc_n, gyr_n, acc_w, gyr_w, all per sample."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from allanite.export._axis import rate_of
+from allanite.export._lines import value_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["render"]
+
+ROWS = (
+    ("acc_n", "accel", "N", "m/s^2, deviation per sample times sqrt(2)"),
+    ("gyr_n", "gyro", "N", "rad/s, deviation per sample times sqrt(2)"),
+    ("acc_w", "accel", "K", "m/s^3, deviation of a bias step over dt"),
+    ("gyr_w", "gyro", "K", "rad/s^2, deviation of a bias step over dt"),
+)
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """N·√(2·rate) and K·√rate.
+
+    The midpoint rule of integration_base.h draws two independent noises a step and gives each half the weight, so that
+    the variance of a step is n²dt²/2: n = N√(2/dt). A bias step is w·dt: w = K/√dt.
+    """
+    fs = rate_of(axes, rate, "vins")
+    convention = (
+        f"VINS: per sample at {fs:g} Hz, deviations: n = N*sqrt(2*rate), w = K*sqrt(rate).",
+        "The factor 2: the midpoint rule takes two independent draws of half weight a step.",
+    )
+    convert = {"N": lambda v: v * math.sqrt(2.0 * fs), "K": lambda v: v * math.sqrt(fs)}
+    return value_lines(axes, ROWS, convert, convention, overbound=overbound)
