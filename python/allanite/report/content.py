@@ -346,7 +346,8 @@ def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         )
         return out
     why = {
-        "nothing helps": "No further effect of the catalogue lowers the error, also on the half that did not choose it.",
+        "nothing helps": "No further effect of the catalogue helps without predicting unseen data worse.",
+        "within tolerance": "The ladder ended at the tolerance that was asked for.",
         "limit": "The ladder was stopped at its longest.",
     }
     out.append(Paragraph(why.get(study.stopped_because, study.stopped_because)))

@@ -120,6 +120,8 @@ def verdict(study: Any) -> tuple[str, str]:
     if not added:
         if study.adequate:
             return "good", f"{start} describes this record; nothing is significantly missing."
+        if study.verdict == "within tolerance":
+            return "good", f"{start} describes this record {study.ending}."
         return (
             "bad",
             (
@@ -131,6 +133,8 @@ def verdict(study: Any) -> tuple[str, str]:
     words = f"{start} does not describe this record. Added: {what}. {_removed(study)}{_fall(first, last)}"
     if study.adequate:
         return "good", f"{words} Nothing significant is left."
+    if study.verdict == "within tolerance":
+        return "good", f"{words} The model is {study.ending}."
     return "bad", f"{words} Something is left that no effect of the catalogue explains."
 
 

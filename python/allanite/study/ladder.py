@@ -218,5 +218,7 @@ def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
             fits = before.fit.solution, rung.fit.solution
             risen = fits[1].log_likelihood - fits[0].log_likelihood
         left.append(left[-1] + risen)
-    whole = max(left[-1], 1e-300)
-    return tuple(100.0 * value / whole for value in reversed(left))
+    whole = max(left)
+    return tuple(
+        100.0 * max(value, 0.0) / whole if whole > 0.0 else 100.0 for value in reversed(left)
+    )
