@@ -37,8 +37,6 @@ def processes(terms: tuple[Term, ...]) -> list[tuple[str, list[float]]]:
             out.append((name, [float(np.sqrt(v[0]))]))
         elif name == "power_law":
             out.append((name, [v[0], float(np.sqrt(v[1]))]))
-        elif name == "moving_average":
-            out.append((name, [float(np.sqrt(v[0])), v[1]]))
         elif name == "exponential" and v[3] == 0.0 and v[0] >= 0.0:
             out.append(("gauss_markov", [float(np.sqrt(v[0])), v[2]]))
         else:
@@ -84,6 +82,11 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
     own = effect.generator(rate)
     if own is not None:
         return [own]
+    if effect.white:
+        white = Model((effect,)).terms(rate)[0][1][0]
+        found = [g for m in model.modifiers if (g := m.generators(white, rate)) is not None]
+        if found:
+            return found[0]
     if any(name == "exponential" and (v[3] != 0.0 or len(terms) > 1) for name, v in terms):
         return _section(terms)
     return processes(terms)

@@ -11,7 +11,7 @@ the Allan variance, the covariance of the estimates and the simulation:
 | ``flicker`` | B² | s = B²/(2 sin(w/2)) |
 | ``power_law`` | exponent a, level² L | s = L (2 sin(w/2))^a |
 | ``exponential`` | Re a, Im a, Re φ, Im φ | r(h) = Re(a φ^h) |
-| ``moving_average`` | variance v, length L | white of variance v through a boxcar mean of L samples |
+| ``lags`` | r(0), r(1), …, r(L) | what they say, 0 beyond: a filter that ends |
 
 A two-sided density in U²/Hz is s(w)·τ0.
 """
@@ -39,7 +39,7 @@ def scaled(term: Term, factor: float) -> Term:
         return name, (v[0] * factor, v[1] * factor, v[2], v[3])
     if name == "power_law":
         return name, (v[0], v[1] * factor)
-    return name, (v[0] * factor, *v[1:])
+    return name, tuple(value * factor for value in v)
 
 
 def spectrum(term: Term, w: Array) -> Array:
@@ -60,8 +60,8 @@ def spectrum(term: Term, w: Array) -> Array:
         a, phi = complex(v[0], v[1]), complex(v[2], v[3])
         # 1 − 2φ cos w + φ² written so that φ → 1, w → 0 keeps its digits.
         return np.asarray((a * (1 - phi**2) / ((1 - phi) ** 2 + phi * half**2)).real)
-    if name == "moving_average":
-        return np.asarray(v[0] * (np.sin(w * v[1] / 2) / (v[1] * np.sin(w / 2))) ** 2)
+    if name == "lags":
+        return np.polynomial.chebyshev.chebval(np.cos(w), [v[0], *(2.0 * r for r in v[1:])])
     raise AssertionError(name)
 
 
@@ -80,11 +80,8 @@ def allan_variance(term: Term, m: Array) -> Array:
         return v[1] * _power_law_allan(v[0], m)
     if name == "exponential":
         return _exponential_allan(complex(v[0], v[1]), complex(v[2], v[3]), m)
-    if name == "moving_average":
-        length = round(v[1])
-        lags = np.arange(length)
-        covariance = v[0] * (1.0 - lags / length) / length
-        return np.array([_allan_of_lags(covariance, int(k)) for k in m])
+    if name == "lags":
+        return np.array([_allan_of_lags(np.array(v), int(k)) for k in m])
     raise AssertionError(name)
 
 
@@ -216,13 +213,20 @@ def cosine_variance(term: Term, j: NDArray[np.int64], n: int) -> Array:
         return plain * ratio
     if name == "exponential":
         return _exponential_cosine(complex(v[0], v[1]), complex(v[2], v[3]), w, n)
-    if name == "moving_average":
+    if name == "lags":
         # Without the ends the zeros of the filter would be deeper than any record shows them.
-        h = np.arange(1, min(round(v[1]), n))
-        lags = v[0] * (1.0 - h / round(v[1])) / round(v[1])
-        angle = np.multiply.outer(w, h)
-        ends = (n - h) * np.cos(angle) - np.sin(angle) / np.sin(w)[:, None]
-        return v[0] / round(v[1]) + (2.0 / n) * (ends @ lags)
+        lags = np.array(v[1:n])
+        c = np.cos(w)
+        own, ends = 2.0 * lags, -(2.0 / n) * np.arange(1, lags.size + 1) * lags
+        plain = v[0] + c * 0.0
+        if lags.size:
+            plain = np.polynomial.chebyshev.chebval(c, [v[0], *(own + ends)])
+            # Σ r(h) sin(hw)/sin(w): second-kind polynomials, by Clenshaw's recurrence.
+            here, after = np.zeros(c.size), np.zeros(c.size)
+            for r in lags[::-1]:
+                here, after = r + 2.0 * c * here - after, here
+            plain = plain - (2.0 / n) * here
+        return np.asarray(plain)
     return plain
 
 

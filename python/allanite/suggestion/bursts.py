@@ -48,6 +48,9 @@ def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | 
     found = next((c for c in candidates if isinstance(c.effect, GaussMarkov)), None)
     if found is None or found.solution is None or found.gain < LEAST:
         return None
+    if max(c.gain for c in candidates) - found.gain > DECIDED:
+        # The spectrum is not that of a lag: the Gaussian law would be refuted by its shape, not by two levels.
+        return None
     odds = _log_odds(found.solution, data)
     if odds < REFUTED:
         return None
