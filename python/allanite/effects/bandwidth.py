@@ -19,8 +19,9 @@ class Bandwidth(Modifier):
     """White noise through |H(f)|² of a low-pass; N stays its level at low frequency.
 
     Designs, by `order`: ``sampled`` a continuous Butterworth low-pass of order 1 to 4 before the sampler, aliases
-    included; ``digital`` the same by bilinear transform at the sampling rate (zeros at Nyquist); ``cascaded`` 2 or 3
-    equal smoothers y += α(x − y) (one is ``sampled`` of order 1); ``moving_average`` 1 to 3 equal means over a time, as
+    included; ``digital`` the same by bilinear transform at the sampling rate (zeros at Nyquist); ``cascaded`` two equal
+    ``digital`` ones of first order; ``smoothed`` 2 or 3 equal smoothers y += α(x − y) (one is ``sampled`` of order 1);
+    ``moving_average`` 1 to 3 equal means over a time, as
     of a CIC decimator; ``fir`` a sharp decimation filter, a sinc in a Hamming window, `order` samples long.
     """
 

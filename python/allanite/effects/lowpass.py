@@ -22,7 +22,8 @@ Generators = list[tuple[str, list[float]]]
 DESIGNS: dict[str, tuple[int, ...]] = {
     "sampled": (1, 2, 3, 4),
     "digital": (1, 2, 3, 4),
-    "cascaded": (2, 3),
+    "cascaded": (2,),
+    "smoothed": (2, 3),
     "moving_average": (1, 2, 3),
     "fir": (8, 12, 16, 24, 32, 48, 64),
 }
@@ -33,6 +34,7 @@ SCANNED = (
     ("moving_average", 1),
     ("sampled", 2),
     ("digital", 2),
+    ("smoothed", 2),
     ("cascaded", 2),
     ("moving_average", 2),
     ("moving_average", 3),
@@ -44,7 +46,14 @@ SCANNED = (
     ("fir", 64),
 )
 #: Cutoff beyond which nothing of the roll-off is left to see, in cycles per sample.
-HIGHEST = {"sampled": 1.5, "digital": 0.49, "cascaded": 0.49, "moving_average": 0.4, "fir": 0.6}
+HIGHEST = {
+    "sampled": 1.5,
+    "digital": 0.49,
+    "cascaded": 0.49,
+    "smoothed": 0.49,
+    "moving_average": 0.4,
+    "fir": 0.6,
+}
 #: Lowest cutoff of filters that end: the mean of 4000 samples.
 LOWEST = 1e-4
 #: Poles nearer to zero are moved here, and equal ones so far apart: residues keep their digits, the filter its shape.
@@ -95,7 +104,7 @@ def generators(design: str, order: int, cutoff: float, white: float) -> Generato
         zeros = _sampled_zeros(order, cutoff, poles)
     else:
         poles = _digital_poles(design, order, cutoff)
-        zeros = np.full(order, -1.0 if design == "digital" else 0.0, dtype=complex)
+        zeros = np.full(order, 0.0 if design == "smoothed" else -1.0, dtype=complex)
     return [("filtered", [float(np.sqrt(white)), *_sections(poles, zeros)])]
 
 
@@ -139,8 +148,12 @@ def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
         k = np.tan(np.pi * (f if abs(f - 0.25) > NEAR / 4.0 else 0.25 - NEAR / 4.0))
         s = k * _butterworth(order)
         return np.asarray((1.0 + s) / (1.0 - s))
-    # Each section takes its share of the half of the power: (1−a)²/(1−2a cos w+a²) = 2^{−1/order}.
+    # Each section takes its share of the half of the power.
     share = 0.5 ** (1.0 / order)
+    if design == "cascaded":
+        k = np.tan(np.pi * f) * np.sqrt(share / (1.0 - share))
+        return np.asarray((1.0 - k) / (1.0 + k) + APART * np.array([-1, 1]) / (1.0 + k), complex)
+    # (1−a)²/(1−2a cos w+a²) = share.
     rest = share * 2.0 * np.sin(np.pi * f) ** 2 / (1.0 - share)
     a = 1.0 / (1.0 + rest + np.sqrt(rest * (rest + 2.0)))
     spread = APART * (1.0 if order == 2 else 4.0) * np.linspace(-1.0, 1.0, order)
@@ -150,7 +163,7 @@ def _digital_poles(design: str, order: int, cutoff: float) -> Poles:
 def _digital_terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
     """Residues of H(z)H(1/z) z^{h−1} at the poles, and the white rest at lag 0 where the zeros are at −1."""
     poles = _digital_poles(design, order, cutoff)
-    top = (1.0 + poles) ** (2 * order) / poles if design == "digital" else poles ** (order - 1)
+    top = (1.0 + poles) ** (2 * order) / poles if design != "smoothed" else poles ** (order - 1)
     weights = np.array(
         [
             t / (np.prod(p - poles[poles != p]) * np.prod(1.0 - p * poles))
@@ -158,7 +171,7 @@ def _digital_terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
         ]
     )
     modes = _modes(poles, weights)
-    if design != "digital":
+    if design == "smoothed":
         return modes
     return (*modes, ("white", (float((1.0 / np.prod(-poles)).real),)))
 
@@ -184,7 +197,7 @@ def _sections(poles: Poles, zeros: Poles) -> list[float]:
     upper = [p for p in poles if p.imag > 0.0]
     real = [p for p in poles if p.imag == 0.0]
     pairs = [(p, p.conjugate()) for p in upper]
-    pairs += [tuple(real[i : i + 2]) for i in range(0, len(real), 2)]  # type: ignore[misc]
+    pairs += [tuple(real[i : i + 2]) for i in range(0, len(real), 2)]
     # Conjugate zeros stay together.
     left = sorted(zeros, key=lambda z: (-abs(z.imag), z.real, z.imag))
     out: list[float] = []

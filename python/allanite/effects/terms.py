@@ -61,7 +61,8 @@ def spectrum(term: Term, w: Array) -> Array:
         # 1 − 2φ cos w + φ² written so that φ → 1, w → 0 keeps its digits.
         return np.asarray((a * (1 - phi**2) / ((1 - phi) ** 2 + phi * half**2)).real)
     if name == "lags":
-        return np.polynomial.chebyshev.chebval(np.cos(w), [v[0], *(2.0 * r for r in v[1:])])
+        series = [v[0], *(2.0 * r for r in v[1:])]
+        return np.asarray(np.polynomial.chebyshev.chebval(np.cos(w), series))
     raise AssertionError(name)
 
 

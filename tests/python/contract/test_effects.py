@@ -182,7 +182,7 @@ def test_the_filters_are_those_of_the_textbook():
             # A pole at 0 (odd orders, cutoff 1/4) is moved by 1e-5; far below, rounding is left.
             np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-10)
         for order in (2, 3):
-            found = sum(terms.spectrum(t, w) for t in lowpass.terms("cascaded", order, cutoff))
+            found = sum(terms.spectrum(t, w) for t in lowpass.terms("smoothed", order, cutoff))
             cosine = np.cos(2.0 * np.pi * cutoff)
             share = 0.5 ** (1.0 / order)
             middle = (1.0 - share * cosine) / (1.0 - share)
