@@ -126,9 +126,9 @@ def ladder(study: al.Study) -> str:
         m, e = rung.fit.misfit, rung.fit.error
         added = "start" if rung.added is None else f"+ {rung.fit.display_name(rung.added)}"
         added += "".join(f", − {kind.replace('_', ' ')}" for kind in rung.removed)
-        values = (m.reduced, e.adev_rms_percent, e.adev_max_percent, e.held_out)
+        values = (m.reduced, e.adev_rms_percent, e.adev_max_percent, e.predictive_score)
         rows.append((added, rung.fit.model.name, *("–" if v is None else number(v) for v in values)))  # fmt: skip
-    head = ("rung", "model", "χ²/dof", "Allan error, % rms", "% at most", "held out")
+    head = ("rung", "model", "χ²/dof", "Allan error, % rms", "% at most", "predictive score")
     return table(head, rows)
 
 

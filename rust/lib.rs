@@ -9,7 +9,9 @@
 //! | [`covariance`] | covariance of the estimates across τ | Greenhall & Riley 2003 |
 //! | [`spectrum`] | cosine-transform ordinates, log-spaced bins | |
 //! | [`envelope`] | a long record as the band a screen can show | |
+//! | [`kalman`] | innovations and smoothed mean of a state-space model | Durbin & Koopman 2012 |
 //! | [`lstsq`] | generalised and non-negative least squares | Lawson & Hanson ch. 23 |
+//! | [`likelihood`] | spectrum fits that allow for a discrepancy | Lange, Little & Taylor 1989 |
 //! | [`noise`] | samples of coloured noise | Kasdin 1995 |
 //! | [`text`] | numeric columns of a text log | |
 //! | [`parallel`], [`pages`] | threads over blocks, large buffers | |
@@ -22,6 +24,8 @@ pub mod covariance;
 pub mod deviation;
 pub mod envelope;
 pub mod error;
+pub mod likelihood;
+pub mod kalman;
 pub mod lstsq;
 pub mod noise;
 pub mod pages;

@@ -57,6 +57,8 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.report import Report, make_report
     from allanite.spectrum import Spectrum, psd
+    from allanite.statespace import Innovations, StateSpace, innovations
+    from allanite.statespace.growth import Growth, measured_growth, predict
     from allanite.study import Study, improve
     from allanite.suggestion import Check, Suggestion
 
@@ -125,6 +127,12 @@ _HOME = {
     "make_report": "allanite.report",
     "Spectrum": "allanite.spectrum",
     "psd": "allanite.spectrum",
+    "Innovations": "allanite.statespace",
+    "StateSpace": "allanite.statespace",
+    "innovations": "allanite.statespace",
+    "Growth": "allanite.statespace.growth",
+    "measured_growth": "allanite.statespace.growth",
+    "predict": "allanite.statespace.growth",
     "Study": "allanite.study",
     "improve": "allanite.study",
     "Check": "allanite.suggestion",
@@ -150,6 +158,8 @@ __all__ = [
     "Estimate",
     "Fit",
     "GaussMarkov",
+    "Growth",
+    "Innovations",
     "InputError",
     "ManyFits",
     "Model",
@@ -166,6 +176,7 @@ __all__ = [
     "Resonance",
     "Sinusoid",
     "Spectrum",
+    "StateSpace",
     "Study",
     "Suggestion",
     "TooShortError",
@@ -181,8 +192,10 @@ __all__ = [
     "hdev",
     "htotdev",
     "improve",
+    "innovations",
     "make_report",
     "mdev",
+    "measured_growth",
     "mtie",
     "mtotdev",
     "oadev",
@@ -191,6 +204,7 @@ __all__ = [
     "pdev",
     "plan",
     "power",
+    "predict",
     "psd",
     "read",
     "read_datasheet",

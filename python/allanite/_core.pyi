@@ -36,6 +36,8 @@ class Simulator:
     ) -> Self: ...
     def next(self, n: int) -> NDArray[np.float64]: ...
 
+def power_law_bank(exponent: float, n: int) -> list[tuple[float, float]]: ...
+
 # -- deviation
 @final
 class Accumulator:
@@ -105,6 +107,65 @@ def allan_law(
     factor: int,
     probabilities: Sequence[float],
     kind: str = "oadev",
+) -> NDArray[np.float64]: ...
+
+# -- likelihood
+@final
+class Likelihood:
+    def __new__(cls, count: NDArray[np.float64], scales: NDArray[np.float64]) -> Self: ...
+    def judge(
+        self, power: NDArray[np.float64], spectrum: NDArray[np.float64], scale: int | None
+    ) -> tuple[float, NDArray[np.float64]]: ...
+    def profile(
+        self, power: NDArray[np.float64], spectra: NDArray[np.float64], scales: Sequence[int]
+    ) -> NDArray[np.float64]: ...
+    def best_scale(
+        self,
+        power: NDArray[np.float64],
+        spectrum: NDArray[np.float64],
+        start: int | None = None,
+    ) -> tuple[int, float, NDArray[np.float64]]: ...
+    def first(
+        self,
+        power: NDArray[np.float64],
+        matrix: NDArray[np.float64],
+        offset: NDArray[np.float64] | None,
+    ) -> NDArray[np.float64]: ...
+    def climb(
+        self,
+        power: NDArray[np.float64],
+        matrix: NDArray[np.float64],
+        theta: NDArray[np.float64],
+        scale: int | None,
+        offset: NDArray[np.float64] | None,
+        rounds: int,
+    ) -> tuple[
+        NDArray[np.float64], NDArray[np.float64], float, int | None, NDArray[np.float64]
+    ]: ...
+    def climb_many(
+        self,
+        power: NDArray[np.float64],
+        matrices: NDArray[np.float64],
+        thetas: NDArray[np.float64],
+        scale: int | None,
+        rounds: int,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], list[int | None]]: ...
+# -- kalman
+def kalman_filter(
+    samples: NDArray[np.float64],
+    f: NDArray[np.float64],
+    q: NDArray[np.float64],
+    h: NDArray[np.float64],
+    r: float,
+    p0: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+def kalman_smooth(
+    samples: NDArray[np.float64],
+    f: NDArray[np.float64],
+    q: NDArray[np.float64],
+    h: NDArray[np.float64],
+    r: float,
+    p0: NDArray[np.float64],
 ) -> NDArray[np.float64]: ...
 
 # -- lstsq

@@ -6,6 +6,7 @@ from allanite import _core
 
 __all__ = [
     "Accumulator",
+    "Likelihood",
     "Simulator",
     "TextReader",
     "adjacent_allan",
@@ -18,8 +19,11 @@ __all__ = [
     "family_variance",
     "gls_nonnegative",
     "inverse_cosine_transform",
+    "kalman_filter",
+    "kalman_smooth",
     "overlapping_allan",
     "padded_periodogram",
+    "power_law_bank",
     "read_text",
     "simulate",
     "version",
@@ -34,6 +38,7 @@ padded_periodogram = _core.padded_periodogram
 
 # -- noise
 Simulator = _core.Simulator
+power_law_bank = _core.power_law_bank
 simulate = _core.simulate
 # -- deviation
 Accumulator = _core.Accumulator
@@ -50,6 +55,12 @@ read_text = _core.read_text
 allan_covariance = _core.allan_covariance
 allan_law = _core.allan_law
 allan_variances = _core.allan_variances
+
+# -- likelihood
+Likelihood = _core.Likelihood
+# -- kalman
+kalman_filter = _core.kalman_filter
+kalman_smooth = _core.kalman_smooth
 
 # -- lstsq
 gls_nonnegative = _core.gls_nonnegative

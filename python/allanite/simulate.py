@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["SAMPLES", "processes", "simulate", "simulate_chunks"]
+__all__ = ["SAMPLES", "arma", "processes", "simulate", "simulate_chunks"]
 
 #: Samples whose numbers are exact; no memory holds as many.
 SAMPLES = 2**53
@@ -44,8 +44,8 @@ def processes(terms: tuple[Term, ...]) -> list[tuple[str, list[float]]]:
     return out
 
 
-def _section(terms: tuple[Term, ...]) -> list[tuple[str, list[float]]]:
-    """One exponential (and perhaps a white rest) as white noise through a second-order section.
+def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
+    """One exponential (and perhaps a white rest) as white noise through a second-order section: σ, b (3), a (2).
 
     The autocovariance Re(a φ^h) + rest has the spectrum of an ARMA(2, ≤2): the numerator b is the minimum-phase
     factor of the moving average that remains after the poles are taken out.
@@ -67,7 +67,7 @@ def _section(terms: tuple[Term, ...]) -> list[tuple[str, list[float]]]:
     b = np.real(np.poly(inside)) if inside else np.array([1.0])
     gain = np.sqrt(g[2] / float(b @ b))
     b = np.concatenate([b, np.zeros(3 - b.size)])
-    return [("filtered", [float(gain), *map(float, b), *map(float, poles[1:])])]
+    return float(gain), list(map(float, b)), list(map(float, poles[1:]))
 
 
 def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
@@ -88,7 +88,8 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
         if found:
             return found[0]
     if any(name == "exponential" and (v[3] != 0.0 or len(terms) > 1) for name, v in terms):
-        return _section(terms)
+        gain, b, a = arma(terms)
+        return [("filtered", [gain, *b, *a])]
     return processes(terms)
 
 

@@ -8,6 +8,8 @@ mod deviation;
 mod doorway;
 mod envelope;
 mod errors;
+mod likelihood;
+mod kalman;
 mod lstsq;
 mod noise;
 mod spectrum;
@@ -32,7 +34,7 @@ mod _core {
 
     // noise
     #[pymodule_export]
-    use super::noise::{Simulator, simulate};
+    use super::noise::{Simulator, power_law_bank, simulate};
 
     // text
     #[pymodule_export]
@@ -44,6 +46,13 @@ mod _core {
     // envelope
     #[pymodule_export]
     use super::envelope::sample_envelope;
+
+    // likelihood
+    #[pymodule_export]
+    use super::likelihood::Likelihood;
+    // kalman
+    #[pymodule_export]
+    use super::kalman::{kalman_filter, kalman_smooth};
 
     // lstsq
     #[pymodule_export]

@@ -71,3 +71,9 @@ impl Simulator {
         from_buffer(py, samples)
     }
 }
+
+/// `noise::power_law_bank`: (φ, variance) of each first-order section.
+#[pyfunction]
+pub fn power_law_bank(exponent: f64, n: usize) -> PyResult<Vec<(f64, f64)>> {
+    crate::noise::power_law_bank(exponent, n).map_err(super::errors::to_python)
+}

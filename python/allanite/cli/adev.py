@@ -71,7 +71,7 @@ def _streams(log: str, kind: str, taus: str, options: LogOptions) -> bool:
     """Tell whether the log is to be taken as it comes, without being kept."""
     from allanite.cli.stream import too_large
 
-    simple = options.trim is None and options.decimate is None
+    simple = options.trim is None and options.decimate is None and options.piece is None
     if kind != "oadev" or not simple or not (is_number(taus) or taus == "octave"):
         return False
     return log == PIPE or too_large(log)

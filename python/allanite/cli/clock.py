@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.recording.timebase import TIME_UNITS, Stamps, read_stamps
+from allanite.recording.stamp_units import TIME_UNITS, numbers_of, unit_of_stamps
+from allanite.recording.steps import WINDOW, Steps
+from allanite.recording.timebase import FILL, Stamps
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -17,26 +19,31 @@ if TYPE_CHECKING:
 
 __all__ = ["Clock"]
 
-#: Rows kept back until those behind them are there: a late stamp before an early one is no gap.
-BEHIND = 2
+#: Rows kept back until those behind them are there: a late stamp before an early one is no gap, and
+#: stamps that run off may come back.
+BEHIND = WINDOW + 1
 #: Rows already given by which those at the border of two chunks are judged.
 BEFORE = 1024
 #: Missing rows that are made at a time.
 ROWS = 1 << 16
+#: Missing rows of one gap that are made whatever the log's length.
+FEW = 1 << 24
 
 
 class Clock:
     """Stamps in column `at` of a log's chunks."""
 
-    def __init__(self, at: int, unit: str | None, log: str) -> None:
-        self.at, self.unit, self.log = at, unit, log
-        self.guessed = unit is None
+    def __init__(self, at: int, unit: str | None, log: str, rate: float | None = None) -> None:
+        self.at, self.unit, self.log, self.rate = at, unit, log, rate
+        self.why = "given"
         self.rows = self.duplicates = self.backwards = 0
-        self.first_backwards = -1
-        self.span = self.squares = 0.0
+        self.first_duplicate = self.first_backwards = -1
+        self.counts = self.times = self.squares = self.wrap = 0.0
         self.resolution = math.inf
         self.gaps: list[tuple[int, int]] = []
-        self.coarse = False
+        self.seams: list[tuple[int, float]] = []
+        self.wraps: list[int] = []
+        self.coarse = self.lost = False
 
     def fill(self, chunks: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
         """Yield the rows of the chunks, rows of NaN where the stamps show missing samples.
@@ -66,63 +73,88 @@ class Clock:
         if bad.size:
             raise InputError(
                 f"{self.log}: the time column holds {time[bad[0]]} at row {before + int(bad[0])}; give --rate"
-                " and leave the column out"
+                " and leave the column out (--time-column none)"
             )
-        stamps = read_stamps(time, self.unit)
-        self.unit = stamps.unit
-        self.coarse |= stamps.coarse
-        late = {} if self.coarse else dict(stamps.gaps)
+        if time.size < 2:
+            yield rows[begun:end]
+            self.rows += end - begun
+            return
+        stamps, _ = numbers_of(time, self.unit)
+        steps = Steps(np.diff(stamps).astype(np.float64), stamps)
+        if self.unit is None:
+            self.unit, self.why = unit_of_stamps(stamps, 1.0 / steps.rate, self.rate)
+        self.coarse |= steps.coarse
+        self.lost |= steps.lost
         at = begun
-        for row, missing in stamps.gaps:
-            if self.coarse or not begun - 1 <= row < end - 1:
+        for row, missing in steps.gaps:
+            if not begun - 1 <= row < end - 1:
                 continue
+            if missing > max(FEW, FILL * self.rows):
+                raise InputError(
+                    f"{self.log}: the time column jumps by {missing / steps.rate:.4g} (of its unit) after row"
+                    f" {before + row}: give the log as a file, or --rate with --time-column none"
+                )
             yield rows[at : row + 1]
             at = row + 1
             self.gaps.append((before + row, missing))
             for part in range(0, missing, ROWS):
                 yield np.full((min(ROWS, missing - part), rows.shape[1]), np.nan)
         yield rows[at:end]
-        self._count(
-            time[max(begun - 1, 0) : end].astype(np.float64), late, max(begun - 1, 0), before
-        )
+        self._count(steps, max(begun - 1, 0), end - 1, before)
         self.rows += end - begun
 
-    def _count(
-        self, time: NDArray[np.float64], late: dict[int, int], offset: int, before: int
-    ) -> None:
-        steps = np.diff(time)
-        if steps.size == 0:
+    def _count(self, steps: Steps, first: int, end: int, before: int) -> None:
+        """Add the steps from `first` to `end`."""
+        raw = steps.raw[first:end]
+        if raw.size == 0:
             return
-        self.span += float(steps.sum())
-        forward = steps[steps > 0]
+        second = TIME_UNITS[self.unit or "s"]
+        self.counts += float(steps.counts[first:end].sum())
+        self.times += float(steps.times[first:end].sum())
+        forward = raw[raw > 0]
         if forward.size:
             self.resolution = min(self.resolution, float(forward.min()))
-        self.duplicates += int(np.count_nonzero(steps == 0))
-        back = np.flatnonzero(steps < 0)
+        here = [row for row in steps.wraps if first <= row < end]
+        self.wraps += [before + row for row in here]
+        self.wrap = max(self.wrap, steps.wrap * second * bool(here))
+        seams = [row for row in steps.seams if first <= row < end]
+        self.seams += [(before + row, -float(steps.raw[row]) * second) for row in seams]
+        equal = np.flatnonzero(raw == 0)
+        back = np.setdiff1d(np.flatnonzero(raw < 0), np.array(here, int) - first)
+        if equal.size and not self.duplicates:
+            self.first_duplicate = before + first + int(equal[0]) + 1
         if back.size and not self.backwards:
-            self.first_backwards = before + offset + int(back[0]) + 1
+            self.first_backwards = before + first + int(back[0]) + 1
+        self.duplicates += int(equal.size)
         self.backwards += int(back.size)
-        regular = np.ones(steps.size, dtype=bool)
-        regular[[row - offset for row in late if 0 <= row - offset < steps.size]] = False
-        self.squares += float(np.var(steps[regular])) * steps.size if regular.any() else 0.0
+        regular = np.ones(steps.raw.size, dtype=bool)
+        regular[[row for row, _ in steps.gaps]] = False
+        clean = steps.clean[first:end][regular[first:end]]
+        self.squares += float(np.var(clean)) * raw.size if clean.size else 0.0
 
     def stamps(self) -> Stamps:
-        """Return what the stamps say, as of a column that is kept; the jitter is that about each chunk's mean."""
+        """Return what the stamps say, as of a column that is kept; the jitter is that about each chunk's mean.
+
+        A drift of the interval is not looked for.
+        """
         second = TIME_UNITS[self.unit or "s"]
-        steps = max(self.rows - 1, 1)
-        missing = sum(count for _, count in self.gaps)
-        if self.span <= 0.0:
+        if self.times <= 0.0:
             raise InputError(f"{self.log}: the time column does not advance; give --rate")
         return Stamps(
-            rate=(steps + missing) / (self.span * second),
+            rate=self.counts / (self.times * second),
             unit=self.unit or "s",
-            guessed=self.guessed,
+            why=self.why,
             n=self.rows,
-            jitter=math.sqrt(self.squares / steps) * second,
+            jitter=math.sqrt(self.squares / max(self.rows - 1, 1)) * second,
             resolution=self.resolution * second,
             duplicates=self.duplicates,
             backwards=self.backwards,
             first_backwards=self.first_backwards,
             gaps=tuple(self.gaps),
             coarse=self.coarse,
+            first_duplicate=self.first_duplicate,
+            lost=self.lost,
+            seams=tuple(self.seams),
+            wraps=tuple(self.wraps),
+            wrap=self.wrap,
         )

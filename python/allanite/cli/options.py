@@ -61,7 +61,8 @@ _LOG_OPTIONS = (
         metavar="NAME",
         help="Column offered as an explanation; repeatable.",
     ),
-    click.option("--time-column", metavar="NAME", help="Column of time stamps."),
+    click.option("--time-column", metavar="NAME", help="Column of time stamps; none for none."),
+    click.option("--piece", type=int, metavar="N", help="Piece of a log parted by jumps of time."),
     click.option("--output-unit", metavar="UNIT", help="Unit of the results."),
     click.option("--trim", metavar="START:END", help="Use only these seconds of the log."),
     click.option("--decimate", type=int, metavar="K", help="Average K samples into one."),
@@ -81,6 +82,7 @@ class LogOptions:
     column: tuple[str, ...]
     covariate: tuple[str, ...]
     time_column: str | None
+    piece: int | None
     output_unit: str | None
     trim: str | None
     decimate: int | None
@@ -128,6 +130,7 @@ def columns_of(path: str, options: LogOptions) -> list[Recording]:
             column=options.column or None,
             covariate=options.covariate or None,
             time_column=options.time_column,
+            piece=options.piece,
         )
     if path == PIPE:
         path = NAME

@@ -140,7 +140,8 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
     clock = None
     if choice.time is not None:
         at = choice.time
-        clock = Clock(wanted.index(at), time_unit_of(names[at], units[at]), name)
+        unit = time_unit_of(names[at], units[at])
+        clock = Clock(wanted.index(at), unit, name, request.rate)
     if request.rate is not None:
         positive_rate(request.rate, f"{name}: ")
     elif clock is None:

@@ -10,6 +10,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.validation import positive_rate
+from allanite.recording.samples import index_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -47,6 +48,10 @@ class Source:
 def source(x: object, rate: float, quantity: str) -> Source:
     """Take whatever was given as one column of native numbers, without a copy where possible."""
     unit = "1"
+    if index_of(x) is not None:  # pandas or xarray with its own time: gaps and rate by it
+        from allanite.recording import Recording
+
+        x = Recording(x, None if rate == 1.0 else rate, quantity=quantity)  # type: ignore[arg-type]
     if hasattr(x, "samples") and hasattr(x, "quantity"):  # a recording
         log: Any = x
         rate, quantity, unit = log.rate, log.quantity, log.unit

@@ -24,7 +24,7 @@ class Deterministic(Effect):
     screened: ClassVar[str] = "slow"
     family: ClassVar[str] = "drift"
 
-    #: Whether it says nothing about another time than its own (a step): no half of a record predicts the other.
+    #: Whether it says nothing about another time than its own (a step): no block of a record predicts it.
     happens_once: ClassVar[bool] = False
 
     def regressors(
@@ -84,8 +84,7 @@ class Deterministic(Effect):
 class Periodic(Deterministic):
     """A sum of lines at multiples of one frequency.
 
-    Each is looked for in a window about its frequency, whose value is polished against the spectrum; what one half of a
-    record says of the other is the power of the lines, never their phase.
+    Each is looked for in a window about its frequency, whose value is polished against the spectrum.
     """
 
     frequency: float | None = None

@@ -18,6 +18,7 @@ from allanite.effects._known import Deterministic
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.recording import Recording
+    from allanite.statespace import StateSpace
 
 __all__ = ["Model"]
 
@@ -202,6 +203,12 @@ class Model:
         from allanite.simulate import simulate_chunks
 
         return simulate_chunks(self, **options)
+
+    def state_space(self, rate: float, **options: Any) -> StateSpace:
+        """F, Q, H, R, P0 of the random part: `allanite.statespace.state_space` (``states=8`` reduces it)."""
+        from allanite.statespace import state_space
+
+        return state_space(self, rate, **options)
 
     def save(self, path: str) -> None:
         """Write the model as JSON (schema ``allanite/model/1``)."""

@@ -23,7 +23,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Term", "allan_variance", "cosine_variance", "scaled", "spectrum"]
+__all__ = ["Term", "allan_variance", "cosine_variance", "scaled", "spectrum", "variogram"]
 
 Array = NDArray[np.float64]
 Term = tuple[str, tuple[float, ...]]
@@ -246,3 +246,26 @@ def _exponential_cosine(a: complex, phi: complex, w: Array, n: int) -> Array:
     cosines = n * (up[0] + down[0]) / 2 - (up[1] + down[1]) / 2
     sines = (up[0] - down[0]) / 2j
     return np.asarray((a * (1 + (2.0 / n) * (cosines - sines / np.sin(w)))).real)
+
+
+def variogram(term: Term, count: int) -> Array:
+    """½ E(x(k+h) − x(k))² of a term at h = 0 … count − 1, shape (count,)."""
+    name, v = term
+    h = np.arange(count)
+    if name == "white":
+        return np.asarray(v[0] * (h > 0).astype(float))
+    if name == "blue":
+        return np.asarray(v[0] * np.where(h == 1, 3.0, np.where(h == 0, 0.0, 2.0)))
+    if name == "random_walk":
+        return np.asarray(v[0] * h / 2.0)
+    if name == "flicker":
+        return v[0] * _power_law_lags(-1.0, count)
+    if name == "power_law":
+        return v[1] * _power_law_lags(v[0], count)
+    if name == "exponential":
+        a, phi = complex(v[0], v[1]), complex(v[2], v[3])
+        log_phi = np.log(phi) if phi != 0 else complex(-1e4)
+        return np.asarray(-(a * np.expm1(h * log_phi)).real)
+    if name == "moving_average":
+        return np.asarray(v[0] / v[1] * np.minimum(h / v[1], 1.0))
+    raise AssertionError(name)

@@ -20,7 +20,7 @@ from allanite.fit.engine import with_coefficients
 from allanite.fit.estimates import shape_widening, widened
 from allanite.fit.gls import fit_gls, gls_factors
 from allanite.fit.lines import read_lines
-from allanite.fit.whittle import log_likelihood
+from allanite.fit.whittle import Maximum, log_likelihood
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -72,12 +72,12 @@ def refit(fit: Fit, method: str) -> Fit:
     solution = fit.solution
     spectrum = np.maximum(solution.columns @ theta, 1e-300)
     bins = fit.data.bins
+    value = log_likelihood(bins.power(solution.ordinates), bins.count, spectrum)
     changed = replace(
         solution,
         model=model,
-        theta=theta,
-        spectrum=spectrum,
-        log_likelihood=log_likelihood(bins.power(solution.ordinates), bins.count, spectrum),
+        best=Maximum(theta, spectrum, value, None, solution.count),
+        log_likelihood=value,
     )
     return replace(fit, model=model, method=method, solution=changed, given=values)
 

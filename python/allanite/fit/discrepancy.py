@@ -1,9 +1,11 @@
 """The likelihood of a model that is not perfect.
 
-In each bin b the power over what the model expects is e^{ε_b} χ²_n/n with an unknown discrepancy ε_b ~ δ t₂: most bins are right, a
-few may be far off. t₂ is a normal of variance δ²w with w inverse-gamma (1, 1); for a given w the bin's power is close to a
-gamma variable of the same mean and log-variance 2/n + δ²w, so that the marginal likelihood is a short sum over w. δ = 0 is the
-Whittle likelihood. A bin that disagrees keeps the vote of the few degrees of freedom that its w leaves (`Judged.weight`).
+In each bin b the power over what the model expects is e^{ε_b} χ²_n/n with an unknown discrepancy ε_b ~ δ t₂: most bins are
+right, a few may be far off. t₂ is a normal of variance δ²w with w inverse-gamma (1, 1); for a given w the bin's power is
+close to a gamma variable of the same mean and log-variance 2/n + δ²w, so that the marginal likelihood is a short sum over w.
+δ = 0 is the Whittle likelihood. A bin that disagrees keeps the vote of the few degrees of freedom that its w leaves.
+
+Computed by the core (`_kernels.Likelihood`), with 14 nodes in w.
 
 (Scale mixtures of normals: Andrews & Mallows 1974; robust likelihood with fitted scale: Lange, Little & Taylor 1989.)
 """
@@ -16,6 +18,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite import _kernels
 from allanite.common.showing import brief
 
 __all__ = [
@@ -28,23 +31,18 @@ __all__ = [
     "judge",
     "judge_many",
     "levels",
+    "likelihood",
     "profile",
     "scale_interval",
 ]
 
 Array = NDArray[np.float64]
 
-#: A discrepancy is claimed where it raises logL by this much; half of χ²₁ reaches it in 0.7 % of true models, in all others δ
-#: is 0 and the fit is the Whittle fit.
+#: A discrepancy is claimed where it raises logL by this much; half of χ²₁ reaches it in 0.7 % of true models, in all others
+#: δ is 0 and the fit is the Whittle fit.
 EVIDENCE = 3.0
 #: Scales tried, 16 a decade: within one step the likelihood falls by less than 0.05.
 SCALES = np.geomspace(1e-3, 3.0, 57)
-#: Quadrature over w: P(w < x) = e^{−1/x}; 99.999 % of it lies inside.
-_EDGES = np.exp(np.linspace(-2.0, 11.5, 15))
-_NODES = np.sqrt(_EDGES[1:] * _EDGES[:-1])
-_CUMULATED = np.exp(-1.0 / _EDGES)
-_CUMULATED[0], _CUMULATED[-1] = 0.0, 1.0
-_WEIGHTS = np.diff(_CUMULATED)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,31 +64,18 @@ class Judged:
 
 
 @lru_cache(maxsize=64)
-def _tables(key: bytes) -> tuple[Array, Array]:
-    """Shape k (scales, bins, nodes) of each gamma law, and ln of its weight and norm less the norm at δ = 0."""
-    from scipy.special import gammaln
+def _of_bytes(count: bytes) -> _kernels.Likelihood:
+    return _kernels.Likelihood(np.frombuffer(count), SCALES)
 
-    half = np.frombuffer(key)[:, None] / 2.0
-    k = half / (1.0 + half * SCALES[:, None, None] ** 2 * _NODES)
-    norm = np.log(_WEIGHTS) + k * np.log(k) - gammaln(k) - (half * np.log(half) - gammaln(half))
-    return k, norm
+
+def likelihood(count: Array) -> _kernels.Likelihood:
+    """The law of bins with these degrees of freedom; its tables are kept for the next call."""
+    return _of_bytes(count.tobytes())
 
 
 def judge(power: Array, count: Array, spectrum: Array, scale: int | None) -> Judged:
     """Marginal logL of a spectrum at the scale of this index (None: δ = 0)."""
-    x = np.log(power / spectrum)
-    y = x - np.exp(x)
-    plain = 0.5 * float(count @ np.log(power))
-    if scale is None:
-        return Judged(0.5 * float(count @ y) - plain, count)
-    k, norm = _tables(count.tobytes())
-    log = k[scale] * y[:, None]
-    log += norm[scale]
-    top = log.max(axis=1)
-    share = np.exp(log - top[:, None])
-    total = share.sum(axis=1)
-    weight = 2.0 * (share * k[scale]).sum(axis=1) / total
-    return Judged(float(np.sum(top + np.log(total))) - plain, weight)
+    return Judged(*likelihood(count).judge(power, spectrum, scale))
 
 
 def profile(power: Array, count: Array, spectrum: Array, scales: slice = slice(None)) -> Array:
@@ -100,52 +85,29 @@ def profile(power: Array, count: Array, spectrum: Array, scales: slice = slice(N
 
 def judge_many(power: Array, count: Array, spectra: Array, scales: slice) -> Array:
     """Marginal logL of many spectra, shape (m, bins), at every scale of a slice, shape (scales, m)."""
-    x = np.log(power / spectra)
-    y = (x - np.exp(x))[:, :, None]
-    k, norm = _tables(count.tobytes())
-    out = np.empty((k[scales].shape[0], spectra.shape[0]))
-    for i, (shape, constant) in enumerate(zip(k[scales], norm[scales], strict=True)):
-        log = shape * y + constant
-        top = log.max(axis=2)
-        log -= top[:, :, None]
-        np.exp(log, out=log)
-        out[i] = (np.log(log.sum(axis=2)) + top).sum(axis=1)
-    return np.asarray(out - 0.5 * float(count @ np.log(power)))
+    return likelihood(count).profile(power, spectra, range(SCALES.size)[scales])
 
 
 def best_scale(power: Array, count: Array, spectrum: Array) -> tuple[int, float]:
     """The scale at which a spectrum is most likely, and its marginal logL."""
-    coarse = 4 * int(np.argmax(profile(power, count, spectrum, slice(None, None, 4))))
-    start = judge(power, count, spectrum, coarse)
-    scale, best = better_scale(power, count, spectrum, coarse, start)
-    return scale, best.log_likelihood
+    return likelihood(count).best_scale(power, spectrum)[:2]
 
 
 def better_scale(
     power: Array, count: Array, spectrum: Array, scale: int, best: Judged
 ) -> tuple[int, Judged]:
     """The neighbour of a scale that is better, and so on, and its judgement."""
-    for step in (1, -1):
-        while 0 <= scale + step < SCALES.size:
-            found = judge(power, count, spectrum, scale + step)
-            if found.log_likelihood <= best.log_likelihood:
-                break
-            scale, best = scale + step, found
-    return scale, best
+    found, value, weight = likelihood(count).best_scale(power, spectrum, scale)
+    return (scale, best) if found == scale else (found, Judged(value, weight))
 
 
 def levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Array:
     """What e^ε probably is in each bin, shape (bins,): 1 where the model is taken for true."""
     if scale is None:
         return np.ones_like(power)
-    x = np.log(power / spectrum)
-    k, norm = _tables(count.tobytes())
-    log = k[scale] * (x - np.exp(x))[:, None] + norm[scale]
-    share = np.exp(log - log.max(axis=1)[:, None])
-    share /= share.sum(axis=1)[:, None]
     # The share of a bin's distance in ln that its w takes for a discrepancy.
-    taken = 1.0 - 2.0 * k[scale] / count[:, None]
-    return np.asarray(np.exp((share * taken).sum(axis=1) * x))
+    taken = 1.0 - judge(power, count, spectrum, scale).weight / count
+    return np.asarray(np.exp(taken * np.log(power / spectrum)))
 
 
 def scale_interval(

@@ -1,7 +1,7 @@
 """The fit: coefficients, shapes, discrepancy and deterministic effects together.
 
-Coefficients and shapes of the random part are climbed together (`polish`), shapes without a value after a scan of their grid;
-deterministic amplitudes are found by GLS, alternating with the spectrum until logL settles.
+Coefficients and shapes of the random part are climbed together (`polish`), shapes without a value after a scan of their
+grid; deterministic amplitudes are found by GLS, alternating with the spectrum until logL settles.
 """
 
 from __future__ import annotations
@@ -148,6 +148,7 @@ def solve(
         if abs(total - previous) < 1e-3 and turn > 0:
             break
         previous = total
+    assert best is not None
     linear = part.linear(model)
     total = RandomPart(data, bins.power(ordinates), bins.count).judged(best)
     return Solution(

@@ -1,8 +1,8 @@
 """Coefficients, shapes and the scale of the discrepancy climbed together.
 
-Each step is a linear least-squares problem in the effective degrees of freedom — coefficients that are not negative, changes of
-the shapes within a trust region — halved until the likelihood rises (Levenberg 1944; the non-negative part Lawson & Hanson
-1974). Only columns whose shapes move are computed anew (`data.column` remembers the others).
+Each step is a linear least-squares problem in the effective degrees of freedom — coefficients that are not negative, changes
+of the shapes within a trust region — halved until the likelihood rises (Levenberg 1944; the non-negative part Lawson &
+Hanson 1974). Only columns whose shapes move are computed anew (`data.column` remembers the others).
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 TRUST, NARROWEST = 0.5, 1e-5
 #: Most steps; a rise below ENOUGH ends the climb.
 STEPS, ENOUGH = 60, 1e-4
+#: The same for candidates, which are only compared.
+ROUGH_STEPS, ROUGH_ENOUGH = 15, 0.03
 #: A discrepancy worth less than this much more than its price may vanish at the next shapes.
 NEAR = 30.0
 
@@ -68,7 +70,12 @@ class _Shapes:
 
 
 def polish(
-    model: Model, places: list[tuple[int, str]], best: Maximum, part: RandomPart
+    model: Model,
+    places: list[tuple[int, str]],
+    best: Maximum,
+    part: RandomPart,
+    *,
+    roughly: bool = False,
 ) -> tuple[Model, Maximum]:
     """The model with the shapes at `places` (place in the model, name) uphill of their values, and its maximum.
 
@@ -77,24 +84,26 @@ def polish(
     if not places:
         return model, best
     shapes = _Shapes.of(model, places, part)
-    ends = [_climb(shapes, shapes.start(), best, part)]
+    ends = [_climb(shapes, shapes.start(), best, part, roughly)]
     point, found = ends[0]
     if part.true:
         pass
     elif found.scale is None:
         scale, value = best_scale(part.power, part.count, found.spectrum)
         if value - EVIDENCE > found.log_likelihood - 1.0:
-            ends.append(_climb(shapes, point, replace(found, scale=scale), part))
+            ends.append(_climb(shapes, point, replace(found, scale=scale), part, roughly))
     else:
         linear = part.linear(shapes.at(point))
         plain = part.climb(linear, found.theta, None)
         if plain.log_likelihood > found.log_likelihood - NEAR:
-            ends.append(_climb(shapes, point, plain, part))
+            ends.append(_climb(shapes, point, plain, part, roughly))
     point, found = max(ends, key=lambda end: end[1].log_likelihood)
     return shapes.at(point), found
 
 
-def _climb(shapes: _Shapes, point: Array, best: Maximum, part: RandomPart) -> tuple[Array, Maximum]:
+def _climb(
+    shapes: _Shapes, point: Array, best: Maximum, part: RandomPart, roughly: bool
+) -> tuple[Array, Maximum]:
     power, count = part.power, part.count
     linear = part.linear(shapes.at(point))
     theta, scale = best.theta, best.scale
@@ -102,7 +111,8 @@ def _climb(shapes: _Shapes, point: Array, best: Maximum, part: RandomPart) -> tu
     spectrum = np.maximum(linear.matrix @ theta, floor)
     judged = judge(power, count, spectrum, scale)
     trust = np.full(point.size, TRUST)
-    for _ in range(STEPS):
+    steps, enough = (ROUGH_STEPS, ROUGH_ENOUGH) if roughly else (STEPS, ENOUGH)
+    for _ in range(steps):
         goal_theta, goal = _step(shapes, point, trust, linear, theta, spectrum, judged.weight, part)
         risen, step = -1.0, 1.0
         while step > 0.02:
@@ -126,7 +136,7 @@ def _climb(shapes: _Shapes, point: Array, best: Maximum, part: RandomPart) -> tu
         before = judged.log_likelihood
         if scale is not None:
             scale, judged = better_scale(power, count, spectrum, scale, judged)
-        if risen + judged.log_likelihood - before < ENOUGH and short:
+        if risen + judged.log_likelihood - before < enough and (short or roughly):
             break
     return point, part.climb(linear, theta, scale)
 

@@ -18,7 +18,7 @@ from allanite.fit.data import prepare
 from allanite.fit.degeneracy import Correlations, correlations, degeneracies
 from allanite.fit.discrepancy import chance_deviance, judge, scale_interval
 from allanite.fit.estimates import estimates, free_parameters
-from allanite.fit.held_out import held_out
+from allanite.fit.prediction import Prediction, predict
 from allanite.fit.whittle import normal_scores
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from allanite.fit.methods import MethodTable
     from allanite.fit.simulated import SimulatedCheck
     from allanite.recording import Recording
+    from allanite.statespace import StateSpace
 
 __all__ = ["Discrepancy", "Error", "Fit", "Misfit"]
 
@@ -67,7 +68,12 @@ class Error:
     adev_rms_percent: float | None
     adev_worst: tuple[float, float] | None
     chance_rms_percent: float | None
-    held_out: float | None
+    predictive: Prediction | None
+
+    @property
+    def predictive_score(self) -> float | None:
+        """Loss on unseen data, nats a bin; None where the record is too short."""
+        return None if self.predictive is None else self.predictive.score
 
     def to_dict(self) -> dict[str, Any]:
         """The contract's ``error``."""
@@ -76,7 +82,7 @@ class Error:
             "adev_rms_percent": self.adev_rms_percent,
             "adev_worst": None if worst is None else {"factor": worst[0], "tau_s": worst[1]},
             "chance_rms_percent": self.chance_rms_percent,
-            "held_out": self.held_out,
+            "predictive": None if self.predictive is None else self.predictive.to_dict(),
         }
 
 
@@ -167,7 +173,7 @@ class Fit:
         cleaned = any(e.removes for e in self.model.modifiers)
         raw = prepare(self.recording) if cleaned else None
         curve = self.curve
-        predictive = held_out(self.data, self.model, raw)
+        predictive = predict(self.data, self.solution, raw)
         return Error(curve.rms_percent, curve.worst, curve.chance_percent, predictive)
 
     @cached_property
@@ -256,6 +262,11 @@ class Fit:
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
         return self.model.simulate(**options)
+
+    def state_space(self, **options: Any) -> StateSpace:
+        """F, Q, H, R, P0 of the fitted model at the recording's rate, for its duration; see `Model.state_space`."""
+        options.setdefault("duration", self.recording.duration)
+        return self.model.state_space(self.recording.rate, **options)
 
     def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
         """The same samples in consecutive pieces of `size`; see `Model.simulate_chunks`."""

@@ -1,8 +1,8 @@
 """One more random effect or filter, at every point of its shape grid: where the likelihood has a maximum uphill.
 
-A model that lacks an effect has others standing for it, or has lost the bins where it acts to the discrepancy. So each point
-is climbed from where the effect explains the excess at the bin in which it stands out most, and a third of it, beside the model as
-it is; and from the fit of everything anew in which each bin has about one vote.
+A model that lacks an effect has others standing for it, or has lost the bins where it acts to the discrepancy. So each
+point is climbed from where the effect explains the excess at the bin in which it stands out most, and a third of it, beside
+the model as it is; and from the fit of everything anew in which each bin has about one vote.
 """
 
 from __future__ import annotations
@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Model, Stochastic
-from allanite.fit.whittle import VOTES, first_guess
+from allanite.fit.whittle import VOTES, Maximum, climb_many, first_guess
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.random_part import RandomPart
-    from allanite.fit.whittle import Maximum
 
 __all__ = ["added"]
 
@@ -35,24 +34,52 @@ def added(
     """
     smooth = _smooth(part.power - base.spectrum, part.count)
     votes = np.minimum(part.count, VOTES)
-    found = []
-    for point in points:
-        tried = model + point
+    models = [model + point for point in points]
+    matrices, starts, owner = [], [], []
+    for i, (point, tried) in enumerate(zip(points, models, strict=True)):
         linear = part.linear(tried)
-        offset = linear.offset if linear.fixed.any() else None
-        free = linear.matrix[:, linear.free]
-        even = linear.fixed.copy()
-        even[linear.free] = first_guess(part.power, votes, free, offset)
-        starts = [even]
+        matrix = linear.matrix
+        if linear.fixed.any():
+            # Held coefficients: the whole problem of each point by itself.
+            return _one_by_one(models, base, part)
+        own = [first_guess(part.power, votes, matrix, None)]
         if isinstance(point, Stochastic):
-            column = linear.matrix[:, -1]
+            column = matrix[:, -1]
             top = int(np.argmax(column / base.spectrum))
             size = max(float(smooth[top]), 0.03 * float(base.spectrum[top])) / float(column[top])
-            starts += [np.append(base.theta, size), np.append(base.theta, size / 3.0)]
+            own += [np.append(base.theta, size), np.append(base.theta, size / 3.0)]
         else:
-            starts.append(base.theta)
-        climbed = [part.climb(linear, theta, base.scale, ROUNDS) for theta in starts]
-        found.append((max(climbed, key=lambda m: m.log_likelihood), tried))
+            own.append(base.theta)
+        starts += own
+        matrices += [matrix] * len(own)
+        owner += [i] * len(own)
+    thetas, values, scales = climb_many(
+        part.power, part.count, np.stack(matrices), np.stack(starts), base.scale, ROUNDS
+    )
+    best: dict[int, int] = {}
+    for k, i in enumerate(owner):
+        if i not in best or values[k] > values[best[i]]:
+            best[i] = k
+    order = sorted(best.items(), key=lambda pair: -values[pair[1]])
+    return [
+        (
+            Maximum(
+                thetas[k],
+                np.maximum(matrices[k] @ thetas[k], 1e-300),
+                float(values[k]),
+                scales[k],
+                base.weight,
+            ),
+            models[i],
+        )
+        for i, k in order
+    ]
+
+
+def _one_by_one(
+    models: list[Model], base: Maximum, part: RandomPart
+) -> list[tuple[Maximum, Model]]:
+    found = [(part.maximise(model, base), model) for model in models]
     return sorted(found, key=lambda pair: -pair[0].log_likelihood)
 
 

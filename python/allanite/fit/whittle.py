@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.discrepancy import EVIDENCE, best_scale, better_scale, judge
+from allanite.fit.discrepancy import EVIDENCE, best_scale, likelihood
 
 __all__ = [
     "Maximum",
     "climb",
+    "climb_many",
     "first_guess",
     "information",
     "log_likelihood",
@@ -76,38 +77,44 @@ def climb(
 ) -> Maximum:
     """The maximum of the likelihood that lies uphill of `theta`, θ ≥ 0; a scale of discrepancy is fitted on the way.
 
-    Fisher scoring: non-negative least squares with the effective degrees of freedom, halved until logL rises.
+    Fisher scoring: non-negative least squares with the effective degrees of freedom, shortened until logL rises.
     """
-    from scipy.optimize import nnls
+    law = likelihood(count)
+    found, spectrum, value, scale, weight = law.climb(power, columns, theta, scale, offset, rounds)
+    total = value - (EVIDENCE if scale is not None else 0.0)
+    return Maximum(found, spectrum, total, scale, weight)
 
-    base = np.zeros_like(power) if offset is None else offset
-    floor = 1e-24 * float(np.max(power)) + 1e-300
-    if columns.shape[1] == 0:
-        found = judge(power, count, np.maximum(base, floor), scale)
-        return Maximum(theta, np.maximum(base, floor), found.log_likelihood, scale, found.weight)
-    units = 1.0 / np.maximum(np.median(columns / power[:, None], axis=0), 1e-300)
-    unit, theta = columns * units, theta / units
-    spectrum = np.maximum(unit @ theta + base, floor)
-    best = judge(power, count, spectrum, scale)
-    for _ in range(rounds):
-        weight = np.sqrt(best.weight) / spectrum
-        goal, _ = nnls(unit * weight[:, None], weight * (power - base))
-        gain = 0.0
-        for step in (1.0, 0.5, 0.25, 0.1, 0.03, 0.01):
-            tried = theta + step * (goal - theta)
-            moved = np.maximum(unit @ tried + base, floor)
-            found = judge(power, count, moved, scale)
-            gain = found.log_likelihood - best.log_likelihood
-            if gain > 0.0:
-                theta, spectrum, best = tried, moved, found
-                break
-        before = best.log_likelihood
-        if scale is not None:
-            scale, best = better_scale(power, count, spectrum, scale, best)
-        if max(gain, 0.0) + best.log_likelihood - before < 1e-6:
-            break
-    total = best.log_likelihood - (EVIDENCE if scale is not None else 0.0)
-    return Maximum(theta * units, spectrum, total, scale, best.weight)
+
+def climb_many(
+    power: Array,
+    count: Array,
+    columns: Array,
+    thetas: Array,
+    scale: int | None,
+    rounds: int = 80,
+) -> tuple[Array, Array, list[int | None]]:
+    """`climb` from many starts, each with columns of its own, on all processors.
+
+    Parameters
+    ----------
+    power, count : ndarray, shape (bins,)
+        Mean squared ordinate of each bin and its degrees of freedom.
+    columns : ndarray, shape (m, bins, p)
+        Expected power of each effect at coefficient 1.
+    thetas : ndarray, shape (m, p)
+        Starts.
+    scale : int or None
+        Where the scale of discrepancy begins; None: δ = 0.
+    rounds : int
+        Most rounds of each.
+
+    Returns
+    -------
+    tuple
+        Squared coefficients (m, p); logL as `Maximum` has it, shape (m,); the index of each scale.
+    """
+    found, values, scales = likelihood(count).climb_many(power, columns, thetas, scale, rounds)
+    return found, values - (EVIDENCE if scale is not None else 0.0), scales
 
 
 def maximise(
@@ -134,15 +141,17 @@ def maximise(
     -------
     Maximum
     """
-    plain = climb(power, count, columns, first_guess(power, count, columns, offset), None, offset)
+
+    def plainly(votes: Array) -> Maximum:
+        first = first_guess(power, votes, columns, offset)
+        return climb(power, votes, columns, first, None, offset)
+
+    plain = plainly(count)
     scale, value = best_scale(power, count, plain.spectrum)
     found = [plain]
     if value > plain.log_likelihood:
         # A wrong model has several maxima: near the Whittle fit, and where every bin has one vote.
-        votes = np.minimum(count, VOTES)
-        even = climb(
-            power, votes, columns, first_guess(power, votes, columns, offset), None, offset
-        )
+        even = plainly(np.minimum(count, VOTES))
         starts = [(plain.theta, scale), (even.theta, best_scale(power, count, even.spectrum)[0])]
         if start is not None and start.scale is not None:
             starts.append((start.theta, start.scale))
@@ -152,15 +161,7 @@ def maximise(
 
 def first_guess(power: Array, count: Array, columns: Array, offset: Array | None) -> Array:
     """Least squares in units of the measured power."""
-    from scipy.optimize import nnls
-
-    base = 0.0 if offset is None else offset
-    units = 1.0 / np.maximum(np.median(columns / power[:, None], axis=0), 1e-300)
-    weight = np.sqrt(count) / power
-    theta, _ = nnls(columns * (units * weight[:, None]), weight * np.maximum(power - base, 0.0))
-    if not theta.any() and offset is None:
-        theta = np.full(columns.shape[1], 1.0 / columns.shape[1])
-    return np.asarray(theta * units)
+    return likelihood(count).first(power, columns, offset)
 
 
 def information(count: Array, slopes: Array) -> Array:

@@ -175,8 +175,8 @@ def rung(step: Step) -> dict[str, Any]:
         "max_text": "…" if error is None else _worst(error.adev_worst),
         "discrepancy_text": _percent(fit.discrepancy.percent),
         "chance_text": "…" if error is None else _percent(error.chance_rms_percent),
-        "held_out": None if error is None else error.held_out,
-        "held_out_text": "…" if error is None else _nats(error.held_out),
+        "predictive": None if error is None else error.predictive_score,
+        "predictive_text": "…" if error is None else _nats(error.predictive_score),
         "adequate": None if step.check is None else step.check.adequate,
         "checked": step.check is not None,
     }

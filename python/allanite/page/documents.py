@@ -17,6 +17,7 @@ from allanite.page.tab import Ladder, Step
 from allanite.page.views import VIEWS, figure_of
 from allanite.plots.words import unit_text
 from allanite.study import Rung
+from allanite.study.ladder import misfit_left
 
 if TYPE_CHECKING:
     from allanite.common.parameters import Estimate
@@ -202,7 +203,12 @@ def study(tab: Tab) -> dict[str, Any]:
         "column": tab.log.columns[0],
         "recording": tab.log.describe(),
         "at": tab.ladder.at,
-        "ladder": [{"label": s.label, **s.rung.to_dict()} for s in tab.ladder.steps],
+        "ladder": [
+            {"label": s.label, **s.rung.to_dict(left)}
+            for s, left in zip(
+                tab.ladder.steps, misfit_left([s.rung for s in tab.ladder.steps]), strict=True
+            )
+        ],
     }
 
 

@@ -199,7 +199,7 @@ function ladder() {
         el("span", { class: "what" }, `${i}  ${what}`, r.adequate ? el("span", { class: "ok" }, "  ✓") : null),
         gone.length ? el("small", {}, gone.join(" ")) : null,
         el("span", { class: "error" }, r.error_text, el("small", {}, ` rms (chance ${r.chance_text})`)),
-        el("small", {}, `χ²/dof ${r.chi2_text} · held out ${r.held_out_text}`)));
+        el("small", {}, `χ²/dof ${r.chi2_text} · unseen data ${r.predictive_text}`)));
   }));
   const now = $("ladder").children[state.at];
   if (now) now.scrollIntoView({ block: "nearest", inline: "nearest" });

@@ -43,6 +43,7 @@ def read(
     column: str | int | Sequence[str | int] | None = None,
     covariate: str | Sequence[str] | None = None,
     time_column: str | int | None = None,
+    piece: int | None = None,
 ) -> Recording:
     """Read a log.
 
@@ -61,7 +62,9 @@ def read(
     covariate : str or sequence of str, optional
         Columns offered as an explanation, beside those called temperature.
     time_column : str or int, optional
-        Column of time stamps; default one called time, t, timestamp, stamp, …
+        Column of time stamps; default one called time, t, timestamp, stamp, …; ``"none"`` for none.
+    piece : int, optional
+        Of a record that jumps of its clock part, the piece to take, from 1; default the longest.
 
     Returns
     -------
@@ -80,6 +83,7 @@ def read(
         () if column is None else (column,) if isinstance(column, str | int) else tuple(column),
         (covariate,) if isinstance(covariate, str) else tuple(covariate or ()),
         time_column,
+        piece,
     )
     try:
         return _recording(path, request)
@@ -113,7 +117,7 @@ def _recording(path: Path, request: Request) -> Recording:
     return Recording(
         _take(table, choice.samples),
         request.rate if request.rate is not None else table.rate,
-        time=table.time if at is None else table[at],
+        time=None if request.timeless else table.time if at is None else table[at],
         unit=units,
         quantity=quantity,
         columns=[table.names[i] for i in choice.samples],
@@ -125,6 +129,7 @@ def _recording(path: Path, request: Request) -> Recording:
             for i in choice.covariates
         },
         time_unit=None if at is None else time_unit_of(table.names[at], table.units[at]),
+        piece=request.piece,
     )
 
 

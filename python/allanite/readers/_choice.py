@@ -26,6 +26,12 @@ class Request:
     columns: tuple[str | int, ...]
     covariates: tuple[str, ...]
     time_column: str | int | None
+    piece: int | None = None
+
+    @property
+    def timeless(self) -> bool:
+        """Whether the time column is to be left out."""
+        return self.time_column == "none"
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +79,9 @@ def choose(
     """
     roles = [role_of(name, unit) for name, unit in zip(names, units, strict=True)]
     apart = stamped and request.time_column in (None, "t", "time")
-    if request.time_column is not None and not apart:
+    if request.timeless:
+        time_at, roles = None, ["other" if role == "time" else role for role in roles]
+    elif request.time_column is not None and not apart:
         time_at = find_column(request.time_column, names, where)
     elif time_at is None and not apart and "time" in roles:
         time_at = roles.index("time")

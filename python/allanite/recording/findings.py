@@ -61,13 +61,31 @@ def of_stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
             " with --rate",
             values={"stated_hz": rate, "measured_hz": stamps.rate},
         )
-    if stamps.guessed and stamps.unit != "s":
+    if stamps.guessed:
         yield Finding(
             "time_unit",
             "info",
             f"time stamps taken as {stamps.unit} from their magnitude ({stamps.rate:.6g} Hz);"
             " --rate overrides",
             values={"measured_hz": stamps.rate},
+        )
+    yield from _pieces(stamps)
+    if stamps.wraps:
+        yield Finding(
+            "wraps",
+            "info",
+            f"the time column is a counter that begins anew every {stamps.wrap:.8g} s,"
+            f" {len(stamps.wraps)} times, first after row {stamps.wraps[0]}: taken as running on",
+            values={"count": len(stamps.wraps), "row": stamps.wraps[0], "span_s": stamps.wrap},
+        )
+    for row, by in stamps.seams[:3]:
+        yield Finding(
+            "seam",
+            "warning",
+            f"time runs back by {by:.6g} s after row {row}: logs joined, or a clock set back; the"
+            " seam is a gap of one sample, of unknown length"
+            + (f" ({len(stamps.seams)} such in all)" if len(stamps.seams) > 1 else ""),
+            values={"row": row, "back_s": by, "count": len(stamps.seams)},
         )
     shared = stamps.coarse and stamps.duplicates > 0.2 * stamps.n
     if shared:
@@ -82,10 +100,11 @@ def of_stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
         yield Finding(
             "duplicate_stamps",
             "warning",
-            f"{stamps.duplicates} time stamps repeat the one before: samples may be duplicated",
-            values={"count": stamps.duplicates},
+            f"{stamps.duplicates} time stamps repeat the one before, first in row"
+            f" {stamps.first_duplicate}: samples may be duplicated",
+            values={"count": stamps.duplicates, "row": stamps.first_duplicate},
         )
-    if stamps.backwards:
+    if stamps.backwards > len(stamps.seams):
         yield Finding(
             "out_of_order",
             "warning",
@@ -99,15 +118,50 @@ def of_stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
             "warning" if stamps.jitter * stamps.rate > 0.3 else "info",
             f"spacing of the time stamps varies by {stamps.jitter * 1e3:.3g} ms rms"
             f" ({stamps.jitter * stamps.rate:.0%} of the interval); samples are taken as regular"
-            + (", and gaps cannot be found" if stamps.coarse else ""),
+            + (", and short gaps cannot be found" if stamps.lost else ""),
             values={"rms_s": stamps.jitter},
         )
-    if stamps.gaps:
-        longest = max(count for _, count in stamps.gaps)
+    if stamps.drift:
+        moved = stamps.changed >= 0
+        yield Finding(
+            "clock_drift",
+            "warning" if moved else "info",
+            f"the interval of the time stamps changes by {_ppm(stamps.drift)} over the record"
+            + (f", most about row {stamps.changed}" if moved else "")
+            + "; samples are taken as regular",
+            values={"relative": stamps.drift},
+        )
+    gaps = [gap for gap in stamps.inside if gap[0] not in {row for row, _ in stamps.seams}]
+    if gaps:
+        row, longest = max(gaps, key=lambda gap: gap[1])
+        missing = sum(count for _, count in gaps)
+        several = f", first after row {gaps[0][0]}" if len(gaps) > 1 else ""
         yield Finding(
             "gaps",
             "warning",
-            f"{len(stamps.gaps)} gaps in the time column, {stamps.missing} samples missing, the"
-            f" longest {longest / stamps.rate:.3g} s; kept as NaN",
-            values={"count": len(stamps.gaps), "missing": stamps.missing, "longest": longest},
+            f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in the time column{several}, {missing} samples"
+            f" missing, the longest {longest / stamps.rate:.3g} s after row {row}; kept as NaN",
+            values={"count": len(gaps), "missing": missing, "longest": longest, "row": row},
         )
+
+
+def _pieces(stamps: Stamps) -> Iterator[Finding]:
+    if len(stamps.pieces) < 2:
+        return
+    first, end = stamps.rows
+    missing = max(count for _, count in stamps.gaps)
+    shown = [f"{a}–{b - 1}" for a, b in stamps.pieces[:4]]
+    more = f" and {len(stamps.pieces) - 4} more" if len(stamps.pieces) > 4 else ""
+    yield Finding(
+        "pieces",
+        "warning",
+        f"the time column jumps by up to {missing / stamps.rate:.4g} s: the record falls into"
+        f" {len(stamps.pieces)} pieces, rows {', '.join(shown)}{more}; used is piece"
+        f" {stamps.piece + 1}, rows {first}–{end - 1}, {(end - first) / stamps.n:.0%} of the samples"
+        " (--piece chooses another; --rate with --time-column none takes all as one)",
+        values={"count": len(stamps.pieces), "first_row": first, "last_row": end - 1},
+    )
+
+
+def _ppm(share: float) -> str:
+    return f"{1e6 * share:.3g} ppm" if share < 1e-3 else f"{share:.2%}"

@@ -12,7 +12,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.units import conversion, parse_unit, rate_unit
 from allanite.common.validation import moment, positive_rate
-from allanite.recording.samples import column_names, covariate, locked, own
+from allanite.recording.samples import column_names, covariate, index_of, locked, own
 from allanite.recording.timebase import Stamps, fill_gaps, read_stamps
 
 if TYPE_CHECKING:
@@ -41,7 +41,8 @@ class Recording:
     rate : float, optional
         Sampling rate in Hz; found from `time` if left out.
     time : array_like of shape (n,), optional
-        Time stamps. Gaps in them become NaN rows on the regular grid.
+        Time stamps, numbers or date-times; of a pandas or xarray object its index, if that is a time.
+        Gaps in them become NaN rows on the regular grid.
     unit : str or sequence of str
         Unit of the rate (or of each column's): ``deg/s``, ``m/s^2``, ``1``, …
     quantity : {"rate", "increment", "angle"}
@@ -55,8 +56,11 @@ class Recording:
         Where the samples came from.
     covariate_units : mapping of str to str, optional
         Units of the covariates, free text.
-    time_unit : {"s", "ms", "us", "ns"}, optional
-        Unit of `time`; guessed from its magnitude if left out.
+    time_unit : {"s", "ms", "us", "ns", "min", "h", "d"}, optional
+        Unit of `time`; guessed from its magnitude if left out, which the audit tells.
+    piece : int, optional
+        Where gaps are so long that filling them would be most of the record, the piece to take,
+        counted from 1; by default that of most samples, which the audit tells.
 
     Raises
     ------
@@ -91,6 +95,7 @@ class Recording:
         path: str | Path | None = None,
         covariate_units: Mapping[str, str] | None = None,
         time_unit: str | None = None,
+        piece: int | None = None,
     ) -> None:
         where = "" if path is None else f"{path}: "
         if quantity not in QUANTITIES:
@@ -100,6 +105,7 @@ class Recording:
             samples = samples.magnitude if unit == "1" else samples.to(_pint(unit)).magnitude  # type: ignore[union-attr]
         if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
             columns = [str(name) for name in samples.columns]
+        index = index_of(samples)
         array = own(samples, where, columns)
         if array.ndim == 2 and array.shape[1] == 1:
             array = array[:, 0]
@@ -109,8 +115,9 @@ class Recording:
             name: covariate(name, values, n, where) for name, values in (covariates or {}).items()
         }
         stamps = None
+        time = index if time is None else time
         if time is not None:
-            stamps = read_stamps(time, time_unit)
+            stamps = read_stamps(time, time_unit, rate, piece)
             if stamps.n != n:
                 raise InputError(f"{where}{stamps.n} time stamps for {n} samples")
             array = fill_gaps(array, stamps)

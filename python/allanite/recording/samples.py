@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 CHUNK = 1 << 18  # rows looked at at a time
 
-__all__ = ["column_names", "covariate", "locked", "own"]
+__all__ = ["column_names", "covariate", "index_of", "locked", "own"]
 
 
 def own(samples: object, where: str, columns: Sequence[str] | None = None) -> NDArray[Any]:
@@ -96,3 +96,20 @@ def locked(array: NDArray[Any]) -> NDArray[Any]:
     """Make an array read-only and return it."""
     array.flags.writeable = False
     return array
+
+
+def index_of(samples: Any) -> NDArray[Any] | None:
+    """Time stamps that an object of pandas or xarray carries as its index, or None.
+
+    Date-times, time differences and floats are stamps; whole numbers are row numbers.
+    """
+    index: Any = getattr(samples, "index", None)
+    if not hasattr(index, "dtype"):
+        dims = getattr(samples, "dims", None)
+        if not dims or not hasattr(samples, "coords") or dims[0] not in samples.coords:
+            return None
+        index = samples.coords[dims[0]]
+    if getattr(index, "tz", None) is not None:
+        index = index.tz_convert(None)
+    stamps = np.asarray(index)
+    return stamps if stamps.ndim == 1 and stamps.dtype.kind in "mMf" and stamps.size > 1 else None

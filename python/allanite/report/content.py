@@ -307,7 +307,9 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
                 exact(told["misfit"]["p_value"], f"{where}.misfit.p_value", 2),
                 exact(error["adev_rms_percent"], f"{where}.error.adev_rms_percent"),
                 exact(told["discrepancy"]["percent"], f"{where}.discrepancy.percent", 2),
-                exact(error["held_out"], f"{where}.error.held_out", 4),
+                exact(
+                    (error["predictive"] or {}).get("score"), f"{where}.error.predictive.score", 4
+                ),
             )
         )
     head = (
@@ -321,8 +323,8 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         "predictive score",
     )
     caption = (
-        "The error of every rung, and the Allan deviation of the first and the last model. Held out: the model fitted to "
-        "the first half of the record, scored on the second (nats a bin above the saturated model)."
+        "The error of every rung, and the Allan deviation of the first and the last model. Predictive score: loss on "
+        "unseen data, left out of the fit in turn (nats a bin above the saturated model)."
     )
     return [
         Heading("The ladder"),

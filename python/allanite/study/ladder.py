@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,8 +31,8 @@ class Rung:
         None on the first.
     removed : tuple of str
         Kinds that the addition made needless, or that another took the place of.
-    risen : float
-        Rise of logL by this step.
+    risen : float or None
+        Rise of logL by this step; None where that of the two fits says it.
     dropped_start : int
         How many of `removed` were in the first model.
     """
@@ -39,7 +40,7 @@ class Rung:
     fit: Fit
     added: Effect | None = None
     removed: tuple[str, ...] = ()
-    risen: float = 0.0
+    risen: float | None = None
     dropped_start: int = 0
 
     def __repr__(self) -> str:
@@ -127,8 +128,10 @@ class Study:
 
     def __str__(self) -> str:
         lines = [
-            f"{'':>2}  {'added':22} {'misfit left':>11} {'discrepancy':>11} {'ADEV rms':>9} "
-            f"{'worst':>20} {'prediction':>11}  model"
+            (
+                f"{'':>2}  {'added':22} {'misfit left':>11} {'discrepancy':>11} {'ADEV rms':>9} "
+                f"{'worst':>20} {'prediction':>11}  model"
+            )
         ]
         for i, cells in enumerate(self.rows()):
             added, left, discrepancy, rms, worst, predictive, model = cells
@@ -142,8 +145,8 @@ class Study:
         return "\n".join([*lines, "", str(self.fit)])
 
     def rows(self) -> list[tuple[str, ...]]:
-        """(what was done, misfit left, discrepancy, Allan error, its worst, predictive score, model) of each step, as texts."""
-        out = []
+        """Of each step as texts: what was done, misfit left, discrepancy, Allan error, its worst, prediction, model."""
+        out: list[tuple[str, ...]] = []
         for rung, left in zip(self.ladder, self.misfit_left, strict=True):
             e = rung.fit.error
             added = "(start)" if rung.added is None else "+ " + rung.fit.display_name(rung.added)
@@ -160,7 +163,7 @@ class Study:
                     f"{rung.fit.discrepancy.percent:.2g} %",
                     "–" if e.adev_rms_percent is None else f"{e.adev_rms_percent:.3g} %",
                     worst,
-                    _number(e.held_out),
+                    _number(e.predictive_score),
                     rung.fit.model.name,
                 )
             )
@@ -199,11 +202,15 @@ def _number(value: float | None) -> str:
 def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
     """What is left of the misfit on each rung, per cent of the first's: 100 on the first.
 
-    The misfit of a rung is the logL that a saturated model gains over the last model, less what chance gives, and the rise of
-    all later rungs.
+    The misfit of a rung is the logL that a saturated model gains over the last model, less what chance gives, and the rise
+    of all later rungs.
     """
     left = [max(ladder[-1].fit.excess, 0.0)]
-    for rung in reversed(ladder[1:]):
-        left.append(left[-1] + rung.risen)
+    for before, rung in reversed(list(itertools.pairwise(ladder))):
+        risen = rung.risen
+        if risen is None:
+            fits = before.fit.solution, rung.fit.solution
+            risen = fits[1].log_likelihood - fits[0].log_likelihood
+        left.append(left[-1] + risen)
     whole = max(left[-1], 1e-300)
     return tuple(100.0 * value / whole for value in reversed(left))

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Alternative", "alternatives", "numbers", "pruned", "refitted", "swapped"]
 
-#: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record showed
-#: once, while it is detected (1 % of ½χ²₁).
+#: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
+#: showed once, while it is detected (1 % of ½χ²₁).
 KEEP, DETECTED = 0.5, 2.706
 #: Rise of ln(evidence) for which one effect takes the place of another.
 CLEARLY = 1.0
@@ -167,23 +167,36 @@ def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | 
         place = len(base.model)
         points = [m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)]
         found, model = added(base.model, points, base.best, part)[0]
-        model, found = polish(model, free_places(model), found, part)
-        return solve(data, with_coefficients(model, found.theta), start=found, rounds=3)
+        own = [p for p in free_places(model) if p[0] == place]
+        model, found = polish(model, own, found, part, roughly=True)
+        model = with_coefficients(model, found.theta)
+        return solve(data, model, start=found, rounds=3, polish=False)
     if cls.screened == "slow":
-        slow = [p for b in blanks if isinstance(b, Deterministic) for p in grid_points(b, data)]
-        gains = [matched_gains([p], base.ordinates, base.noise(data), data)[0][0] for p in slow]
-        return solve(data, base.model + slow[int(np.argmax(gains))], rounds=4)
+        best: tuple[float, Deterministic] | None = None
+        noise = base.noise(data)
+        for blank in blanks:
+            assert isinstance(blank, Deterministic)
+            points = grid_points(blank, data)
+            gains, _ = matched_gains(points, base.ordinates, noise, data)
+            top = int(np.argmax(gains))
+            if best is None or gains[top] > best[0]:
+                best = float(gains[top]), points[top]
+        return None if best is None else solve(data, base.model + best[1], rounds=3)
     return None
 
 
-def swapped(fit: Fit, tried: set[tuple[str, str]]) -> tuple[Fit, str, Effect] | None:
+def swapped(
+    fit: Fit, places: set[int], tried: set[tuple[str, str]]
+) -> tuple[Fit, str, Effect] | None:
     """The fit in which another kind stands clearly better where an effect stands, the kind that left, and the new effect.
 
-    `tried` remembers (kind, kind that took its place): no swap is taken back.
+    `places` are looked at; `tried` remembers (kind, kind that took its place): no swap is taken back.
     """
     best: tuple[float, Alternative, str] | None = None
     for place, effect in enumerate(fit.model.effects):
-        if not _may_leave(effect) or not _shown(fit, place) or effect.screened == "level":
+        if place not in places or effect.screened not in {"spectral", "slow"}:
+            continue
+        if not _may_leave(effect) or not _shown(fit, place):
             continue
         for found in alternatives(fit, place):
             pair = (effect.kind, found.effect.kind)
@@ -195,4 +208,4 @@ def swapped(fit: Fit, tried: set[tuple[str, str]]) -> tuple[Fit, str, Effect] | 
         return None
     _, found, kind = best
     tried.add((kind, found.effect.kind))
-    return _of(fit, found.solution), kind, found.effect
+    return refitted(fit, found.solution.model), kind, found.effect

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.fit import fit_model
+from allanite.fit.prediction import worse
 from allanite.study.ladder import Rung, Study
 from allanite.study.moves import pruned, swapped
 from allanite.suggestion import check_fit
@@ -92,7 +93,8 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         better, removed = pruned(better, fit, asked, gone)
         added = suggestion.effect
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
-        swap = swapped(better, tried)
+        own = set(range(asked - len(removed))) | {len(better.model) - 1}
+        swap = swapped(better, own, tried)
         if swap is not None and swap[2].kind not in gone:
             better, kind, new = swap
             if kind == added.kind:
@@ -119,5 +121,6 @@ def _accepted(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
 
 
 def _predicts(before: Fit, after: Fit) -> bool:
-    old, new = before.error.held_out, after.error.held_out
-    return old is None or new is None or new < old
+    """Whether unseen data are not predicted worse by more than the standard error of the difference."""
+    old, new = before.error.predictive, after.error.predictive
+    return old is None or new is None or not worse(old, new)

@@ -1,7 +1,7 @@
 """Candidates that change the spectrum: every random process and filter of the catalogue, at every shape of its grid.
 
-Every point of a grid is climbed from several starts: a model that lacks an effect has others standing for it, so that no slope
-of the likelihood at the model tells what is missing.
+Every point of a grid is climbed from several starts: a model that lacks an effect has others standing for it, so that no
+slope of the likelihood at the model tells what is missing.
 """
 
 from __future__ import annotations
@@ -140,13 +140,15 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
     scanned = added(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < LEAST:
         return None
+    last = len(base.model)
     ends = [
-        polish(model, free_places(model), found, part)
+        polish(model, [p for p in free_places(model) if p[0] == last], found, part, roughly=True)
         for found, model in _apart(scanned)[:POLISHED]
     ]
     model, best = max(ends, key=lambda end: end[1].log_likelihood)
-    # Steps and lines are found again beside the best.
-    solution = solve(part.data, with_coefficients(model, best.theta), start=best, rounds=3)
+    # Steps and lines are found again beside the best; other shapes follow when it is added.
+    model = with_coefficients(model, best.theta)
+    solution = solve(part.data, model, start=best, rounds=3, polish=False)
     fitted = solution.model.effects[-1]
     gain = solution.log_likelihood - base.log_likelihood
     if gain <= 0.0:

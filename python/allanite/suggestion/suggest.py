@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ import numpy as np
 from allanite.effects import Model, Modifier, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.random_part import RandomPart
-from allanite.fit.result import Fit, group_scores, plain
+from allanite.fit.result import Fit, plain
 from allanite.suggestion.bursts import screen_bursts
 from allanite.suggestion.drifts import beside_the_best, screen_slow, slow_families
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
@@ -46,8 +47,6 @@ class Suggestion:
     ----------
     effect : Effect
         With the values found when it is added.
-    estimates : dict
-        The same with standard errors and intervals.
     significant : bool
         Whether its chance, corrected for everything tried, is below 1 %.
     delta_log_likelihood : float
@@ -60,24 +59,45 @@ class Suggestion:
         By how much the p-value of a single test was multiplied.
     removes_percent : float
         Share of the misfit that it removes.
-    explanation, check_by : str
-        Physics with the numbers found; how to confirm or refute it in the laboratory.
     rivals : tuple of str
         Kinds that explain this record as well (within 6 of its ΔBIC).
+    found, before : Fit
+        With the effect and without it.
+    note : str
+        What else there is to say of it, a clause.
     """
 
     effect: Effect
-    estimates: dict[str, Any]
     significant: bool
     delta_log_likelihood: float
     delta_bic: float
     log10_p: float
     trials: float
     removes_percent: float
-    explanation: str
-    check_by: str
     rivals: tuple[str, ...]
-    solution: Solution
+    found: Fit
+    before: Fit
+    note: str = ""
+
+    @property
+    def solution(self) -> Solution:
+        """The refitted model with the effect."""
+        return self.found.solution
+
+    @cached_property
+    def estimates(self) -> dict[str, Any]:
+        """Values of the effect with standard errors and intervals, by JSON name."""
+        return self.found.estimates[-1]
+
+    @cached_property
+    def explanation(self) -> str:
+        """Physics with the numbers found."""
+        return explain(self.effect, self.found, self.before, self.note)
+
+    @property
+    def check_by(self) -> str:
+        """How to confirm or refute it in the laboratory."""
+        return self.effect.check_by
 
     def __repr__(self) -> str:
         sure = "" if self.significant else ", not significant"
@@ -224,17 +244,16 @@ def _suggestion(
     effect = solution.model.effects[-1]
     return Suggestion(
         effect,
-        found.estimates[-1],
         bool(log_p < np.log(FALSE_ALARM)),
         float(x),
         float(2.0 * x - penalty),
         float(log_p / np.log(10.0)),
         float(np.exp(min(log_p - single, 700.0))),
-        _removed(fit, solution, candidate),
-        explain(effect, found, fit, candidate.note),
-        effect.check_by,
+        _removed(fit, candidate),
         (),
-        solution,
+        found,
+        fit,
+        candidate.note,
     )
 
 
@@ -247,17 +266,10 @@ def _over_true(base: Solution, data: Data) -> float:
     return max(part.judged(base.best) - plain.log_likelihood, 0.0)
 
 
-def _removed(fit: Fit, solution: Solution, candidate: Candidate) -> float:
-    """Per cent of the χ² beyond its expectation; a line counts with what it adds outside the bins."""
-    z = group_scores(solution, fit.data)
-    fallen = fit.misfit.chi2 - float(z @ z)
-    excess = fit.misfit.chi2 - fit.misfit.dof
-    if candidate.family == "line":
-        fallen += 2.0 * candidate.gain
-        excess += 2.0 * candidate.gain
-    if excess <= 0.0:
-        return 0.0
-    return float(np.clip(100.0 * fallen / excess, 0.0, 100.0))
+def _removed(fit: Fit, candidate: Candidate) -> float:
+    """Per cent of the misfit: of what a saturated model would gain beyond chance; a line adds to both what bins do not see."""
+    excess = max(fit.excess, 0.0) + (candidate.gain if candidate.family == "line" else 0.0)
+    return 100.0 * candidate.gain / max(excess, candidate.gain)
 
 
 def _ties(ranked: list[Suggestion]) -> list[Suggestion]:

@@ -36,7 +36,7 @@ def test_the_loop(client):
     second = act(client, tab, do="add", number=added["cards"][0]["number"])
     assert {"gauss_markov", "sinusoid"} <= {c["kind"] for c in second["chips"]}
     assert second["adequate"] is True
-    assert second["ladder"][2]["held_out"] < second["ladder"][0]["held_out"]
+    assert second["ladder"][2]["predictive"] < second["ladder"][0]["predictive"]
     assert len(act(client, tab, do="undo")["ladder"]) == 2
     assert len(act(client, tab, do="redo")["ladder"]) == 3
     back = act(client, tab, do="go", rung=0)

@@ -63,12 +63,12 @@ def studies(kind):
 def _told(study):
     """What a failing test says of a ladder."""
     rungs = " → ".join(r.added.kind for r in study.ladder[1:]) or "nothing"
-    scores = ", ".join(f"{r.fit.error.held_out:.4f}" for r in study.ladder)
+    scores = ", ".join(f"{r.fit.error.predictive.score:.4f}" for r in study.ladder)
     first = [
         f"{s.kind} {s.delta_log_likelihood:.1f}{'*' if s.significant else ''}"
         for s in study.check.suggestions[:3]
     ]
-    return f"added {rungs}; held out {scores}; {study.stopped_because}; left {first}"
+    return f"added {rungs}; predictive {scores}; {study.stopped_because}; left {first}"
 
 
 kinds = pytest.mark.parametrize("kind", HIDDEN)
@@ -99,5 +99,5 @@ def test_hidden_effect(kind):
     assert inside >= 8, f"inside the interval in {inside} of 10\n" + "\n".join(missed)
     assert all(s.adequate for s in found), told
     for study in found:
-        scores = np.array([r.fit.error.held_out for r in study.ladder])
+        scores = np.array([r.fit.error.predictive.score for r in study.ladder])
         assert (np.diff(scores) < 0.0).all(), told

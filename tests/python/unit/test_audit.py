@@ -64,7 +64,7 @@ def test_gaps():
     keep[200:260] = False
     t = np.arange(5000)[keep] / 100
     r = Recording(noise(5000)[keep], time=t)
-    assert the(r, "gaps").values == {"count": 1, "missing": 60, "longest": 60}
+    assert the(r, "gaps").values == {"count": 1, "missing": 60, "longest": 60, "row": 199}
     assert the(r, "missing").values["count"] == 60
 
 

@@ -55,7 +55,7 @@ def recording():
 
 
 def test_a_periodic_effect_of_ones_own_is_fitted_like_the_sinusoid(recording):
-    """Frequency found, slow effects beside it, error, held-out score: all as of `SIN`."""
+    """Frequency found, slow effects beside it, error, predictive score: all as of `SIN`."""
     others = al.parse_model("N+COV(column=temperature)+STEP(t=200!)")
     mine, known = ((others + e).fit(recording) for e in (Hum(), al.Sinusoid()))
     assert mine.solution.log_likelihood == known.solution.log_likelihood

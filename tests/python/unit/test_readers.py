@@ -68,7 +68,7 @@ def test_empty_cells_and_nan_are_gaps(tmp_path):
 
 def test_columns_by_name_and_index(tmp_path):
     path = write(
-        tmp_path, "time,wx,wy,temp,mag_x\n" + "".join(f"{k},{k},2,3,4\n" for k in range(9))
+        tmp_path, "time_s,wx,wy,temp,mag_x\n" + "".join(f"{k},{k},2,3,4\n" for k in range(9))
     )
     assert read(path).columns == ("wx", "wy")
     assert read(path, column="wy").columns == ("wy",)
@@ -76,7 +76,7 @@ def test_columns_by_name_and_index(tmp_path):
     assert read(path, column="mag_x", unit="1").columns == ("mag_x",)
     r = read(path, covariate=["mag_x", "wy"], column="wx")
     assert list(r.covariates) == ["temp", "mag_x", "wy"]
-    assert read(path, rate=7, time_column="time").rate == 7
+    assert read(path, rate=7, time_column="time_s").rate == 7
 
 
 def test_a_unit_of_one_kind_chooses_its_sensors(tmp_path):
@@ -305,7 +305,7 @@ def test_real_recordings(data, name, columns, covariates, units):
 
 
 def test_columns_that_are_not_asked_for_may_hold_text(tmp_path):
-    text = "time,label,gyro\n" + "".join(f"{k},at rest,{k % 3}\n" for k in range(9))
+    text = "time_s,label,gyro\n" + "".join(f"{k},at rest,{k % 3}\n" for k in range(9))
     path = write(tmp_path, text)
     assert read(path, column="gyro").columns == ("gyro",)
     with pytest.raises(InputError, match=r"label.*at rest"):

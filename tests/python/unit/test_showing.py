@@ -90,7 +90,7 @@ def test_notebook_shows_a_table(results, name):
         "deviation": ("τ (s)",),
         "fit": ("angle random walk", "95 % interval", "χ²/dof"),
         "check": ("sinusoid", "ΔlogL", "to confirm"),
-        "study": ("+ sinusoid", "held out", "stopped: adequate"),
+        "study": ("+ sinusoid", "prediction", "stopped: adequate"),
     }[name]
     for part in expected:
         assert part in words

@@ -48,7 +48,7 @@ def test_study_shows_the_ladder_and_both_ends(study):
     np.testing.assert_allclose(bars.values, [r.fit.misfit.reduced for r in study.ladder])
     (chance,) = allan_error.find(Rule)
     assert chance.value == study.fit.error.chance_rms_percent
-    assert held.find(Bars)[0].values[0] == study.ladder[0].fit.error.held_out
+    assert held.find(Bars)[0].values[0] == study.ladder[0].fit.error.predictive.score
     labels = [m.label for m in curve.find(Line)]
     assert labels == [
         f"first model: {study.ladder[0].fit.model.name}",

@@ -1,0 +1,133 @@
+"""What the numbers of a time column mean: date-times, s, ms, µs or ns, found and told."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["TIME_UNITS", "numbers_of", "unit_of_stamps"]
+
+#: Units of stamps, s. A day is that of a Julian date.
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
+
+# Spacing in the column's own numbers above which the next smaller unit is the likelier one: below
+# 2 it is seconds (faster than 0.5 Hz), 2…500 milliseconds (2…500 Hz), 500…2e5 microseconds.
+_SPACING_LIMITS = ((2.0, "s"), (500.0, "ms"), (2e5, "us"), (math.inf, "ns"))
+# Stamps of the present give their unit away: seconds since 1970 of the years 1990 to 2100.
+_PRESENT = (6.3e8, 4.1e9)
+# Rates of logs, Hz: epochs whose rate would lie beyond are counters that happen to be as large.
+_RATES = (1e-2, 1e6)
+
+
+def numbers_of(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | None]:
+    """Stamps as integers or floats, and their unit if their type tells it.
+
+    Parameters
+    ----------
+    time : array_like of shape (n,)
+        Numbers, numpy datetime64 or timedelta64, date-times of pandas, polars or Python, ISO 8601
+        texts.
+    unit : str or None
+        What the caller says the numbers are in; date-times need none.
+
+    Raises
+    ------
+    InputError
+        NaT or NaN, named by its row; text that is no date-time; no column of two stamps.
+    """
+    t = np.asarray(time)
+    if t.ndim != 1 or t.size < 2:
+        raise InputError(
+            f"the time column needs at least two stamps in one column, found shape {t.shape}"
+        )
+    if t.dtype.kind in "OUST":
+        t = _dates(t)
+    if t.dtype.kind in "mM":
+        _refuse(np.isnat(t), t)
+        return t.astype(f"{t.dtype.kind}8[ns]").astype(np.int64), "ns"
+    if t.dtype.kind not in "iufb":
+        raise InputError(f"the time column holds {t.dtype}: give rate= and leave the column out")
+    if t.dtype.kind == "f":
+        _refuse(~np.isfinite(t), t)
+        return t.astype(np.float64), unit
+    return t.astype(np.int64), unit
+
+
+def _dates(t: NDArray[Any]) -> NDArray[Any]:
+    """Date-times of Python, pandas or text as numpy's, in UTC."""
+    try:
+        naive = [str(v).strip().removesuffix("Z").removesuffix("+00:00") for v in t.tolist()]
+        return np.array(naive, dtype="datetime64[ns]")
+    except (ValueError, TypeError):
+        pass
+    try:
+        return t.astype(np.float64)
+    except (ValueError, TypeError):
+        raise InputError(
+            f"the time column holds {t.tolist()[0]!r} at row 0: neither a number nor an ISO 8601 date-time"
+            " (2026-01-31T12:00:00.5)"
+        ) from None
+
+
+def _refuse(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise InputError(
+            f"the time column holds {t[row]} at row {row} ({int(bad.sum())} such in all): remove"
+            " these rows, or give rate= (--rate) and leave the column out"
+        )
+
+
+def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[str, str]:
+    """Guess the unit of stamps.
+
+    Parameters
+    ----------
+    t : ndarray of shape (n,)
+        Stamps.
+    step : float
+        Usual step between two.
+    rate : float or None
+        The rate that was stated, Hz: decides where it fits one unit.
+
+    Returns
+    -------
+    unit : str
+    why : str
+        ``"rate"``, ``"epoch"``, ``"usual"`` (fractions of a second) or ``"size"``, a guess.
+
+    Raises
+    ------
+    InputError
+        Whole numbers that count 0, 1, 2, … may be seconds, milliseconds or row numbers.
+    """
+    if rate is not None and rate > 0:
+        for unit in ("s", "ms", "us", "ns"):
+            if 1 / 3 < step * TIME_UNITS[unit] * rate < 3:
+                return unit, "rate"
+    middle = abs(float(t[t.size // 2]))
+    for unit in ("s", "ms", "us", "ns"):
+        second = TIME_UNITS[unit]
+        present = _PRESENT[0] < middle * second < _PRESENT[1]
+        if present and _RATES[0] < 1 / (step * second) < _RATES[1]:
+            return unit, "epoch"
+    some = t[:10_000]
+    whole = t.dtype.kind == "i" or bool(np.all(some == np.rint(some)))
+    constant = abs(step - round(step)) < 0.02
+    if whole and constant and 0.9 < step < 2.1 and rate is None:
+        raise InputError(
+            f"the time stamps are whole numbers in steps of {step:.4g}: seconds ({1 / step:.4g} Hz),"
+            f" milliseconds ({1e3 / step:.4g} Hz) or row numbers? Give the rate (--rate HZ, rate=), or"
+            " the unit in the header: time [s], time [ms]"
+        )
+    # Whole numbers 1, 2, 2, 1, … apart are rounded: to milliseconds, as nobody samples at 0.6 Hz.
+    limits = _SPACING_LIMITS[1:] if whole and step > 1.0 else _SPACING_LIMITS
+    unit = next(unit for limit, unit in limits if step <= limit)
+    return unit, "usual" if unit == "s" and not whole else "size"

@@ -1,0 +1,303 @@
+"""Steps between time stamps: the usual one, counters that wrap, disorder, seams, missing samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["Steps", "usual_step"]
+
+#: Spans after which counters begin anew, in their own numbers.
+_BINARY = tuple(2.0**bits * scale for bits in (16, 32) for scale in (1.0, 1e-3, 1e-6))
+#: A day, a GPS week, and the fraction of a second, in each unit: logs joined that are as long begin at 0.
+_DECIMAL = (1e6, 1e9, *(s * u for s in (86400.0, 604800.0) for u in (1.0, 1e3, 1e6, 1e9)))
+#: Rows within which time that ran off comes back: stamps out of order, or damaged ones.
+WINDOW = 16
+#: Disorder that is looked at event by event; more is no order at all.
+EVENTS = 20_000
+#: Missing samples of one gap that are counted.
+MOST = 1e18
+#: Missing samples up to which a late stamp takes part in the estimate of the rate.
+SHORT = 32
+
+
+def usual_step(steps: NDArray[np.float64]) -> float:
+    """Usual step of stamps: the median of those that advance, or a shorter one of which they are multiples.
+
+    The median is the mode of nearly every log, and holds under jitter. Where most samples are
+    missing it is a multiple of the step; the shorter one is taken if one step in eight is that
+    short, and most steps are multiples of it.
+
+    Raises
+    ------
+    InputError
+        No step advances.
+    """
+    forward = steps[steps > 0]
+    if forward.size == 0:
+        raise InputError("the time column does not advance; give rate= and leave the column out")
+    middle = float(np.median(forward))
+    rounded = _rounded(steps, middle)
+    if rounded:
+        return rounded
+    some = forward[:: max(forward.size // 100_000, 1)]
+    for parts in (2, 3, 4, 5):
+        step = middle / parts
+        near = some[np.abs(some / step - 1) < 0.1]
+        if near.size < some.size / 8:
+            continue
+        step = float(np.median(near))
+        ratio = some[some < 20 * step] / step
+        if np.mean(np.abs(ratio - np.rint(ratio)) < 0.1) > 0.8:
+            return step
+    return middle
+
+
+def _rounded(steps: NDArray[np.float64], middle: float) -> float:
+    """Mean step of regular stamps rounded about as coarsely as they are apart (1, 2, 2, 1, … ms), else 0.
+
+    Their sum stays within one step of a line, which that of steps with samples missing at random
+    does not.
+    """
+    length = 200
+    if steps.size < length:
+        return 0.0
+    starts = np.linspace(0, steps.size - length, 9).astype(np.int64)
+    some = np.stack([steps[at : at + length] for at in starts])
+    mean = some.mean(axis=1)
+    strays = np.ptp(np.cumsum(some - mean[:, np.newaxis], axis=1), axis=1)
+    usual = float(np.median(mean))
+    near = abs(usual / middle - 1) < 0.6
+    return usual if near and float(np.median(strays)) < 1.2 * middle else 0.0
+
+
+@dataclass(slots=True)
+class Steps:
+    """Steps between stamps, taken apart.
+
+    Parameters
+    ----------
+    raw : ndarray of shape (n − 1,)
+        Differences of the stamps, in their own unit.
+    stamps : ndarray of shape (n,)
+        The stamps themselves.
+
+    Attributes
+    ----------
+    clean : ndarray of shape (n − 1,)
+        Steps with wraps undone, and disorder and seams replaced by usual steps.
+    usual : float
+        The usual step; of shared stamps, their span by their number.
+    wrap, wraps : float, list of int
+        Span of a counter that began anew, and the rows before it did.
+    disorder : list of (int, int)
+        First and last row of stamps that are not in order; time is itself again after them.
+    seams : list of int
+        Rows after which time runs back for good: joined logs.
+    coarse : bool
+        The stamps resolve no single sample.
+    lost : bool
+        No gap can be told from jitter.
+    gaps : list of (int, int)
+        (row after which samples are missing, number missing); 1 at a seam.
+    counts, times : ndarray of shape (n − 1,)
+        Samples taken, and time passed, in each step, where both are known: the rate is the ratio of
+        their sums.
+    """
+
+    raw: NDArray[np.float64]
+    stamps: NDArray[Any]
+    clean: NDArray[np.float64] = field(init=False)
+    usual: float = field(init=False)
+    wrap: float = 0.0
+    wraps: list[int] = field(default_factory=list)
+    disorder: list[tuple[int, int]] = field(default_factory=list)
+    seams: list[int] = field(default_factory=list)
+    coarse: bool = False
+    lost: bool = False
+    gaps: list[tuple[int, int]] = field(default_factory=list)
+    counts: NDArray[np.float64] = field(init=False)
+    times: NDArray[np.float64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.clean = self.raw.copy()
+        self.usual = usual_step(self.raw)
+        self.counts = np.ones(self.raw.size)
+        self._unwrap()
+        self._order()
+        self._constant()
+        self.times = self.clean.copy()
+        forward = np.count_nonzero(self.clean > 0)
+        self.coarse = bool(forward < 0.7 * self.clean.size)
+        if self.coarse:
+            self._shared()
+        else:
+            self._single()
+        self.gaps = sorted([*self.gaps, *((row, 1) for row in self.seams)])
+
+    @property
+    def rate(self) -> float:
+        """Samples per unit of the stamps."""
+        return float(self.counts.sum() / self.times.sum())
+
+    def _apart(self, rows: NDArray[np.int64]) -> None:
+        """Leave steps out of the rate."""
+        self.counts[rows] = self.times[rows] = 0.0
+
+    def _unwrap(self) -> None:
+        """Undo the wraps of a counter: it ran back by its span less one step, from near its end."""
+        back = np.flatnonzero(self.raw < -20 * self.usual)
+        if back.size == 0:
+            return
+        low, high = float(self.stamps.min()), float(self.stamps.max())
+        late = float(self.stamps[0]) > 100 * self.usual
+        for span in (*_BINARY, *(_DECIMAL if late else ())):
+            forward = self.raw[back] + span
+            if not any(base <= low and high <= base + span for base in (0.0, -span / 2)):
+                continue
+            if 0.3 < float(np.median(forward)) / self.usual < 3 and forward.min() > 0:
+                self.clean[back] = forward
+                self.wrap, self.wraps = span, back.tolist()
+                return
+
+    def _order(self) -> None:
+        """Find where stamps are not in order, and where time runs back for good."""
+        back = np.flatnonzero(self.clean < 0)
+        if back.size > max(0.01 * self.clean.size, 5):
+            # Jitter larger than the interval is no disorder; only what is far beyond it is a seam.
+            self.lost = True
+            back = back[self.clean[back] < -100 * self.usual]
+        if back.size > EVENTS:
+            raise InputError(
+                f"the time column runs back {back.size} times, first after row {int(back[0])}: no"
+                " time stamps, or a counter; give rate= (--rate) and leave the column out"
+            )
+        done = -1
+        for i in back.tolist():
+            if i < done:
+                continue
+            place = self._window(i)
+            if place is None:
+                self.seams.append(i)
+                self.clean[i] = self.usual
+            else:
+                first, end = place
+                self.disorder.append((first + 1, end - 1))
+                mean = float(self.clean[first:end].sum()) / (end - first)
+                # A huge stamp swallows the digits of the others.
+                self.clean[first:end] = mean if 0.5 < mean / self.usual < 1.5 else self.usual
+                done = end
+
+    def _window(self, i: int) -> tuple[int, int] | None:
+        """Shortest stretch of steps around a backward one over which time advances as usual."""
+        low = max(i - WINDOW, 0)
+        sums = np.concatenate(([0.0], np.cumsum(self.clean[low : i + WINDOW])))
+        starts, ends = np.arange(low, i + 1), np.arange(i + 1, low + sums.size)
+        width = ends[np.newaxis, :] - starts[:, np.newaxis]
+        total = sums[ends - low][np.newaxis, :] - sums[starts - low][:, np.newaxis]
+        scale = 1e-12 * float(np.abs(sums).max())
+        fits = (np.abs(total - width * self.usual) <= 0.6 * self.usual + scale) & (width <= WINDOW)
+        if not fits.any():
+            return None
+        at = np.argmin(np.where(fits, width, WINDOW + 1))
+        row, column = np.unravel_index(at, fits.shape)
+        return int(starts[row]), int(ends[column])
+
+    def _constant(self) -> None:
+        """Refuse stamps whose interval changes for good: two recordings in one."""
+        blocks = 16
+        length = self.clean.size // blocks
+        if length < 100:
+            return
+        parts = self.clean[: length * blocks].reshape(blocks, length)
+        usual = [usual_step(part) if (part > 0).any() else np.inf for part in parts]
+        low, high = int(np.argmin(usual)), int(np.argmax(usual))
+        if not 1.3 * usual[low] < usual[high] < np.inf:
+            return
+        middle = float(np.sqrt(usual[low] * usual[high]))
+        slow = np.array(usual) > middle
+        changes = np.flatnonzero(np.diff(slow))
+        if changes.size > 3:
+            return
+        row = (int(changes[0]) + 1) * length
+        raise InputError(
+            f"the interval of the time stamps changes from {usual[0]:.4g} to"
+            f" {usual[-1] if slow[0] != slow[-1] else usual[high]:.4g} (of the stamps' unit) about row"
+            f" {row}: two recordings in one; cut it there, or give rate= (--rate) and leave the"
+            " column out"
+        )
+
+    # -- stamps of single samples -----------------------------------------------------------------
+
+    def _single(self) -> None:
+        steps = self.clean
+        for _ in range(3):
+            ratio = steps / self.usual
+            usual = float(np.mean(steps[(ratio > 0.5) & (ratio < 1.5)]))
+            if abs(usual / self.usual - 1) < 1e-9:
+                break
+            self.usual = usual
+        steps, usual = self.clean, self.usual
+        late = np.flatnonzero(steps > 1.5 * usual)
+        if self.lost or (late.size > 0.05 * steps.size and not self._multiples(late)):
+            # Bursts, or jitter as large as the interval, say nothing about single samples.
+            self.lost = True
+            late = late[steps[late] > max(20 * usual, 20 * float(np.mean(steps)))]
+            self._apart(late)
+            missing = np.rint(np.minimum(steps[late] * self.rate, MOST)) - 1
+            self.gaps = list(zip(late.tolist(), missing.astype(np.int64).tolist(), strict=True))
+            return
+        self._missing(late)
+
+    def _multiples(self, late: NDArray[np.int64]) -> bool:
+        """Whether late stamps are late by whole samples, and not bursts of one length."""
+        ratio = self.clean[late] / self.usual
+        short = ratio[ratio < 20]
+        if short.size and np.median(np.abs(short - np.rint(short))) > 0.1:
+            return False
+        apart = np.diff(late)
+        periodic = apart.size > 3 and np.ptp(np.quantile(apart, [0.1, 0.9])) <= 0.2 * np.median(
+            apart
+        )
+        return not (periodic and np.median(ratio) > 3)
+
+    def _missing(self, late: NDArray[np.int64]) -> None:
+        """Count what is missing: short gaps by the usual step, then the rate, then long ones by it."""
+        steps, usual = self.clean, self.usual
+        alone = np.rint(steps[late] / usual) - 1
+        # A late stamp beside an early one is jitter; in a gap, time does not come back.
+        total = np.concatenate(([0.0], np.cumsum(np.minimum(steps, 1e6 * usual))))
+        low, high = np.maximum(late - 1, 0), np.minimum(late + 3, steps.size)
+        around = np.rint((total[high] - total[low]) / usual) - (high - low)
+        missing = np.where(alone < 3, np.minimum(alone, around), alone)
+        late, missing = late[missing >= 1], missing[missing >= 1]
+        short = missing <= SHORT
+        self.counts[late] += missing
+        self._apart(np.concatenate((late[~short], self.seams)).astype(np.int64))
+        missing[~short] = np.rint(np.minimum(steps[late[~short]] * self.rate, MOST)) - 1
+        self.gaps = list(zip(late.tolist(), missing.astype(np.int64).tolist(), strict=True))
+
+    # -- stamps that several samples share --------------------------------------------------------
+
+    def _shared(self) -> None:
+        """Whole seconds of a 5 Hz log: rate from the samples per stamp, gaps where none came for several stamps."""
+        at = np.flatnonzero(self.clean > 0)
+        steps = self.clean[at]
+        unit = self.usual
+        rows = np.diff(at)
+        each = float(np.mean(rows)) if rows.size else float(self.clean.size)
+        # Two stamps without a sample may be chance where there is about one to a stamp.
+        holes = steps > (2.5 + 2 / each) * unit
+        late = at[holes]
+        self.times[late] = 0.0
+        # A stretch of samples begins and ends inside a stamp: only whole stamps between are counted.
+        self.counts[late] = 1.0 - each
+        missing = np.rint(np.minimum((steps[holes] - unit) * self.rate, MOST)).astype(np.int64)
+        self.gaps = [(i, k) for i, k in zip(late.tolist(), missing.tolist(), strict=True) if k >= 1]

@@ -1,0 +1,250 @@
+"""A Kalman filter over a recording: what its samples hold beyond what the model predicts from those before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.common.errors import InputError, TooShortError
+from allanite.effects._known import Periodic
+from allanite.statespace.model import StateSpace, state_space
+
+if TYPE_CHECKING:
+    from allanite.effects import Effect, Model
+    from allanite.recording import Recording
+
+__all__ = ["Innovations", "NisByTau", "innovations"]
+
+Array = NDArray[np.float64]
+#: χ² of one degree of freedom, 95 %.
+CHI2_95 = 3.841458820694124
+#: Lags of the test of whiteness.
+LAGS = 20
+
+
+@dataclass(frozen=True, slots=True)
+class NisByTau:
+    """Normalised innovations of the means over τ: expectation 1, with the 95 % band of chance.
+
+    Attributes
+    ----------
+    tau : ndarray, shape (k,)
+        s.
+    nis : ndarray, shape (k,)
+        Mean of (Σ z)²/m over stretches of m samples, z = innovation / standard deviation.
+    low, high : ndarray, shape (k,)
+        95 % of a white sequence lie between.
+    """
+
+    tau: Array
+    nis: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Innovations:
+    """Innovations of a recording under a model.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        Sample less its prediction from all samples before, in the recording's unit; NaN where a sample is missing and
+        at the first one, which finds the level.
+    variances : ndarray, shape (n,)
+        Variance of each that the model says.
+    space : StateSpace
+        The filter.
+    recording : Recording
+    """
+
+    values: Array
+    variances: Array
+    space: StateSpace
+    recording: Recording
+
+    @cached_property
+    def nis(self) -> Array:
+        """Normalised innovation squared of each sample, shape (n,); expectation 1. NaN as in `values`."""
+        return self.values**2 / self.variances
+
+    @cached_property
+    def n(self) -> int:
+        """Innovations there are."""
+        return int(np.count_nonzero(~np.isnan(self.values)))
+
+    @property
+    def log_likelihood(self) -> float:
+        """Exact Gaussian log-likelihood of the samples given the first, in nats."""
+        there = ~np.isnan(self.values)
+        return float(-0.5 * np.sum(np.log(2.0 * np.pi * self.variances[there]) + self.nis[there]))
+
+    @property
+    def mean_nis(self) -> float:
+        """Mean NIS; 1 ± √(2/n) if the model is true."""
+        return float(np.nanmean(self.nis))
+
+    @property
+    def coverage(self) -> float:
+        """Share of the NIS below the 95 % point of χ²."""
+        there = self.nis[~np.isnan(self.nis)]
+        return float(np.mean(there <= CHI2_95))
+
+    @cached_property
+    def whiteness(self) -> float:
+        """Probability of larger correlations of the innovations by chance (Ljung & Box 1978, 20 lags)."""
+        from scipy.special import chdtrc
+
+        there = ~np.isnan(self.values)
+        z = np.where(there, self.values, 0.0) / np.sqrt(self.variances)
+        power = float(z @ z)
+        statistic = 0.0
+        for lag in range(1, LAGS + 1):
+            pairs = int(np.count_nonzero(there[lag:] & there[:-lag]))
+            if pairs:
+                # (n + 2)/(n − lag) of a whole record is 1 over the share of pairs that are there.
+                rho = float(z[lag:] @ z[:-lag]) / power * self.n / pairs
+                statistic += pairs * rho**2
+        return float(chdtrc(LAGS, statistic))
+
+    @cached_property
+    def by_tau(self) -> NisByTau:
+        """NIS of means over τ from one sample to a tenth of the record, two a octave."""
+        from scipy.special import chdtri
+
+        z = self.values / np.sqrt(self.variances)
+        top = max(1, z.size // 10)
+        factors = np.unique(np.round(np.geomspace(1, top, 2 * int(np.log2(top)) + 1)).astype(int))
+        found, low, high = [], [], []
+        for m in factors:
+            groups = z[: z.size // m * m].reshape(-1, m)
+            there = np.count_nonzero(~np.isnan(groups), axis=1)
+            groups, there = groups[there > 0], there[there > 0]
+            found.append(float(np.mean(np.nansum(groups, axis=1) ** 2 / there)))
+            k = len(there)
+            low.append(float(chdtri(k, 0.975)) / k)
+            high.append(float(chdtri(k, 0.025)) / k)
+        return NisByTau(
+            factors / self.recording.rate, np.array(found), np.array(low), np.array(high)
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/innovations/1``: the numbers, and NIS over τ."""
+        by_tau = self.by_tau
+        return {
+            "schema": "allanite/innovations/1",
+            "recording": self.recording.describe(),
+            "states": self.space.states,
+            "n": self.n,
+            "log_likelihood": self.log_likelihood,
+            "mean_nis": self.mean_nis,
+            "coverage_95": self.coverage,
+            "whiteness_p_value": self.whiteness,
+            "nis": [
+                {"tau_s": t, "nis": v, "low": lo, "high": hi}
+                for t, v, lo, hi in zip(
+                    *(x.tolist() for x in (by_tau.tau, by_tau.nis, by_tau.low, by_tau.high)),
+                    strict=True,
+                )
+            ],
+        }
+
+    def __str__(self) -> str:
+        spread = 1.96 * np.sqrt(2.0 / self.n)
+        mean = f"mean NIS {self.mean_nis:.4f} (95 % {1 - spread:.4f} to {1 + spread:.4f})"
+        lines = [
+            f"{self.n} innovations with {self.space.states} states: log-likelihood {self.log_likelihood:.6g}",
+            f"{mean}, {100 * self.coverage:.2f} % below the 95 % point, whiteness p {self.whiteness:.2g}",
+            f"{'τ / s':>10}{'NIS':>10}{'95 % of chance':>20}",
+        ]
+        b = self.by_tau
+        for t, v, lo, hi in zip(b.tau, b.nis, b.low, b.high, strict=True):
+            mark = "" if lo <= v <= hi else "  !"
+            lines.append(f"{t:10.4g}{v:10.3f}{lo:11.3f} to {hi:.3f}{mark}")
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"Innovations({self.n}, mean NIS {self.mean_nis:.4f})"
+
+
+def innovations(
+    recording: Recording, model: Model | Effect | str | Any, *, states: int | None = None
+) -> Innovations:
+    """Filter a recording with its model.
+
+    Parameters
+    ----------
+    recording : Recording
+        One column; missing samples are predicted and skipped.
+    model : Model, Effect, Fit or str
+        Every value given, in the unit of the recording. Known functions of time are subtracted as the model has them;
+        lines are states of unknown phase; outliers count as missing.
+    states : int, optional
+        As many states at most, as `state_space` reduces them.
+
+    Returns
+    -------
+    Innovations
+
+    Raises
+    ------
+    InputError
+        A value is missing, or a covariate of the model.
+    TooShortError
+        Fewer than two samples are there.
+    """
+    from allanite.effects import Model, parse_model
+
+    model = getattr(model, "model", model)
+    if isinstance(model, str):
+        model = parse_model(model)
+    if not isinstance(model, Model):
+        model = Model((model,))
+    samples = np.array(recording.rate_samples(), dtype=np.float64)
+    n, rate = samples.size, recording.rate
+    for effect in model.modifiers:
+        if effect.passing:
+            raise InputError(
+                f"{effect.kind}: a filter of constant R has no room for it: trim the recording to either side of it"
+            )
+        if effect.removes:
+            samples[effect.missing(n, rate)] = np.nan
+    time = np.arange(n) / rate
+    covariates = {k: np.asarray(v, dtype=np.float64) for k, v in recording.covariates.items()}
+    for known in model.deterministic:
+        if not isinstance(known, Periodic):
+            samples -= known.signal(time, covariates)
+    there = ~np.isnan(samples)
+    if np.count_nonzero(there) < 2:
+        raise TooShortError("innovations need at least 2 samples")
+    samples -= samples[there].mean()
+    space = state_space(model, rate, states=states, duration=n / rate).with_level()
+    values, variances = filter_samples(samples, space)
+    values[np.flatnonzero(there)[0]] = np.nan
+    return Innovations(values, variances, space, recording)
+
+
+def filter_samples(samples: Array, space: StateSpace) -> tuple[Array, Array]:
+    """Innovations of samples (NaN: missing) and their variances, each of shape (n,)."""
+    return _kernels.kalman_filter(np.ascontiguousarray(samples), *matrices(space))
+
+
+def smooth_samples(samples: Array, space: StateSpace) -> Array:
+    """Mean of the noise without its white part R, given all samples there are (NaN: missing); shape (n,).
+
+    Where a sample is missing it is the mean of that sample. A draw of it, given the others: draw a whole record from the
+    model, smooth (samples − draw), and add the draw (Durbin & Koopman 2002).
+    """
+    there = ~np.isnan(samples)
+    mean = float(samples[there].mean()) if there.any() else 0.0
+    return _kernels.kalman_smooth(np.ascontiguousarray(samples - mean), *matrices(space)) + mean
+
+
+def matrices(space: StateSpace) -> tuple[Array, Array, Array, float, Array]:
+    """F, Q, H, R, P0 as the core takes them."""
+    return space.F, space.Q, space.H[0], float(space.R[0, 0]), space.P0

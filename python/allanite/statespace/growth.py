@@ -1,0 +1,312 @@
+"""Growth of the error since the last fix: what each effect does to an angle, a velocity, a position, a phase.
+
+The sensor was aided for a while: its bias is taken as the mean of the samples of that time, and attitude, velocity,
+position are right at its end. From there on the samples are integrated. The error after t is a weighted sum of samples,
+Σ w(k) x(k), whose weights add up to zero; its variance is −Σ c(h) g(h), c the correlation of the weights and g(h) =
+½ E(x(k+h) − x(k))² the variogram. After t = the time of aiding, the angle's error is √2 t σ(t) of Allan.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.units import parse_unit
+from allanite.common.validation import positive, positive_rate
+from allanite.effects import Model
+from allanite.effects import terms as _terms
+from allanite.effects._base import Effect, Stochastic
+from allanite.effects._known import Deterministic, Periodic
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.effects.terms import Term
+    from allanite.recording import Recording
+
+__all__ = ["Growth", "Measured", "measured_growth", "predict"]
+
+Array = NDArray[np.float64]
+GRAVITY = 9.80665  # m/s²
+#: Samples beyond which variograms no longer fit into memory.
+LONGEST = 2**24
+#: Weights that are correlated; longer records are averaged in groups.
+WEIGHTS = 2**14
+#: Kind of sensor → (quantity, unit for samples in SI, integrations, factor): a tilt turns gravity into acceleration.
+QUANTITIES = {
+    "angular rate": (
+        ("angle", "rad", 1, 1.0),
+        ("velocity by tilt", "m/s", 2, GRAVITY),
+        ("position by tilt", "m", 3, GRAVITY),
+    ),
+    "acceleration": (("velocity", "m/s", 1, 1.0), ("position", "m", 2, 1.0)),
+    "fractional frequency": (("phase", "s", 1, 1.0),),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Growth:
+    """Standard deviation of an error over time since the last fix.
+
+    Attributes
+    ----------
+    quantity : str
+        ``angle``, ``velocity``, ``position``, ``velocity by tilt``, ``position by tilt``, ``phase``.
+    unit : str
+        SI unit of the error.
+    tau : ndarray, shape (k,)
+        Time since the fix, s.
+    total : ndarray, shape (k,)
+        Standard deviation; a ramp counts with its size.
+    budget : dict of str to ndarray, shape (k,)
+        The part of each effect, by its label; they add in squares.
+    left_out : tuple of str
+        Effects that depend on the time of the record (a step, a temperature) and are not in it.
+    aided : float
+        Seconds of aiding before the fix.
+    """
+
+    quantity: str
+    unit: str
+    tau: Array
+    total: Array
+    budget: dict[str, Array]
+    left_out: tuple[str, ...]
+    aided: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers of one quantity."""
+        return {
+            "quantity": self.quantity,
+            "unit": self.unit,
+            "aided_s": self.aided,
+            "tau_s": self.tau.tolist(),
+            "sigma": self.total.tolist(),
+            "budget": {k: v.tolist() for k, v in self.budget.items()},
+            "left_out": list(self.left_out),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """The same error as a recording at rest shows it, segment by segment.
+
+    Attributes
+    ----------
+    tau : ndarray, shape (k,)
+    rms : ndarray, shape (k,)
+        Root mean square over the segments.
+    inside : ndarray, shape (k,)
+        Share of the segments within ±1.96 of the predicted standard deviation.
+    segments : int
+    """
+
+    tau: Array
+    rms: Array
+    inside: Array
+    segments: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers."""
+        return {
+            "tau_s": self.tau.tolist(),
+            "rms": self.rms.tolist(),
+            "inside_95": self.inside.tolist(),
+            "segments": self.segments,
+        }
+
+
+def predict(
+    model: Model | Effect | Any,
+    *,
+    aided: float,
+    unit: str | None = None,
+    rate: float | None = None,
+    tau: ArrayLike | None = None,
+) -> tuple[Growth, ...]:
+    """Error since the last fix of each quantity that this kind of sensor is integrated to.
+
+    Parameters
+    ----------
+    model : Model, Effect or Fit
+        Every value given.
+    aided : float
+        Seconds of aiding before the fix, over which the bias was averaged.
+    unit : str, optional
+        Unit of the samples; of a fit, its recording's.
+    rate : float, optional
+        Sampling rate in Hz; of a fit, its recording's.
+    tau : array_like, optional
+        Times since the fix, s; else eleven from a sample or a hundredth of `aided` to ten times it.
+
+    Returns
+    -------
+    tuple of Growth
+
+    Raises
+    ------
+    InputError
+        No unit or rate, a value that is missing, times that are no positive numbers or too long.
+    """
+    recording = getattr(model, "recording", None)
+    model = getattr(model, "model", model)
+    if not isinstance(model, Model):
+        model = Model((model,))
+    unit = unit or getattr(recording, "unit", None)
+    rate = rate or getattr(recording, "rate", None)
+    if unit is None or rate is None:
+        raise InputError("error growth needs the unit and the rate of the samples: give both")
+    fs, parsed = positive_rate(rate), parse_unit(unit)
+    aided = positive(aided, "aided", "s", "give the seconds of aiding before the fix")
+    back = _count(aided, fs, "aided")
+    times = np.geomspace(max(1.0 / fs, aided / 100), 10 * aided, 11) if tau is None else tau
+    ahead = [_count(float(t), fs, "tau") for t in np.atleast_1d(np.asarray(times, dtype=float))]
+    top = back + max(ahead)
+    if top > LONGEST:
+        raise InputError(
+            f"{top / fs:g} s at {fs:g} Hz are {top} samples, more than {LONGEST}: predict a shorter time"
+        )
+    parts, left_out = _parts(model, fs)
+    variograms = {k: _variogram(terms, top) for k, terms in parts.items() if terms}
+    out = []
+    for quantity, si, order, factor in QUANTITIES[parsed.kind]:
+        budget: dict[str, list[float]] = {k: [] for k in parts}
+        for m in ahead:
+            group = max(1, -(-(back + m) // WEIGHTS))
+            weights = factor * _weights(back, m, fs, order, group)
+            for label, g in variograms.items():
+                budget[label].append(_deviation(weights, _grouped(g, group, weights.size)))
+            for label, terms in parts.items():
+                if not terms:
+                    budget[label].append(_known_error(model, label, weights, fs, group))
+        sizes = {k: parsed.scale * np.array(v) for k, v in budget.items()}
+        total = np.sqrt(sum((v**2 for v in sizes.values()), np.zeros(len(ahead))))
+        out.append(Growth(quantity, si, np.array(ahead) / fs, total, sizes, left_out, aided))
+    return tuple(out)
+
+
+def measured_growth(recording: Recording, growth: Growth) -> Measured:
+    """Integrate a recording at rest from fix to fix, and compare with the prediction.
+
+    Parameters
+    ----------
+    recording : Recording
+        One column. Segments with missing samples are left out.
+    growth : Growth
+        Of a model of this sensor.
+
+    Raises
+    ------
+    TooShortError
+        Not one segment of aiding and coasting.
+    """
+    parsed = parse_unit(recording.unit)
+    order, factor = next(
+        (order, factor) for q, _, order, factor in QUANTITIES[parsed.kind] if q == growth.quantity
+    )
+    x = np.asarray(recording.rate_samples(), dtype=np.float64) * parsed.scale
+    back = round(growth.aided * recording.rate)
+    ahead = np.round(growth.tau * recording.rate).astype(int)
+    length = back + int(ahead.max())
+    segments = x[: x.size // length * length].reshape(-1, length)
+    segments = segments[~np.isnan(segments).any(axis=1)]
+    if not len(segments):
+        raise TooShortError(
+            f"no segment of {length / recording.rate:g} s without gaps in {x.size / recording.rate:g} s: "
+            "predict shorter times"
+        )
+    rest = segments[:, back:] - segments[:, :back].mean(axis=1, keepdims=True)
+    errors = np.column_stack(
+        [factor * (rest[:, :m] @ _ramp(m, recording.rate, order)) for m in ahead]
+    )
+    inside = np.abs(errors) <= 1.96 * growth.total
+    return Measured(
+        growth.tau, np.sqrt((errors**2).mean(axis=0)), inside.mean(axis=0), len(segments)
+    )
+
+
+def _count(seconds: float, rate: float, name: str) -> int:
+    if not seconds > 0.0 or not np.isfinite(seconds):
+        raise InputError(f"{name} = {seconds:g} s: give positive seconds")
+    return max(1, round(seconds * rate))
+
+
+def _parts(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tuple[str, ...]]:
+    """Terms of each effect that grows by itself; none for a known function that repeats everywhere."""
+    out: dict[str, tuple[Term, ...]] = {}
+    left_out = []
+    for effect, label in zip(model.effects, model.labels, strict=True):
+        if isinstance(effect, Stochastic):
+            value = getattr(effect, effect.coefficient)
+            if value is None:
+                raise InputError(f"{effect.kind}: {effect.coefficient} has no value yet: fit it")
+            out[label] = tuple(_terms.scaled(t, value**2) for t in model.unit_terms(effect, rate))
+        elif isinstance(effect, Deterministic):
+            # What has an Allan variance of its own is the same at every time of the record.
+            if effect.own_allan_variance(np.ones(1), rate)[0] > 0.0:
+                out[label] = ()
+            else:
+                left_out.append(effect.kind)
+    return out, tuple(left_out)
+
+
+def _ramp(m: int, rate: float, order: int) -> Array:
+    """Weights of m samples integrated `order` times: (t(k) − t)^(order−1)/(order−1)! dt, exact for steps."""
+    edges = (m - np.arange(m + 1)) / rate
+    powers = edges**order / (1.0, 2.0, 6.0)[order - 1]
+    return np.asarray(powers[:-1] - powers[1:])
+
+
+def _weights(back: int, m: int, rate: float, order: int, group: int) -> Array:
+    """Weights of `back` samples of aiding and m of coasting, added up over groups of samples."""
+    ramp = _ramp(m, rate, order)
+    whole = np.concatenate([np.full(back, -ramp.sum() / back), ramp])
+    pad = -whole.size % group
+    return np.asarray(np.concatenate([np.zeros(pad), whole]).reshape(-1, group).sum(axis=1))
+
+
+def _variogram(terms: Sequence[Term], count: int) -> Array:
+    """½ E(x(k+h) − x(k))², h = 0 … count."""
+    return np.asarray(sum((_terms.variogram(t, count + 1) for t in terms), np.zeros(count + 1)))
+
+
+def _grouped(g: Array, group: int, count: int) -> Array:
+    """Variogram of the means of groups of samples, at distances 0 … count − 1."""
+    if group == 1:
+        return g[:count]
+    # Σ_{|j|<q} (q − |j|) g(|qh + j|)/q², from sums of sums.
+    reach = group * (count + 1)
+    padded = np.concatenate([g, np.full(max(0, reach + 1 - g.size), g[-1])])[: reach + 1]
+    both = np.concatenate([padded[group:0:-1], padded])  # distances −group … reach
+    twice = np.concatenate([[0.0, 0.0], np.cumsum(np.cumsum(both))])
+    at = group + group * np.arange(count) + 1
+    smooth = (twice[at + group] - 2.0 * twice[at] + twice[at - group]) / group**2
+    return np.asarray(smooth - smooth[0])
+
+
+def _deviation(weights: Array, g: Array) -> float:
+    """√(−Σ c(h) g(h))."""
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    size = next_fast_len(2 * weights.size, real=True)
+    spectrum = rfft(weights, size)
+    c = irfft(spectrum.real**2 + spectrum.imag**2, size)[: weights.size]
+    variance = -2.0 * float(c[1:] @ g[1:])
+    return float(np.sqrt(max(variance, 0.0)))
+
+
+def _known_error(model: Model, label: str, weights: Array, rate: float, group: int) -> float:
+    """Error by a ramp; root mean square over the phase of lines."""
+    effect = model.effects[model.labels.index(label)]
+    time = (np.arange(weights.size) + 0.5) * group / rate
+    if isinstance(effect, Periodic):
+        power = 0.0
+        for multiple, amplitude, _ in effect.lines:
+            turn = np.exp(2j * np.pi * multiple * (effect.frequency or 0.0) * time)
+            power += 0.5 * amplitude**2 * abs(weights @ turn) ** 2
+        return float(np.sqrt(power))
+    return float(abs(weights @ effect.signal(time, {})))  # type: ignore[attr-defined]

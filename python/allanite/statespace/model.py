@@ -1,0 +1,276 @@
+"""F, Q, H, R, P0 of a model: what a Kalman filter needs to know of a sensor's noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.common.errors import InputError
+from allanite.common.validation import positive_rate
+from allanite.effects import Model
+from allanite.effects import terms as _terms
+from allanite.effects._base import Effect, Stochastic
+from allanite.effects._known import Deterministic, Periodic
+from allanite.statespace.sections import Section, line, of_terms
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
+    from allanite.statespace.reduction import Cost
+
+__all__ = ["StateSpace", "state_space"]
+
+Array = NDArray[np.float64]
+#: Samples of a record whose slowest noise the state space describes, where no duration is given.
+RECORD = 1_000_000
+#: Variance of a level that is unknown at the beginning, over that of all that is known of it.
+UNKNOWN = 1e7
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """s(k+1) = F s(k) + w(k), x(k) = H s(k) + v(k) with cov w = Q, var v = R, s(0) ~ (0, P0).
+
+    F is block diagonal; the blocks are independent of each other.
+
+    Attributes
+    ----------
+    sections : tuple of Section
+        The blocks, in the order of the model's effects.
+    owners : tuple of str
+        Label of the effect of each section (``N``, ``GM2``).
+    rate : float
+        Samples a second.
+    samples : int
+        Length of the record up to which the slowest parts are described.
+    known : tuple of Deterministic
+        Effects that are no noise (a ramp, a temperature, a step): known functions of time, which the filter has to
+        subtract or to estimate.
+    exact : tuple of Term
+        The model itself, against which a reduced form is judged.
+    """
+
+    sections: tuple[Section, ...]
+    owners: tuple[str, ...]
+    rate: float
+    samples: int
+    known: tuple[Deterministic, ...] = ()
+    exact: tuple[Term, ...] = field(default=(), repr=False)
+
+    @property
+    def states(self) -> int:
+        """Number of states."""
+        return sum(s.states for s in self.sections)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Label of the effect of each state."""
+        return tuple(
+            owner
+            for owner, s in zip(self.owners, self.sections, strict=True)
+            for _ in range(s.states)
+        )
+
+    def _blocks(self, name: str) -> Array:
+        out = np.zeros((self.states, self.states))
+        at = 0
+        for section in self.sections:
+            out[at : at + section.states, at : at + section.states] = getattr(section, name)
+            at += section.states
+        return out
+
+    @property
+    def F(self) -> Array:
+        """Transition matrix, shape (d, d)."""
+        return self._blocks("F")
+
+    @property
+    def Q(self) -> Array:
+        """Covariance of the step of the states, U², shape (d, d)."""
+        return self._blocks("Q")
+
+    @property
+    def H(self) -> Array:
+        """Row of the measurement, shape (1, d)."""
+        return np.concatenate([np.zeros(0), *(s.H for s in self.sections)])[None, :]
+
+    @property
+    def R(self) -> Array:
+        """Variance of the white noise of a sample, U², shape (1, 1)."""
+        return np.array([[sum(s.R for s in self.sections)]])
+
+    @property
+    def diffuse(self) -> NDArray[np.bool_]:
+        """States whose level at the beginning nobody knows (the bias), shape (d,)."""
+        out = np.zeros(self.states, dtype=bool)
+        at = 0
+        for section in self.sections:
+            if section.diffuse and not out.any():
+                out[at] = True  # of several sums only the total has a level
+            at += section.states
+        return out
+
+    @property
+    def P0(self) -> Array:
+        """Covariance of the state at the beginning, U², shape (d, d).
+
+        Stationary; where the level is unknown, 10⁷ times the variance of everything else over the record.
+        """
+        out = self._blocks("P0")
+        H = self.H[0]
+        spread = float(self.R[0, 0] + H @ out @ H + self.samples * (H @ self.Q @ H))
+        out[np.diag_indices(self.states)] += np.where(self.diffuse, UNKNOWN * spread, 0.0)
+        return out
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """What these matrices are, as primitive terms."""
+        return tuple(t for s in self.sections for t in s.terms)
+
+    @property
+    def cost(self) -> Cost:
+        """What these matrices lose against the model: error of the Allan deviation, and of the likelihood."""
+        from allanite.statespace.reduction import cost
+
+        return cost(self)
+
+    def psd(self, f: ArrayLike) -> Array:
+        """Two-sided density in U²/Hz, lines left out; shape of `f`."""
+        w = 2.0 * np.pi * np.asarray(f, dtype=float) / self.rate
+        noise = (t for t in self.terms if not is_line(t))
+        return np.asarray(sum((_terms.spectrum(t, w) for t in noise), np.zeros_like(w)) / self.rate)
+
+    def allan_variance(self, tau: ArrayLike) -> Array:
+        """Allan variance in U²; shape of `tau`."""
+        m = np.maximum(np.round(np.asarray(tau, dtype=float) * self.rate), 1.0)
+        total = sum((_terms.allan_variance(t, m.ravel()) for t in self.terms), np.zeros(m.size))
+        return np.asarray(total).reshape(m.shape)
+
+    def with_level(self) -> StateSpace:
+        """The same with a constant of unknown value, unless there is an unknown level already."""
+        if self.diffuse.any():
+            return self
+        one = np.ones((1, 1))
+        constant = Section(one, 0.0 * one, np.ones(1), 0.0 * one, (), diffuse=True)
+        return StateSpace(
+            (*self.sections, constant),
+            (*self.owners, "level"),
+            self.rate,
+            self.samples,
+            self.known,
+            self.exact,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/state_space/1``: the matrices row by row, and what each state belongs to."""
+        cost = self.cost
+        return {
+            "schema": "allanite/state_space/1",
+            "rate_hz": self.rate,
+            "states": list(self.labels),
+            "F": self.F.tolist(),
+            "Q": self.Q.tolist(),
+            "H": self.H.tolist(),
+            "R": self.R.tolist(),
+            "P0": self.P0.tolist(),
+            "diffuse": self.diffuse.tolist(),
+            "known": [e.kind for e in self.known],
+            "cost": {
+                "allan_error_percent": 100.0 * cost.allan_error,
+                "log_likelihood_per_sample": cost.log_likelihood,
+            },
+        }
+
+    def __str__(self) -> str:
+        lines = [
+            f"state space at {self.rate:g} Hz: {self.states} states ({', '.join(self.labels)})",
+            str(self.cost),
+        ]
+        if self.known:
+            kinds = ", ".join(e.kind for e in self.known)
+            lines.append(f"known functions of time, not among the states: {kinds}")
+        return "\n".join(lines)
+
+
+def is_line(term: Term) -> bool:
+    """Whether a term is a line, whose density is no function."""
+    return term[0] == "exponential" and np.hypot(term[1][2], term[1][3]) >= 1.0
+
+
+def state_space(
+    model: Model | Effect,
+    rate: float,
+    *,
+    states: int | None = None,
+    duration: float | None = None,
+) -> StateSpace:
+    """State-space form of the random part of a model.
+
+    Flicker and other power laws become sums of lags (two a decade of frequency), a low-pass filter and quantization the
+    short recursions that have their spectrum, lines undamped pairs of unknown phase.
+
+    Parameters
+    ----------
+    model : Model or Effect
+        Every value given.
+    rate : float
+        Samples a second, Hz.
+    states : int, optional
+        As many states at most; `StateSpace.cost` says what that loses.
+    duration : float, optional
+        Seconds over which the slowest noise has to be right; else a million samples.
+
+    Returns
+    -------
+    StateSpace
+
+    Raises
+    ------
+    InputError
+        A value is missing, a rate or duration not positive, or fewer states than the model can do with.
+    """
+    if not isinstance(model, Model):
+        model = Model((model,))
+    fs = positive_rate(rate)
+    n = RECORD if duration is None else max(16, round(duration * fs))
+    if n > 2**40:
+        raise InputError(f"duration = {duration:g} s at {fs:g} Hz is too long: give a shorter one")
+    sections: list[Section] = []
+    owners: list[str] = []
+    exact: list[Term] = []
+    known: list[Deterministic] = []
+    for effect, label in zip(model.effects, model.labels, strict=True):
+        if isinstance(effect, Stochastic):
+            terms = _terms_of(model, effect, fs)
+            own = of_terms(terms, n)
+            exact += terms
+        elif isinstance(effect, Periodic):
+            if effect.frequency is None:
+                raise InputError(f"{effect.kind}: frequency has no value yet: give one, or fit it")
+            own = [line(a, 2 * np.pi * m * effect.frequency / fs) for m, a, _ in effect.lines]
+            exact += [t for s in own for t in s.terms]
+        else:
+            if isinstance(effect, Deterministic):
+                known.append(effect)
+            continue
+        sections += own
+        owners += [label] * len(own)
+    if not sections:
+        raise InputError(f"the model {model.name} has no random part: a filter needs one")
+    whole = StateSpace(tuple(sections), tuple(owners), fs, n, tuple(known), tuple(exact))
+    if states is None or states >= whole.states:
+        return whole
+    from allanite.statespace.reduction import reduced
+
+    return reduced(whole, states)
+
+
+def _terms_of(model: Model, effect: Stochastic, rate: float) -> tuple[Term, ...]:
+    value = getattr(effect, effect.coefficient)
+    if value is None:
+        raise InputError(
+            f"{effect.kind}: {effect.coefficient} has no value yet: give one, or fit it"
+        )
+    return tuple(_terms.scaled(t, value**2) for t in model.unit_terms(effect, rate))

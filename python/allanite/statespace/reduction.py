@@ -1,0 +1,225 @@
+"""Fewer states: lags of a sum merged and placed anew, and what that costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.errors import InputError
+from allanite.effects import terms as _terms
+from allanite.statespace.sections import Section, lag, resized
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.effects.terms import Term
+    from allanite.statespace.model import StateSpace
+
+__all__ = ["Cost", "cost", "reduced"]
+
+Array = NDArray[np.float64]
+#: Fitted averaging times and frequencies a decade.
+PER_DECADE = 8
+#: Weight of the logarithm of the density beside that of the Allan variance, which is what is promised.
+DENSITY = 0.2
+ROUNDS = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a state space loses against the model it stands for.
+
+    Attributes
+    ----------
+    allan_error : float
+        Largest relative error of the Allan deviation at τ from one sample to a tenth of the record.
+    tau_s : float
+        Where that is, s.
+    log_likelihood : float
+        Expected loss of log-likelihood a sample (the Kullback-Leibler rate of the two spectra; lines left out).
+    """
+
+    allan_error: float
+    tau_s: float
+    log_likelihood: float
+
+    def __str__(self) -> str:
+        return (
+            f"Allan deviation within {100 * self.allan_error:.2g} % of the model's (worst at {self.tau_s:.3g} s), "
+            f"log-likelihood {self.log_likelihood:.1e} a sample below it"
+        )
+
+
+def cost(space: StateSpace) -> Cost:
+    """Compare a state space with the exact terms of its model."""
+    m = _factors(space.samples, 16)
+    error = np.sqrt(_allan(space.terms, m) / _allan(space.exact, m)) - 1.0
+    worst = int(np.argmax(np.abs(error)))
+    # Half of the ordinates lie above a quarter of the rate, and all of what is slow below a thousandth of it.
+    low = np.pi / space.samples
+    w = np.unique(np.concatenate([np.geomspace(low, np.pi, 2000), np.linspace(low, np.pi, 2000)]))
+    ratio = _density(space.exact, w) / _density(space.terms, w)
+    loss = 0.5 * (ratio - 1.0 - np.log(ratio))
+    return Cost(
+        float(np.abs(error[worst])),
+        float(m[worst] / space.rate),
+        float(np.trapezoid(loss, w) / (w[-1] - w[0])),
+    )
+
+
+def reduced(space: StateSpace, states: int) -> StateSpace:
+    """A state space of at most `states` states with nearly the same Allan deviation and spectrum.
+
+    Whatever turns or sums (a resonance, quantization, a random walk, a filter) is kept as it is while there is room, the
+    largest first; all plain lags together are replaced by as many as there is room for, with variances and time constants
+    of least squares in the logarithms of both curves.
+
+    Raises
+    ------
+    InputError
+        No state at all is left, or a power law steeper than −2.
+    """
+    if states < 1:
+        raise InputError(f"states = {states}: at least 1 is needed")
+    if not all(s.terms for s in space.sections):
+        raise InputError("a power law steeper than −2 cannot be reduced: leave `states` out")
+    order = sorted(
+        (i for i, s in enumerate(space.sections) if s.states and not s.is_lag),
+        key=lambda i: -_share(space.sections[i], space),
+    )
+    lags = sum(s.is_lag for s in space.sections)
+    room = states
+    kept: set[int] = {i for i, s in enumerate(space.sections) if not s.states}
+    for i in order:
+        size = space.sections[i].states
+        if size <= room - min(lags, 1):
+            kept.add(i)
+            room -= size
+    count = min(lags, room)
+    fixed = [s for i, s in enumerate(space.sections) if i in kept]
+    owners = [o for i, o in enumerate(space.owners) if i in kept]
+    fixed, fitted = _fit(space, fixed, count)
+    merged = "+".join(
+        dict.fromkeys(o for o, s in zip(space.owners, space.sections, strict=True) if s.is_lag)
+    )
+    return replace(space, sections=(*fixed, *fitted), owners=(*owners, *([merged] * len(fitted))))
+
+
+def _share(section: Section, space: StateSpace) -> float:
+    """Largest share of a section in the model's density; a line and an unknown level come first."""
+    if section.diffuse or not section.Q.any():
+        return 2.0
+    w = np.geomspace(np.pi / space.samples, np.pi, 500)
+    return float((_density(section.terms, w) / _density(space.exact, w)).max())
+
+
+def _fit(
+    space: StateSpace, fixed: list[Section], count: int
+) -> tuple[list[Section], list[Section]]:
+    """Scale what is kept, and place `count` lags: Gauss-Newton in the logarithms, damped."""
+    m = _factors(space.samples, PER_DECADE)
+    low = 2.0 * np.pi / space.samples
+    w = np.geomspace(low, np.pi, max(8, int(PER_DECADE * np.log10(np.pi / low))))
+    target = np.log(np.concatenate([_allan(space.exact, m), _density(space.exact, w)]))
+    weight = np.concatenate([np.ones(m.size), np.full(w.size, DENSITY)])
+    movable = [i for i, s in enumerate(fixed) if s.Q.any() or s.R > 0.0]
+    bound = [i for i in range(len(fixed)) if i not in movable]
+    base = sum((_columns(fixed[i].terms, m, w) for i in bound), np.zeros(target.size))
+    plain = np.array([_columns(fixed[i].terms, m, w) for i in movable]).reshape(-1, target.size)
+    gaps = _first_gaps(space, count)
+    unit = np.array([_lag_columns(g, m, w) for g in gaps]).reshape(-1, target.size)
+    sizes = np.log(_first_sizes(np.vstack([plain, unit]), base, np.exp(target), len(movable)))
+    logs = np.log(gaps)
+    damping, best = 1e-3, np.inf
+
+    def evaluate(sizes: Array, logs: Array) -> tuple[Array, Array, Array, float]:
+        unit = np.array([_lag_columns(g, m, w) for g in np.exp(logs)]).reshape(-1, target.size)
+        parts = np.exp(sizes)[:, None] * np.vstack([plain, unit])
+        total = base + parts.sum(axis=0)
+        rest = weight * (np.log(total) - target)
+        return parts, total, rest, float(rest @ rest)
+
+    parts, total, rest, best = evaluate(sizes, logs)
+    for _ in range(ROUNDS):
+        up = np.array([_lag_columns(g, m, w) for g in np.exp(logs + 1e-4)]).reshape(-1, target.size)
+        moved = np.exp(sizes[len(movable) :])[:, None] * up - parts[len(movable) :]
+        jacobian = weight[:, None] * np.vstack([parts, moved / 1e-4]).T / total[:, None]
+        normal = jacobian.T @ jacobian
+        while damping < 1e6:
+            step = np.linalg.solve(
+                normal + damping * (np.diag(np.diag(normal)) + 1e-9 * np.eye(len(normal))),
+                -jacobian.T @ rest,
+            )
+            step = np.clip(step, -1.0, 1.0)
+            trial = sizes + step[: sizes.size], np.minimum(logs + step[sizes.size :], -1e-9)
+            found = evaluate(*trial)
+            if found[3] < best:
+                break
+            damping *= 4.0
+        else:
+            break
+        gained = best - found[3]
+        (sizes, logs), (parts, total, rest, best) = trial, found
+        damping = max(damping / 8.0, 1e-9)
+        if gained < 1e-10 * (best + 1e-12):
+            break
+    scale = np.exp(sizes)
+    out = list(fixed)
+    for place, factor in zip(movable, scale[: len(movable)], strict=True):
+        out[place] = resized(fixed[place], float(factor))
+    placed = sorted(zip(np.exp(logs), scale[len(movable) :], strict=True))
+    return out, [lag(float(1.0 - gap), float(v)) for gap, v in placed if v > 0.0]
+
+
+def _first_gaps(space: StateSpace, count: int) -> Array:
+    """1 − φ, log-spaced over where the model's own lags are seen at all."""
+    own = [(1.0 - s.F[0, 0], s) for s in space.sections if s.is_lag]
+    if not own or not count:
+        return np.zeros(0)
+    seen = [gap for gap, s in own if _share(s, space) > 0.02] or [gap for gap, _ in own]
+    low, high = max(min(seen), 1.0 / space.samples), max(seen)
+    if count == 1:
+        return np.array([np.sqrt(low * high)])
+    return np.geomspace(low, max(high, 1.01 * low), count)
+
+
+def _first_sizes(columns: Array, base: Array, target: Array, plain: int) -> Array:
+    """Non-negative least squares in relative errors; what comes out as 0 begins small."""
+    from scipy.optimize import nnls
+
+    if not len(columns):
+        return np.zeros(0)
+    sizes, _ = nnls((columns / target).T, 1.0 - base / target)
+    small = 1e-3 / np.array([(c / target).max() for c in columns])
+    sizes = np.maximum(sizes, small)
+    sizes[:plain] = np.maximum(sizes[:plain], 0.1)
+    return np.asarray(sizes)
+
+
+def _columns(terms: Sequence[Term], m: Array, w: Array) -> Array:
+    return np.concatenate([_allan(terms, m), _density(terms, w)])
+
+
+def _lag_columns(gap: float, m: Array, w: Array) -> Array:
+    """A lag of variance 1."""
+    return _columns((("exponential", (1.0, 0.0, 1.0 - gap, 0.0)),), m, w)
+
+
+def _factors(n: int, per_decade: int) -> Array:
+    """Averaging factors from 1 to a tenth of the record."""
+    top = max(2.0, n / 10.0)
+    return np.unique(np.round(np.geomspace(1.0, top, int(per_decade * np.log10(top)) + 2)))
+
+
+def _allan(terms: Sequence[Term], m: Array) -> Array:
+    return np.asarray(sum((_terms.allan_variance(t, m) for t in terms), np.zeros(m.size)))
+
+
+def _density(terms: Sequence[Term], w: Array) -> Array:
+    from allanite.statespace.model import is_line
+
+    noise = (t for t in terms if not is_line(t))
+    return np.asarray(sum((_terms.spectrum(t, w) for t in noise), np.full(w.size, 1e-300)))

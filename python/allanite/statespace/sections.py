@@ -1,0 +1,257 @@
+"""Sections of a state space: one independent block of states for each primitive term.
+
+| term | states | recursion |
+|---|---|---|
+| ``white`` | 0 | adds to R |
+| ``blue`` | 2 | this deviate less the last |
+| ``random_walk`` | 1 | its first level is unknown |
+| ``exponential`` | 1, or 2 for a complex pole | a lag, a turning pair |
+| exponential and negative white | 2 or 3 | the ARMA process of that spectrum |
+| ``flicker``, ``power_law`` in [−2, 0] | one a lag | a non-negative sum of lags (two a decade) |
+| ``power_law`` above 0 | 2 a lag | differences of such a sum |
+| ``power_law`` below −2 | 2 a lag | running sums of such a sum |
+| ``moving_average`` | its length | a shift register |
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.common.errors import InputError
+from allanite.effects.terms import scaled
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from allanite.effects.terms import Term
+
+__all__ = ["Section", "line", "of_terms"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """A block s ← F s + w, cov w = Q, that adds H s to the samples.
+
+    Attributes
+    ----------
+    F, Q, P0 : ndarray, shape (d, d)
+    H : ndarray, shape (d,)
+    R : float
+        Variance of the white noise that comes with it.
+    terms : tuple of Term
+        The same process as primitive terms; none where an earlier section speaks for it.
+    diffuse : bool
+        Whether the level of its first state at the beginning is unknown; P0 is 0 there.
+    """
+
+    F: Array
+    Q: Array
+    H: Array
+    P0: Array
+    terms: tuple[Term, ...]
+    R: float = 0.0
+    diffuse: bool = False
+
+    @property
+    def states(self) -> int:
+        """Number of states."""
+        return self.H.size
+
+    @property
+    def is_lag(self) -> bool:
+        """Whether it is a plain first-order lag."""
+        return self.states == 1 and not self.diffuse and self.R == 0.0
+
+
+def of_terms(terms: Iterable[Term], n: int) -> list[Section]:
+    """Sections of the terms of one effect, good for records of `n` samples.
+
+    Raises
+    ------
+    InputError
+        A spectrum that no real process has.
+    """
+    terms = tuple(terms)
+    white = sum(v[0] for name, v in terms if name == "white")
+    lags = [t for t in terms if t[0] == "exponential"]
+    out: list[Section] = []
+    apart = [_exponential(t) for t in lags]
+    if white < 0.0 or None in apart:
+        if len(lags) != 1:
+            raise InputError("a negative density beside several lags has no state space")
+        out.append(_arma((*lags, ("white", (white,)))))
+    else:
+        out += [s for s in apart if s is not None]
+        if white:
+            out.append(_white(white))
+    for name, v in terms:
+        if name in ("white", "exponential"):
+            continue
+        if name == "blue":
+            out.append(_difference(0.0, v[0], (("blue", v),)))
+        elif name == "random_walk":
+            out.append(_walk(v[0]))
+        elif name == "flicker":
+            out += _power_law(-1.0, v[0], n)
+        elif name == "power_law":
+            out += _power_law(v[0], v[1], n)
+        elif name == "moving_average":
+            out.append(_shift_register(v[0], round(v[1])))
+        else:
+            raise InputError(f"no state space for a process {name!r}")
+    return out
+
+
+def line(amplitude: float, w: float) -> Section:
+    """A sinusoid of `w` radians a sample, its phase unknown: it turns for ever."""
+    turn = np.array([[np.cos(w), -np.sin(w)], [np.sin(w), np.cos(w)]])
+    power = 0.5 * amplitude**2
+    term: Term = ("exponential", (power, 0.0, float(np.cos(w)), float(np.sin(w))))
+    return Section(turn, np.zeros((2, 2)), np.array([1.0, 0.0]), power * np.eye(2), (term,))
+
+
+def lag(phi: float, variance: float) -> Section:
+    """A first-order lag of this variance."""
+    return Section(
+        np.array([[phi]]),
+        np.array([[variance * (1.0 - phi) * (1.0 + phi)]]),
+        np.ones(1),
+        np.array([[variance]]),
+        (("exponential", (variance, 0.0, phi, 0.0)),),
+    )
+
+
+def _white(variance: float) -> Section:
+    empty = np.zeros((0, 0))
+    return Section(
+        empty, empty, np.zeros(0), empty, (("white", (variance,)),), R=max(variance, 0.0)
+    )
+
+
+def _walk(step: float) -> Section:
+    one = np.ones((1, 1))
+    return Section(
+        one, step * one, np.ones(1), 0.0 * one, (("random_walk", (step,)),), diffuse=True
+    )
+
+
+def _exponential(term: Term) -> Section | None:
+    """A lag or a turning pair; None where the term alone has a negative density somewhere."""
+    a, phi = complex(*term[1][:2]), complex(*term[1][2:])
+    if phi.imag == 0.0:
+        return lag(phi.real, a.real) if a.real >= 0.0 and a.imag == 0.0 else None
+    c, s = phi.real, phi.imag
+    p, e = a.real, a.imag
+    # P = [[p, e], [e, q]] gives r(h) = Re(aφ^h) for any q; the one with the largest det Q is taken.
+    first, middle, last = (
+        p * (1 - c * c) + 2 * c * s * e,
+        e * (1 - c * c + s * s) - c * s * p,
+        s * s * p + 2 * c * s * e,
+    )
+    q = (first * (1 - c * c) + s * s * last - 2 * middle * c * s) / (2 * s * s)
+    Q = np.array(
+        [[first - s * s * q, middle + c * s * q], [middle + c * s * q, (1 - c * c) * q - last]]
+    )
+    values, vectors = np.linalg.eigh(Q)
+    if values[0] < -1e-9 * abs(values[1]) or values[1] < 0.0:
+        return None
+    Q = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return Section(
+        np.array([[c, -s], [s, c]]),
+        Q,
+        np.array([1.0, 0.0]),
+        np.array([[p, e], [e, q]]),
+        (term,),
+    )
+
+
+def _arma(terms: tuple[Term, ...]) -> Section:
+    """Harvey's form of the ARMA process with the spectrum of one exponential and a white rest."""
+    from allanite.simulate import arma
+
+    gain, b, a = arma(terms)
+    d = 3 if a[1] or b[2] else 2
+    F = np.eye(d, k=1)
+    F[: d - 1, 0] = [-a[0], -a[1]][: d - 1]
+    drive = gain * np.array(b[:d])
+    Q = np.outer(drive, drive)
+    P0 = np.linalg.solve(np.eye(d * d) - np.kron(F, F), Q.ravel()).reshape(d, d)
+    return Section(F, Q, np.eye(d)[0], 0.5 * (P0 + P0.T), terms)
+
+
+def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Section:
+    """u(k) − u(k−1) of a lag u."""
+    F = np.array([[phi, 0.0], [1.0, 0.0]])
+    Q = np.diag([variance * (1.0 - phi**2), 0.0])
+    P0 = variance * np.array([[1.0, phi], [phi, 1.0]])
+    if not terms:
+        # r(h) = 2vφ^h − vφ^{h−1} − vφ^{h+1}, and twice what is missing at lag 0.
+        slope = variance * (1.0 - phi) ** 2 / phi
+        terms = (
+            ("exponential", (-slope, 0.0, phi, 0.0)),
+            ("white", (2.0 * variance * (1.0 - phi) + slope,)),
+        )
+    return Section(F, Q, np.array([1.0, -1.0]), P0, terms)
+
+
+def _running_sum(phi: float, variance: float, terms: tuple[Term, ...]) -> Section:
+    """Output z with z(k+1) = z(k) + u(k) of a lag u; its spectrum is that of u over 4 sin²(w/2)."""
+    F = np.array([[1.0, 1.0], [0.0, phi]])
+    Q = np.diag([0.0, variance * (1.0 - phi**2)])
+    P0 = np.diag([0.0, variance])
+    return Section(F, Q, np.array([1.0, 0.0]), P0, terms, diffuse=True)
+
+
+def _power_law(exponent: float, level: float, n: int) -> list[Section]:
+    """Spectrum level·(2 sin(w/2))^exponent, over [1/(4n), ½] cycles a sample within 0.1 %."""
+    if level == 0.0:
+        return []
+    if exponent == -2.0:
+        return [_walk(level)]
+    if exponent > 0.0:
+        bank = _kernels.power_law_bank(exponent - 2.0, n)
+        return [
+            _difference(phi, v * level, () if phi else (("blue", (v * level,)),)) for phi, v in bank
+        ]
+    if exponent < -2.0:
+        bank = _kernels.power_law_bank(exponent + 2.0, n)
+        # The sum as one term: that of each part is the difference of two that are nearly equal.
+        whole: list[tuple[Term, ...]] = [(("power_law", (exponent, level)),)]
+        terms = whole + [()] * (len(bank) - 1)
+        return [_running_sum(phi, v * level, t) for (phi, v), t in zip(bank, terms, strict=True)]
+    bank = _kernels.power_law_bank(exponent, n)
+    return [lag(phi, v * level) if phi else _white(v * level) for phi, v in bank]
+
+
+def _shift_register(variance: float, length: int) -> Section:
+    if length <= 1:
+        return _white(variance)
+    Q = np.zeros((length, length))
+    Q[0, 0] = variance
+    return Section(
+        np.eye(length, k=-1),
+        Q,
+        np.full(length, 1.0 / length),
+        variance * np.eye(length),
+        (("moving_average", (variance, float(length))),),
+    )
+
+
+def resized(section: Section, factor: float) -> Section:
+    """The same section with its variance multiplied by `factor`."""
+    return Section(
+        section.F,
+        factor * section.Q,
+        section.H,
+        factor * section.P0,
+        tuple(scaled(t, factor) for t in section.terms),
+        factor * section.R,
+        section.diffuse,
+    )

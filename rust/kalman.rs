@@ -1,0 +1,203 @@
+//! Kalman filter and fixed-interval smoother of a scalar series with missing samples.
+//!
+//! s(k+1) = F s(k) + w(k), y(k) = H s(k) + v(k), cov w = Q, var v = R, s(0) ~ (0, P0). Once the gain has settled it is
+//! used again until a sample is missing. The smoother is that of the disturbances (Koopman 1993; Durbin & Koopman 2012
+//! §4.6) over stretches that are filtered a second time, so that its memory is that of the series.
+
+mod system;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::{Error, Result};
+pub use system::System;
+
+/// Samples between two looks at the flag, and of a stretch that the smoother filters again.
+const STRETCH: usize = 4096;
+/// Relative change of the gain below which it has settled.
+const SETTLED: f64 = 1e-12;
+
+/// What is predicted of one sample: by how much it differs (NaN where it is missing), and the variance of that.
+#[derive(Debug, Clone, Copy)]
+struct Innovation {
+    value: f64,
+    variance: f64,
+}
+
+/// The filter between two samples: mean and covariance of the state before the next one.
+#[derive(Debug, Clone)]
+struct Filter<'a> {
+    system: &'a System,
+    mean: Vec<f64>,
+    covariance: Vec<f64>,
+    /// P H' of the last sample, and its gain P H'/(H P H' + R).
+    spread: Vec<f64>,
+    gain: Vec<f64>,
+    variance: f64,
+    settled: bool,
+    room: Vec<f64>,
+}
+
+impl<'a> Filter<'a> {
+    fn new(system: &'a System) -> Self {
+        let d = system.states();
+        Self {
+            system,
+            mean: vec![0.0; d],
+            covariance: system.initial().to_vec(),
+            spread: vec![0.0; d],
+            gain: vec![0.0; d],
+            variance: 0.0,
+            settled: false,
+            room: vec![0.0; d * d],
+        }
+    }
+
+    /// Takes one sample, and moves on to the time of the next.
+    fn step(&mut self, sample: f64) -> Result<Innovation> {
+        let missing = sample.is_nan();
+        if missing {
+            self.settled = false;
+        }
+        if !self.settled {
+            self.system.spread(&self.covariance, &mut self.spread);
+            let variance = self.system.observe(&self.spread) + self.system.noise();
+            if !(variance > 0.0) {
+                return Err(Error::Input(format!(
+                    "the variance of an innovation is {variance}: the model has no noise"
+                )));
+            }
+            let mut change: f64 = 0.0;
+            for (gain, spread) in self.gain.iter_mut().zip(&self.spread) {
+                let new = spread / variance;
+                change = change.max((new - *gain).abs() / (new.abs() + f64::MIN_POSITIVE));
+                *gain = new;
+            }
+            change = change.max((variance - self.variance).abs() / variance);
+            self.variance = variance;
+            self.settled = !missing && change < SETTLED;
+        }
+        let value = sample - self.system.observe(&self.mean);
+        if !missing {
+            for (mean, gain) in self.mean.iter_mut().zip(&self.gain) {
+                *mean += gain * value;
+            }
+        }
+        self.system.advance(&mut self.mean, &mut self.room);
+        if !self.settled {
+            let weight = if missing { 0.0 } else { 1.0 / self.variance };
+            self.system.propagate(&mut self.covariance, &self.spread, weight, &mut self.room);
+        }
+        Ok(Innovation { value, variance: self.variance })
+    }
+}
+
+fn check(stop: &AtomicBool) -> Result<()> {
+    if stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+/// Innovations of `samples` (NaN: missing) and their variances.
+pub fn filter(system: &System, samples: &[f64], stop: &AtomicBool) -> Result<(Vec<f64>, Vec<f64>)> {
+    let mut filter = Filter::new(system);
+    let (mut values, mut variances) = (Vec::with_capacity(samples.len()), Vec::with_capacity(samples.len()));
+    for stretch in samples.chunks(STRETCH) {
+        check(stop)?;
+        for &sample in stretch {
+            let found = filter.step(sample)?;
+            values.push(found.value);
+            variances.push(found.variance);
+        }
+    }
+    Ok((values, variances))
+}
+
+/// E(H s(k) | all samples) at every k, missing ones included.
+pub fn smooth(system: &System, samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>> {
+    let d = system.states();
+    let mut filter = Filter::new(system);
+    let mut starts = Vec::with_capacity(samples.len() / STRETCH + 1);
+    for stretch in samples.chunks(STRETCH) {
+        check(stop)?;
+        starts.push(filter.clone());
+        for &sample in stretch {
+            filter.step(sample)?;
+        }
+    }
+    let mut out = vec![0.0; samples.len()];
+    let mut adjoint = vec![0.0; d];
+    let mut adjoints = vec![0.0; STRETCH * d];
+    let mut gains = vec![0.0; STRETCH * d];
+    let mut found = Vec::with_capacity(STRETCH);
+    let mut room = vec![0.0; d];
+    for (number, stretch) in samples.chunks(STRETCH).enumerate().rev() {
+        check(stop)?;
+        let mut filter = starts.pop().unwrap_or_else(|| Filter::new(system));
+        let (mut state, covariance) = (filter.mean.clone(), filter.covariance.clone());
+        found.clear();
+        for (&sample, gain) in stretch.iter().zip(gains.chunks_mut(d)) {
+            found.push(filter.step(sample)?);
+            gain.copy_from_slice(&filter.gain);
+        }
+        for k in (0..stretch.len()).rev() {
+            adjoints[k * d..(k + 1) * d].copy_from_slice(&adjoint);
+            system.retreat(&mut adjoint, &mut room);
+            if !found[k].value.is_nan() {
+                let gain = &gains[k * d..(k + 1) * d];
+                let seen: f64 = gain.iter().zip(&adjoint).map(|(g, u)| g * u).sum();
+                system.add_observed(&mut adjoint, found[k].value / found[k].variance - seen);
+            }
+        }
+        // Mean of the state at the first sample of the stretch; from there the smoothed disturbances carry it on.
+        for (i, row) in covariance.chunks(d).enumerate() {
+            state[i] += row.iter().zip(&adjoint).map(|(p, r)| p * r).sum::<f64>();
+        }
+        let first = number * STRETCH;
+        for (k, value) in out[first..first + stretch.len()].iter_mut().enumerate() {
+            *value = system.observe(&state);
+            system.advance(&mut state, &mut room);
+            system.disturb(&mut state, &adjoints[k * d..(k + 1) * d]);
+        }
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn go() -> AtomicBool {
+        AtomicBool::new(false)
+    }
+
+    #[test]
+    fn local_level_settles_at_the_root_of_its_riccati_equation() {
+        // P² − qP − qr = 0 for the predicted variance of a random walk in white noise.
+        let (q, r) = (0.01, 2.0_f64);
+        let system = System::new(&[1.0], &[q], &[1.0], r, &[1e6]).unwrap();
+        let samples: Vec<f64> = (0..2000).map(|k| f64::from(k % 7)).collect();
+        let (_, variances) = filter(&system, &samples, &go()).unwrap();
+        let p = 0.5 * (q + (q * q + 4.0 * q * r).sqrt());
+        assert!((variances[1999] / (p + r) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_line_through_two_samples() {
+        // Without measurement noise the mean of a random walk between two samples lies on their straight line,
+        // across the ends of stretches, too.
+        let n = 2 * STRETCH + 100;
+        let mut samples = vec![f64::NAN; n];
+        samples[0] = 1.0;
+        samples[n - 1] = 3.0;
+        let system = System::new(&[1.0], &[1.0], &[1.0], 0.0, &[1e4]).unwrap();
+        let mean = smooth(&system, &samples, &go()).unwrap();
+        for (k, value) in mean.iter().enumerate() {
+            let line = 1.0 + 2.0 * k as f64 / (n - 1) as f64;
+            assert!((value - line).abs() < 1e-9, "{k}: {value} {line}");
+        }
+    }
+
+    #[test]
+    fn a_model_without_noise_is_refused() {
+        let system = System::new(&[1.0], &[0.0], &[1.0], 0.0, &[0.0]).unwrap();
+        assert!(filter(&system, &[1.0], &go()).is_err());
+    }
+}

@@ -1,0 +1,144 @@
+//! F, Q, H, R, P0, and the products with them. F is mostly zeros: blocks of one or two states.
+
+use crate::{Error, Result};
+
+/// A linear system with one output.
+#[derive(Debug, Clone)]
+pub struct System {
+    states: usize,
+    /// (column, value) of the nonzero elements of each row of F.
+    rows: Vec<Vec<(usize, f64)>>,
+    /// F_i F_j where F is diagonal.
+    products: Option<Vec<f64>>,
+    q: Vec<f64>,
+    h: Vec<f64>,
+    r: f64,
+    p0: Vec<f64>,
+}
+
+impl System {
+    /// Matrices row by row.
+    pub fn new(f: &[f64], q: &[f64], h: &[f64], r: f64, p0: &[f64]) -> Result<Self> {
+        let d = h.len();
+        for (name, matrix) in [("F", f), ("Q", q), ("P0", p0)] {
+            if matrix.len() != d * d {
+                return Err(Error::Input(format!(
+                    "{name} has {} elements: H has {d} states, which needs {}",
+                    matrix.len(),
+                    d * d
+                )));
+            }
+            if let Some(bad) = matrix.iter().find(|v| !v.is_finite()) {
+                return Err(Error::Input(format!("{name} holds {bad}: finite numbers are needed")));
+            }
+        }
+        if !(r >= 0.0 && r.is_finite() && h.iter().all(|v| v.is_finite())) {
+            return Err(Error::Input(format!(
+                "R is {r}, or H not finite: R ≥ 0 and finite numbers are needed"
+            )));
+        }
+        let rows: Vec<Vec<_>> = f
+            .chunks(d.max(1))
+            .map(|row| row.iter().copied().enumerate().filter(|&(_, v)| v != 0.0).collect())
+            .collect();
+        let diagonal = rows.iter().enumerate().all(|(i, row)| row.iter().all(|&(j, _)| j == i));
+        let products =
+            diagonal.then(|| (0..d * d).map(|k| f[(k / d) * (d + 1)] * f[(k % d) * (d + 1)]).collect());
+        Ok(Self { states: d, rows, products, q: q.to_vec(), h: h.to_vec(), r, p0: p0.to_vec() })
+    }
+
+    /// Number of states.
+    pub fn states(&self) -> usize {
+        self.states
+    }
+
+    /// P0.
+    pub fn initial(&self) -> &[f64] {
+        &self.p0
+    }
+
+    /// R.
+    pub fn noise(&self) -> f64 {
+        self.r
+    }
+
+    /// H s.
+    pub fn observe(&self, state: &[f64]) -> f64 {
+        self.h.iter().zip(state).map(|(h, s)| h * s).sum()
+    }
+
+    /// P H'.
+    pub fn spread(&self, covariance: &[f64], out: &mut [f64]) {
+        for (value, row) in out.iter_mut().zip(covariance.chunks(self.states)) {
+            *value = self.observe(row);
+        }
+    }
+
+    /// s ← F s.
+    pub fn advance(&self, state: &mut [f64], room: &mut [f64]) {
+        room[..self.states].copy_from_slice(state);
+        for (value, row) in state.iter_mut().zip(&self.rows) {
+            *value = row.iter().map(|&(j, f)| f * room[j]).sum();
+        }
+    }
+
+    /// u ← F' u.
+    pub fn retreat(&self, adjoint: &mut [f64], room: &mut [f64]) {
+        room[..self.states].copy_from_slice(adjoint);
+        adjoint.fill(0.0);
+        for (row, &value) in self.rows.iter().zip(room.iter()) {
+            for &(j, f) in row {
+                adjoint[j] += f * value;
+            }
+        }
+    }
+
+    /// u ← u + H' value.
+    pub fn add_observed(&self, adjoint: &mut [f64], value: f64) {
+        for (u, h) in adjoint.iter_mut().zip(&self.h) {
+            *u += h * value;
+        }
+    }
+
+    /// s ← s + Q r.
+    pub fn disturb(&self, state: &mut [f64], adjoint: &[f64]) {
+        for (value, row) in state.iter_mut().zip(self.q.chunks(self.states)) {
+            *value += row.iter().zip(adjoint).map(|(q, r)| q * r).sum::<f64>();
+        }
+    }
+
+    /// P ← F (P − weight · spread spread') F' + Q.
+    pub fn propagate(&self, covariance: &mut [f64], spread: &[f64], weight: f64, room: &mut [f64]) {
+        let d = self.states;
+        if let Some(products) = &self.products {
+            for (i, row) in covariance.chunks_mut(d).enumerate() {
+                let own = weight * spread[i];
+                let (products, q) = (&products[i * d..(i + 1) * d], &self.q[i * d..(i + 1) * d]);
+                for (((p, s), f), q) in row.iter_mut().zip(spread).zip(products).zip(q) {
+                    *p = (*p - own * s) * f + q;
+                }
+            }
+            return;
+        }
+        for (i, row) in covariance.chunks_mut(d).enumerate() {
+            let own = weight * spread[i];
+            for (p, s) in row.iter_mut().zip(spread) {
+                *p -= own * s;
+            }
+        }
+        // F P, transposed, is P F'; F times that.
+        for (i, row) in self.rows.iter().enumerate() {
+            for k in 0..d {
+                room[k * d + i] = row.iter().map(|&(j, f)| f * covariance[j * d + k]).sum();
+            }
+        }
+        covariance.copy_from_slice(&self.q);
+        for (row, out) in self.rows.iter().zip(covariance.chunks_mut(d)) {
+            for &(j, f) in row {
+                for (p, m) in out.iter_mut().zip(&room[j * d..(j + 1) * d]) {
+                    *p += f * m;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! The maximum over coefficients θ ≥ 0 by Fisher scoring.
+
+use std::sync::atomic::AtomicBool;
+
+use super::nonnegative::Nonnegative;
+use super::{Judged, Likelihood};
+use crate::parallel;
+use crate::{Error, Result};
+
+/// Parts of a step that are tried until logL rises.
+const STEPS: [f64; 6] = [1.0, 0.5, 0.25, 0.1, 0.03, 0.01];
+/// A round that gains less is the last.
+const GAIN: f64 = 1e-6;
+/// Climbs for which a thread is worth its start.
+const WORTH: usize = 8;
+
+/// A spectrum S = offset + Gθ to be fitted.
+#[derive(Clone, Copy)]
+pub struct Problem<'a> {
+    pub likelihood: &'a Likelihood,
+    /// Measured power, shape (bins,).
+    pub power: &'a [f64],
+    /// Expected power of each effect at coefficient 1, shape (p, bins).
+    pub columns: &'a [f64],
+    /// Power that is there in any case, shape (bins,) or none.
+    pub offset: Option<&'a [f64]>,
+}
+
+/// The maximum that lies uphill of a start.
+#[derive(Debug, Clone)]
+pub struct Maximum {
+    /// Shape (p,).
+    pub theta: Vec<f64>,
+    /// Shape (bins,).
+    pub spectrum: Vec<f64>,
+    /// Index of the scale; `None` at δ = 0.
+    pub scale: Option<usize>,
+    pub judged: Judged,
+}
+
+impl Problem<'_> {
+    fn check(&self, p: usize, scale: Option<usize>) -> Result<()> {
+        let bins = self.power.len();
+        self.likelihood.check(self.power, self.offset.unwrap_or(self.power), scale)?;
+        if self.columns.len() != p * bins {
+            let found = self.columns.len();
+            return Err(Error::Input(format!(
+                "likelihood: columns of {found} numbers for {p} coefficients and {bins} bins"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Columns in units of the measured power, and the unit of each.
+    fn scaled(&self, p: usize) -> (Vec<f64>, Vec<f64>) {
+        let bins = self.power.len();
+        let unit = |c: usize| {
+            let column = &self.columns[c * bins..(c + 1) * bins];
+            let most = column.iter().zip(self.power).map(|(g, i)| (g / i).abs()).fold(0.0, f64::max);
+            if most > 0.0 && most.is_finite() { most.recip().min(f64::MAX) } else { 1.0 }
+        };
+        let units: Vec<f64> = (0..p).map(unit).collect();
+        let columns = (0..p * bins).map(|i| self.columns[i] * units[i / bins]).collect();
+        (columns, units)
+    }
+
+    /// Least squares in units of the measured power: a start, shape (p,).
+    pub fn first(&self, p: usize) -> Result<Vec<f64>> {
+        self.check(p, None)?;
+        let (columns, units) = self.scaled(p);
+        let counted = self.likelihood.count.iter().zip(self.power);
+        let weight: Vec<f64> = counted.map(|(n, i)| n.sqrt() / i).collect();
+        let target: Vec<f64> =
+            (0..weight.len()).map(|b| (self.power[b] - self.offset.map_or(0.0, |o| o[b])).max(0.0)).collect();
+        let mut theta = vec![0.0; p];
+        Nonnegative::new(weight.len(), p).solve(&columns, &weight, &target, &mut theta);
+        if self.offset.is_none() && theta.iter().all(|t| *t == 0.0) {
+            theta.fill(1.0 / p as f64);
+        }
+        Ok(theta.iter().zip(units).map(|(t, unit)| t * unit).collect())
+    }
+
+    /// The maximum uphill of `start`; a scale is fitted on the way. Each round is non-negative least squares with the degrees
+    /// of freedom that are left, made shorter until logL rises.
+    pub fn climb(&self, start: &[f64], scale: Option<usize>, rounds: usize) -> Result<Maximum> {
+        let p = start.len();
+        self.check(p, scale)?;
+        let law = self.likelihood;
+        let bins = law.bins();
+        let (columns, units) = self.scaled(p);
+        let mut theta: Vec<f64> = start.iter().zip(&units).map(|(t, unit)| t / unit).collect();
+        let mut scale = scale;
+        let target: Vec<f64> = (0..bins).map(|b| self.power[b] - self.offset.map_or(0.0, |o| o[b])).collect();
+        let (mut goal, mut tried, mut weight) = (theta.clone(), theta.clone(), vec![0.0; bins]);
+        let (mut spectrum, mut moved) = (vec![0.0; bins], vec![0.0; bins]);
+        let (mut y, mut moved_y) = (Vec::new(), Vec::new());
+        let (mut best, mut spare) = (Judged::default(), Judged::default());
+        let mut solver = Nonnegative::new(bins, p);
+        self.fill(&columns, &theta, &mut spectrum);
+        law.fill(self.power, &spectrum, &mut y);
+        law.judge_at(&y, scale, &mut best);
+        // Without a column there is nothing to fit, nor is the scale.
+        for _ in 0..if p > 0 { rounds } else { 0 } {
+            for ((w, n), s) in weight.iter_mut().zip(&best.weight).zip(&spectrum) {
+                *w = n.sqrt() / s;
+            }
+            solver.solve(&columns, &weight, &target, &mut goal);
+            let before = best.log_likelihood;
+            for step in STEPS {
+                for ((tried, theta), goal) in tried.iter_mut().zip(&theta).zip(&goal) {
+                    *tried = theta + step * (goal - theta);
+                }
+                self.fill(&columns, &tried, &mut moved);
+                law.fill(self.power, &moved, &mut moved_y);
+                law.judge_at(&moved_y, scale, &mut spare);
+                if spare.log_likelihood > before {
+                    std::mem::swap(&mut theta, &mut tried);
+                    std::mem::swap(&mut spectrum, &mut moved);
+                    std::mem::swap(&mut y, &mut moved_y);
+                    std::mem::swap(&mut best, &mut spare);
+                    break;
+                }
+            }
+            if let Some(scale) = &mut scale {
+                law.better_at(&y, scale, &mut best, &mut spare);
+            }
+            if !(best.log_likelihood - before >= GAIN) {
+                break;
+            }
+        }
+        let theta = theta.iter().zip(units).map(|(t, unit)| t * unit).collect();
+        Ok(Maximum { theta, spectrum, scale, judged: law.finished(self.power, best) })
+    }
+
+    /// S at these coefficients, positive.
+    fn fill(&self, columns: &[f64], theta: &[f64], out: &mut [f64]) {
+        match self.offset {
+            Some(offset) => out.copy_from_slice(offset),
+            None => out.fill(0.0),
+        }
+        for (column, theta) in columns.chunks_exact(out.len().max(1)).zip(theta) {
+            out.iter_mut().zip(column).for_each(|(s, g)| *s += theta * g);
+        }
+        let floor = 1e-24 * self.power.iter().copied().fold(f64::NEG_INFINITY, f64::max) + 1e-300;
+        out.iter_mut().for_each(|s| *s = if *s < floor { floor } else { *s });
+    }
+}
+
+/// `climb` without an offset from many starts, each with columns of its own: `columns` has shape (m, p, bins), `starts` (m, p).
+#[allow(clippy::too_many_arguments)] // they are the problem
+pub fn climb_many(
+    likelihood: &Likelihood,
+    power: &[f64],
+    columns: &[f64],
+    starts: &[f64],
+    p: usize,
+    scale: Option<usize>,
+    rounds: usize,
+    stop: &AtomicBool,
+) -> Result<Vec<Maximum>> {
+    let (size, m) = (p * power.len(), starts.len().checked_div(p).unwrap_or(0));
+    if columns.len() != m * size || starts.len() != m * p {
+        return Err(Error::Input(format!(
+            "likelihood: columns of {} numbers for {m} starts, {p} coefficients and {} bins",
+            columns.len(),
+            power.len()
+        )));
+    }
+    let work = |(): &mut (), i: usize| {
+        let columns = &columns[i * size..(i + 1) * size];
+        let problem = Problem { likelihood, power, columns, offset: None };
+        problem.climb(&starts[i * p..(i + 1) * p], scale, rounds)
+    };
+    let threads = parallel::default_threads().min(m.div_ceil(WORTH));
+    parallel::for_each(threads, m, stop, || (), work)?.into_iter().collect()
+}

@@ -1,0 +1,109 @@
+use std::sync::atomic::AtomicBool;
+
+use super::gamma::norm;
+use super::*;
+
+fn scales() -> Vec<f64> {
+    (0..57).map(|i| 1e-3 * 3000f64.powf(f64::from(i) / 56.0)).collect()
+}
+
+/// Eleven bins: a whole block and a part of one.
+fn bins() -> (Vec<f64>, Vec<f64>) {
+    let count: Vec<f64> = (0..11).map(|i| 3f64.powi(i)).collect();
+    let power = (0..11).map(|i| 1.0 + 0.4 * (f64::from(i) * 2.3).sin()).collect();
+    (count, power)
+}
+
+#[test]
+fn exponentials_are_those_of_the_library() {
+    for i in 0..70_000 {
+        let x = -f64::from(i) / 100.0;
+        for found in [sum::exp::<false>(x), sum::exp::<true>(x)] {
+            assert!((found / x.exp() - 1.0).abs() < 1e-15, "{x}: {found}");
+        }
+    }
+    assert!(sum::exp::<false>(f64::NEG_INFINITY) < 1e-300);
+}
+
+#[test]
+fn norms_are_those_of_factorials_and_halves() {
+    let mut factorial = 1.0f64;
+    for k in 1..60 {
+        let k = f64::from(k);
+        let want = k * k.ln() - factorial.ln();
+        assert!((norm(k) - want).abs() < 1e-14 * want.abs() + 1e-13, "{k}");
+        factorial *= k;
+    }
+    let half = 0.5 * 0.5f64.ln() - 0.5 * std::f64::consts::PI.ln();
+    assert!((norm(0.5) - half).abs() < 1e-13);
+    assert!((norm(1e-6) - 1e-6 * 1e-6f64.ln() - 1e-6f64.ln()).abs() < 1e-6);
+}
+
+#[test]
+fn a_scale_that_is_nothing_is_the_whittle_likelihood() {
+    let (count, power) = bins();
+    let law = Likelihood::new(count.clone(), vec![1e-12]).unwrap();
+    let spectrum = vec![1.1; count.len()];
+    let plain = law.judge(&power, &spectrum, None).unwrap();
+    let found = law.judge(&power, &spectrum, Some(0)).unwrap();
+    let whittle: f64 = count.iter().zip(&power).map(|(n, p)| -0.5 * n * (1.1f64.ln() + p / 1.1)).sum();
+    assert!((plain.log_likelihood / whittle - 1.0).abs() < 1e-12);
+    assert!((found.log_likelihood / whittle - 1.0).abs() < 1e-9);
+    assert!(found.weight.iter().zip(&count).all(|(w, n)| (w / n - 1.0).abs() < 1e-9));
+    assert_eq!(plain.weight, count);
+}
+
+#[test]
+fn climbs_to_an_exact_mixture_alone_and_among_many() {
+    let count = vec![50.0; 30];
+    let f: Vec<f64> = (1..=30).map(|i| f64::from(i) / 60.0).collect();
+    let columns: Vec<f64> = f
+        .iter()
+        .map(|_| 1.0)
+        .chain(f.iter().map(|f| 1e-9 / f))
+        .chain(f.iter().map(|f| 1e9 / f.powi(2)))
+        .collect();
+    let want = [2.0, 3e8, 1e-11];
+    let power: Vec<f64> = (0..30).map(|b| (0..3).map(|c| want[c] * columns[c * 30 + b]).sum()).collect();
+    let law = Likelihood::new(count, scales()).unwrap();
+    let problem = Problem { likelihood: &law, power: &power, columns: &columns, offset: None };
+    let start = problem.first(3).unwrap();
+    for scale in [None, Some(30)] {
+        let one = problem.climb(&start, scale, 80).unwrap();
+        for (found, want) in one.theta.iter().zip(want) {
+            assert!((found / want - 1.0).abs() < 1e-6, "{:?}", one.theta);
+        }
+        // Perfect data: the least of all discrepancies.
+        assert_eq!(one.scale, scale.map(|_| 0));
+        let stop = AtomicBool::new(false);
+        let two = climb_many(
+            &law,
+            &power,
+            &[&columns[..], &columns[..]].concat(),
+            &[&start[..], &[1.0, 0.0, 0.0]].concat(),
+            3,
+            scale,
+            80,
+            &stop,
+        )
+        .unwrap();
+        assert_eq!(two[0].theta, one.theta);
+        assert!(two[1].theta.iter().all(|t| *t >= 0.0));
+    }
+}
+
+#[test]
+fn what_does_not_fit_together_is_refused_and_what_is_no_number_ends() {
+    let (count, power) = bins();
+    let law = Likelihood::new(count, scales()).unwrap();
+    assert!(Likelihood::new(vec![0.0], scales()).is_err());
+    assert!(law.judge(&power, &power[1..], None).is_err());
+    assert!(law.judge(&power, &power, Some(57)).is_err());
+    let columns = power.clone();
+    let problem = Problem { likelihood: &law, power: &power, columns: &columns, offset: None };
+    assert!(problem.climb(&[1.0, 1.0], None, 80).is_err());
+    let mut broken = power.clone();
+    broken[3] = f64::NAN;
+    let found = Problem { power: &broken, ..problem }.climb(&[1.0], Some(3), 80).unwrap();
+    assert!(found.judged.log_likelihood.is_nan());
+}

@@ -1,0 +1,141 @@
+//! Doors of the likelihood with a discrepancy.
+
+use numpy::ndarray::ArrayView2;
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+};
+use pyo3::prelude::*;
+
+use super::doorway::{run, run_short};
+use super::errors::to_python;
+use crate::likelihood::{self, Judged, Problem};
+
+type Array<'py> = Bound<'py, PyArray1<f64>>;
+
+fn numbers(array: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
+    array.as_array().to_vec()
+}
+
+/// Column by column.
+fn columns(array: ArrayView2<'_, f64>) -> Vec<f64> {
+    array.reversed_axes().iter().copied().collect()
+}
+
+/// The law of bins with these degrees of freedom, at these scales of discrepancy.
+#[pyclass(frozen, module = "allanite._core")]
+pub struct Likelihood(likelihood::Likelihood);
+
+#[pymethods]
+impl Likelihood {
+    #[new]
+    fn new(count: PyReadonlyArray1<'_, f64>, scales: PyReadonlyArray1<'_, f64>) -> PyResult<Self> {
+        likelihood::Likelihood::new(numbers(&count), numbers(&scales)).map(Self).map_err(to_python)
+    }
+
+    /// Marginal logL and weights (bins,).
+    #[pyo3(signature = (power, spectrum, scale))]
+    fn judge<'py>(
+        &self,
+        py: Python<'py>,
+        power: PyReadonlyArray1<'py, f64>,
+        spectrum: PyReadonlyArray1<'py, f64>,
+        scale: Option<usize>,
+    ) -> PyResult<(f64, Array<'py>)> {
+        let (power, spectrum) = (numbers(&power), numbers(&spectrum));
+        let Judged { log_likelihood, weight } = run_short(py, || self.0.judge(&power, &spectrum, scale))?;
+        Ok((log_likelihood, weight.into_pyarray(py)))
+    }
+
+    /// Marginal logL (scales, m) of spectra (m, bins).
+    fn profile<'py>(
+        &self,
+        py: Python<'py>,
+        power: PyReadonlyArray1<'py, f64>,
+        spectra: PyReadonlyArray2<'py, f64>,
+        scales: Vec<usize>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let shape = [scales.len(), spectra.as_array().nrows()];
+        let (power, spectra) = (numbers(&power), spectra.as_array().iter().copied().collect::<Vec<f64>>());
+        let found = run_short(py, || self.0.profile(&power, &spectra, &scales))?;
+        found.into_pyarray(py).reshape(shape)
+    }
+
+    /// The best scale, or the one uphill of `start`, its marginal logL and weights (bins,).
+    #[pyo3(signature = (power, spectrum, start=None))]
+    fn best_scale<'py>(
+        &self,
+        py: Python<'py>,
+        power: PyReadonlyArray1<'py, f64>,
+        spectrum: PyReadonlyArray1<'py, f64>,
+        start: Option<usize>,
+    ) -> PyResult<(usize, f64, Array<'py>)> {
+        let (power, spectrum) = (numbers(&power), numbers(&spectrum));
+        let (scale, found) = run_short(py, || self.0.best_scale(&power, &spectrum, start))?;
+        Ok((scale, found.log_likelihood, found.weight.into_pyarray(py)))
+    }
+
+    /// Least squares in units of the power, (p,).
+    fn first<'py>(
+        &self,
+        py: Python<'py>,
+        power: PyReadonlyArray1<'py, f64>,
+        matrix: PyReadonlyArray2<'py, f64>,
+        offset: Option<PyReadonlyArray1<'py, f64>>,
+    ) -> PyResult<Array<'py>> {
+        let p = matrix.as_array().ncols();
+        let (power, offset) = (numbers(&power), offset.as_ref().map(numbers));
+        let columns = columns(matrix.as_array());
+        let problem =
+            Problem { likelihood: &self.0, power: &power, columns: &columns, offset: offset.as_deref() };
+        Ok(run_short(py, || problem.first(p))?.into_pyarray(py))
+    }
+
+    /// θ (p,), S (bins,), marginal logL, scale and weights (bins,) uphill of `theta`.
+    #[expect(clippy::too_many_arguments, reason = "they are the problem")]
+    fn climb<'py>(
+        &self,
+        py: Python<'py>,
+        power: PyReadonlyArray1<'py, f64>,
+        matrix: PyReadonlyArray2<'py, f64>,
+        theta: PyReadonlyArray1<'py, f64>,
+        scale: Option<usize>,
+        offset: Option<PyReadonlyArray1<'py, f64>>,
+        rounds: usize,
+    ) -> PyResult<(Array<'py>, Array<'py>, f64, Option<usize>, Array<'py>)> {
+        let (power, offset, theta) = (numbers(&power), offset.as_ref().map(numbers), numbers(&theta));
+        let columns = columns(matrix.as_array());
+        let problem =
+            Problem { likelihood: &self.0, power: &power, columns: &columns, offset: offset.as_deref() };
+        let found = run_short(py, || problem.climb(&theta, scale, rounds))?;
+        Ok((
+            found.theta.into_pyarray(py),
+            found.spectrum.into_pyarray(py),
+            found.judged.log_likelihood,
+            found.scale,
+            found.judged.weight.into_pyarray(py),
+        ))
+    }
+
+    /// θ (m, p), marginal logL (m,) and scales uphill of each of `thetas` (m, p), with columns (m, bins, p).
+    fn climb_many<'py>(
+        &self,
+        py: Python<'py>,
+        power: PyReadonlyArray1<'py, f64>,
+        matrices: PyReadonlyArray3<'py, f64>,
+        thetas: PyReadonlyArray2<'py, f64>,
+        scale: Option<usize>,
+        rounds: usize,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Array<'py>, Vec<Option<usize>>)> {
+        let (m, p) = thetas.as_array().dim();
+        let power = numbers(&power);
+        let starts: Vec<f64> = thetas.as_array().iter().copied().collect();
+        let columns: Vec<f64> = matrices.as_array().outer_iter().flat_map(columns).collect();
+        let found = run(py, |stop| {
+            likelihood::climb_many(&self.0, &power, &columns, &starts, p, scale, rounds, stop)
+        })?;
+        let thetas: Vec<f64> = found.iter().flat_map(|f| f.theta.iter().copied()).collect();
+        let values: Vec<f64> = found.iter().map(|f| f.judged.log_likelihood).collect();
+        let scales = found.iter().map(|f| f.scale).collect();
+        Ok((thetas.into_pyarray(py).reshape([m, p])?, values.into_pyarray(py), scales))
+    }
+}

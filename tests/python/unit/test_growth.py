@@ -1,0 +1,100 @@
+"""Error since the last fix: closed forms, simulation, and a recording's own segments."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.common.errors import InputError, TooShortError
+from allanite.effects.files import parse_model
+
+RATE = 50.0
+
+
+def angle(text, **options):
+    options = {"unit": "rad/s", "rate": RATE, "aided": 10.0, **options}
+    return al.predict(parse_model(text), **options)[0]
+
+
+def test_closed_forms():
+    tau = np.array([1.0, 10.0, 60.0])
+    # N²t + N²t²/a.
+    np.testing.assert_allclose(
+        angle("N(N=0.01)", tau=tau).total, 0.01 * np.sqrt(tau + tau**2 / 10), rtol=1e-9
+    )
+    # A ramp: the mean of the ramp over the aiding lies a/2 back (half a sample apart in discrete time).
+    ramp = angle("N(N=1e-9)+R(R=0.1)", tau=tau).budget["R"]
+    np.testing.assert_allclose(ramp, 0.1 * (tau**2 / 2 + tau * 10 / 2), rtol=1e-3)
+    # K² (t³/3 + t² a/3) of a random walk.
+    walk = angle("K(K=0.1)", tau=tau).total
+    np.testing.assert_allclose(walk, 0.1 * np.sqrt(tau**3 / 3 + tau**2 * 10 / 3), rtol=3e-3)
+
+
+@pytest.mark.parametrize(
+    "text", ["B(B=0.01)", "GM(q_c=0.1,T=3)", "N(N=1)+B(B=0.1)+K(K=0.01)", "Q(Q=1)"]
+)
+def test_at_the_time_of_aiding_it_is_the_allan_deviation(text):
+    found = angle(text, tau=[10.0]).total[0]
+    assert found == pytest.approx(
+        np.sqrt(2.0) * 10.0 * np.sqrt(parse_model(text).allan_variance(10.0, RATE)), rel=1e-6
+    )
+
+
+def test_long_times_are_averaged_in_groups():
+    # 36 000 s at 50 Hz are 1.8 million samples, 110 a group.
+    model = parse_model("N(N=0.1)+B(B=0.01)+K(K=1e-3)+GM(q_c=0.01,T=5)")
+    found = al.predict(model, aided=36_000.0 / 2, unit="rad/s", rate=RATE, tau=[18_000.0])[0]
+    expected = np.sqrt(2.0) * 18_000.0 * np.sqrt(model.allan_variance(18_000.0, RATE))
+    assert found.total[0] == pytest.approx(expected, rel=1e-4)
+
+
+def test_budget_adds_in_squares_and_names_what_is_left_out():
+    growth = al.predict(
+        parse_model("N(N=0.1)+B(B=0.01)+SIN(f=0.1,A=0.01)+STEP(t=5,h=1)"),
+        aided=10.0, unit="mg", rate=RATE,
+    )  # fmt: skip
+    assert [g.quantity for g in growth] == ["velocity", "position"]
+    for g in growth:
+        np.testing.assert_allclose(g.total**2, sum(v**2 for v in g.budget.values()))
+        assert g.left_out == ("bias_step",)
+    # A line of amplitude A, seen for long: its angle stays within A/(2πf), its mean over whole periods is 0.
+    line = growth[0].budget["SIN"]
+    assert line.max() < 0.01 * 9.80665e-3 / (2 * np.pi * 0.1) * np.sqrt(2.0) * 1.01
+
+
+@pytest.mark.parametrize("quantity", [0, 1, 2])
+def test_simulation_agrees(quantity):
+    model = parse_model("Q(Q=1e-4)+N(N=0.01)+B(B=0.02)+K(K=2e-3)+GM(q_c=0.02,T=2)+R(R=1e-3)")
+    growth = al.predict(model, aided=5.0, unit="deg/s", rate=RATE, tau=[0.1, 2.0, 20.0])[quantity]
+    recording = model.simulate(n=1250 * 400, rate=RATE, seed=4, unit="deg/s")
+    found = al.measured_growth(recording, growth)
+    assert found.segments == 400
+    # 400 segments, nearly independent: the root mean square is known to 1/√800 = 3.5 %, the share inside to 1.1 %.
+    np.testing.assert_allclose(found.rms, growth.total, rtol=4 * 0.035)
+    assert (np.abs(found.inside - 0.95) < 4 * 0.011).all()
+
+
+def test_a_clock_and_a_fit():
+    assert angle("N(N=1e-9)", unit="1").quantity == "phase"
+    recording = parse_model("N(N=0.1)+B(B=0.01)").simulate(n=20_000, rate=10.0, seed=1, unit="mg")
+    fit = parse_model("N+B").fit(recording)
+    growth = al.predict(fit, aided=10.0)
+    assert [g.unit for g in growth] == ["m/s", "m"]
+    document = growth[0].to_dict()
+    assert set(document["budget"]) == {"N", "B"}
+    assert al.measured_growth(recording, growth[0]).to_dict()["segments"] == 18
+
+
+def test_refusals():
+    with pytest.raises(InputError, match="unit and the rate"):
+        al.predict(parse_model("N(N=1)"), aided=10.0)
+    with pytest.raises(InputError, match="aided"):
+        angle("N(N=1)", aided=0.0)
+    with pytest.raises(InputError, match="tau"):
+        angle("N(N=1)", tau=[-1.0])
+    with pytest.raises(InputError, match="more than"):
+        angle("N(N=1)", tau=[1e9])
+    with pytest.raises(InputError, match="no value"):
+        angle("N")
+    short = parse_model("N(N=1)").simulate(n=100, rate=RATE, seed=1, unit="rad/s")
+    with pytest.raises(TooShortError, match="no segment"):
+        al.measured_growth(short, angle("N(N=1)"))

@@ -1,0 +1,191 @@
+"""The likelihood with a discrepancy and its maximum against a naive twin: full sums, SciPy's least squares."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from scipy.optimize import nnls
+from scipy.special import gammaln
+
+from allanite.errors import InputError
+from allanite.fit import discrepancy, whittle
+from allanite.fit.discrepancy import EVIDENCE, SCALES
+
+EDGES = np.exp(np.linspace(-2.0, 11.5, 15))
+NODES = np.sqrt(EDGES[1:] * EDGES[:-1])
+WEIGHTS = np.diff([0.0, *np.exp(-1.0 / EDGES[1:-1]), 1.0])
+
+
+def judge(power, count, spectrum, scale):
+    """Marginal logL and weight by the sum over all nodes."""
+    x = np.log(power / spectrum)
+    y = x - np.exp(x)
+    plain = 0.5 * float(count @ np.log(power))
+    if scale is None:
+        return 0.5 * float(count @ y) - plain, count
+    half = count[:, None] / 2.0
+    k = half / (1.0 + half * SCALES[scale] ** 2 * NODES)
+    norm = np.log(WEIGHTS) + k * np.log(k) - gammaln(k) - (half * np.log(half) - gammaln(half))
+    log = k * y[:, None] + norm
+    top = log.max(axis=1)
+    share = np.exp(log - top[:, None])
+    total = share.sum(axis=1)
+    return float(np.sum(top + np.log(total))) - plain, 2.0 * (share * k).sum(axis=1) / total
+
+
+def better_scale(power, count, spectrum, scale, best):
+    for step in (1, -1):
+        while 0 <= scale + step < SCALES.size:
+            found = judge(power, count, spectrum, scale + step)
+            if found[0] <= best[0]:
+                break
+            scale, best = scale + step, found
+    return scale, best
+
+
+def climb(power, count, columns, theta, scale, offset, rounds):
+    """θ, marginal logL and scale, as `whittle.climb` did it before the core."""
+    base = np.zeros_like(power) if offset is None else offset
+    floor = 1e-24 * float(np.max(power)) + 1e-300
+    units = 1.0 / np.max(columns / power[:, None], axis=0)
+    unit, theta = columns * units, theta / units
+    spectrum = np.maximum(unit @ theta + base, floor)
+    best = judge(power, count, spectrum, scale)
+    for _ in range(rounds):
+        weight = np.sqrt(best[1]) / spectrum
+        goal, _ = nnls(unit * weight[:, None], weight * (power - base), maxiter=1000)
+        before = best[0]
+        for step in (1.0, 0.5, 0.25, 0.1, 0.03, 0.01):
+            tried = theta + step * (goal - theta)
+            moved = np.maximum(unit @ tried + base, floor)
+            found = judge(power, count, moved, scale)
+            if found[0] > best[0]:
+                theta, spectrum, best = tried, moved, found
+                break
+        if scale is not None:
+            scale, best = better_scale(power, count, spectrum, scale, best)
+        if best[0] - before < 1e-6:
+            break
+    return theta * units, best[0], scale
+
+
+def spectra(seed, bins, p, misfit):
+    """Frequencies' power laws, a few of them in peaks, in odd units, and a power drawn around their sum."""
+    rng = np.random.default_rng(seed)
+    f = np.geomspace(1e-4, 0.5, bins)
+    slopes = rng.choice(np.linspace(-3.0, 2.0, 21), size=p, replace=False)
+    columns = f[:, None] ** slopes * 10.0 ** rng.uniform(-6.0, 6.0, p)
+    count = np.ceil(np.geomspace(1.0, 10.0 ** rng.uniform(0.0, 5.0), bins))
+    middle = np.exp(np.log(columns).mean(axis=0))
+    offset = f**-1.0 * rng.uniform(0.0, 1.0)
+    true = columns @ (rng.exponential(1.0, p) / middle) + offset
+    power = true * rng.chisquare(count) / count * np.exp(misfit * rng.standard_t(2, bins))
+    start = rng.exponential(1.0, p) / middle
+    return power, count, columns, start, offset
+
+
+cases = st.tuples(
+    st.integers(0, 2**32),
+    st.integers(5, 130),
+    st.integers(1, 10),
+    st.sampled_from([0.0, 0.03, 0.5]),
+)
+scales = st.one_of(st.none(), st.integers(0, SCALES.size - 1))
+
+
+@given(cases, scales)
+@settings(max_examples=60, deadline=None)
+def test_judges_as_the_full_sum(case, scale):
+    power, count, columns, start, _ = spectra(*case)
+    spectrum = columns @ start
+    value, weight = judge(power, count, spectrum, scale)
+    found = discrepancy.judge(power, count, spectrum, scale)
+    # 1e-9 of the terms, which are larger than what is left of them.
+    size = 1e-9 * float(count @ (1.0 + np.abs(np.log(power)) + power / spectrum))
+    assert found.log_likelihood == pytest.approx(value, rel=1e-9, abs=size)
+    np.testing.assert_allclose(found.weight, weight, rtol=1e-7)
+    assert np.all(found.weight <= count * (1.0 + 1e-12))
+    chosen = 0 if scale is None else scale
+    near = discrepancy.better_scale(
+        power, count, spectrum, chosen, discrepancy.judge(power, count, spectrum, chosen)
+    )
+    twin = better_scale(power, count, spectrum, chosen, judge(power, count, spectrum, chosen))
+    assert near[1].log_likelihood == pytest.approx(twin[1][0], abs=size)
+    level = discrepancy.levels(power, count, spectrum, scale)
+    np.testing.assert_allclose(level, (power / spectrum) ** (1.0 - weight / count), rtol=1e-6)
+
+
+def test_profile_and_best_scale_are_those_of_single_judgements():
+    power, count, columns, start, _ = spectra(7, 61, 3, 0.2)
+    many = np.array([columns @ start, 2.0 * (columns @ start)])
+    value = discrepancy.judge_many(power, count, many, slice(None, None, 5))
+    each = [[judge(power, count, s, i)[0] for s in many] for i in range(0, SCALES.size, 5)]
+    np.testing.assert_allclose(value, each, rtol=1e-9)
+    every = discrepancy.profile(power, count, many[0])
+    scale, best = discrepancy.best_scale(power, count, many[0])
+    assert every.shape == (SCALES.size,)
+    assert scale == np.argmax(every)
+    assert best == pytest.approx(every.max(), rel=1e-12)
+
+
+@given(cases, scales, st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_climbs_as_the_naive_one(case, scale, held):
+    power, count, columns, start, offset = spectra(*case)
+    offset = offset if held else None
+    # A few rounds: where two ways part by rounding, none is the better one.
+    theta, value, place = climb(power, count, columns, start, scale, offset, 3)
+    found = whittle.climb(power, count, columns, start, scale, offset, 3)
+    assert np.all(found.theta >= 0.0)
+    size = 1e-9 * float(count @ (1.0 + np.abs(np.log(power)) + power / found.spectrum))
+    claimed = value - (EVIDENCE if scale is not None else 0.0)
+    assert found.log_likelihood == pytest.approx(claimed, rel=1e-9, abs=size)
+    assert found.scale == place
+    floor = 1e-24 * power.max() + 1e-300
+    base = 0.0 if offset is None else offset
+    np.testing.assert_allclose(
+        found.spectrum, np.maximum(columns @ found.theta + base, floor), rtol=1e-12
+    )
+    inner = (columns * theta / found.spectrum[:, None]).max(axis=0) > 1e-3
+    unit = columns / found.spectrum[:, None]
+    condition = np.linalg.cond(unit / np.linalg.norm(unit, axis=0))
+    # Otherwise other coefficients fit as well.
+    assume(condition < 1e6 and columns.shape[1] <= power.size)
+    np.testing.assert_allclose(found.theta[inner], theta[inner], rtol=1e-6)
+
+
+@pytest.mark.parametrize("scale", [None, 20])
+def test_many_climbs_are_single_climbs(scale):
+    power, count, columns, start, _ = spectra(3, 80, 4, 0.1)
+    rng = np.random.default_rng(4)
+    matrices = columns * rng.uniform(0.5, 2.0, (50, 80, 1))
+    starts = start * rng.uniform(0.5, 2.0, (50, 4))
+    thetas, values, places = whittle.climb_many(power, count, matrices, starts, scale, rounds=7)
+    for i in range(50):
+        one = whittle.climb(power, count, matrices[i], starts[i], scale, rounds=7)
+        np.testing.assert_array_equal(thetas[i], one.theta)
+        assert (values[i], places[i]) == (one.log_likelihood, one.scale)
+
+
+def test_maximise_is_no_worse_than_any_of_its_starts():
+    power, count, columns, start, offset = spectra(12, 120, 3, 0.3)
+    best = whittle.maximise(power, count, columns, offset=offset)
+    assert best.scale is not None
+    for scale in (None, 0, 30, 56):
+        other = whittle.climb(power, count, columns, best.theta, scale, offset)
+        # The last rounds of two climbs may each leave something below 1e-5.
+        assert best.log_likelihood > other.log_likelihood - 1e-4
+    none = whittle.climb(power, count, columns[:, :0], start[:0], 30, offset)
+    assert (none.theta.size, none.scale) == (0, 30)
+
+
+def test_what_does_not_fit_together_is_refused():
+    power, count, columns, start, _ = spectra(1, 20, 2, 0.0)
+    with pytest.raises(InputError, match="scale 57 of 57"):
+        discrepancy.judge(power, count, power, SCALES.size)
+    with pytest.raises(InputError, match="for 20 bins"):
+        discrepancy.judge(power[1:], count, power[1:], 3)
+    with pytest.raises(InputError, match="for 2 coefficients and 20 bins"):
+        whittle.climb(power, count, columns[1:], start, None)
+    with pytest.raises(InputError, match="degrees of freedom"):
+        discrepancy.judge(power, -count, power, 3)
