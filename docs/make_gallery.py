@@ -112,7 +112,7 @@ def suggestions(check: al.Check) -> str:
     told = []
     for s in check.significant[:3]:
         rivals = f"; rivals {', '.join(s.rivals)}" if s.rivals else ""
-        numbers = values_text(s.estimates)
+        numbers = values_text(s.effect, s.estimates)
         told.append(
             f"{check.fit.display_name(s.effect)} ({numbers}; ΔlogL {number(s.delta_log_likelihood)}{rivals})"
         )

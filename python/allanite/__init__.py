@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from allanite.page import explore
     from allanite.planning import Plan, Power, plan, power
     from allanite.readers import read
+    from allanite.readers.inspection import inspect
     from allanite.recording import Recording
     from allanite.report import Report, make_report
     from allanite.spectrum import Spectrum, psd
@@ -121,6 +122,7 @@ _HOME = {
     "Power": "allanite.planning",
     "plan": "allanite.planning",
     "power": "allanite.planning",
+    "inspect": "allanite.readers.inspection",
     "read": "allanite.readers",
     "Recording": "allanite.recording",
     "Report": "allanite.report",
@@ -193,6 +195,7 @@ __all__ = [
     "htotdev",
     "improve",
     "innovations",
+    "inspect",
     "make_report",
     "mdev",
     "measured_growth",

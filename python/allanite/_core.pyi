@@ -150,6 +150,7 @@ class Likelihood:
         scale: int | None,
         rounds: int,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], list[int | None]]: ...
+
 # -- kalman
 def kalman_filter(
     samples: NDArray[np.float64],

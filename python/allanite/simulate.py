@@ -10,6 +10,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.validation import SEEDS, positive, positive_rate, whole
 from allanite.effects import Model, parse_model
+from allanite.effects import terms as _terms
 from allanite.recording import Recording
 from allanite.recording.samples import covariate
 
@@ -45,29 +46,26 @@ def processes(terms: tuple[Term, ...]) -> list[tuple[str, list[float]]]:
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
-    """One exponential (and perhaps a white rest) as white noise through a second-order section: σ, b (3), a (2).
+    """Exponentials and a white rest as white noise through one filter: σ, b (with b0 = 1), a (without a0 = 1).
 
-    The autocovariance Re(a φ^h) + rest has the spectrum of an ARMA(2, ≤2): the numerator b is the minimum-phase
-    factor of the moving average that remains after the poles are taken out.
+    Their spectrum without their poles is that of a moving average, of which b is the minimum-phase factor.
     """
-    exponential = next(v for name, v in terms if name == "exponential")
-    white = sum(v[0] for name, v in terms if name == "white")
-    a, phi = complex(exponential[0], exponential[1]), complex(exponential[2], exponential[3])
-    real = phi.imag == 0.0
-    poles = [1.0, -phi.real, 0.0] if real else [1.0, -2.0 * phi.real, abs(phi) ** 2]
-    lags = np.array([(a * phi**h).real for h in range(5)])
-    r = np.concatenate([lags[:0:-1], lags])
-    r[4] += white
-    # Autocovariance of a(z)x: convolve r with a(z)a(1/z); beyond lag 2 it is zero.
-    moving = np.convolve(r, np.convolve(poles, poles[::-1]))
-    middle = moving.size // 2
-    g = moving[middle - 2 : middle + 3]
-    roots = np.roots(np.trim_zeros(np.where(np.abs(g) < 1e-12 * abs(g[2]), 0.0, g)))
+    phi = np.array([complex(v[2], v[3]) for name, v in terms if name == "exponential"])
+    poles = np.concatenate([phi, phi[phi.imag != 0.0].conj()])
+    order = poles.size
+    w = np.pi * np.arange(1, 4 * order + 2, 2) / (4 * order + 2)
+    moving = np.asarray(sum(_terms.spectrum(t, w) for t in terms))
+    for p in poles:
+        moving = moving * np.abs(np.exp(1j * w) - p) ** 2
+    # r(h) of a series of cosines that ends at the order, from the middles of as many bands.
+    g = np.cos(np.outer(np.arange(order + 1), w)) @ moving / w.size
+    g = np.where(np.abs(g) < 1e-12 * g[0], 0.0, g)
+    roots = np.roots(np.trim_zeros(np.concatenate([g[:0:-1], g])))
     inside = sorted(roots, key=abs)[: roots.size // 2]
-    b = np.real(np.poly(inside)) if inside else np.array([1.0])
-    gain = np.sqrt(g[2] / float(b @ b))
-    b = np.concatenate([b, np.zeros(3 - b.size)])
-    return float(gain), list(map(float, b)), list(map(float, poles[1:]))
+    b = np.real(np.poly(inside)) if inside else np.ones(1)
+    gain = float(np.sqrt(g[0] / float(b @ b)))
+    b = np.pad(b, (0, order + 1 - b.size))
+    return gain, list(map(float, b)), list(map(float, np.real(np.poly(poles))[1:]))
 
 
 def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
@@ -87,10 +85,19 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
         found = [g for m in model.modifiers if (g := m.generators(white, rate)) is not None]
         if found:
             return found[0]
-    if any(name == "exponential" and (v[3] != 0.0 or len(terms) > 1) for name, v in terms):
-        gain, b, a = arma(terms)
-        return [("filtered", [gain, *b, *a])]
-    return processes(terms)
+    lags = [t for t in terms if t[0] == "exponential"]
+    white = [t for t in terms if t[0] == "white"]
+    rest = [t for t in terms if t[0] not in {"exponential", "white"}]
+    if len(lags) == 1 and (white or lags[0][1][3] != 0.0):
+        return [_section((*lags, *white)), *processes(tuple(rest))]
+    sections = [_section((t,)) for t in lags if t[1][3] != 0.0]
+    plain = [t for t in lags if t[1][3] == 0.0]
+    return [*sections, *processes((*plain, *white, *rest))]
+
+
+def _section(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
+    gain, b, a = arma(terms)
+    return "filtered", [gain, *b, *[0.0] * (3 - len(b)), *a, *[0.0] * (2 - len(a))]
 
 
 def simulate(

@@ -20,6 +20,7 @@ from allanite.effects import (
     Model,
     Modifier,
     Parameter,
+    Periodic,
     Stochastic,
     find,
     model_from_dict,
@@ -27,6 +28,7 @@ from allanite.effects import (
     parse_model,
 )
 from allanite.effects import terms as _terms
+from allanite.effects._base import SCREENS
 from allanite.effects.angle_random_walk import AngleRandomWalk
 from allanite.effects.gauss_markov import GaussMarkov
 from allanite.simulate import simulate
@@ -110,17 +112,22 @@ def check_declaration(effect: Effect) -> None:
                 continue
             _require(False, f"{kind}: {p.name} below its bound {p.low} is taken")
     _require(kind not in cls.rivals, f"{kind}: is its own rival")
+    _require(cls.screened in SCREENS, f"{kind}: screened = {cls.screened!r} is unknown")
+    for name in cls.shown():
+        _require(name in names, f"{kind}: the legend shows {name}, which it has not")
+    if isinstance(effect, Periodic):
+        _require(cls.screened in {"line", "none"}, f"{kind}: a line is screened as one")
+    elif isinstance(effect, Deterministic):
+        _require(cls.screened in {"slow", "none"}, f"{kind}: a drift is screened as slow")
     if isinstance(effect, Stochastic):
         _require(effect.coefficient in names, f"{kind}: coefficient is not a parameter")
-    grid = getattr(effect, "grid", None)
-    if grid is not None:
-        for name in effect.free_shapes:
-            p, values = effect.parameter(name), np.asarray(grid(name, 100_000, RATE))
-            _require(values.size > 1, f"{kind}: the grid of {name} is empty")
-            _require(
-                np.isfinite(values).all() and (values >= p.low).all() and (values <= p.high).all(),
-                f"{kind}: the grid of {name} leaves its bounds",
-            )
+    for name in effect.free_shapes if cls.screened in {"spectral", "slow"} else ():
+        p, values = effect.parameter(name), np.asarray(effect.grid(name, 100_000, RATE))
+        _require(values.size > 1, f"{kind}: the grid of {name} is empty")
+        _require(
+            np.isfinite(values).all() and (values >= p.low).all() and (values <= p.high).all(),
+            f"{kind}: the grid of {name} leaves its bounds",
+        )
 
 
 def check_round_trip(effect: Effect) -> None:

@@ -24,6 +24,7 @@ __all__ = ["main"]
 
 # Command → what `--help` says of it, kept here so that help imports no command.
 COMMANDS = {
+    "inspect": "What is understood of a log, column by column, before anything is computed.",
     "adev": "Allan deviation of a log: tau, deviation, interval.",
     "fit": "Coefficients of a noise model, with intervals.",
     "check": "Where a model fails to describe a log, and which effects are missing.",
@@ -32,6 +33,7 @@ COMMANDS = {
     "compare": "Logs, models and data sheets in one table and one figure.",
     "explore": "A local page: see the curves, add what is missing, watch the error fall.",
     "export": "Parameters of a model for a filter or simulator.",
+    "predict": "Growth of the error of angle, velocity, position or phase since the last fix.",
     "plan": "How long to record, and how fast, to find an effect or to know a coefficient.",
     "simulate": "Samples of a model, seeded, of any length.",
     "demo": "The whole loop on a generated recording with hidden effects.",

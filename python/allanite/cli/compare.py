@@ -70,15 +70,17 @@ def _is_log(item: str) -> bool:
 
 def _against_sheet(columns: list[Any], datasheet: str, model: str) -> list[Any]:
     from allanite.common.errors import InputError
-    from allanite.comparison.datasheet import KINDS, compare_datasheet, read_datasheet
+    from allanite.comparison.datasheet import compare_datasheet, read_datasheet
+    from allanite.effects import find
     from allanite.effects.files import parse_model
 
     sheet = read_datasheet(datasheet)
     parsed = parse_model(model)
     present = {effect.kind for effect in parsed}
     for name in dict.fromkeys(figure.coefficient for figure in sheet.figures):
-        if name in KINDS and KINDS[name] not in present:
-            parsed = parsed + parse_model(name)
+        effect = find(name.partition(".")[0])
+        if effect is not None and effect.kind not in present:
+            parsed = parsed + effect()
     fitting = [c for c in columns if _fits(sheet, c)]
     if not fitting:
         raise InputError(f"{datasheet}: no log given is of the kind of sensor of its figures")

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import click
 
-FORMATS = ("json", "kalibr", "matlab", "ros", "vins", "gtsam")
+FORMATS = (
+    "json", "kalibr", "matlab", "ros", "vins", "gtsam", "orbslam3", "liosam", "fastlio", "px4", "ardupilot",
+    "gazebo", "airsim", "kfgins", "gnss-ins-sim", "c-header", "statespace",
+)  # fmt: skip
 
 
 @click.command("export")
@@ -21,9 +24,23 @@ FORMATS = ("json", "kalibr", "matlab", "ros", "vins", "gtsam")
     "--unit", metavar="UNIT", help="Unit of the samples, for a model without a recording."
 )
 @click.option("--rate", type=float, metavar="HZ", help="Sampling rate, where the target needs one.")
+@click.option(
+    "--overbound",
+    is_flag=True,
+    help="The smallest numbers above the model's upper limits at every τ, in place of those fitted.",
+)
+@click.option(
+    "--until", type=float, metavar="SECONDS", help="Longest τ of use (default: a tenth of the log)."
+)
 @click.option("-o", "--output", metavar="FILE", help="File to write; default stdout.")
 def command(
-    models: tuple[str, ...], target: str, unit: str | None, rate: float | None, output: str | None
+    models: tuple[str, ...],
+    target: str,
+    unit: str | None,
+    rate: float | None,
+    overbound: bool,
+    until: float | None,
+    output: str | None,
 ) -> None:
     """Write the coefficients of MODELs (saved fits, or sums with values) for another program.
 
@@ -41,7 +58,7 @@ def command(
         is_file = model.endswith(".json") or Path(model).is_file()
         documents = documents_of(model) if is_file else [model_to_dict(parse_model(model))]
         axes += axes_of(documents, unit, model)
-    text = export(axes, target, rate)
+    text = export(axes, target, rate, overbound=overbound, until=until)
     if output is None:
         click.echo(text, nl=False)
         return

@@ -63,8 +63,13 @@ _LOG_OPTIONS = (
     ),
     click.option("--time-column", metavar="NAME", help="Column of time stamps; none for none."),
     click.option("--piece", type=int, metavar="N", help="Piece of a log parted by jumps of time."),
+    click.option("--topic", multiple=True, metavar="NAME", help="Topic of a bag; repeatable."),
     click.option("--output-unit", metavar="UNIT", help="Unit of the results."),
-    click.option("--trim", metavar="START:END", help="Use only these seconds of the log."),
+    click.option(
+        "--trim",
+        metavar="START:END|quiet",
+        help="Use only these seconds of the log, or its longest quiet stretch.",
+    ),
     click.option("--decimate", type=int, metavar="K", help="Average K samples into one."),
     click.option("--seed", type=SEED, metavar="N", help="Seed of everything random."),
     json_option,
@@ -83,12 +88,26 @@ class LogOptions:
     covariate: tuple[str, ...]
     time_column: str | None
     piece: int | None
+    topic: tuple[str, ...]
     output_unit: str | None
     trim: str | None
     decimate: int | None
     seed: int | None
     as_json: bool
     quiet: bool
+
+    def reading(self) -> dict[str, Any]:
+        """Return the options of `allanite.read`."""
+        return {
+            "rate": self.rate,
+            "unit": self.unit,
+            "quantity": self.quantity,
+            "column": self.column or None,
+            "covariate": self.covariate or None,
+            "time_column": self.time_column,
+            "piece": self.piece,
+            "topic": self.topic or None,
+        }
 
 
 def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -122,21 +141,16 @@ def columns_of(path: str, options: LogOptions) -> list[Recording]:
     from allanite.readers import read
 
     with log_file(path) as file, named(file, path):
-        recording = read(
-            file,
-            rate=options.rate,
-            unit=options.unit,
-            quantity=options.quantity,
-            column=options.column or None,
-            covariate=options.covariate or None,
-            time_column=options.time_column,
-            piece=options.piece,
-        )
+        recording = read(file, **options.reading())
     if path == PIPE:
         path = NAME
         recording = recording.called(NAME)
-    if options.trim is not None:
-        recording = recording.trim(*_span(options.trim))
+    if options.trim == "quiet":
+        recording = recording.quiet()
+    else:
+        if options.trim is not None:
+            recording = recording.trim(*_span(options.trim))
+        _say_motion(recording, options)
     if options.decimate is not None:
         recording = recording.decimate(options.decimate)
     if options.output_unit is not None:
@@ -154,6 +168,15 @@ def columns_of(path: str, options: LogOptions) -> list[Recording]:
                 " the wrong column (--column)"
             )
     return columns
+
+
+def _say_motion(recording: Recording, options: LogOptions) -> None:
+    """Say that the sensor moves before anything is computed; JSON carries it in the audit."""
+    from allanite.recording.at_rest import finding_of
+
+    if not (options.quiet or options.as_json):
+        for finding in finding_of(recording):
+            click.echo(f"! {finding.message}", err=True)
 
 
 def _varies(column: Recording) -> bool:

@@ -27,6 +27,7 @@ from typing import Any
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit, conversion, parse_unit
+from allanite.effects import CATALOGUE
 
 __all__ = ["Comparison", "DataSheet", "Figure", "compare_datasheet", "read_datasheet"]
 
@@ -34,31 +35,10 @@ ONE_SIDED = math.sqrt(2)
 MINIMUM = "minimum"
 SOLID = 10  # degrees of freedom from which a point of the Allan curve may be its minimum
 
-# Figure → what it is of (a coefficient, or the Allan curve's minimum), its power of seconds.
-FIGURES: dict[str, tuple[str, float]] = {
-    "noise_density": ("N", 0.5),
-    "angle_random_walk": ("N", 0.5),
-    "velocity_random_walk": ("N", 0.5),
-    "bias_instability": ("B", 0.0),
-    "in_run_bias_stability": (MINIMUM, 0.0),
-    "rate_random_walk": ("K", -0.5),
-    "acceleration_random_walk": ("K", -0.5),
-    "quantization": ("Q", 1.0),
-    "rate_ramp": ("R", -1.0),
-}
+# What is read off the Allan curve itself, with other spellings.
+OF_THE_CURVE = {"in_run_bias_stability": ("bias_stability", "allan_minimum")}
 # What the sensor gives before a log takes its samples, Hz.
 FREQUENCIES = ("bandwidth", "sample_rate")
-ALIASES = {
-    "arw": "angle_random_walk",
-    "vrw": "velocity_random_walk",
-    "rrw": "rate_random_walk",
-    "noise": "noise_density",
-    "bias_stability": "in_run_bias_stability",
-    "allan_minimum": "in_run_bias_stability",
-    "quantisation": "quantization",
-}
-KINDS = {"Q": "quantization", "N": "angle_random_walk", "B": "bias_instability"}
-KINDS |= {"K": "rate_random_walk", "R": "rate_ramp"}
 
 # Factors by which a figure is off when it was read in the wrong convention, and what then happened.
 SLIPS_OF_N = (
@@ -80,6 +60,28 @@ SLIPS_OF_ALL = (
 )
 
 
+def known_figures() -> dict[str, tuple[str, float | str]]:
+    """What each figure is of (a coefficient, or the Allan curve's minimum) and its unit: a power of s, or itself."""
+    ours = {
+        figure: (p.name if p.name == e.short else f"{e.short}.{p.name}", p.unit)
+        for e in CATALOGUE
+        for p in e.parameters
+        for figure in p.figures
+    }
+    return {**ours, **dict.fromkeys(OF_THE_CURVE, (MINIMUM, 0.0))}
+
+
+def _spellings() -> dict[str, str]:
+    """The figure of each of its other spellings."""
+    ours = (p.figures for e in CATALOGUE for p in e.parameters)
+    return {
+        other: figure
+        for figures in (*ours, OF_THE_CURVE)
+        for figure, others in figures.items()
+        for other in others
+    }
+
+
 @dataclass(frozen=True, slots=True)
 class Figure:
     """One line of a data sheet.
@@ -87,7 +89,7 @@ class Figure:
     Attributes
     ----------
     name : str
-        One of `FIGURES`.
+        One of `known_figures`.
     value : float
         The number as printed.
     unit : str
@@ -101,7 +103,7 @@ class Figure:
     @property
     def coefficient(self) -> str:
         """What the figure speaks of: Q, N, B, K, R, or the minimum of the Allan deviation."""
-        return FIGURES[self.name][0]
+        return known_figures()[self.name][0]
 
     def in_unit(self, unit: str) -> float:
         """Return the coefficient in its canonical unit for samples in `unit`.
@@ -111,9 +113,10 @@ class Figure:
         InputError
             The figure is of another kind of sensor or another quantity; both units are named.
         """
-        _, power = FIGURES[self.name]
+        _, power = known_figures()[self.name]
+        own = power if isinstance(power, str) else coefficient_unit(unit, power)
         try:
-            return self.value * conversion(self.unit, coefficient_unit(unit, power))
+            return self.value * conversion(self.unit, own)
         except InputError as error:
             raise InputError(f"{self.name} = {self.value:g} {self.unit}: {error}") from None
 
@@ -249,21 +252,22 @@ def read_datasheet(path: str | Path) -> DataSheet:
     except ValueError as error:
         raise InputError(f"{path}: not a data sheet in TOML or JSON ({error})") from None
     figures = parsed.get("figures") if isinstance(parsed, dict) else None
+    known = ", ".join(known_figures())
     if not isinstance(figures, Mapping) or not figures:
-        raise InputError(f"{path}: a data sheet needs a table [figures], with {', '.join(FIGURES)}")
+        raise InputError(f"{path}: a data sheet needs a table [figures], with {known}")
     found = [_figure(str(name), given, path) for name, given in figures.items()]
     hertz = {f.name: f.value * conversion(f.unit, "Hz") for f in found if f.name in FREQUENCIES}
     noise = tuple(f for f in found if f.name not in FREQUENCIES)
     if not noise:
-        raise InputError(f"{path}: no figure to compare: add one of {', '.join(FIGURES)}")
+        raise InputError(f"{path}: no figure to compare: add one of {known}")
     return DataSheet(str(parsed.get("name", path.stem)), noise, **hertz)
 
 
 def _figure(name: str, given: object, path: Path) -> Figure:
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
-    key = ALIASES.get(key, key)
-    if key not in FIGURES and key not in FREQUENCIES:
-        known = ", ".join((*FIGURES, *FREQUENCIES))
+    key = _spellings().get(key, key)
+    if key not in known_figures() and key not in FREQUENCIES:
+        known = ", ".join((*known_figures(), *FREQUENCIES))
         raise InputError(f"{path}: unknown figure {name!r}: one of {known}")
     if isinstance(given, Mapping):
         value, unit = given.get("value"), given.get("unit")

@@ -55,6 +55,8 @@ class Parameter:
         Whether simulation and planning do without a value (a lag that is not there, a phase).
     sheet : mapping of str to str
         Unit in which data sheets print it, by kind of sensor (``units.Unit.kind``).
+    figures : mapping of str to tuple of str
+        What data sheets call it, each name with its other spellings.
     """
 
     name: str
@@ -67,6 +69,7 @@ class Parameter:
     symbol: str = ""
     optional: bool = False
     sheet: Mapping[str, str] = field(default_factory=dict)
+    figures: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +120,6 @@ class Effect:
     rivals: ClassVar[tuple[str, ...]] = ()
     #: The line by which its coefficient is read, for the five effects of IEEE 952-1997; None for all others.
     standard: ClassVar[StraightLine | None] = None
-    #: Figures of data sheets that are its coefficient, each with its other spellings.
-    figures: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     #: Why its detection cannot be planned from a spectrum, and what to plan instead; empty where it can.
     unplanned: ClassVar[str] = ""
     #: Names by kind of sensor (``units.Unit.kind``: "acceleration", "fractional frequency"); `title` is the gyroscope's.

@@ -31,16 +31,16 @@ class AngleRandomWalk(Stochastic):
             0.5,
             "angle random walk coefficient: root of the two-sided white density",
             sheet={"angular rate": "deg/sqrt(h)", "acceleration": "m/s/sqrt(h)"},
+            figures={
+                "noise_density": ("noise",),
+                "angle_random_walk": ("arw",),
+                "velocity_random_walk": ("vrw",),
+            },
         ),
     )
     single: ClassVar[bool] = True
     white: ClassVar[bool] = True
     standard: ClassVar[StraightLine] = StraightLine("N", -0.5, 1.0, 1.0, "white")
-    figures: ClassVar[dict[str, tuple[str, ...]]] = {
-        "noise_density": ("noise",),
-        "angle_random_walk": ("arw",),
-        "velocity_random_walk": ("vrw",),
-    }
     physics: ClassVar[str] = (
         "white rate noise: thermo-mechanical motion, shot noise of the light, amplifier noise"
     )

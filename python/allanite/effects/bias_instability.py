@@ -30,6 +30,7 @@ class BiasInstability(Stochastic):
             0.0,
             "bias instability coefficient: Allan plateau over 0.6643",
             sheet={"angular rate": "deg/h", "acceleration": "ug"},
+            figures={"bias_instability": ()},
         ),
     )
     single: ClassVar[bool] = True
@@ -37,7 +38,6 @@ class BiasInstability(Stochastic):
     standard: ClassVar[StraightLine] = StraightLine(
         "B", 0.0, None, float(np.sqrt(2.0 * np.log(2.0) / np.pi)), "flicker"
     )
-    figures: ClassVar[dict[str, tuple[str, ...]]] = {"bias_instability": ()}
     physics: ClassVar[str] = "1/f noise of the electronics and of the sensing material"
     looks_like: ClassVar[str] = "a flat floor of the Allan deviation; a density that falls as 1/f"
     check_by: ClassVar[str] = (

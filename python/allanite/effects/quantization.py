@@ -30,11 +30,11 @@ class Quantization(Stochastic):
             1.0,
             "quantization coefficient: step of the counted angle over √12",
             sheet={"angular rate": "deg", "acceleration": "m/s"},
+            figures={"quantization": ("quantisation",)},
         ),
     )
     single: ClassVar[bool] = True
     standard: ClassVar[StraightLine] = StraightLine("Q", -1.0, float(np.sqrt(3.0)), 1.0, "blue")
-    figures: ClassVar[dict[str, tuple[str, ...]]] = {"quantization": ("quantisation",)}
     physics: ClassVar[str] = (
         "the sensor counts angle (velocity, phase) in steps S and hands out differences; "
         "the rounding error, Q = S/√12, is bounded and so vanishes with longer averaging"

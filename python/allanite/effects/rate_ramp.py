@@ -33,6 +33,7 @@ class RateRamp(Deterministic):
             "drift of the rate per second",
             low=-np.inf,
             sheet={"angular rate": "deg/h^2", "acceleration": "ug/h"},
+            figures={"rate_ramp": ()},
         ),
     )
     single: ClassVar[bool] = True
@@ -40,7 +41,6 @@ class RateRamp(Deterministic):
     standard: ClassVar[StraightLine] = StraightLine(
         "R", 1.0, float(np.sqrt(2.0)), 1.0, "random_walk"
     )
-    figures: ClassVar[dict[str, tuple[str, ...]]] = {"rate_ramp": ()}
     physics: ClassVar[str] = (
         "a monotonic change of the bias: warming up, ageing of a light source, outgassing"
     )

@@ -31,15 +31,12 @@ class RateRandomWalk(Stochastic):
             -0.5,
             "rate random walk coefficient",
             sheet={"angular rate": "deg/h/sqrt(h)", "acceleration": "m/s/h/sqrt(h)"},
+            figures={"rate_random_walk": ("rrw",), "acceleration_random_walk": ()},
         ),
     )
     single: ClassVar[bool] = True
     wanders: ClassVar[bool] = True
     standard: ClassVar[StraightLine] = StraightLine("K", 0.5, 3.0, 1.0, "random_walk")
-    figures: ClassVar[dict[str, tuple[str, ...]]] = {
-        "rate_random_walk": ("rrw",),
-        "acceleration_random_walk": (),
-    }
     physics: ClassVar[str] = (
         "slow ageing, or an unmodelled temperature, that wanders without a time constant"
     )

@@ -266,6 +266,6 @@ def variogram(term: Term, count: int) -> Array:
         a, phi = complex(v[0], v[1]), complex(v[2], v[3])
         log_phi = np.log(phi) if phi != 0 else complex(-1e4)
         return np.asarray(-(a * np.expm1(h * log_phi)).real)
-    if name == "moving_average":
-        return np.asarray(v[0] / v[1] * np.minimum(h / v[1], 1.0))
+    if name == "lags":
+        return v[0] - np.pad(v, (0, count))[:count]
     raise AssertionError(name)

@@ -1,32 +1,35 @@
-"""What a target needs of a model: the coefficients of each axis in SI, and what it cannot hold."""
+"""What a target needs of a model: its curves in SI, its standard coefficients, and their upper limits."""
 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
 from allanite.common.validation import positive_rate
+from allanite.effects._base import Stochastic
+from allanite.effects.files import model_from_dict
+from allanite.effects.model import Model
+from allanite.export._text import plain
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["Axis", "axes_of", "documents_of", "header", "needed", "rate_of", "split", "worst"]
+    from numpy.typing import NDArray
+
+    from allanite.effects import Parameter
+
+__all__ = ["Axis", "axes_of", "documents_of", "rate_of", "split"]
 
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
-# Coefficient → its effect and the power of seconds of its unit (CONTRACT's table).
-COEFFICIENTS = {
-    "Q": ("quantization", 1.0),
-    "N": ("angle_random_walk", 0.5),
-    "B": ("bias_instability", 0.0),
-    "K": ("rate_random_walk", -0.5),
-    "R": ("rate_ramp", -1.0),
-}
-NAMES = {kind: name for name, (kind, _) in COEFFICIENTS.items()}
+#: τ of use and rate where nothing says them: s, Hz.
+UNTIL, RATE = 1000.0, 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,28 +39,61 @@ class Axis:
     Attributes
     ----------
     name : str
-        Column of the recording, or the source.
+        Column of the recording, or the source; a harmless line of text, as `source`.
     kind : str
         Kind of sensor: ``"angular rate"``, ``"acceleration"``, …
     unit : str
         SI unit of the samples.
     rate : float or None
         Sampling rate of the recording, Hz.
+    until : float
+        Longest τ of use, s: a tenth of the recording.
     coefficients : mapping of str to Estimate
         Q, N, B, K, R as far as the model has them, in SI units (densities two-sided).
-    others : tuple of str
-        Effects of the model beside these five.
+    model, limits : Model
+        The model, and the same with every random coefficient at its upper limit; values in `scale` SI units.
+    scale : float
+        SI units in a unit of the samples.
     source : str
         Where the numbers came from.
+    document : mapping
+        The effects as they were read.
     """
 
     name: str
     kind: str
     unit: str
     rate: float | None
+    until: float
     coefficients: Mapping[str, Estimate]
-    others: tuple[str, ...]
+    model: Model
+    limits: Model
+    scale: float
     source: str
+    document: Mapping[str, Any]
+
+    @property
+    def sampling(self) -> float:
+        """Rate of the curves, Hz."""
+        return self.rate or RATE
+
+    @property
+    def taus(self) -> NDArray[np.float64]:
+        """Averaging times of use, eight a decade, s."""
+        low, high = 1.0 / self.sampling, max(self.until, 10.0 / self.sampling)
+        m = np.geomspace(1.0, high / low, int(8 * np.log10(high / low)) + 2)
+        return np.unique(np.round(m)) / self.sampling
+
+    def allan(self, *, upper: bool = False, noise: bool = False) -> NDArray[np.float64]:
+        """Allan variance at `taus` in SI, of the model or its upper limits; `noise`: without lines and ramps."""
+        model = self.limits if upper else self.model
+        if noise:
+            model = Model((*model.stochastic, *model.modifiers))
+        return self.scale**2 * model.allan_variance(self.taus, self.sampling)
+
+    def psd(self, f: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
+        """Two-sided density in SI."""
+        return self.scale**2 * (self.limits if upper else self.model).psd(f, self.sampling)
 
 
 def documents_of(path: str | Path) -> list[dict[str, Any]]:
@@ -66,7 +102,7 @@ def documents_of(path: str | Path) -> list[dict[str, Any]]:
         document = json.loads(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: not a model file ({error})") from None
     if not isinstance(document, dict) or not str(document.get("schema")).startswith("allanite/"):
         raise InputError(f"{path}: not a model file: no allanite schema in it")
@@ -114,93 +150,55 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
             f"{source}: the model has no unit: say with --unit what its samples are in"
         )
     parsed = parse_unit(own)
-    target = SI[parsed.kind]
-    coefficients = {}
-    others = []
-    for effect in effects:
-        name = NAMES.get(effect["kind"])
-        if name is None:
-            others.append(effect["kind"])
-            continue
-        given = effect["parameters"][name]
-        if given.get("value") is None:
-            raise InputError(f"{source}: {effect['kind']} has no value: fit it first")
-        power = COEFFICIENTS[name][1]
-        estimate = Estimate(
-            given["value"],
-            given.get("std_error"),
-            _interval(given.get("interval")),
-            given.get("unit") or coefficient_unit(parsed.name, power),
-            given.get("detected", True),
-            name,
-        )
-        coefficients[name] = estimate.to(coefficient_unit(target, power))
+    model = model_from_dict({**document, "schema": "allanite/model/1"}, source)
+    coefficients: dict[str, Estimate] = {}
+    limits = []
+    for effect, entry in zip(model.effects, effects, strict=True):
+        given = entry.get("parameters", {})
+        for parameter in effect.parameters:
+            if (
+                parameter.role == "coefficient"
+                and not parameter.optional
+                and (given.get(parameter.name, {}).get("value") is None)
+            ):
+                raise InputError(f"{source}: {effect.kind} has no value: fit it first")
+        if effect.standard is not None:
+            one = effect.parameter(effect.standard.name)
+            coefficients[one.name] = _estimate(given[one.name], one, parsed.name, SI[parsed.kind])
+        if isinstance(effect, Stochastic):
+            interval = given[effect.coefficient].get("interval") or [None, None]
+            if interval[1] is not None:
+                effect = effect.with_values(**{effect.coefficient: float(interval[1])})
+        limits.append(effect)
+    duration = recording.get("duration_s")
     return Axis(
-        recording.get("column") or source,
+        plain(recording.get("column") or source),
         parsed.kind,
-        target,
+        SI[parsed.kind],
         recording.get("rate_hz"),
+        UNTIL if not duration else 0.1 * float(duration),
         coefficients,
-        tuple(others),
-        recording.get("path") or source,
+        model,
+        Model(tuple(limits)),
+        parsed.scale,
+        plain(recording.get("path") or source),
+        {"effects": effects},
     )
 
 
-def _interval(bounds: list[float | None] | None) -> tuple[float, float] | None:
-    if bounds is None or None in bounds:
-        return None
-    return float(bounds[0] or 0.0), float(bounds[1] or 0.0)
-
-
-def needed(axis: Axis, name: str, target: str) -> tuple[float, str]:
-    """Return a coefficient and a remark: undetected its upper limit, absent an error.
-
-    A random walk is never made up from a bias instability: they are different processes.
-    """
-    estimate = axis.coefficients.get(name)
-    if estimate is None:
-        kind = COEFFICIENTS[name][0]
-        raise InputError(
-            f"{target} needs {name} ({kind}) and the model of {axis.name} has none: fit one"
-            f" with {name} (a bias instability is not a random walk)"
-        )
-    if not estimate.detected:
-        if estimate.interval is None:
-            raise InputError(
-                f"{axis.name}: {name} was not detected and has no upper limit to export"
-            )
-        return estimate.interval[1], "not detected: this is the 95 % upper limit"
-    return estimate.value, ""
-
-
-def worst(axes: Iterable[Axis], name: str, target: str) -> tuple[float, str]:
-    """Largest value over the axes, for a target that has one number for all of them."""
-    found = [(*needed(axis, name, target), axis.name) for axis in axes]
-    value, remark, where = max(found)
-    words = [remark] if remark else []
-    if len(found) > 1:
-        words.append(f"largest of {len(found)} axes, {where}")
-    return value, "; ".join(words)
-
-
-def header(axes: Iterable[Axis], comment: str, holds: str) -> str:
-    """Comment lines: where the numbers came from, and what the target leaves out.
-
-    `holds` names the coefficients that the target has room for.
-    """
-    lines = [
-        (
-            "Written by allanite. Densities are two-sided: white noise has S(f) = N^2,"
-            " sigma^2(tau) = N^2/tau."
-        )
-    ]
-    for axis in axes:
-        origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
-        lines.append(f"{axis.name}: {origin}")
-        left_out = [*(n for n in axis.coefficients if n not in holds), *axis.others]
-        if left_out:
-            lines.append(f"  left out, this format cannot hold it: {', '.join(left_out)}")
-    return "".join(f"{comment} {line}\n" for line in lines)
+def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -> Estimate:
+    name, power = one.name, one.unit
+    assert not isinstance(power, str)
+    bounds = given.get("interval")
+    interval = (
+        None
+        if bounds is None or None in bounds
+        else (float(bounds[0] or 0.0), float(bounds[1] or 0.0))
+    )
+    unit = given.get("unit") or coefficient_unit(own, power)
+    return Estimate(
+        given["value"], given.get("std_error"), interval, unit, given.get("detected", True), name
+    ).to(coefficient_unit(target, power))
 
 
 def split(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
@@ -226,3 +224,14 @@ def rate_of(axes: Iterable[Axis], rate: float | None, target: str) -> float:
             f"{target} holds for one sampling rate, found {found}: give it with --rate"
         )
     return positive_rate(rates.pop())
+
+
+def used(axis: Axis, rate: float | None, until: float | None) -> Axis:
+    """The axis at another rate, or up to another τ of use."""
+    if until is not None and not until > 0.0:
+        raise InputError(f"until = {until:g} s: give a positive number of seconds")
+    return replace(
+        axis,
+        rate=axis.rate if rate is None else positive_rate(rate),
+        until=axis.until if until is None else until,
+    )

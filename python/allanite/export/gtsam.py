@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.export._axis import header, split, worst
+from allanite.export._axis import split
+from allanite.export._lines import chosen, head, largest
+from allanite.export._text import comments
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,13 +16,19 @@ if TYPE_CHECKING:
 __all__ = ["render"]
 
 
-def render(axes: Sequence[Axis], rate: float | None) -> str:  # noqa: ARG001 - continuous time
-    """Squares of N and K in SI: power spectral densities, not variances of samples."""
-    gyro, accel = split(axes)
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """Squares of N and K in SI: power spectral densities, not variances of samples.
+
+    The error of the integration itself is the identity unless it is set, which alone would be 1 m after 1 s.
+    """
+    gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
+    convention = (
+        "GTSAM: continuous-time covariances (densities squared): N^2 and K^2, independent of the sampling rate.",
+    )
     lines = [
-        header(axes, "#", "NK"),
-        "# Continuous-time covariances: N^2 and K^2, independent of the sampling rate.\n",
+        comments(head([*gyro, *accel], convention)),
         "import gtsam\nimport numpy as np\n\n",
+        "# Gravity along -z of a frame whose z points up; MakeSharedD for one that points down.\n",
         "parameters = gtsam.PreintegrationCombinedParams.MakeSharedU(9.80665)\n",
     ]
     for own, setter, name, unit in (
@@ -30,7 +38,11 @@ def render(axes: Sequence[Axis], rate: float | None) -> str:  # noqa: ARG001 - c
         (gyro, "setBiasOmegaCovariance", "K", "(rad/s^2)^2/Hz"),
     ):
         if own:
-            value, remark = worst(own, name, "gtsam")
+            value, remark = largest(own, name)
             note = f"{unit}, two-sided" + (f"; {remark}" if remark else "")
             lines.append(f"parameters.{setter}({value:.6e}**2 * np.eye(3))  # {note}\n")
+    lines.append(
+        "# The rule of integration adds nothing worth naming; left alone it would be 1 m^2/s.\n"
+        "parameters.setIntegrationCovariance(1e-8**2 * np.eye(3))\n"
+    )
     return "".join(lines)

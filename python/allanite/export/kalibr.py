@@ -1,10 +1,11 @@
-"""Kalibr's imu.yaml: continuous-time, two-sided N and K in SI."""
+"""Kalibr's imu.yaml, which OpenVINS reads too: continuous-time, two-sided N and K in SI."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.export._axis import header, rate_of, split, worst
+from allanite.export._axis import rate_of
+from allanite.export._lines import value_lines
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -13,28 +14,23 @@ if TYPE_CHECKING:
 
 __all__ = ["render"]
 
+ROWS = (
+    ("accelerometer_noise_density", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),
+    ("accelerometer_random_walk", "accel", "K", "m/s^3/sqrt(Hz), two-sided, continuous time"),
+    ("gyroscope_noise_density", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
+    ("gyroscope_random_walk", "gyro", "K", "rad/s^2/sqrt(Hz), two-sided, continuous time"),
+)
 
-def render(axes: Sequence[Axis], rate: float | None) -> str:
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Noise density is N and random walk is K, both as Kalibr's wiki "IMU Noise Model" says.
 
-    There, sigma of a sample is N/sqrt(dt) and of a bias step K·sqrt(dt).
+    There, sigma of a sample is N/sqrt(dt) and of a bias step K·sqrt(dt). Values of 0 are refused by Kalibr.
     """
-    lines = [header(axes, "#", "NK")]
     update = rate_of(axes, rate, "kalibr")
-    for sensor, own, density, walk in zip(
-        ("accelerometer", "gyroscope"),
-        reversed(split(axes)),
-        ("m/s^2/sqrt(Hz)", "rad/s/sqrt(Hz)"),
-        ("m/s^3/sqrt(Hz)", "rad/s^2/sqrt(Hz)"),
-        strict=True,
-    ):
-        if not own:
-            lines.append(f"# {sensor}: no model was given\n")
-            continue
-        for key, name, unit in (("noise_density", "N", density), ("random_walk", "K", walk)):
-            value, remark = worst(own, name, "kalibr")
-            note = f"{unit}, two-sided, continuous time" + (f"; {remark}" if remark else "")
-            lines.append(f"{sensor}_{key}: {value:.6e}  # {note}\n")
-    lines.append("rostopic: /imu0\n")
-    lines.append(f"update_rate: {update:g}  # Hz\n")
-    return "".join(lines)
+    convention = (
+        "Kalibr and OpenVINS: continuous time, two-sided, deviations; the programs divide and multiply by sqrt(dt).",
+    )
+    same = {"N": float, "K": float}
+    text = value_lines(axes, ROWS, same, convention, overbound=overbound)
+    return text + f"rostopic: /imu0\nupdate_rate: {update:g}  # Hz\n"

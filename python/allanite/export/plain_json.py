@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING
 
 from allanite import _kernels
+from allanite.export._choice import choose
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,23 +16,34 @@ if TYPE_CHECKING:
 __all__ = ["render"]
 
 
-def render(axes: Sequence[Axis], rate: float | None) -> str:
-    """``allanite/parameters/1``: coefficients of each axis; N is two-sided, as its name says."""
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """``allanite/parameters/1``: coefficients of each axis (N is two-sided) and all effects as they were fitted."""
     document = {
         "schema": "allanite/parameters/1",
         "version": _kernels.version(),
-        "axes": [
-            {
-                "name": axis.name,
-                "kind": axis.kind,
-                "unit": axis.unit,
-                "rate_hz": rate or axis.rate,
-                "source": axis.source,
-                "density": "two-sided",
-                "coefficients": {n: e.to_dict() for n, e in axis.coefficients.items()},
-                "left_out": list(axis.others),
-            }
-            for axis in axes
-        ],
+        "axes": [_axis(axis, rate, overbound=overbound) for axis in axes],
     }
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _axis(axis: Axis, rate: float | None, *, overbound: bool) -> dict[str, object]:
+    out: dict[str, object] = {
+        "name": axis.name,
+        "kind": axis.kind,
+        "unit": axis.unit,
+        "rate_hz": rate or axis.rate,
+        "source": axis.source,
+        "density": "two-sided",
+        "coefficients": {n: e.to_dict() for n, e in axis.coefficients.items()},
+        "left_out": [
+            e.kind
+            for e in axis.model.effects
+            if len(e.parameters) > 1 or e.parameters[0].name not in axis.coefficients
+        ],
+        "effects": axis.document["effects"],
+        "effects_unit_si": axis.scale,
+    }
+    if overbound:
+        choice = choose(axis, overbound=True)
+        out["overbound"] = {"N": choice.N, "K": choice.K, "until_s": axis.until}
+    return out

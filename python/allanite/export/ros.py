@@ -1,10 +1,16 @@
-"""Diagonals of a ROS sensor_msgs/Imu message's covariances."""
+"""Diagonals of a ROS sensor_msgs/Imu message's covariances, as robot_localization reads them."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.export._axis import header, needed, rate_of, split
+import numpy as np
+
+from allanite.effects import terms as _terms
+from allanite.export._axis import rate_of, split
+from allanite.export._choice import report
+from allanite.export._lines import GENERAL
+from allanite.export._text import comments
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,25 +20,54 @@ if TYPE_CHECKING:
 __all__ = ["render"]
 
 
-def render(axes: Sequence[Axis], rate: float | None) -> str:
-    """Variance of the white noise of one sample, N² × rate, row-major 3 × 3.
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """Variance of one sample: the integral of the fitted density over the band, row-major 3 × 3.
 
-    One axis serves all three; three axes take x, y, z in the order given.
+    The band begins at one over the longest τ of use; a fitted low-pass filter counts. One axis serves all three; three axes
+    take x, y, z in the order given.
     """
     fs = rate_of(axes, rate, "ros")
+    pairs = split(axes)
+    band = f"{1.0 / max(a.until for a in axes):.3g} Hz to {fs / 2:g} Hz"
     lines = [
-        header(axes, "#", "N"),
-        f"# Variances of one sample at {fs:g} Hz: N^2 x rate, without slow noise.\n",
+        GENERAL,
+        f"sensor_msgs/Imu, robot_localization: per sample at {fs:g} Hz, variances: the density integrated, {band}.",
+        "The filter takes samples as independent of each other: slow noise averages less than it thinks.",
+        *(line for own in pairs for axis in own for line in report(axis, None, _noise(axis))),
     ]
+    text = [comments(lines)]
     for key, own, unit in zip(
         ("angular_velocity_covariance", "linear_acceleration_covariance"),
-        split(axes),
+        pairs,
         ("(rad/s)^2", "(m/s^2)^2"),
         strict=True,
     ):
         if not own:
             continue
-        found = [needed(axis, "N", "ros")[0] ** 2 * fs for axis in own]
+        found = [variance(axis, fs, upper=overbound) for axis in own]
         x, y, z = found if len(found) == 3 else (max(found),) * 3
-        lines.append(f"{key}: [{x:.6e}, 0, 0, 0, {y:.6e}, 0, 0, 0, {z:.6e}]  # {unit}\n")
-    return "".join(lines)
+        note = f"{unit}; {'from the upper limits' if overbound else 'as fitted'}"
+        text.append(f"{key}: [{x:.6e}, 0, 0, 0, {y:.6e}, 0, 0, 0, {z:.6e}]  # {note}\n")
+    return "".join(text)
+
+
+def _noise(axis: Axis) -> list[str]:
+    model = axis.model
+    kept = (*model.stochastic, *model.modifiers)
+    return [n for n, e in zip(model.labels, model.effects, strict=True) if e in kept]
+
+
+def variance(axis: Axis, rate: float, *, upper: bool = False) -> float:
+    """Variance of a sample in SI, without what is slower than the longest τ of use."""
+    low = 2.0 * np.pi / (max(axis.until, 10.0 / rate) * rate)
+    w = np.geomspace(low, np.pi, 4000)
+    total = 0.0
+    for term in (axis.limits if upper else axis.model).terms(rate):
+        name, v = term
+        if name in ("white", "exponential", "lags"):
+            total += v[0]
+        elif name == "blue":
+            total += 2.0 * v[0]
+        else:
+            total += float(np.trapezoid(_terms.spectrum(term, w) * w, np.log(w))) / np.pi
+    return axis.scale**2 * total

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from allanite.export._axis import header, rate_of, split, worst
+from allanite.export._axis import rate_of
+from allanite.export._lines import value_lines
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,27 +15,24 @@ if TYPE_CHECKING:
 
 __all__ = ["render"]
 
+ROWS = (
+    ("acc_n", "accel", "N", "m/s^2, deviation per sample times sqrt(2)"),
+    ("gyr_n", "gyro", "N", "rad/s, deviation per sample times sqrt(2)"),
+    ("acc_w", "accel", "K", "m/s^3, deviation of a bias step over dt"),
+    ("gyr_w", "gyro", "K", "rad/s^2, deviation of a bias step over dt"),
+)
 
-def render(axes: Sequence[Axis], rate: float | None) -> str:
-    """N·√rate and K·√rate.
 
-    The estimator multiplies both by dt each step (integration_base.h: V·noise·Vᵀ, V ∝ dt), so n is
-    the standard deviation of a sample, and a bias step w·dt = K·√dt gives w = K/√dt.
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """N·√(2·rate) and K·√rate.
+
+    The midpoint rule of integration_base.h draws two independent noises a step and gives each half the weight, so that
+    the variance of a step is n²dt²/2: n = N√(2/dt). A bias step is w·dt: w = K/√dt.
     """
     fs = rate_of(axes, rate, "vins")
-    lines = [
-        header(axes, "#", "NK"),
-        f"# Per sample at {fs:g} Hz: n = N*sqrt(rate), w = K*sqrt(rate).\n",
-    ]
-    gyro, accel = split(axes)
-    for own, key, name, unit in (
-        (accel, "acc_n", "N", "m/s^2"),
-        (gyro, "gyr_n", "N", "rad/s"),
-        (accel, "acc_w", "K", "m/s^3"),
-        (gyro, "gyr_w", "K", "rad/s^2"),
-    ):
-        if own:
-            value, remark = worst(own, name, "vins")
-            note = f"{unit}, standard deviation per sample" + (f"; {remark}" if remark else "")
-            lines.append(f"{key}: {value * math.sqrt(fs):.6e}  # {note}\n")
-    return "".join(lines)
+    convention = (
+        f"VINS: per sample at {fs:g} Hz, deviations: n = N*sqrt(2*rate), w = K*sqrt(rate).",
+        "The factor 2: the midpoint rule takes two independent draws of half weight a step.",
+    )
+    convert = {"N": lambda v: v * math.sqrt(2.0 * fs), "K": lambda v: v * math.sqrt(fs)}
+    return value_lines(axes, ROWS, convert, convention, overbound=overbound)

@@ -15,7 +15,7 @@ from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
-from allanite.effects import Stochastic
+from allanite.effects import Deterministic, Stochastic
 from allanite.fit.engine import with_coefficients
 from allanite.fit.estimates import shape_widening, widened
 from allanite.fit.gls import fit_gls, gls_factors
@@ -28,15 +28,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
 __all__ = ["refit"]
-
-#: Effects that a straight line stands for.
-LINES = {
-    "quantization": "Q",
-    "angle_random_walk": "N",
-    "bias_instability": "B",
-    "rate_random_walk": "K",
-    "rate_ramp": "R",
-}
 
 #: A coefficient is detected where chance alone would give one as large in 1 % of records.
 DETECTED = 0.01
@@ -65,7 +56,9 @@ def refit(fit: Fit, method: str) -> Fit:
         model = replace(
             model,
             effects=tuple(
-                e.with_values(R=float(v["R"])) if e.kind == "rate_ramp" else e
+                e.with_amplitudes(np.array([float(value) for value in v.values()]))
+                if isinstance(e, Deterministic)
+                else e
                 for e, v in zip(model.effects, values, strict=True)
             ),
         )
@@ -144,7 +137,7 @@ def _times(derived: Estimate, coefficient: Estimate, before: float) -> Estimate:
 
 
 def _lines(fit: Fit) -> tuple[dict[str, Any], ...]:
-    other = [e.kind for e in fit.model if e.kind not in LINES]
+    other = [e.kind for e in fit.model if e.standard is None]
     if other:
         raise InputError(
             f"method 'lines' knows Q, N, B, K, R; the model has {other[0]}: use whittle or gls"
@@ -153,7 +146,8 @@ def _lines(fit: Fit) -> tuple[dict[str, Any], ...]:
     readings = read_lines(oadev(data.samples, rate=data.rate, taus=8))
     out = []
     for effect in fit.model:
-        name = LINES[effect.kind]
+        assert effect.standard is not None
+        name = effect.standard.name
         line = readings[name]
         power = effect.parameter(name).unit
         assert not isinstance(power, str)

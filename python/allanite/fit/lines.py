@@ -9,9 +9,13 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
+from allanite.effects import standard
+from allanite.effects.bias_instability import BiasInstability
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
+
+    from allanite.effects import StraightLine
 
 __all__ = ["LineReading", "LineReadings", "NearestSlopes", "nearest_slopes", "read_lines"]
 
@@ -25,17 +29,6 @@ TOLERANCE = 0.05
 BLUNT = 0.125
 #: A line may lie above a measured value only where chance does so once in a thousand.
 ABOVE = 0.999
-
-FLICKER = float(np.sqrt(2.0 * np.log(2.0) / np.pi))
-#: Name, slope, where read (s), line of coefficient 1 there, its unit as a power of s, noise that has this slope.
-LINES = (
-    ("Q", -1.0, float(np.sqrt(3.0)), 1.0, "blue"),
-    ("N", -0.5, 1.0, 1.0, "white"),
-    ("B", 0.0, None, FLICKER, "flicker"),
-    ("K", 0.5, 3.0, 1.0, "random_walk"),
-    # A ramp has no scatter of its own; that of the reddest noise below it is the most careful choice.
-    ("R", 1.0, float(np.sqrt(2.0)), 1.0, "random_walk"),
-)
 
 
 class DeviationLike(Protocol):
@@ -144,7 +137,11 @@ def read_lines(deviation: DeviationLike) -> LineReadings:
     n = int(deviation.n[first] + 2 * m[first] - 1)
     keep = _thinned(np.where(good & (2 * m <= n), m, 0))
     return LineReadings(
-        tuple(_read(line, tau[keep], m[keep], sigma[keep], edf[keep], n) for line in LINES)
+        tuple(
+            _read(e.standard, tau[keep], m[keep], sigma[keep], edf[keep], n)
+            for e in standard().values()
+            if e.standard is not None
+        )
     )
 
 
@@ -159,19 +156,19 @@ def _thinned(m: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _read(
-    line: tuple[str, float, float | None, float, str],
+    line: StraightLine,
     tau: NDArray[np.float64],
     m: NDArray[np.int64],
     sigma: NDArray[np.float64],
     edf: NDArray[np.float64],
     n: int,
 ) -> LineReading:
-    name, slope, where, unit, noise = line
+    name, slope, where = line.name, line.slope, line.read_at
 
     def absent(reason: str) -> LineReading:
         return LineReading(name, slope, where, present=False, reason=reason)
 
-    expected, covariance = _kernels.allan_covariance([(noise, [1.0])], n, m)
+    expected, covariance = _kernels.allan_covariance([(line.scatter, [1.0])], n, m)
     # Of ln σ̂ = ½ ln σ̂².
     relative = covariance / np.outer(expected, expected) / 4.0
     x, y = np.log(tau), np.log(sigma)
@@ -211,7 +208,7 @@ def _read(
             low -= 1
         while high < len(windows) - 1 and holds[high + 1]:
             high += 1
-        at = level + (slope * np.log(where) if where is not None else 0.0) - np.log(unit)
+        at = level + (slope * np.log(where) if where is not None else 0.0) - np.log(line.level)
         return LineReading(
             name,
             slope,
@@ -334,5 +331,12 @@ def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
         read(0.0, 1.0),
     )
     return NearestSlopes(
-        tau.copy(), sigma.copy(), n_value, k_value, plateau / FLICKER, n_tau, k_tau, b_tau
+        tau.copy(),
+        sigma.copy(),
+        n_value,
+        k_value,
+        plateau / BiasInstability.standard.level,
+        n_tau,
+        k_tau,
+        b_tau,
     )

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.errors import AllaniteError
 from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
-from allanite.effects import Stochastic
-from allanite.fit.classical import LINES, refit
+from allanite.effects import Stochastic, standard
+from allanite.fit.classical import refit
 from allanite.fit.lines import read_lines
 
 if TYPE_CHECKING:
@@ -20,10 +20,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
 __all__ = ["MethodRow", "MethodTable", "compare_methods"]
-
-#: Powers of s in the unit of each line's coefficient.
-POWERS = {"Q": 1.0, "N": 0.5, "B": 0.0, "K": -0.5, "R": -1.0}
-NAMES = {short: kind.replace("_", " ") for kind, short in LINES.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,10 +142,10 @@ def compare_methods(fit: Fit) -> MethodTable:
     rows = []
     taken = set()
     for place, effect in enumerate(base.model.effects):
-        kind = LINES.get(effect.kind)
-        if not isinstance(effect, Stochastic) and kind is None:
+        kind = None if effect.standard is None else effect.standard.name
+        own = effect.coefficient if isinstance(effect, Stochastic) else kind
+        if own is None:
             continue
-        own = effect.coefficient if isinstance(effect, Stochastic) else "R"
         whittle = base.estimates[place][own]
         least = gls.estimates[place][own] if gls and isinstance(effect, Stochastic) else None
         line = readings[kind] if kind is not None else None
@@ -178,17 +174,17 @@ def _strangers(readings: LineReadings, fit: Fit, taken: set[str | None]) -> list
         refused = line.value is None and "lies below its line" in line.reason
         if line.value is None and not refused:
             continue
+        effect = standard()[line.name]
+        name = effect.kind.replace("_", " ")
         if refused:
-            remark = f"no {NAMES[line.name]} is read: {line.reason}"
+            remark = f"no {name} is read: {line.reason}"
         elif fit.adequate:
-            remark = f"{others} explains this stretch without {NAMES[line.name]}"
+            remark = f"{others} explains this stretch without {name}"
         else:
-            remark = f"the model has no {NAMES[line.name]}, and it is not adequate: try it with one"
-        out.append(
-            MethodRow(
-                line.name, coefficient_unit(unit, POWERS[line.name]), None, None, line, remark
-            )
-        )
+            remark = f"the model has no {name}, and it is not adequate: try it with one"
+        power = effect.parameter(line.name).unit
+        assert not isinstance(power, str)
+        out.append(MethodRow(line.name, coefficient_unit(unit, power), None, None, line, remark))
     return out
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
-from allanite.effects.registry import find
-from allanite.page.edits import printed, shown_unit
+from allanite.effects import Effect, Periodic, find
+from allanite.page.edits import shown_unit
 from allanite.plots.curves import parts
-from allanite.plots.words import SYMBOLS, effect_text, unit_text
+from allanite.plots.words import effect_text, unit_text
 from allanite.report.words import resolved
 
 if TYPE_CHECKING:
@@ -46,7 +46,13 @@ def chips(fit: Fit, unit: str | None = None) -> list[dict[str, Any]]:
                 "color": None if part is None else part.color,
                 "label": None if part is None else part.label,
                 "values": [
-                    _value(effect, name, value.to(shown_unit(value, fit.recording.unit, unit)))
+                    _value(
+                        effect,
+                        name,
+                        value.to(
+                            shown_unit(effect.parameter(name), value, fit.recording.unit, unit)
+                        ),
+                    )
                     for name, value in values.items()
                     if isinstance(value, Estimate)
                 ],
@@ -56,7 +62,7 @@ def chips(fit: Fit, unit: str | None = None) -> list[dict[str, Any]]:
 
 
 def _value(effect: Any, name: str, value: Estimate) -> dict[str, Any]:
-    unit = "" if value.unit in ("", "1") else " " + printed(value.unit)
+    unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
     role = effect.parameter(name).role
     text = f"{number(value.value)}{unit}"
     spread = ""
@@ -69,7 +75,7 @@ def _value(effect: Any, name: str, value: Estimate) -> dict[str, Any]:
         text, spread = f"{found}{unit}", f"{first} … {last}"
     return {
         "name": name,
-        "symbol": _symbol(name),
+        "symbol": _symbol(effect, name),
         "text": text,
         "spread": spread,
         "number": float(f"{value.value:.6g}"),
@@ -117,34 +123,31 @@ def _sentence(s: Suggestion) -> str:
     text = s.explanation
     # The longest unit first: rad/s is a part of rad/s·s^½.
     for value in sorted(values, key=lambda v: -len(v.unit)):
-        text = text.replace(f"{value.name} = ", f"{_symbol(value.name)} = ")
+        text = text.replace(f"{value.name} = ", f"{_symbol(s.effect, value.name)} = ")
         if value.unit:
             text = text.replace(f" {value.unit}", f" {unit_text(value.unit)}")
     return text
 
 
-def _symbol(name: str) -> str:
-    return SYMBOLS.get(name, name if name == "q_c" else name.replace("_", " "))
+def _symbol(effect: Effect, name: str) -> str:
+    plain = name if name == "q_c" else name.replace("_", " ")
+    return effect.parameter(name).symbol or plain
 
 
 def _acts(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
     """Where an effect would be seen: ranges of τ (s), frequency (Hz) and time (s), None where it has none."""
-    values = s.effect.values
     out: dict[str, list[float] | None] = {"tau": None, "frequency": None, "time": None}
     rate, span = fit.data.rate, fit.data.duration
-    if isinstance(values.get("frequency"), float) and s.kind == "sinusoid":
-        f = float(values["frequency"])
+    if isinstance(s.effect, Periodic) and s.effect.frequency is not None:
+        f = s.effect.frequency
         out["frequency"] = [f / 1.12, f * 1.12]
         out["tau"] = [max(1.0 / rate, 0.15 / f), 1.2 / f]
         return out
-    if isinstance(values.get("start"), float) and isinstance(values.get("end"), float):
-        out["time"] = [float(values["start"]), float(values["end"])]
-        return out
-    if s.kind == "bias_step" and isinstance(values.get("time"), float):
-        out["time"] = [
-            max(0.0, values["time"] - 0.01 * span),
-            min(span, values["time"] + 0.01 * span),
-        ]
+    if s.effect.when is not None:
+        start, end = s.effect.when
+        if end > start:
+            return {**out, "time": [start, end]}
+        out["time"] = [max(0.0, start - 0.01 * span), min(span, end + 0.01 * span)]
     change = np.abs(np.log(s.solution.spectrum / fit.solution.spectrum))
     if change.max() < 1e-6:
         low = fit.data.bins.frequency(rate)[0]

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.errors import InputError
 from allanite.common.units import parse_unit
 from allanite.effects import Model
-from allanite.plots.words import unit_text
-from allanite.report.words import DATA_SHEET
 
 if TYPE_CHECKING:
     from allanite.common.parameters import Estimate
+    from allanite.effects import Parameter
     from allanite.fit import Fit
 
 __all__ = [
@@ -20,7 +19,6 @@ __all__ = [
     "freed",
     "frozen",
     "parse_model_string",
-    "printed",
     "shown_unit",
     "with_value",
 ]
@@ -30,23 +28,13 @@ __all__ = [
 SHEET = "data sheet"
 
 
-def shown_unit(value: Estimate, sample_unit: str, chosen: str | None) -> str:
+def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: str | None) -> str:
     """Unit in which a chip shows a value: its own, the same with another sample unit, or a data sheet's."""
     if chosen is None or not value.unit.startswith(sample_unit) or sample_unit == "1":
         return value.unit
     if chosen == SHEET:
-        units = DATA_SHEET.get(parse_unit(sample_unit).kind, {})
-        return units[value.name][0] if value.name in units else value.unit
+        return parameter.sheet.get(parse_unit(sample_unit).kind, value.unit)
     return chosen + value.unit[len(sample_unit) :]
-
-
-def printed(unit: str) -> str:
-    """A unit as it is printed on a chip."""
-    for units in DATA_SHEET.values():
-        for plain, text in units.values():
-            if plain == unit:
-                return text
-    return unit_text(unit)
 
 
 def parse_model_string(text: str) -> Model:

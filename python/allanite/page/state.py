@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import conversion, parse_unit
+from allanite.effects import standard
 from allanite.page.cards import cards, chips, rung
 from allanite.page.documents import compare_with, open_study, sheet_rows
 from allanite.page.edits import SHEET, effect, shown_unit
 from allanite.page.source import Reading
 from allanite.plots.words import duration_text, unit_text
-from allanite.report.words import DATA_SHEET, many
+from allanite.report.words import many
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -84,10 +85,15 @@ def work(tab: Tab) -> dict[str, Any]:
 def _chip_units(unit: str) -> list[dict[str, str]]:
     """Units in which the values of a model can be shown, the recording's first."""
     kind = parse_unit(unit).kind
-    if kind not in DATA_SHEET:
+    sheet = [
+        e.parameter(name).sheet[kind]
+        for name, e in standard().items()
+        if kind in e.parameter(name).sheet
+    ]
+    if not sheet:
         return []
     other = [u for u in UNITS if u != unit and parse_unit(u).kind == kind]
-    texts = [text for _, text in DATA_SHEET[kind].values()]
+    texts = [unit_text(u) for u in sheet]
     return [
         *({"value": u, "text": unit_text(u)} for u in (unit, *other)),
         {"value": SHEET, "text": f"{texts[1]}, {texts[2]}, …"},
@@ -184,11 +190,12 @@ def _what_if(tab: Tab, order: dict[str, Any]) -> None:
 def _factor(tab: Tab, place: int, name: str) -> float:
     """From the unit of a chip to the parameter's own."""
     fit = tab.preview or tab.step.fit
-    effect(fit, place)
+    one = effect(fit, place)
     value = fit.estimates[place].get(name)
     if not isinstance(value, Estimate):
         return 1.0
-    return conversion(shown_unit(value, fit.recording.unit, tab.unit), value.unit)
+    shown = shown_unit(one.parameter(name), value, fit.recording.unit, tab.unit)
+    return conversion(shown, value.unit)
 
 
 def _unit(tab: Tab, order: dict[str, Any]) -> None:

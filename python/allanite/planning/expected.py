@@ -17,7 +17,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Deterministic, Model, Periodic
 from allanite.fit.data import SHORTEST, Data, column, columns
-from allanite.fit.deterministic import line_ordinates, window
+from allanite.fit.deterministic import comb_ordinates, comb_window
 from allanite.fit.engine import Solution, with_coefficients
 from allanite.fit.random_part import RandomPart
 from allanite.fit.shape import fit_shapes
@@ -102,7 +102,7 @@ def random_part(model: Model) -> Model:
 def seen_at(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.int64]:
     """Ordinates j of the record at which a known function of time is looked at."""
     if isinstance(effect, Periodic):
-        return window(effect.frequency or 0.0, data)
+        return comb_window(effect.frequency or 0.0, [m for m, _, _ in effect.lines], data)
     last = grid.n // 4 if grid.n < data.n else grid.n
     return np.arange(1, last, dtype=np.int64)
 
@@ -116,7 +116,9 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
         A column that nobody described.
     """
     if isinstance(effect, Periodic):
-        return line_ordinates(effect.frequency or 0.0, j, data) @ effect.amplitudes()
+        multiples = [m for m, _, _ in effect.lines]
+        lines = comb_ordinates(effect.frequency or 0.0, multiples, j, data)
+        return np.asarray(lines @ effect.amplitudes())
     if effect.follows is not None and effect.follows not in grid.covariates:
         raise InputError(
             f"{effect.kind}: column {effect.follows!r} is not described: give covariates= with "

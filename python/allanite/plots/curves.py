@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.effects import Periodic
 from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.spec import Axis, Band, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS
@@ -46,13 +47,11 @@ def parts(fit: Fit) -> tuple[Part, ...]:
     out = []
     for i, effect in enumerate(effects):
         place = next(k for k, e in enumerate(fit.model.effects) if e is effect)
-        numbers = values_text(fit.estimates[place])
+        numbers = values_text(effect, fit.estimates[place])
         name = effect_text(fit, effect)
         label = f"{name}: {numbers}" if numbers else name
         dash = "solid" if i < len(COMPONENTS) else "dot"
-        frequency = (
-            getattr(effect, "frequency", None) if effect in fit.model.deterministic else None
-        )
+        frequency = effect.frequency if isinstance(effect, Periodic) else None
         out.append(Part(COMPONENTS[i % len(COMPONENTS)], dash, label, frequency))
     return tuple(out)
 

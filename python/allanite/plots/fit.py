@@ -84,7 +84,7 @@ def _verdict(check: Check) -> str:
     text = agreement(check.fit)
     if check.significant:
         first = check.significant[0]
-        numbers = values_text(first.estimates)
+        numbers = values_text(first.effect, first.estimates)
         name = effect_text(check.fit, first.effect)
         share = f", removes {first.removes_percent:.0f} % of the misfit"
         return f"{text}\nMissing first: {name} ({numbers}){share}"

@@ -67,7 +67,7 @@ def _rung_text(rung: Rung) -> str:
     if rung.added is not None:
         name = effect_text(rung.fit, rung.added)
         lines.append(f"+ {name}")
-        numbers = values_text(rung.fit.estimates[-1], most=1)
+        numbers = values_text(rung.fit.model.effects[-1], rung.fit.estimates[-1], most=1)
         if numbers and not rung.removed:
             lines.append(numbers)
     lines += [f"− {kind.replace('_', ' ')}" for kind in rung.removed]

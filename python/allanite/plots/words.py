@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
+
+if TYPE_CHECKING:
+    from allanite.effects import Effect
 
 __all__ = [
     "density_unit",
@@ -18,11 +21,6 @@ __all__ = [
     "values_text",
 ]
 
-#: Parameters worth a place in a legend; the rest is in the tables.
-SHOWN = ("N", "B", "K", "R", "Q", "sigma", "q_c", "correlation_time", "frequency", "amplitude", "exponent", "cutoff", "rms",
-         "coefficient", "lag", "time", "height", "time_constant", "dwell_time", "factor", "count")  # fmt: skip
-SYMBOLS = {"correlation_time": "T", "sigma": "σ", "frequency": "f", "amplitude": "a", "time_constant": "T",
-           "exponent": "α", "cutoff": "f", "dwell_time": "T", "coefficient": "c", "time": "t", "height": "h"}  # fmt: skip
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -61,21 +59,21 @@ def density_unit(unit: str) -> str:
     return f"({text})²/Hz" if "/" in text or "²" in text else f"{text}²/Hz"
 
 
-def values_text(values: dict[str, Any], most: int = 2) -> str:
-    """``T 30.1 s, σ 0.0074 rad/s``: the parameters that say most, with units."""
+def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int = 2) -> str:
+    """``T 30.1 s, σ 0.0074 rad/s``: the numbers that say most of an effect, with units."""
     found: list[str] = []
-    for name in SHOWN:
+    for name in effect.shown():
         value = values.get(name)
+        if effect.parameter(name).role == "derived" and not value:
+            # What follows from a coefficient that is 0 has no limit of its own.
+            name = str(getattr(effect, "coefficient", name))
+            value = values.get(name)
         if not isinstance(value, Estimate) or len(found) == most:
             continue
-        if (name == "sigma" and value == 0.0) or (name == "q_c" and values.get("sigma")):
-            continue  # one of the two: sigma says more, unless there is only a limit
-        symbol = SYMBOLS.get(name, name)
+        symbol = effect.parameter(name).symbol or name
         unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
-        size = value.unit not in (
-            "s",
-            "Hz",
-        )  # a time or frequency has no upper limit that says anything
+        # A time or frequency has no upper limit that says anything.
+        size = value.unit not in ("s", "Hz")
         if size and not value.detected and value.interval is not None:
             found.append(f"{symbol} < {number(value.interval[1], 2)}{unit}")
         else:
@@ -85,9 +83,8 @@ def values_text(values: dict[str, Any], most: int = 2) -> str:
 
 def effect_text(fit: Any, effect: Any) -> str:
     """Name of an effect for this sensor, with the column that it follows."""
-    column = getattr(effect, "column", None)
     name = str(fit.display_name(effect))
-    return f"{name} {column}" if column else name
+    return f"{name} {effect.follows}" if effect.follows else name
 
 
 def duration_text(seconds: float) -> str:

@@ -11,7 +11,11 @@ import numpy as np
 from allanite.common.errors import AllaniteError, InputError
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
+from allanite.readers.frame import is_frame, table_of
+from allanite.readers.packed import is_packed, unpacked
+from allanite.readers.understand import understand
 from allanite.recording import Recording
+from allanite.recording.findings import Finding
 from allanite.recording.samples import locked
 
 if TYPE_CHECKING:
@@ -32,11 +36,26 @@ FORMATS = {
     ".db3": "rosbag",
     ".mcap": "rosbag",
     ".ulg": "ulog",
+    ".h5": "hdf5",
+    ".hdf5": "hdf5",
+    ".hdf": "hdf5",
+    ".nc": "hdf5",
+    ".nc4": "hdf5",
+    ".cdf": "hdf5",
+    ".parquet": "parquet",
+    ".feather": "parquet",
+    ".arrow": "parquet",
+    ".clk": "rinex",
+    ".phd": "stable32",
+    ".frd": "stable32",
 }
+
+#: Those whose logs have topics.
+TOPICAL = ("rosbag", "ulog", "ardupilot")
 
 
 def read(
-    path: str | Path,
+    path: Any,
     rate: float | None = None,
     unit: str | None = None,
     quantity: str | None = None,
@@ -44,13 +63,15 @@ def read(
     covariate: str | Sequence[str] | None = None,
     time_column: str | int | None = None,
     piece: int | None = None,
+    topic: str | Sequence[str] | None = None,
 ) -> Recording:
     """Read a log.
 
     Parameters
     ----------
-    path : str or Path
-        Text (any delimiter, header or not), NPY, NPZ, MATLAB, ROS bag or MCAP, ULog.
+    path : str, Path or data frame
+        A file: text (any delimiter, header or not, also packed by gzip), or a format of `FORMATS`. Or an
+        object of pandas, polars, xarray or Arrow, whose index or column of date-times is the time.
     rate : float, optional
         Sampling rate in Hz; else what the file states, else from the time column.
     unit : str, optional
@@ -65,6 +86,8 @@ def read(
         Column of time stamps; default one called time, t, timestamp, stamp, …; ``"none"`` for none.
     piece : int, optional
         Of a record that jumps of its clock part, the piece to take, from 1; default the longest.
+    topic : str or sequence of str, optional
+        Topic of a ROS bag, ULog or ArduPilot log; default its first inertial one.
 
     Returns
     -------
@@ -75,7 +98,6 @@ def read(
     InputError
         The file or an option cannot be used; the message names file, row and column.
     """
-    path = Path(path)
     request = Request(
         rate,
         unit,
@@ -84,17 +106,23 @@ def read(
         (covariate,) if isinstance(covariate, str) else tuple(covariate or ()),
         time_column,
         piece,
+        (topic,) if isinstance(topic, str) else tuple(topic or ()),
     )
+    if is_frame(path):
+        return _recording(None, request, table_of(path))
+    path = Path(path)
     try:
-        return _recording(path, request)
+        where = str(path)
+        pick = lambda names, units: choose(names, units, request, where).all  # noqa: E731
+        table = read_table(path, pick, request.topics)
+        return _recording(path, request, table)
     except AllaniteError as error:
         text = str(error)
         raise type(error)(text if str(path) in text else f"{path}: {text}") from None
 
 
-def _recording(path: Path, request: Request) -> Recording:
-    where = str(path)
-    table = read_table(path, lambda names, units: choose(names, units, request, where).all)
+def _recording(path: Path | None, request: Request, table: Table) -> Recording:
+    where = str(path or "log")
     choice = choose(
         table.names,
         table.units,
@@ -103,6 +131,8 @@ def _recording(path: Path, request: Request) -> Recording:
         stamped=table.time is not None,
         time_at=0 if not table.named and looks_like_time(table) else None,
     )
+    choice, told = understand(table, choice, request)
+    told += [Finding("reader", "info", note) for note in table.notes]
     own = [table.units[i] for i in choice.samples]
     quantity = request.quantity
     if quantity is None:
@@ -114,7 +144,7 @@ def _recording(path: Path, request: Request) -> Recording:
     ]
     _same_length(table, [*choice.samples, *choice.covariates], where)
     at = choice.time
-    return Recording(
+    recording = Recording(
         _take(table, choice.samples),
         request.rate if request.rate is not None else table.rate,
         time=None if request.timeless else table.time if at is None else table[at],
@@ -131,13 +161,29 @@ def _recording(path: Path, request: Request) -> Recording:
         time_unit=None if at is None else time_unit_of(table.names[at], table.units[at]),
         piece=request.piece,
     )
+    return recording.told_of(told)
 
 
-def read_table(path: Path, pick: Picker) -> Table:
-    """Read the columns of a log that are picked, by the reader of its format."""
+def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
+    """Read the columns of a log that are picked, by the reader of its format.
+
+    Parameters
+    ----------
+    path : Path
+        The log.
+    pick : callable
+        From names and units of all columns to the indices of those wanted.
+    topics : sequence of str
+        Topics of a log that has several.
+    """
     if path.is_dir():
         if (path / "metadata.yaml").exists():
-            return _reader("rosbag")(path, pick)
+            return _reader("rosbag", topics)(path, pick)
+        # The layout of the EuRoC data set: mav0/imu0/data.csv.
+        inside = [path / part / "data.csv" for part in (".", "imu0", "mav0/imu0")]
+        found = next((file for file in inside if file.is_file()), None)
+        if found is not None:
+            return read_table(found, pick, topics)
         raise InputError(f"{path} is a directory: name the log file in it")
     try:
         size = path.stat().st_size
@@ -147,16 +193,22 @@ def read_table(path: Path, pick: Picker) -> Table:
         raise InputError(f"{path}: {error.strerror or error}") from None
     if size == 0 and path.is_file():
         raise InputError(f"{path}: the file is empty")
+    if path.is_file() and is_packed(path):
+        with unpacked(path) as inner:
+            return read_table(inner, pick, topics)
     try:
-        return _reader(FORMATS.get(path.suffix.lower(), "text"))(path, pick)
+        return _reader(FORMATS.get(path.suffix.lower(), "text"), topics)(path, pick)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
 
 
-def _reader(name: str) -> Callable[[Path, Picker], Table]:
-    reader: Callable[[Path, Picker], Table]
+def _reader(name: str, topics: Sequence[str]) -> Callable[[Path, Picker], Table]:
     reader = importlib.import_module(f"allanite.readers.{name}").read
-    return reader
+    if not topics:
+        return reader
+    if name not in TOPICAL:
+        raise InputError("--topic is for ROS bags, ULog and ArduPilot logs: this log has no topics")
+    return lambda path, pick: reader(path, pick, topics)
 
 
 def looks_like_time(table: Table) -> bool:

@@ -27,6 +27,7 @@ class Request:
     covariates: tuple[str, ...]
     time_column: str | int | None
     piece: int | None = None
+    topics: tuple[str, ...] = ()
 
     @property
     def timeless(self) -> bool:
@@ -41,11 +42,14 @@ class Choice:
     samples: tuple[int, ...]
     covariates: tuple[int, ...]
     time: int | None
+    clocks: tuple[int, ...] = ()
+    """Other columns of time stamps."""
 
     @property
     def all(self) -> list[int]:
         """All of them."""
-        return [*self.samples, *self.covariates, *([] if self.time is None else [self.time])]
+        time = [] if self.time is None else [self.time]
+        return [*self.samples, *self.covariates, *time, *self.clocks]
 
 
 def choose(
@@ -95,7 +99,9 @@ def choose(
         at = find_column(name, names, where)
         if at not in covariates and at not in samples:
             covariates.append(at)
-    return Choice(samples, tuple(covariates), time_at)
+    taken = {*samples, *covariates, time_at}
+    clocks = [i for i, role in enumerate(roles) if role == "time" and i not in taken]
+    return Choice(samples, tuple(covariates), time_at, () if time_at is None else tuple(clocks))
 
 
 def _sensors(

@@ -35,6 +35,8 @@ class Table:
         Time stamps kept apart from the columns.
     named : bool
         Whether the names come from the file (else they are made up: x0, x1, …).
+    notes : tuple of str
+        What the reader has to tell.
     """
 
     names: tuple[str, ...]
@@ -43,6 +45,7 @@ class Table:
     rate: float | None = None
     time: NDArray[Any] | None = None
     named: bool = True
+    notes: tuple[str, ...] = ()
 
     def __getitem__(self, at: int) -> NDArray[Any]:
         """Return a column that was asked for."""
@@ -70,7 +73,10 @@ _WITH_UNIT = re.compile(
     r"^\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$"
 )
 _TIME = re.compile(
-    r"^(t|time|times|timestamp|time_?stamp|stamp|sec|secs|seconds|epoch|date_?time|"
+    r"^(t|time|times|timestamps?|time_?stamps?|stamp|sec|secs|seconds|epoch|date_?time|mjd|uptime|"
+    r"(seconds|sec|s|time|millis|ms|micros|us|nanos|ns)_?elapsed|elapsed(_?(time|s|sec|seconds|ms|us))?|"
+    r"millis|micros|zeit(stempel)?|temps|tiempo|i?tow|gps_?(time|tow)|sampletimefine|timestartup|"
+    r"\\w*timestamp|"
     r"(sample|unix|utc|system|sensor)_?time(stamp)?(_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))?|"
     r"(t|time|timestamp|stamp)_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))$"
 )
@@ -79,7 +85,7 @@ _TEMPERATURE = re.compile(
 )
 _OTHER = re.compile(
     r"(^|[^a-z])(mag|magn|magnet\w*|baro\w*|press\w*|humid\w*|volt\w*|vbat|batt\w*|alt\w*|lat|lon\w*|"
-    r"seq|sequence|index|idx|counter|count|sample|samples|no|number|status|flags?|roll|pitch|yaw|"
+    r"seq|sequence|index|idx|date|packetcounter|counter|count|sample|samples|no|number|status|flags?|roll|pitch|yaw|"
     r"quat\w*|q[0-3wxyz]|heading|id)([^a-z]|$)|^(mag|m|b)[xyz]$|^unnamed: \d+$"
 )
 _GYRO = re.compile(r"gyr|ang.*(vel|rate)|omega|^[gw]_?[xyz]$|^rate_?[xyz]?$|(^|[^a-z])gyr")
@@ -101,6 +107,8 @@ def role_of(name: str, unit: str | None) -> Role:
         return "time"
     if _TEMPERATURE.search(key) or (unit or "").replace("°", "deg") in ("degC", "degF", "C", "K"):
         return "temperature"
+    if unit is not None and unit.strip() in ("d", "h", "min"):
+        return "time"
     if unit is not None:
         # A phase in s, or an angle, is a sensor's too.
         if unit.strip() in ("s", "deg", "°", "rad", "m/s"):
@@ -110,7 +118,8 @@ def role_of(name: str, unit: str | None) -> Role:
         except InputError:
             return "other"
         return "sensor"
-    return "other" if _OTHER.search(key) else "sensor"
+    # A nameless column is the index that pandas writes.
+    return "other" if not key or _OTHER.search(key) else "sensor"
 
 
 def time_unit_of(name: str, unit: str | None) -> str | None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["read"]
+__all__ = ["assemble", "read"]
 
 RATES = (
     "fs",
@@ -43,6 +43,28 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         A damaged file, or no numeric array in it.
     """
     found = dict(_v73(path) if _is_hdf5(path) else _v5(path))
+    return assemble(found, path)
+
+
+def assemble(
+    found: Mapping[str, NDArray[Any]], path: Path, units: Mapping[str, str] | None = None
+) -> Table:
+    """Make a table of the arrays of the longest common length, each a column or several.
+
+    Parameters
+    ----------
+    found : mapping of str to ndarray
+        Arrays by name; a scalar called Fs, rate, … is the sampling rate.
+    path : Path
+        The file, for messages.
+    units : mapping of str to str, optional
+        Units of the arrays that have one.
+
+    Raises
+    ------
+    InputError
+        No array of numbers.
+    """
     rate = next(
         (
             float(a.reshape(()))
@@ -57,6 +79,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     n = max(len(a) for a in arrays.values())
     names: list[str] = []
     columns: list[NDArray[Any]] = []
+    said: list[str | None] = []
     for name, a in arrays.items():
         if len(a) != n:
             continue
@@ -67,7 +90,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         )
         names += [short + suffix for suffix in suffixes]
         columns += columns_of(a)
-    return Table(tuple(names), tuple(columns), (None,) * len(names), rate=rate)
+        said += [(units or {}).get(name)] * k
+    return Table(tuple(names), tuple(columns), tuple(said), rate=rate)
 
 
 def _unique(name: str, columns: Mapping[str, Any]) -> bool:

@@ -1,32 +1,48 @@
-"""ROS 1 and ROS 2 bags and MCAP, by rosbags: the sensor_msgs/Imu messages of one topic."""
+"""ROS 1 and ROS 2 bags and MCAP, by rosbags: one topic's messages, with a temperature beside them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import contextlib
+from dataclasses import fields, is_dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.readers._table import Table, columns_of
+from allanite.readers._table import Table
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
+
+    from numpy.typing import NDArray
 
     from allanite.readers._table import Picker
 
 __all__ = ["read"]
 
-NAMES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
-UNITS = ("rad/s",) * 3 + ("m/s^2",) * 3  # REP 103
+IMU, TEMPERATURE = "sensor_msgs/msg/Imu", "sensor_msgs/msg/Temperature"
+#: Fields of sensor_msgs/Imu; REP 103 fixes the units.
+AXES = {
+    f"{sensor}_{axis}": (field, axis, unit)
+    for sensor, field, unit in (
+        ("gyro", "angular_velocity", "rad/s"),
+        ("acc", "linear_acceleration", "m/s^2"),
+    )
+    for axis in "xyz"
+}
 
 
-def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the first topic of type ``sensor_msgs/msg/Imu``, stamped by its headers.
+def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
+    """Read a topic, stamped by its headers: the first of type ``sensor_msgs/msg/Imu``, or those asked for.
+
+    Of other messages every number is a column. A topic of temperatures is joined to the others' times.
 
     Raises
     ------
     InputError
-        A damaged bag, or no Imu topic in it; the topics are listed.
+        A damaged bag, no Imu topic or not the one asked for (the topics are listed), topics of
+        different rates.
     """
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
@@ -36,7 +52,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     )
     try:
         with AnyReader([folder], default_typestore=get_typestore(Stores.LATEST)) as bag:
-            return _imu(bag, path)
+            return _table(bag, path, topics)
     except InputError:
         raise
     except Exception as error:  # rosbags raises whatever the bytes lead it to
@@ -47,22 +63,100 @@ def _has_metadata(folder: Path) -> bool:
     return (folder / "metadata.yaml").exists()
 
 
-def _imu(bag, path: Path) -> Table:  # type: ignore[no-untyped-def]  # noqa: ANN001
-    found = [c for c in bag.connections if c.msgtype == "sensor_msgs/msg/Imu"]
-    if not found:
-        topics = ", ".join(sorted(f"{c.topic} ({c.msgtype})" for c in bag.connections)) or "none"
-        raise InputError(f"{path}: no sensor_msgs/Imu topic in the bag; its topics: {topics}")
-    topic = found[0].topic
+def _table(bag: Any, path: Path, asked: Sequence[str]) -> Table:
+    types = {c.topic: c.msgtype for c in bag.connections}
+    listed = ", ".join(sorted(f"{topic} ({kind})" for topic, kind in types.items())) or "none"
+    imus = [topic for topic, kind in types.items() if kind == IMU]
+    unknown = [topic for topic in asked if topic not in types]
+    if unknown:
+        raise InputError(f"{path}: no topic {unknown[0]} in the bag; its topics: {listed}")
+    if not asked and not imus:
+        raise InputError(
+            f"{path}: no sensor_msgs/Imu topic in the bag (--topic reads another); its topics: {listed}"
+        )
+    thermal = [topic for topic, kind in types.items() if kind == TEMPERATURE]
+    main = [topic for topic in (asked or imus[:1]) if topic not in thermal]
+    if not main:
+        main, thermal = list(asked), []
+    names: list[str] = []
+    columns: list[NDArray[Any]] = []
+    units: list[str | None] = []
+    time: NDArray[np.int64] | None = None
+    for topic in main:
+        stamps, found = _topic(bag, path, topic, types[topic])
+        if time is None:
+            time = stamps
+        elif abs(stamps.size - time.size) > 0.001 * time.size + 1:
+            raise InputError(
+                f"{path}: topics {main[0]} ({time.size} messages) and {topic} ({stamps.size}) have"
+                " different rates: read one at a time (--topic)"
+            )
+        nearest = np.searchsorted((stamps[1:] + stamps[:-1]) // 2, time)
+        prefix = f"{topic.strip('/').replace('/', '.')}." if len(main) > 1 else ""
+        for name, (values, unit) in found.items():
+            names.append(prefix + name)
+            columns.append(values if stamps is time else values[nearest])
+            units.append(unit)
+    assert time is not None
+    for topic in thermal if not asked else [t for t in asked if t in thermal]:
+        stamps, found = _topic(bag, path, topic, TEMPERATURE)
+        for name, (values, _) in found.items():
+            if name == "temperature":
+                names.append("temperature" if len(thermal) == 1 else f"temperature_{len(names)}")
+                columns.append(np.interp(time - time[0], stamps - time[0], values))
+                units.append("degC")
+    others = tuple(
+        f"topic {topic} is not read: --topic {topic} reads it"
+        for topic in imus
+        if topic not in main
+    )
+    return Table(
+        tuple(names), tuple(columns), tuple(units), time=time.astype("datetime64[ns]"), notes=others
+    )
+
+
+def _topic(
+    bag: Any, path: Path, topic: str, kind: str
+) -> tuple[NDArray[np.int64], dict[str, tuple[NDArray[Any], str | None]]]:
+    """Stamps, ns, and the columns of a topic with their units."""
     rows: list[tuple[float, ...]] = []
     stamps: list[int] = []
-    for connection, received, raw in bag.messages([c for c in found if c.topic == topic]):
+    names: tuple[str, ...] = tuple(AXES)
+    for connection, received, raw in bag.messages([c for c in bag.connections if c.topic == topic]):
         message = bag.deserialize(raw, connection.msgtype)
-        rate, force = message.angular_velocity, message.linear_acceleration
-        rows.append((rate.x, rate.y, rate.z, force.x, force.y, force.z))
-        stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        stamp = 0
+        with contextlib.suppress(AttributeError):
+            stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
         # Some drivers leave the header empty; the time of receipt is the next best.
         stamps.append(stamp or received)
-    if not rows:
-        raise InputError(f"{path}: topic {topic} holds no message")
-    time = np.array(stamps, dtype=np.int64).astype("datetime64[ns]")
-    return Table(NAMES, columns_of(np.array(rows)), UNITS, time=time)
+        if kind == IMU:
+            rows.append(
+                tuple(getattr(getattr(message, field), axis) for field, axis, _ in AXES.values())
+            )
+        else:
+            flat = dict(_numbers(message, ""))
+            names = tuple(flat)
+            rows.append(tuple(flat.values()))
+    if not rows or not rows[0]:
+        raise InputError(f"{path}: topic {topic} holds no {'message' if not rows else 'number'}")
+    data = np.array(rows, dtype=np.float64)
+    units = [unit for *_, unit in AXES.values()] if kind == IMU else [None] * len(names)
+    found = {
+        name: (data[:, i], unit)
+        for i, (name, unit) in enumerate(zip(names, units, strict=True))
+        # A gyroscope and an accelerometer on topics of their own leave the other's fields at 0.
+        if kind != IMU or data[:, i - i % 3 : i - i % 3 + 3].any()
+    }
+    return np.array(stamps, dtype=np.int64), found
+
+
+def _numbers(message: Any, prefix: str) -> Iterator[tuple[str, float]]:
+    """Every number in a message by its path; headers, arrays and constants left out."""
+    for field in fields(message):
+        value = getattr(message, field.name)
+        if field.name == "header" or field.name.startswith("__"):
+            continue
+        if is_dataclass(value):
+            yield from _numbers(value, f"{prefix}{field.name}_")
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            yield f"{prefix}{field.name}", float(value)

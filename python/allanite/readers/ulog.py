@@ -10,7 +10,10 @@ from allanite.common.errors import InputError
 from allanite.readers._table import Table
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
+
+    from numpy.typing import NDArray
 
     from allanite.readers._table import Picker
 
@@ -24,8 +27,11 @@ FIELDS = {
 }
 
 
-def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read ``sensor_combined``, or else ``sensor_gyro`` or ``sensor_accel``, first instance.
+def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
+    """Read one topic: ``sensor_combined``, or else ``sensor_gyro``, ``sensor_accel``, …, or that asked for.
+
+    ``sensor_gyro.1`` is the second instance. The temperature of ``sensor_gyro`` or ``sensor_accel`` is
+    joined to ``sensor_combined``, which has none.
 
     Raises
     ------
@@ -40,32 +46,51 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             log = ULog(stream)
     except Exception as error:  # pyulog raises whatever the bytes lead it to
         raise InputError(f"{path}: damaged or not a ULog file ({error})") from None
-    topics = {data.name: data for data in reversed(log.data_list)}
-    name = next((topic for topic in TOPICS if topic in topics), None)
+    found = {f"{data.name}.{data.multi_id}": data.data for data in log.data_list}
+    shown = ", ".join(sorted(name.removesuffix(".0") for name in found)) or "none at all"
+    if len(topics) > 1:
+        raise InputError(f"{path}: topics of a ULog have rates of their own: give one --topic")
+    wanted = [f"{t}.0" if not t[-1:].isdigit() or "." not in t else t for t in topics]
+    name = next((topic for topic in wanted or [f"{t}.0" for t in TOPICS] if topic in found), None)
     if name is None:
-        raise InputError(
-            f"{path}: no inertial topic among {', '.join(sorted(topics)) or 'none at all'}"
-        )
-    data = topics[name].data
+        what = f"no topic {topics[0]}" if topics else "no inertial topic"
+        raise InputError(f"{path}: {what} among {shown}")
+    data = found[name]
     columns: dict[str, Any] = {}
     units: list[str | None] = []
     for field, values in data.items():
         column, unit = _column(name, field)
+        if column is None and topics and not field.startswith("timestamp"):
+            column = field  # of another topic every field is a column
         if column is not None:
             columns[column] = values
             units.append(unit)
-    key = (
-        "timestamp_sample"
-        if "timestamp_sample" in data and np.any(data["timestamp_sample"])
-        else "timestamp"
+    time = _stamps(data)
+    if "temperature" not in columns:
+        for other in ("sensor_gyro.0", "sensor_accel.0", "sensor_baro.0"):
+            if "temperature" in found.get(other, {}) and other != name:
+                theirs = found[other]
+                columns["temperature"] = np.interp(time, _stamps(theirs), theirs["temperature"])
+                units.append("degC")
+                break
+    others = [t.removesuffix(".0") for t in found if t.split(".")[0] in TOPICS and t != name]
+    notes = (
+        f"topics not read: {', '.join(sorted(others))} (--topic NAME reads one)" if others else ""
     )
     return Table(
         tuple(columns),
         tuple(columns.values()),
         tuple(units),
-        # Microseconds since boot; as nanoseconds their magnitude cannot be mistaken.
-        time=data[key].astype(np.int64).astype("datetime64[us]"),
+        # Microseconds since boot; as date-times their unit cannot be mistaken.
+        time=time.astype("datetime64[us]"),
+        notes=(notes,) if notes else (),
     )
+
+
+def _stamps(data: dict[str, Any]) -> NDArray[np.int64]:
+    """Time of the samples, where it is kept, else of the message, µs."""
+    sampled = "timestamp_sample" in data and np.any(data["timestamp_sample"])
+    return data["timestamp_sample" if sampled else "timestamp"].astype(np.int64)
 
 
 def _column(topic: str, field: str) -> tuple[str | None, str | None]:

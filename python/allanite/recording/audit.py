@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.units import coefficient_unit
+from allanite.recording.at_rest import finding_of
 from allanite.recording.findings import Finding, of_stamps
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ CHUNK = 1 << 18  # samples worked on at a time: stays in the cache, bounds the m
 def audit(recording: Recording) -> list[Finding]:
     """Return the findings about the time stamps and about every column of a recording."""
     findings = list(of_stamps(recording.stamps, recording.rate)) if recording.stamps else []
+    findings = [*finding_of(recording), *recording.told, *findings]
     units = recording.units
     for i, name in enumerate(recording.columns):
         x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, i]

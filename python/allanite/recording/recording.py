@@ -12,7 +12,8 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.units import conversion, parse_unit, rate_unit
 from allanite.common.validation import moment, positive_rate
-from allanite.recording.samples import column_names, covariate, index_of, locked, own
+from allanite.recording import samples as arrays
+from allanite.recording.samples import column_names, find_column, group_means, index_of, locked, own
 from allanite.recording.timebase import Stamps, fill_gaps, read_stamps
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from allanite.plots import Figure
     from allanite.recording.audit import Finding
 
-__all__ = ["QUANTITIES", "Recording"]
+__all__ = ["QUANTITIES", "Recording", "find_column"]
 
 QUANTITIES = ("rate", "increment", "angle")
 
@@ -80,6 +81,7 @@ class Recording:
     covariate_units: Mapping[str, str]
     path: str | None
     stamps: Stamps | None
+    told: tuple[Finding, ...]
     _audit: list[Finding] | None
 
     def __init__(
@@ -101,8 +103,7 @@ class Recording:
         if quantity not in QUANTITIES:
             raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
         if hasattr(samples, "magnitude") and hasattr(samples, "units"):  # a pint quantity
-            unit = f"{samples.units:~C}".replace("**", "^") if unit == "1" else unit
-            samples = samples.magnitude if unit == "1" else samples.to(_pint(unit)).magnitude  # type: ignore[union-attr]
+            samples, unit = arrays.from_pint(samples, unit)
         if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
             columns = [str(name) for name in samples.columns]
         index = index_of(samples)
@@ -112,7 +113,8 @@ class Recording:
         n = array.shape[0]
         names = column_names(columns, array)
         extra = {
-            name: covariate(name, values, n, where) for name, values in (covariates or {}).items()
+            name: arrays.covariate(name, values, n, where)
+            for name, values in (covariates or {}).items()
         }
         stamps = None
         time = index if time is None else time
@@ -142,6 +144,7 @@ class Recording:
             covariate_units=MappingProxyType(dict(covariate_units or {})),
             path=None if path is None else str(path),
             stamps=stamps,
+            told=(),
             _audit=None,
         )
 
@@ -155,6 +158,10 @@ class Recording:
         fields = {name: getattr(self, name) for name in self.__slots__}
         other._fix(**{**fields, "_audit": None, **changes})
         return other
+
+    def told_of(self, findings: Sequence[Finding]) -> Recording:
+        """Return the recording with findings of the reader, which its audit tells."""
+        return self._with(told=(*self.told, *findings)) if findings else self
 
     def __reduce__(self) -> tuple[Any, ...]:
         state = {name: getattr(self, name) for name in self.__slots__ if name != "_audit"}
@@ -244,6 +251,10 @@ class Recording:
             )
         return self._rows(slice(first, last))
 
+    def quiet(self) -> Recording:
+        """Return the longest stretch at rest; see `allanite.recording.at_rest.quiet_span`."""
+        return import_module("allanite.recording.at_rest").quiet(self)
+
     def half(self, which: int) -> Recording:
         """First (0) or second (1) half of the record."""
         middle = self.n // 2
@@ -267,24 +278,15 @@ class Recording:
             return self
         m = self.n // k
 
-        def mean(values: NDArray[Any]) -> NDArray[Any]:
-            groups = values[: m * k].reshape(m, k, *values.shape[1:])
-            found = groups.mean(axis=1, dtype=np.float64)
-            if np.isnan(found).any():
-                there = np.count_nonzero(~np.isnan(groups), axis=1)
-                total = np.nansum(groups, axis=1, dtype=np.float64)
-                found = np.where(2 * there >= k, total / np.maximum(there, 1), np.nan)
-            return found
-
         if self.quantity == "angle":
             samples = self.samples[: m * k : k]
         elif self.quantity == "increment":
             samples = self.samples[: m * k].reshape(m, k, *self.samples.shape[1:]).sum(axis=1)
             if np.isnan(samples).any():
-                samples = mean(self.samples) * k
+                samples = group_means(self.samples, k) * k
         else:
-            samples = mean(self.samples)
-        extra = {name: locked(mean(values)) for name, values in self.covariates.items()}
+            samples = group_means(self.samples, k)
+        extra = {name: locked(group_means(values, k)) for name, values in self.covariates.items()}
         return self._with(
             samples=locked(samples), rate=self.rate / k, covariates=MappingProxyType(extra)
         )
@@ -319,8 +321,8 @@ class Recording:
         )
         if units == self.units:
             return self
-        samples = self.samples * (factors if self.samples.ndim == 2 else factors[0])
-        return self._with(samples=locked(samples), units=units)
+        samples = locked(self.samples * (factors if self.samples.ndim == 2 else factors[0]))
+        return self._with(samples=samples, units=units)
 
     def rate_samples(self) -> NDArray[Any]:
         """Rate samples of a one-column recording, in `unit`.
@@ -384,16 +386,6 @@ class Recording:
         return f"Recording({', '.join(self.columns)}: {what}{extra})"
 
 
-def find_column(name: str | int, columns: Sequence[str], path: str | None = None) -> int:
-    """Index of a column by name, or by 0-based index also as text."""
-    if isinstance(name, str) and name in columns:
-        return list(columns).index(name)
-    if (isinstance(name, int) or name.isdigit()) and 0 <= int(name) < len(columns):
-        return int(name)
-    where = "" if path is None else f"{path}: "
-    raise InputError(f"{where}unknown column {name!r}: the columns are {', '.join(columns)}")
-
-
 def _restore(state: dict[str, Any]) -> Recording:
     recording = object.__new__(Recording)
     locked(state["samples"])
@@ -401,7 +393,3 @@ def _restore(state: dict[str, Any]) -> Recording:
     state["covariate_units"] = MappingProxyType(state["covariate_units"])
     recording._fix(**state, _audit=None)
     return recording
-
-
-def _pint(unit: str | Sequence[str]) -> str:
-    return str(unit).replace("^", "**").replace("°", "deg")

@@ -15,7 +15,16 @@ if TYPE_CHECKING:
 
 CHUNK = 1 << 18  # rows looked at at a time
 
-__all__ = ["column_names", "covariate", "index_of", "locked", "own"]
+__all__ = [
+    "column_names",
+    "covariate",
+    "find_column",
+    "from_pint",
+    "group_means",
+    "index_of",
+    "locked",
+    "own",
+]
 
 
 def own(samples: object, where: str, columns: Sequence[str] | None = None) -> NDArray[Any]:
@@ -105,11 +114,45 @@ def index_of(samples: Any) -> NDArray[Any] | None:
     """
     index: Any = getattr(samples, "index", None)
     if not hasattr(index, "dtype"):
-        dims = getattr(samples, "dims", None)
-        if not dims or not hasattr(samples, "coords") or dims[0] not in samples.coords:
+        coords: Any = getattr(samples, "coords", None)
+        if not hasattr(coords, "values"):
             return None
-        index = samples.coords[dims[0]]
+        # The first dimension of an array; of a data set, whatever coordinate is a time.
+        found = list(coords.values())
+        if not hasattr(samples, "data_vars"):
+            found = [coord for coord in found if coord.dims == samples.dims[:1]]
+        index = next((coord for coord in found if coord.dtype.kind in "mMf"), None)
+        if index is None:
+            return None
     if getattr(index, "tz", None) is not None:
         index = index.tz_convert(None)
     stamps = np.asarray(index)
     return stamps if stamps.ndim == 1 and stamps.dtype.kind in "mMf" and stamps.size > 1 else None
+
+
+def find_column(name: str | int, columns: Sequence[str], path: str | None = None) -> int:
+    """Index of a column by name, or by 0-based index also as text."""
+    if isinstance(name, str) and name in columns:
+        return list(columns).index(name)
+    if (isinstance(name, int) or name.isdigit()) and 0 <= int(name) < len(columns):
+        return int(name)
+    where = "" if path is None else f"{path}: "
+    raise InputError(f"{where}unknown column {name!r}: the columns are {', '.join(columns)}")
+
+
+def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
+    """Means of groups of k rows; where some are missing, of those that are there if they are half."""
+    groups = values[: len(values) // k * k].reshape(-1, k, *values.shape[1:])
+    found: NDArray[Any] = groups.mean(axis=1, dtype=np.float64)
+    if np.isnan(found).any():
+        there = np.count_nonzero(~np.isnan(groups), axis=1)
+        total = np.nansum(groups, axis=1, dtype=np.float64)
+        found = np.where(2 * there >= k, total / np.maximum(there, 1), np.nan)
+    return found
+
+
+def from_pint(samples: Any, unit: str | Sequence[str]) -> tuple[Any, str | Sequence[str]]:
+    """Numbers and unit of a pint quantity, in the unit asked for or else its own."""
+    if unit == "1":
+        return samples.magnitude, f"{samples.units:~C}".replace("**", "^")
+    return samples.to(str(unit).replace("^", "**").replace("°", "deg")).magnitude, unit

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import number, tidy
 from allanite.common.units import column_unit
+from allanite.effects import find
 from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time
 from allanite.plots.words import in_unit, unit_text
 from allanite.report.blocks import (
@@ -120,13 +121,15 @@ def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
     rows: list[tuple[Cell, ...]] = []
     sheet = False
     for i, effect in enumerate(fit["effects"]):
-        title = effect["name"]
+        title, kind = effect["name"], find(effect["kind"])
         for name, value in effect["parameters"].items():
             where = f"{place}.effects.{i}.parameters.{name}"
             shown, interval, unit = parameter_cells(value, where)
             if name in effect.get("held", ()):
                 interval = "held"
-            other = data_sheet_value(name, value, entry.recording.unit)
+            other = (
+                data_sheet_value(kind.parameter(name), value, entry.recording.unit) if kind else ""
+            )
             sheet |= bool(other)
             rows.append((title, parameter_text(name), shown, interval, unit, other))
             title = ""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import number
 from allanite.common.units import conversion, parse_unit
-from allanite.plots.words import duration_text, unit_text, values_text
+from allanite.plots.words import duration_text, effect_text, unit_text, values_text
 from allanite.report.blocks import Cell, Number
+
+if TYPE_CHECKING:
+    from allanite.effects import Parameter
 
 __all__ = [
     "data_sheet_value",
@@ -20,24 +23,6 @@ __all__ = [
     "verdict",
     "with_unit",
 ]
-
-#: How data sheets write each coefficient, by kind of sensor.
-DATA_SHEET = {
-    "angular rate": {
-        "Q": ("deg", "°"),
-        "N": ("deg/sqrt(h)", "°/√h"),
-        "B": ("deg/h", "°/h"),
-        "K": ("deg/h/sqrt(h)", "°/h/√h"),
-        "R": ("deg/h/h", "°/h²"),
-    },
-    "acceleration": {
-        "Q": ("m/s", "m/s"),
-        "N": ("m/s/sqrt(h)", "m/s/√h"),
-        "B": ("ug", "µg"),
-        "K": ("m/s/h/sqrt(h)", "m/s/h/√h"),
-        "R": ("ug/h", "µg/h"),
-    },
-}
 
 
 def exact(value: float | None, place: str, figures: int = 3) -> Cell:
@@ -112,17 +97,17 @@ def parameter_cells(value: dict[str, Any], place: str) -> tuple[Cell, Cell, str]
     return cell, (ends[0], " … ", ends[1]), unit
 
 
-def data_sheet_value(name: str, value: dict[str, Any], sensor: str) -> str:
-    """A coefficient as a data sheet writes it, e.g. ``0.72 °/√h``; empty where it has no such unit."""
-    wanted = DATA_SHEET.get(parse_unit(sensor).kind, {}).get(name)
+def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -> str:
+    """A parameter of an effect as a data sheet writes it, e.g. ``0.72 °/√h``; empty where it has no such unit."""
+    wanted = parameter.sheet.get(parse_unit(sensor).kind)
     found, interval = value.get("value"), value.get("interval")
     if wanted is None or not isinstance(found, float | int):
         return ""
-    factor = conversion(str(value["unit"]), wanted[0])
+    factor = conversion(str(value["unit"]), wanted)
     if value.get("detected") is False:
         limit = None if interval is None else interval[1]
-        return "" if limit is None else f"< {number(limit * factor, 3)} {wanted[1]}"
-    return f"{number(found * factor, 4)} {wanted[1]}"
+        return "" if limit is None else f"< {number(limit * factor, 3)} {unit_text(wanted)}"
+    return f"{number(found * factor, 4)} {unit_text(wanted)}"
 
 
 def verdict(study: Any) -> tuple[str, str]:
@@ -175,10 +160,8 @@ def _added(rung: Any) -> str:
         return str(rung.added.title)
     # The last of its kind: there may be several lines.
     place = len(kinds) - 1 - kinds[::-1].index(rung.added.kind)
-    numbers = values_text(rung.fit.estimates[place])
-    name = rung.fit.display_name(rung.added)
-    column = getattr(rung.added, "column", None)
-    name = f"{name} {column}" if column else name
+    numbers = values_text(rung.fit.model.effects[place], rung.fit.estimates[place])
+    name = effect_text(rung.fit, rung.added)
     return f"{name} ({numbers})" if numbers else name
 
 

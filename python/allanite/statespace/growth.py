@@ -78,6 +78,35 @@ class Growth:
     left_out: tuple[str, ...]
     aided: float
 
+    @property
+    def shown(self) -> tuple[str, float]:
+        """Unit for people, and how many of them are one of `unit`: degrees for radians."""
+        return ("deg", 180.0 / np.pi) if self.unit == "rad" else (self.unit, 1.0)
+
+    def table(self, measured: Measured | None = None) -> str:
+        """Standard deviation over time, in all and by effect; beside it what a recording shows."""
+        unit, factor = self.shown
+        head = ["after / s", "total", *self.budget]
+        columns = [self.tau, factor * self.total, *(factor * v for v in self.budget.values())]
+        if measured is not None:
+            head += ["measured rms", "within 95 %"]
+            columns += [factor * measured.rms, 100.0 * measured.inside]
+        lines = [
+            f"{self.quantity} since the fix, {unit} (standard deviation), bias averaged over {self.aided:g} s before it",
+            "".join(f"{name:>13}" for name in head),
+        ]
+        lines += ["".join(f"{v:13.4g}" for v in row) for row in zip(*columns, strict=True)]
+        if measured is not None:
+            lines.append(f"measured on {measured.segments} segments")
+        if self.left_out:
+            lines.append(
+                f"not predicted, they happen at times of their own: {', '.join(self.left_out)}"
+            )
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.table()
+
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers of one quantity."""
         return {

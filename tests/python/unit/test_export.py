@@ -4,6 +4,7 @@ import json
 import math
 import re
 
+import numpy as np
 import pytest
 
 from allanite.common.errors import InputError
@@ -46,14 +47,20 @@ def test_kalibr_is_continuous_time_si():
 
 def test_vins_is_per_sample():
     text = export(axes(), "vins", rate=400)
-    assert value(text, "gyr_n") == pytest.approx(N * RAD * 20, rel=1e-6)
+    # Two independent draws of half weight a step: √2 more than the deviation of a sample.
+    assert value(text, "gyr_n") == pytest.approx(N * RAD * 20 * math.sqrt(2), rel=1e-6)
     assert value(text, "gyr_w") == pytest.approx(K * RAD * 20, rel=1e-6)
 
 
 def test_ros_is_the_variance_of_a_sample():
-    text = export(axes(), "ros", rate=100)
-    first = re.search(r"angular_velocity_covariance: \[(\S+),", text).group(1)
-    assert float(first) == pytest.approx((N * RAD) ** 2 * 100, rel=1e-6)
+    def first(text):
+        found = export(axes(text), "ros", rate=100, until=1000.0)
+        return float(re.search(r"angular_velocity_covariance: \[(\S+),", found).group(1))
+
+    white = (N * RAD) ** 2 * 100
+    assert first("N(N=0.01)") == pytest.approx(white, rel=1e-6)
+    # The slow noise above 1 mHz: B²/π·ln(50 000) of flicker (its density is B²τ0/(2 sin), ln 2/… more at Nyquist).
+    assert white < first("N(N=0.01)+B(B=1e-3)") < white + (B * RAD) ** 2 / math.pi * 12
 
 
 def test_gtsam_squares_the_densities():
@@ -80,10 +87,120 @@ def test_json_holds_everything():
     assert axis["left_out"] == ["gauss_markov"]
 
 
-@pytest.mark.parametrize("target", ["kalibr", "vins", "gtsam"])
-def test_no_random_walk_is_made_up_from_a_bias_instability(target):
-    with pytest.raises(InputError, match=r"needs K.*not a random walk"):
-        export(axes("N(N=0.01)+B(B=1e-3)"), target, rate=100)
+def test_a_model_without_a_random_walk_gets_the_smallest_that_covers_it():
+    text = export(axes("N(N=0.01)+B(B=1e-3)"), "kalibr", rate=100)
+    assert "no random walk in the model" in text
+    assert "in this file: N\n" in text
+    assert "left out, this format cannot hold it: B (bias_instability)" in text
+    walk = value(text, "gyroscope_random_walk") / RAD
+    tau = np.geomspace(0.01, 1000, 60)
+    written = parse_model(f"N(N=0.01)+K(K={walk})").allan_variance(tau, 100.0)
+    model = parse_model("N(N=0.01)+B(B=1e-3)").allan_variance(tau, 100.0)
+    ratio = np.sqrt(written / model)
+    # τ of use are a grid, eight a decade; between them a little less.
+    assert 0.94 < ratio.min() < 0.96
+
+
+def test_white_noise_alone_gets_the_walk_that_would_just_have_been_seen():
+    text = export(axes("N(N=0.01)"), "gtsam", until=300.0)
+    walk = float(re.search(r"setBiasOmegaCovariance\((\S+)\*\*2", text).group(1)) / RAD
+    assert walk == pytest.approx(math.sqrt(3) * 0.01 / 300, rel=1e-3)
+    assert "a larger one would have been seen" in text
+
+
+@pytest.mark.parametrize("target", [t for t in TARGETS if t not in ("json", "statespace")])
+def test_every_head_says_what_the_numbers_are(target):
+    documents = [model_to_dict(parse_model("N(N=0.01)+B(B=1e-3)+GM(q_c=1e-4,T=30)+R(R=1e-9)"))]
+    found = [*axes_of(documents, "deg/s", "g"), *axes_of(documents, "mg", "a")]
+    text = export(found, target, rate=100)
+    assert "two-sided" in text
+    assert re.search("(?i)continuous.time|per sample|per step", text)
+    assert re.search("deviation|variance|covariance|density", text)
+    assert "in this file:" in text
+    if target != "ros":
+        assert "left out, this format cannot hold it:" in text
+    if target not in ("ros", "matlab"):
+        assert "Allan deviation of what is written over the model's" in text
+
+
+def test_overbound_is_above_the_upper_limits_everywhere():
+    def fitted(value, kind, name, unit, spread):
+        low, high = value / spread, value * spread
+        return {
+            "kind": kind,
+            "parameters": {name: Estimate(value, 0.1, (low, high), unit, name=name).to_dict()},
+        }
+
+    effects = [
+        fitted(0.01, "angle_random_walk", "N", "deg/s·s^½", 1.02),
+        fitted(1e-3, "bias_instability", "B", "deg/s", 1.2),
+        fitted(1e-5, "rate_random_walk", "K", "deg/s/s^½", 1.5),
+    ]
+    recording = {"unit": "deg/s", "rate_hz": 100.0, "duration_s": 36_000.0, "column": "x"}
+    document = {"schema": "allanite/fit/1", "recording": recording, "effects": effects}
+    upper = parse_model("N(N=0.0102)+B(B=1.2e-3)+K(K=1.5e-5)")
+    tau, f = np.geomspace(0.01, 3600, 500), np.geomspace(1 / 3600, 49, 500)
+    for target, keys in (("kalibr", ("noise_density", "random_walk")), ("gnss-ins-sim", None)):
+        text = export(axes_of([document]), target, overbound=True)
+        if keys:
+            n, k = (value(text, f"gyroscope_{key}") / RAD for key in keys)
+            bound = parse_model(f"N(N={n})+K(K={k})")
+        else:
+            scope = {}
+            exec(text, scope)
+            e = scope["imu_err"]
+            n, s, T = e["gyro_arw"][0] / 60, e["gyro_b_stability"][0] / 3600, e["gyro_b_corr"][0]
+            bound = parse_model(f"N(N={n})+GM(q_c={s * math.sqrt(2 / T)},T={T})")
+        # Between the grid's points (eight a decade) half a per cent may be missing.
+        assert (bound.allan_variance(tau, 100) > 0.99 * upper.allan_variance(tau, 100)).all()
+        assert (bound.psd(f, 100) > 0.99 * upper.psd(f, 100)).all()
+        # Not larger than it has to be: each touches the limits somewhere.
+        ratio = np.concatenate(
+            [
+                bound.allan_variance(tau, 100) / upper.allan_variance(tau, 100),
+                bound.psd(f, 100) / upper.psd(f, 100),
+            ]
+        )
+        assert ratio.min() < 1.01
+        assert "above the model's upper limits" in text
+
+
+HOSTILE = [
+    'x"\n__import__("os").system("touch hacked")\n#',
+    "x'); system('touch hacked'); %\n%{",
+    "--><script>alert(1)</script><!--",
+    "x\\\nint hacked;",
+    "x*/ int hacked; /*\u2028int hacked2;",
+    "x: &a [*a]\r\nhacked: 1\x00\x85hacked2: 1",
+]
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+@pytest.mark.parametrize("target", list(TARGETS))
+def test_names_stay_inside_comments(name, target, tmp_path):
+    documents = []
+    for unit in ("deg/s", "mg"):
+        document = model_to_dict(parse_model("N(N=0.01)+B(B=1e-3)"))
+        document["recording"] = {"unit": unit, "rate_hz": 100.0, "column": name, "path": name + "2"}
+        documents.append(document)
+    text = export(axes_of(documents), target)
+    assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\u2028\u2029]", text)
+    mark = {"matlab": "%", "c-header": "//"}.get(target, "#")
+    if target in ("json", "statespace", "airsim"):
+        json.loads(text)
+        return
+    if target == "gazebo":
+        from xml.dom import minidom
+
+        root = minidom.parseString(text).documentElement
+        assert root.tagName == "imu"
+        return
+    code = [line.split(mark)[0] for line in text.splitlines()]
+    assert not any("hacked" in line for line in code)
+    assert not any(line.rstrip().endswith("\\") for line in text.splitlines())
+    assert "%{" not in text
+    if target in ("gtsam", "gnss-ins-sim"):
+        compile(text, target, "exec")
 
 
 def test_what_was_not_detected_is_its_upper_limit_and_says_so():

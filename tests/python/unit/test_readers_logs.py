@@ -209,3 +209,87 @@ def test_ulog_refusals(tmp_path):
     path.write_bytes(b"not a ULog at all")
     with pytest.raises(InputError, match=r"log\.ulg: damaged"):
         read(path)
+
+
+# -- topics --------------------------------------------------------------------------------------
+
+
+def separate_topics(path, rates=(1, 1)):
+    """A bag with a gyroscope and an accelerometer on topics of their own, and a slow temperature."""
+    rosbag1 = pytest.importorskip("rosbags.rosbag1")
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS1_NOETIC)
+    vector = store.types["geometry_msgs/msg/Vector3"]
+    thermal = store.types["sensor_msgs/msg/Temperature"]
+    zero = vector(0.0, 0.0, 0.0)
+    with rosbag1.Writer(path) as bag:
+        kinds = {
+            "/gyro": "sensor_msgs/msg/Imu",
+            "/accel": "sensor_msgs/msg/Imu",
+            "/temp": "sensor_msgs/msg/Temperature",
+        }
+        topics = {
+            name: bag.add_connection(name, kind, typestore=store) for name, kind in kinds.items()
+        }
+        for k, (at, message) in enumerate(imu_messages(store)):
+            rate, force = message.angular_velocity, message.linear_acceleration
+            object.__setattr__(message, "linear_acceleration", zero)
+            bag.write(topics["/gyro"], at, store.serialize_ros1(message, kinds["/gyro"]))
+            object.__setattr__(message, "angular_velocity", zero)
+            object.__setattr__(message, "linear_acceleration", force)
+            if k % rates[1] == 0:
+                bag.write(topics["/accel"], at, store.serialize_ros1(message, kinds["/accel"]))
+            if k % 50 == 0:
+                warm = thermal(header=message.header, temperature=20.0 + k / 50, variance=0.0)
+                bag.write(topics["/temp"], at, store.serialize_ros1(warm, kinds["/temp"]))
+            del rate
+    return path
+
+
+def test_ros_topics(tmp_path):
+    path = separate_topics(tmp_path / "log.bag")
+    r = read(path)
+    assert r.columns == ("gyro_x", "gyro_y", "gyro_z")
+    assert "--topic /accel" in " ".join(f.message for f in r.told)
+    np.testing.assert_array_equal(r.samples, GYRO)
+    assert r.covariates["temperature"][25] == pytest.approx(20.5)
+    assert r.covariate_units["temperature"] == "degC"
+    r = read(path, topic="/accel")
+    assert r.columns == ("acc_x", "acc_y", "acc_z")
+    both = read(path, topic=["/gyro", "/accel"])
+    assert both.columns[3] == "accel.acc_x"
+    np.testing.assert_array_equal(both.samples, np.hstack([GYRO, ACC]))
+    slow = read(path, topic="/temp", column="temperature")
+    assert (slow.n, slow.rate) == (N // 50, pytest.approx(RATE / 50))
+    with pytest.raises(InputError, match="no topic /imu in the bag; its topics: /accel"):
+        read(path, topic="/imu")
+    slow = separate_topics(tmp_path / "slow.bag", (1, 3))
+    with pytest.raises(InputError, match="different rates"):
+        read(slow, topic=["/gyro", "/accel"])
+    assert read(slow, topic="/accel").rate == pytest.approx(RATE / 3)
+    np.save(tmp_path / "x.npy", GYRO)
+    with pytest.raises(InputError, match="no topics"):
+        read(tmp_path / "x.npy", rate=1, topic="/imu")
+
+
+def test_ros_messages_of_another_type(tmp_path):
+    rosbag1 = pytest.importorskip("rosbags.rosbag1")
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS1_NOETIC)
+    path = tmp_path / "log.bag"
+    vector = store.types["geometry_msgs/msg/Vector3"]
+    with rosbag1.Writer(path) as bag:
+        topic = bag.add_connection("/w", "geometry_msgs/msg/Vector3", typestore=store)
+        for k in range(N):
+            raw = store.serialize_ros1(vector(*GYRO[k]), "geometry_msgs/msg/Vector3")
+            bag.write(topic, round(k * 1e9 / RATE), raw)
+    r = read(path, topic="/w")
+    assert (r.columns, r.rate) == (("x", "y", "z"), pytest.approx(RATE))
+
+
+@pytest.mark.data
+def test_a_real_ulog(data):
+    pytest.importorskip("pyulog")
+    r = read(data("logs/sample_log_small.ulg"))
+    assert r.columns[0] == "gyro_x"
+    assert r.rate > 50

@@ -253,10 +253,12 @@ def test_words():
     )
     assert tidy("gyro-1e and m1e5 stay, 10-20 too") == "gyro-1e and m1e5 stay, 10-20 too"
     known = {"value": 0.01, "interval": [0.009, 0.011], "unit": "deg/s·s^½", "detected": True}
-    assert data_sheet_value("N", known, "deg/s") == "0.6 °/√h"
-    assert data_sheet_value("N", {**known, "unit": "1·s^½"}, "1") == ""
+    assert data_sheet_value(al.AngleRandomWalk.parameter("N"), known, "deg/s") == "0.6 °/√h"
+    assert (
+        data_sheet_value(al.AngleRandomWalk.parameter("N"), {**known, "unit": "1·s^½"}, "1") == ""
+    )
     limit = {"value": 0.0, "interval": [0.0, 2e-3], "unit": "m/s^2", "detected": False}
-    assert data_sheet_value("B", limit, "m/s^2") == "< 204 µg"
+    assert data_sheet_value(al.BiasInstability.parameter("B"), limit, "m/s^2") == "< 204 µg"
 
 
 def test_dark_colours_of_a_drawing(report):

@@ -82,14 +82,18 @@ def test_legend_gives_the_values_that_say_most():
         return al.Estimate(value, None, interval, unit, detected)
 
     lag = {"correlation_time": estimate(30.0, "s"), "q_c": estimate(0.002, "rad/s/s^½")}
-    assert values_text(lag | {"sigma": estimate(0.0077, "rad/s")}) == "σ 0.0077 rad/s, T 30 s"
+    assert (
+        values_text(al.GaussMarkov, lag | {"sigma": estimate(0.0077, "rad/s")})
+        == "σ 0.0077 rad/s, T 30 s"
+    )
     nothing = estimate(0.0, "rad/s/s^½", (0.0, 0.001), detected=False)
-    assert values_text(lag | {"q_c": nothing, "sigma": estimate(0.0, "rad/s")}).startswith("q_c < ")
+    limit = lag | {"q_c": nothing, "sigma": estimate(0.0, "rad/s")}
+    assert values_text(al.GaussMarkov, limit).startswith("q_c < ")
     line = {
         "frequency": estimate(3.0, "Hz", (2.9, 3.1), detected=False),
         "amplitude": estimate(0.1, "deg/s", (0.0, 0.2), detected=False),
     }
-    assert values_text(line) == "f 3 Hz, a < 0.2 °/s"
+    assert values_text(al.Sinusoid, line) == "f 3 Hz, a < 0.2 °/s"
 
 
 def test_a_covariate_is_named_by_its_column():

@@ -1,0 +1,27 @@
+"""allanite inspect: what was understood of a log, before anything is computed."""
+
+from __future__ import annotations
+
+import click
+
+from allanite.cli.options import LogOptions, log_options
+from allanite.cli.pipe import NAME, PIPE, log_file, named
+
+__all__ = ["command"]
+
+
+@click.command("inspect")
+@click.argument("log")
+@log_options
+def command(log: str, options: LogOptions) -> None:
+    """What is understood of LOG: role, unit, rate and first values of every column, and doubts."""
+    from dataclasses import replace
+
+    from allanite.cli import output
+    from allanite.readers.inspection import inspect
+
+    with log_file(log) as file, named(file, log):
+        found = inspect(file, **options.reading())
+    if log == PIPE:
+        found = replace(found, path=NAME)
+    click.echo(output.dumps(found.to_dict()) if options.as_json else str(found))

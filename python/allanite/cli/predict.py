@@ -1,0 +1,111 @@
+"""allanite predict: error since the last fix."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from allanite.cli.options import LogOptions, log_options
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from allanite.recording import Recording
+
+
+@click.command("predict")
+@click.argument("log", required=False, metavar="[LOG]")
+@click.option(
+    "--model", required=True, metavar="MODEL", help="Sum of effects with values, or a model file."
+)
+@click.option(
+    "--aided",
+    type=float,
+    required=True,
+    metavar="SECONDS",
+    help="How long the bias was averaged before the fix.",
+)
+@click.option(
+    "--until",
+    type=float,
+    metavar="SECONDS",
+    help="Longest time since the fix (default: ten times --aided).",
+)
+@log_options
+def command(
+    log: str | None, model: str, aided: float, until: float | None, options: LogOptions
+) -> None:
+    """Growth of the error since the last fix: angle, velocity, position or clock phase, by effect.
+
+    With LOG, a record at rest, the growth is measured as well, segment by segment; a MODEL without values is fitted to it.
+    """
+    from allanite.cli.output import dumps
+    from allanite.common.validation import positive
+    from allanite.statespace.growth import measured_growth, predict
+
+    aided = positive(aided, "--aided", "s", "give the seconds of aiding before the fix")
+    last = 10.0 * aided if until is None else positive(until, "--until", "s", "give seconds")
+    documents, tables = [], []
+    for name, whole, unit, rate, recording in _models(log, model, options):
+        found = predict(whole, aided=aided, unit=unit, rate=rate, tau=_times(last, rate))
+        rows = []
+        for growth in found:
+            measured = None if recording is None else measured_growth(recording, growth)
+            tables.append(f"{name}: {growth.table(measured)}")
+            rows.append(
+                {**growth.to_dict(), "measured": None if measured is None else measured.to_dict()}
+            )
+        documents.append(
+            {
+                "schema": "allanite/predict/1",
+                "recording": None if recording is None else recording.describe(),
+                "model": str(whole),
+                "quantities": rows,
+            }
+        )
+    if options.as_json:
+        one = documents[0] if len(documents) == 1 else None
+        click.echo(dumps(one or {"schema": "allanite/predict/1", "columns": documents}))
+    else:
+        click.echo("\n\n".join(tables))
+
+
+def _models(
+    log: str | None, text: str, options: LogOptions
+) -> Iterator[tuple[str, Any, str, float, Recording | None]]:
+    """Name, model, unit, rate and recording of each column."""
+    from allanite.cli.models import models_of
+    from allanite.cli.options import columns_of
+    from allanite.common.errors import InputError
+
+    models = models_of(text)
+    if log is None:
+        for m in models:
+            unit, rate = options.unit or m.unit, options.rate or m.rate
+            if unit is None or rate is None:
+                raise InputError(f"{m.name}: give --unit and --rate of the samples")
+            yield m.name, m.model, unit, rate, None
+        return
+    columns = columns_of(log, options)
+    if len(models) not in (1, len(columns)):
+        raise InputError(
+            f"{text} holds {len(models)} models for {len(columns)} columns: choose columns (--column)"
+        )
+    for column, m in zip(columns, models * (len(columns) if len(models) == 1 else 1), strict=True):
+        own = m.model
+        if any(getattr(e, e.coefficient) is None for e in own.stochastic):
+            own = own.fit(column).model
+        # A file's values are in the unit of its own recording.
+        here = column if m.unit is None else column.to(m.unit)
+        yield column.columns[0], own, here.unit, here.rate, here
+
+
+def _times(last: float, rate: float) -> list[float]:
+    """1, 2, 5 of each decade from three below the last time, and that."""
+    import math
+
+    first = max(last / 1000.0, 1.0 / rate)
+    decades = range(math.floor(math.log10(first)), math.ceil(math.log10(last)) + 1)
+    times = [step * 10.0**decade for decade in decades for step in (1.0, 2.0, 5.0)]
+    return [t for t in times if first <= t < 0.999 * last] + [last]

@@ -1,0 +1,199 @@
+"""What is written where a format holds white noise and one slow process: N and K, or N and a Gauss-Markov process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects.angle_random_walk import AngleRandomWalk
+from allanite.effects.gauss_markov import GaussMarkov
+from allanite.effects.rate_random_walk import RateRandomWalk
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from allanite.effects.model import Model
+    from allanite.export._axis import Axis
+
+__all__ = ["Choice", "choose", "choose_lag", "report"]
+
+#: A slow process that is not in the model is chosen so that the Allan deviation is nowhere below this part of the model's.
+NEARLY = 0.95
+LIMIT = "not detected: this is the 95 % upper limit"
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Numbers for one axis, SI, densities two-sided.
+
+    Attributes
+    ----------
+    N, K : float
+        K is 0 where there is a lag instead.
+    q_c, correlation_time : float
+        Gauss-Markov process; 0 where there is none.
+    remarks : dict of str to str
+        Remark on a number, by its name.
+    holds : tuple of str
+        Labels of the model's effects that the numbers are those of.
+    overbound : bool
+        Whether they stand for the whole model instead.
+    """
+
+    N: float
+    K: float = 0.0
+    q_c: float = 0.0
+    correlation_time: float = 0.0
+    remarks: tuple[tuple[str, str], ...] = ()
+    holds: tuple[str, ...] = ()
+    overbound: bool = False
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of the Gauss-Markov process."""
+        return float(self.q_c * np.sqrt(self.correlation_time / 2.0))
+
+    def remark(self, name: str) -> str:
+        """Remark on a number, or an empty text."""
+        return dict(self.remarks).get(name, "")
+
+    @property
+    def model(self) -> Model:
+        """The numbers as a model in SI."""
+        out = AngleRandomWalk(N=self.N) + RateRandomWalk(K=self.K)
+        if self.q_c:
+            out = out + GaussMarkov(q_c=self.q_c, correlation_time=self.correlation_time)
+        return out
+
+
+def choose(axis: Axis, *, overbound: bool = False) -> Choice:
+    """N and K of an axis.
+
+    What was fitted; where it was not detected its upper limit; where the model has none, N of the Allan deviation of one
+    sample and the smallest K that keeps the Allan deviation within 5 % below the model's up to the longest τ of use (a
+    bias instability is not a random walk: it is covered by one). A model of white noise alone gets the K that is as large
+    as the white noise at the longest τ: a larger one would have been seen.
+    """
+    if overbound:
+        from allanite.export._overbound import overbound_walk
+
+        return overbound_walk(axis)
+    white, walk = axis.coefficients.get("N"), axis.coefficients.get("K")
+    remarks: list[tuple[str, str]] = []
+    holds = []
+    tau, model = axis.taus, axis.allan(noise=True)
+    if white is not None and (white > 0.0 or _limit(white) > 0.0):
+        N = float(white) if white.detected else _limit(white)
+        holds.append("N")
+        if not white.detected:
+            remarks.append(("N", LIMIT))
+    else:
+        N = float(np.sqrt(model[0] * tau[0]))
+        remarks.append(
+            ("N", "the model has no white noise: this has its Allan deviation at one sample")
+        )
+    if walk is not None and (walk > 0.0 or _limit(walk) > 0.0):
+        K = float(walk) if walk.detected else _limit(walk)
+        holds.append("K")
+        if not walk.detected:
+            remarks.append(("K", LIMIT))
+    else:
+        K, remark = _covering_walk(axis, N, tau, model)
+        remarks.append(("K", remark))
+    return Choice(N, K, remarks=tuple(remarks), holds=tuple(holds))
+
+
+def choose_lag(axis: Axis, time: float | None = None, *, overbound: bool = False) -> Choice:
+    """N and a Gauss-Markov process (of this time constant, if given): the model's own where it is all it has beside N."""
+    if overbound:
+        from allanite.export._overbound import overbound_lag
+
+        return overbound_lag(axis, time)
+    first = choose(axis)
+    remarks = [("N", first.remark("N"))]
+    lags = [e for e in axis.model.stochastic if isinstance(e, GaussMarkov)]
+    others = [e for e in axis.model.effects if e.short != "N" and not isinstance(e, GaussMarkov)]
+    if len(lags) == 1 and not others and time in (None, lags[0].correlation_time):
+        q_c, own = float(lags[0].q_c or 0.0), float(lags[0].correlation_time or 0.0)
+        if q_c > 0.0:
+            holds = ("N", "GM") if "N" in first.holds else ("GM",)
+            return Choice(first.N, 0.0, axis.scale * q_c, own, tuple(remarks), holds)
+    tau, model = axis.taus, axis.allan(noise=True)
+    white = AngleRandomWalk(N=first.N).allan_variance(tau, axis.sampling)
+    missing = NEARLY**2 * model - white
+    if not (missing > 0.0).any():
+        # A larger one would have been seen: as large as the white noise at the longest τ.
+        missing = np.where(tau == tau[-1], white, 0.0)
+    times = np.geomspace(4.0 * tau[0], 10.0 * tau[-1], 60) if time is None else np.array([time])
+    best: tuple[float, float, float] | None = None
+    for T in times:
+        one = GaussMarkov(q_c=1.0, correlation_time=float(T)).allan_variance(tau, axis.sampling)
+        size = max(0.0, float((missing / one).max()))
+        excess = float(np.log((white + size * one) / np.maximum(model, white)).mean())
+        if best is None or excess < best[0] - 1e-12:
+            best = (excess, size, float(T))
+    assert best is not None
+    remark = (
+        "the smallest whose Allan deviation, with N, is nowhere more than 5 % below the model's"
+    )
+    return Choice(
+        first.N,
+        0.0,
+        float(np.sqrt(best[1])),
+        best[2],
+        (*remarks, ("lag", remark)),
+        tuple(h for h in first.holds if h == "N"),
+    )
+
+
+def _limit(estimate: object) -> float:
+    interval = getattr(estimate, "interval", None)
+    return 0.0 if interval is None else float(interval[1])
+
+
+def _covering_walk(
+    axis: Axis, N: float, tau: NDArray[np.float64], model: NDArray[np.float64]
+) -> tuple[float, str]:
+    unit = RateRandomWalk(K=1.0).allan_variance(tau, axis.sampling)
+    white = AngleRandomWalk(N=N).allan_variance(tau, axis.sampling)
+    needed = float(((NEARLY**2 * model - white) / unit).max())
+    if needed > 0.0:
+        return float(np.sqrt(needed)), (
+            "no random walk in the model: the smallest that keeps the Allan deviation of N and K above 95 % of the"
+            f" model's up to {tau[-1]:.3g} s"
+        )
+    return float(np.sqrt(white[-1] / unit[-1])), (
+        f"no slow noise in the model: as large as the white noise at {tau[-1]:.3g} s, a larger one would have been seen"
+    )
+
+
+def report(axis: Axis, choice: Choice | None, written: Sequence[str] = ()) -> list[str]:
+    """Lines that say what of an axis is in the file, what is not, and how much that is."""
+    origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
+    held = tuple(written) if choice is None else choice.holds
+    labels = axis.model.labels
+    missing = [
+        f"{label} ({effect.kind})"
+        for label, effect in zip(labels, axis.model.effects, strict=True)
+        if label not in held
+    ]
+    inside = ", ".join(held) or "no effect as it was fitted"
+    if choice is not None and choice.overbound:
+        inside = "numbers above the model's upper limits in place of all its effects"
+        missing = []
+    lines = [f"{axis.name}: {origin}; model {axis.model.name}; in this file: {inside}"]
+    if missing:
+        lines.append(f"  left out, this format cannot hold it: {', '.join(missing)}")
+    if choice is not None:
+        tau = axis.taus
+        ratio = np.sqrt(choice.model.allan_variance(tau, axis.sampling) / axis.allan())
+        low, high = int(np.argmin(ratio)), int(np.argmax(ratio))
+        lines.append(
+            f"  Allan deviation of what is written over the model's, {tau[0]:.3g} s to {tau[-1]:.3g} s:"
+            f" {ratio[low]:.2f} (at {tau[low]:.3g} s) to {ratio[high]:.2f} (at {tau[high]:.3g} s)"
+        )
+    return lines

@@ -1,0 +1,84 @@
+"""Lines of targets that hold one N and one K for each sensor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.common.errors import InputError
+from allanite.export._axis import split
+from allanite.export._choice import Choice, choose, report
+from allanite.export._text import comments
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["chosen", "head", "largest", "value_lines"]
+
+GENERAL = "Written by allanite. Densities are two-sided: white noise has S(f) = N^2, sigma^2(tau) = N^2/tau."
+
+
+def chosen(axes: Iterable[Axis], *, overbound: bool) -> list[tuple[Axis, Choice]]:
+    """Each axis with its N and K."""
+    return [(axis, choose(axis, overbound=overbound)) for axis in axes]
+
+
+def head(pairs: Iterable[tuple[Axis, Choice]], convention: Sequence[str]) -> list[str]:
+    """First lines of a file: the convention, and what of each axis is in it."""
+    return [GENERAL, *convention, *(line for a, c in pairs for line in report(a, c))]
+
+
+def largest(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[float, str]:
+    """Largest N or K of several axes, for a format with one number for all of them; and a remark."""
+    axis, choice = max(pairs, key=lambda pair: getattr(pair[1], name))
+    value = getattr(choice, name)
+    if not value > 0.0:
+        raise InputError(
+            f"{axis.name}: {name} is 0, which no filter accepts: fit a model with noise"
+        )
+    words = [choice.remark(name)] if choice.remark(name) else []
+    if len(pairs) > 1:
+        words.append(f"largest of {len(pairs)} axes, {axis.name}")
+    return float(value), "; ".join(words)
+
+
+def value_lines(
+    axes: Sequence[Axis],
+    rows: Sequence[tuple[str, str, str, str]],
+    convert: Mapping[str, Callable[[float], float]],
+    convention: Sequence[str],
+    *,
+    overbound: bool,
+    form: str = "{key}: {value:.6e}",
+    mark: str = "#",
+) -> str:
+    """Head and lines of a file of ``key: value``.
+
+    Parameters
+    ----------
+    axes : sequence of Axis
+        Of gyroscopes and accelerometers.
+    rows : sequence of (key, sensor, name, unit)
+        Sensor is ``gyro`` or ``accel``; name ``N`` or ``K``.
+    convert : dict of str to callable
+        From N or K in SI to the number the target wants.
+    convention : sequence of str
+        Continuous or per sample, variance or deviation: lines of the head.
+    overbound : bool
+        Whether N and K are those above the upper limits.
+    form, mark : str
+        Form of a line, and what makes the rest of a line a comment.
+    """
+    gyro, accel = split(axes)
+    pairs = {"gyro": chosen(gyro, overbound=overbound), "accel": chosen(accel, overbound=overbound)}
+    lines = [comments(head([*pairs["gyro"], *pairs["accel"]], convention), mark)]
+    for sensor, own in pairs.items():
+        if not own:
+            lines.append(f"{mark} {sensor}: no model was given\n")
+    for key, sensor, name, unit in rows:
+        if pairs[sensor]:
+            value, remark = largest(pairs[sensor], name)
+            note = unit + (f"; {remark}" if remark else "")
+            lines.append(form.format(key=key, value=convert[name](value)) + f"  {mark} {note}\n")
+    return "".join(lines)

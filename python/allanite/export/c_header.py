@@ -1,0 +1,35 @@
+"""A C header: N, K and what else a filter of one's own needs, one row an axis."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.export._lines import chosen, head
+from allanite.export._text import comments
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["render"]
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """Arrays of N and K in SI, in the order of the axes given."""
+    pairs = chosen(axes, overbound=overbound)
+    convention = (
+        "Continuous time, two-sided, deviations, SI: a sample has N/sqrt(dt), a step of the bias K*sqrt(dt).",
+    )
+    lines = [comments(head(pairs, convention), "//")]
+    lines += ["#ifndef ALLANITE_NOISE_H\n#define ALLANITE_NOISE_H\n\n"]
+    lines.append(f"#define ALLANITE_AXES {len(pairs)}\n")
+    for name, words in (("N", "white noise, unit*sqrt(s)"), ("K", "random walk, unit/sqrt(s)")):
+        lines.append(f"// {words}\n")
+        lines.append(f"static const double ALLANITE_{name}[ALLANITE_AXES] = {{\n")
+        for axis, choice in pairs:
+            note = f"{axis.name}, {axis.unit}" + (f"; {r}" if (r := choice.remark(name)) else "")
+            lines.append(f"    {getattr(choice, name):.9e}, // {note}\n")
+        lines.append("};\n")
+    lines.append("\n#endif\n")
+    return "".join(lines)

@@ -1,0 +1,33 @@
+"""FAST-LIO2's mapping section: variances per sample."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.export._axis import rate_of
+from allanite.export._lines import value_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["render"]
+
+ROWS = (
+    ("acc_cov", "accel", "N", "(m/s^2)^2, variance per sample"),
+    ("gyr_cov", "gyro", "N", "(rad/s)^2, variance per sample"),
+    ("b_acc_cov", "accel", "K", "(m/s^3)^2, variance of a bias step over dt^2"),
+    ("b_gyr_cov", "gyro", "K", "(rad/s^2)^2, variance of a bias step over dt^2"),
+)
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """N²·rate and K²·rate: the filter takes Q through dt on both sides."""
+    fs = rate_of(axes, rate, "fastlio")
+    convention = (
+        f"FAST-LIO2 (below mapping:): per sample at {fs:g} Hz, variances: N^2*rate and K^2*rate.",
+        "The filter predicts with each sample of the IMU; it scales samples to m/s^2 itself.",
+    )
+    convert = {"N": lambda v: v * v * fs, "K": lambda v: v * v * fs}
+    return value_lines(axes, ROWS, convert, convention, overbound=overbound)

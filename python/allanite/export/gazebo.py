@@ -1,0 +1,48 @@
+"""Gazebo's SDF: <imu> with white noise per sample and a Gauss-Markov bias."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from allanite.export._axis import rate_of, split
+from allanite.export._choice import choose_lag, report
+from allanite.export._lines import GENERAL
+from allanite.export._text import block
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["render"]
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """``stddev`` is N·√rate of a sample; ``dynamic_bias_stddev`` is the density q_c that drives the bias, not its σ."""
+    fs = rate_of(axes, rate, "gazebo")
+    notes = [
+        GENERAL,
+        f"Gazebo: stddev is a deviation per sample at {fs:g} Hz, N*sqrt(rate); set update_rate to it.",
+        "dynamic_bias_stddev is a continuous-time density q_c, sigma = q_c*sqrt(T/2), T the correlation time.",
+    ]
+    body = []
+    for own, tag in zip(split(axes), ("angular_velocity", "linear_acceleration"), strict=True):
+        if not own:
+            continue
+        chosen = [(axis, choose_lag(axis, overbound=overbound)) for axis in own]
+        notes += [line for a, c in chosen for line in report(a, c)]
+        notes += [f"{a.name}: lag {c.remark('lag')}" for a, c in chosen if c.remark("lag")]
+        if len(chosen) != 3:
+            chosen = [max(chosen, key=lambda pair: pair[1].N)] * 3
+        body.append(f"  <{tag}>\n")
+        for letter, (_, choice) in zip("xyz", chosen, strict=True):
+            body.append(
+                f'    <{letter}><noise type="gaussian"><mean>0</mean>'
+                f"<stddev>{choice.N * math.sqrt(fs):.6e}</stddev>"
+                f"<dynamic_bias_stddev>{choice.q_c:.6e}</dynamic_bias_stddev>"
+                f"<dynamic_bias_correlation_time>{choice.correlation_time:.6e}</dynamic_bias_correlation_time>"
+                f"</noise></{letter}>\n"
+            )
+        body.append(f"  </{tag}>\n")
+    return block(notes) + "<imu>\n" + "".join(body) + "</imu>\n"

@@ -1,0 +1,46 @@
+"""gnss-ins-sim: the dictionary of an IMU's errors, as Python."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from allanite.export._axis import split
+from allanite.export._choice import choose_lag, report
+from allanite.export._lines import GENERAL
+from allanite.export._text import comments
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["render"]
+
+DEGREE = math.pi / 180.0
+SENSORS = (
+    ("gyro", (("arw", "N", DEGREE / 60, "deg/rt-hr"), ("b_stability", "sigma", DEGREE / 3600, "deg/hr"))),
+    ("accel", (("vrw", "N", 1 / 60, "m/s/rt-hr"), ("b_stability", "sigma", 1.0, "m/s2"))),
+)  # fmt: skip
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """N in °/√h and m/s/√h; σ and correlation time of the Gauss-Markov bias, which begins at 0."""
+    notes = [
+        GENERAL,
+        "gnss-ins-sim: continuous time, two-sided; b_stability is sigma of a Gauss-Markov bias, b_corr its time.",
+    ]
+    lines = []
+    for own, (sensor, rows) in zip(split(axes), SENSORS, strict=True):
+        if not own:
+            continue
+        chosen = [(axis, choose_lag(axis, overbound=overbound)) for axis in own]
+        notes += [line for a, c in chosen for line in report(a, c)]
+        notes += [f"{a.name}: lag {c.remark('lag')}" for a, c in chosen if c.remark("lag")]
+        if len(chosen) != 3:
+            chosen = [max(chosen, key=lambda pair: pair[1].N)] * 3
+        lines.append(f'    "{sensor}_b": np.zeros(3),\n')
+        for key, name, unit, spelled in (*rows, ("b_corr", "correlation_time", 1.0, "s")):
+            values = ", ".join(f"{getattr(c, name) / unit:.6e}" for _, c in chosen)
+            lines.append(f'    "{sensor}_{key}": np.array([{values}]),  # {spelled}\n')
+    return comments(notes) + "import numpy as np\n\nimu_err = {\n" + "".join(lines) + "}\n"

@@ -1,0 +1,67 @@
+"""KF-GINS and OB_GINS: imunoise of the YAML, in data-sheet units, with Gauss-Markov biases of one correlation time."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.export._axis import split
+from allanite.export._choice import choose_lag, report
+from allanite.export._lines import GENERAL
+from allanite.export._text import comments
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+    from allanite.export._choice import Choice
+
+__all__ = ["render"]
+
+DEGREE = math.pi / 180.0
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """N in °/√h and m/s/√h; σ of the Gauss-Markov bias in °/h and mGal; one correlation time in h for all of them."""
+    gyro, accel = split(axes)
+    if not gyro or not accel:
+        raise InputError(
+            "kfgins needs a model of a gyroscope and one of an accelerometer: give both"
+        )
+    # The lags that fit each axis best share their geometric mean.
+    own = [choose_lag(axis, overbound=overbound).correlation_time for axis in (*gyro, *accel)]
+    time = float(np.exp(np.mean(np.log(own))))
+    if len(set(own)) == 1:
+        time = own[0]
+    chosen = {id(axis): choose_lag(axis, time, overbound=overbound) for axis in (*gyro, *accel)}
+    notes = [
+        GENERAL,
+        "KF-GINS, OB_GINS: continuous time, two-sided, deviations; sigma (not density) of the Gauss-Markov biases.",
+        *(line for axis in (*gyro, *accel) for line in report(axis, chosen[id(axis)])),
+        *(
+            f"{a.name}: lag {chosen[id(a)].remark('lag')}"
+            for a in (*gyro, *accel)
+            if chosen[id(a)].remark("lag")
+        ),
+        "Scale factors are no noise: gsstd and asstd are yours.",
+    ]
+
+    def row(sensor: list[Axis], value: str, unit: float) -> str:
+        found: list[Choice] = [chosen[id(axis)] for axis in sensor]
+        if len(found) != 3:
+            found = [max(found, key=lambda c: c.N)] * 3
+        return "[" + ", ".join(f"{getattr(c, value) / unit:.6e}" for c in found) + "]"
+
+    return comments(notes) + (
+        "imunoise:\n"
+        f"  arw: {row(gyro, 'N', DEGREE / 60)}  # deg/sqrt(hr)\n"
+        f"  vrw: {row(accel, 'N', 1 / 60)}  # m/s/sqrt(hr)\n"
+        f"  gbstd: {row(gyro, 'sigma', DEGREE / 3600)}  # deg/hr\n"
+        f"  abstd: {row(accel, 'sigma', 1e-5)}  # mGal\n"
+        "  gsstd: [0.0, 0.0, 0.0]  # ppm\n"
+        "  asstd: [0.0, 0.0, 0.0]  # ppm\n"
+        f"  corrtime: {time / 3600:.6e}  # hr\n"
+    )

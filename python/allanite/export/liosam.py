@@ -1,0 +1,30 @@
+"""LIO-SAM's params.yaml: continuous-time N and K in SI."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.export._lines import value_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["render"]
+
+ROWS = (
+    ("imuAccNoise", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),
+    ("imuGyrNoise", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
+    ("imuAccBiasN", "accel", "K", "m/s^3/sqrt(Hz), two-sided, continuous time"),
+    ("imuGyrBiasN", "gyro", "K", "rad/s^2/sqrt(Hz), two-sided, continuous time"),
+)
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """N, of which GTSAM's preintegration takes the square; K, which is multiplied by √Δt between key frames."""
+    convention = (
+        "LIO-SAM (below lio_sam:): continuous time, two-sided, deviations; it squares them itself.",
+    )
+    same = {"N": float, "K": float}
+    return value_lines(axes, ROWS, same, convention, overbound=overbound)

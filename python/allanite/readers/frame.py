@@ -1,0 +1,75 @@
+"""Objects of pandas, polars and xarray: their columns and the time they carry."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.readers._table import Table, role_of, split_unit
+from allanite.recording.samples import index_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["is_frame", "table_of"]
+
+
+def is_frame(log: object) -> bool:
+    """Whether an object holds columns itself, instead of naming a file."""
+    return type(log).__module__.split(".")[0] in ("pandas", "polars", "xarray", "pyarrow")
+
+
+def table_of(frame: Any) -> Table:
+    """Columns of a data frame, a series, an xarray object or an Arrow table.
+
+    Date-times become the time; other columns without numbers are left out.
+
+    Raises
+    ------
+    InputError
+        No column of numbers.
+    """
+    time = index_of(frame)
+    names, units, columns = [], [], []
+    for title, values, stated in _columns(frame):
+        name, unit = split_unit(title)
+        array = np.asarray(values)
+        if array.dtype.kind == "b":
+            array = array.astype(np.int64)
+        if array.dtype.kind in "mM" or _is_dates(array):
+            time = array if time is None else time
+        elif array.dtype.kind in "iuf" and array.ndim == 1:
+            names.append(name)
+            units.append(stated or unit)
+            columns.append(array)
+        elif role_of(name, unit) == "time" and time is None:
+            time = array
+    if not columns:
+        raise InputError(f"no column of numbers in the {type(frame).__name__}")
+    return Table(tuple(names), tuple(columns), tuple(units), time=time)
+
+
+def _is_dates(array: NDArray[Any]) -> bool:
+    """Date-times that numpy keeps as objects: those with a time zone."""
+    return array.dtype.kind == "O" and array.size > 0 and hasattr(array[0], "timestamp")
+
+
+def _columns(frame: Any) -> list[tuple[str, Any, str | None]]:
+    """(name, values, unit) of what the object holds."""
+    if hasattr(frame, "data_vars"):  # an xarray data set
+        found = [(str(name), var, var.attrs.get("units")) for name, var in frame.data_vars.items()]
+        return [
+            (f"{name}_{i}" if var.ndim > 1 else name, part, unit)
+            for name, var, unit in found
+            for i, part in enumerate(np.atleast_2d(np.asarray(var).T))
+        ]
+    if hasattr(frame, "column_names"):  # Arrow
+        return [(name, frame.column(name).to_numpy(), None) for name in frame.column_names]
+    if hasattr(frame, "columns"):
+        return [(str(name), frame[name], None) for name in frame.columns]
+    unit = getattr(frame, "attrs", {}).get("units")
+    array = np.atleast_2d(np.asarray(frame).T)
+    name = str(getattr(frame, "name", None) or "x")
+    return [(f"{name}{i}" if len(array) > 1 else name, part, unit) for i, part in enumerate(array)]

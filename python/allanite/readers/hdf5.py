@@ -1,0 +1,107 @@
+"""HDF5 and netCDF 4 by h5py, netCDF 3 by scipy: arrays of one length, units as their attributes say."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.readers.matlab import RATES, assemble
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from allanite.readers._table import Picker, Table
+
+__all__ = ["read"]
+
+#: First word of a netCDF time unit, "milliseconds since 2026-01-01" → ours.
+_SINCE = {
+    "d": "d", "day": "d", "days": "d", "h": "h", "hour": "h", "hours": "h", "min": "min", "minutes": "min",
+    "s": "s", "sec": "s", "second": "s", "seconds": "s", "ms": "ms", "msec": "ms", "milliseconds": "ms",
+    "us": "us", "microseconds": "us", "ns": "ns", "nanoseconds": "ns",
+}  # fmt: skip
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+    """Read the numeric arrays of the longest common length; groups are walked into.
+
+    An attribute ``units`` is the unit; an attribute or scalar called rate, fs, … the sampling rate.
+
+    Raises
+    ------
+    InputError
+        A damaged file, or no numeric array in it.
+    """
+    with path.open("rb") as stream:
+        classic = stream.read(3) == b"CDF"
+    found, attributes = _classic(path) if classic else _hdf5(path)
+    units = {}
+    for name, own in attributes.items():
+        for key, value in own.items():
+            if key.lower() in RATES and name not in found and np.size(value) == 1:
+                found[key] = np.asarray(value, dtype=np.float64)
+        unit = own.get("units", own.get("unit"))
+        if isinstance(unit, bytes):
+            unit = unit.decode("utf-8", "replace")
+        if isinstance(unit, str) and unit.strip() and name in found:
+            word, _, since = unit.strip().partition(" since ")
+            units[name] = _SINCE.get(word.lower(), unit) if since else unit.strip()
+        for key in ("scale_factor", "add_offset"):
+            if key in own and name in found:
+                value = float(np.asarray(own[key]).reshape(-1)[0])
+                found[name] = found[name] * value if key == "scale_factor" else found[name] + value
+    return assemble(found, path, units)
+
+
+def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
+    import h5py
+
+    found: dict[str, NDArray[Any]] = {}
+    attributes: dict[str, dict[str, Any]] = {}
+
+    def visit(name: str, item: Any) -> None:
+        key = name.replace("/", ".")
+        attributes[key] = dict(item.attrs)
+        if (
+            not isinstance(item, h5py.Dataset)
+            or item.attrs.get("NAME", b"")[:20] == b"This is a netCDF dim"
+        ):
+            return
+        if item.dtype.kind in "iufb":
+            found[key] = np.squeeze(item[()])
+        elif item.dtype.names:  # a table: its fields are columns
+            table = item[()]
+            for field in item.dtype.names:
+                if table[field].dtype.kind in "iufb" and table[field].ndim == 1:
+                    found[f"{key}.{field}"] = table[field]
+
+    try:
+        with h5py.File(path, "r") as file:
+            attributes[""] = dict(file.attrs)
+            file.visititems(visit)
+    except (OSError, RuntimeError, ValueError, KeyError) as error:
+        raise InputError(f"{path}: damaged or not an HDF5 file ({error})") from None
+    return found, attributes
+
+
+def _classic(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
+    from scipy.io import netcdf_file
+
+    try:
+        with netcdf_file(str(path), "r", mmap=False) as file:
+            found = {
+                name: np.array(var.data, dtype=var.data.dtype.newbyteorder("="))
+                for name, var in file.variables.items()
+                if var.data.dtype.kind in "iuf"
+            }
+            attributes = {
+                name: dict(getattr(var, "_attributes", {})) for name, var in file.variables.items()
+            }
+            attributes[""] = dict(getattr(file, "_attributes", {}))
+    except Exception as error:  # scipy raises whatever the bytes lead it to
+        raise InputError(f"{path}: damaged or not a netCDF file ({error})") from None
+    return found, attributes

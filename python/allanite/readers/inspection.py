@@ -1,0 +1,276 @@
+"""What is understood of a log before anything is computed, column by column."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import AllaniteError, InputError
+from allanite.readers._choice import Request, choose
+from allanite.readers._table import role_of
+from allanite.readers.frame import is_frame, table_of
+from allanite.readers.understand import kind_of, understand
+from allanite.recording.timebase import read_stamps
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from allanite.readers._table import Table
+    from allanite.recording.findings import Finding
+
+__all__ = ["Column", "Inspection", "inspect"]
+
+#: Rows of which the values are shown.
+SHOWN = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column of a log.
+
+    Attributes
+    ----------
+    name : str
+        As the log has it; x0, x1, … where it has none.
+    role : str
+        ``sensor``, ``time``, ``temperature``, ``index``, ``counter``, ``other`` or ``text``.
+    used : bool
+        Whether it is read as a sensor, time or covariate by default.
+    unit : str or None
+        As the log says it.
+    rate : float or None
+        Of a clock, Hz.
+    first : tuple of float
+        Its first values.
+    low, high : float
+        Its extremes; NaN of text.
+    doubts : tuple of str
+        What to look at before trusting it.
+    """
+
+    name: str
+    role: str
+    used: bool
+    unit: str | None
+    rate: float | None
+    first: tuple[float, ...]
+    low: float
+    high: float
+    doubts: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        shown = {name: getattr(self, name) for name in self.__slots__}
+        return {**shown, "first": list(self.first), "doubts": list(self.doubts)}
+
+
+@dataclass(frozen=True, slots=True)
+class Inspection:
+    """What is understood of a log.
+
+    Attributes
+    ----------
+    path : str
+        The log.
+    n : int
+        Rows.
+    rate, duration : float or None
+        Sampling rate, Hz, and length, s, if they are known; None says that ``--rate`` is needed.
+    problem : str or None
+        Why it cannot be read as it is, with the remedy.
+    columns : tuple of Column
+        Every column.
+    findings : tuple of Finding
+        What the time stamps tell, what was guessed, and whether the sensor moves.
+    """
+
+    path: str
+    n: int
+    rate: float | None
+    duration: float | None
+    problem: str | None
+    columns: tuple[Column, ...]
+    findings: tuple[Finding, ...] = field(default=())
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/inspect/1``."""
+        from allanite._kernels import version
+
+        return {
+            "schema": "allanite/inspect/1",
+            "version": version(),
+            "path": self.path,
+            "n": self.n,
+            "rate_hz": self.rate,
+            "duration_s": self.duration,
+            "problem": self.problem,
+            "columns": [column.to_dict() for column in self.columns],
+            "findings": [finding.to_dict() for finding in self.findings],
+        }
+
+    def __str__(self) -> str:
+        rate = (
+            "rate not known" if self.rate is None else f"{self.rate:.6g} Hz, {self.duration:.6g} s"
+        )
+        lines = [f"{self.path} · {self.n} rows · {rate}"]
+        head = ("column", "role", "unit", "first values", "range")
+        rows = [
+            (
+                ("" if c.used else "–") + (c.name or "(no name)"),
+                c.role + (f" {c.rate:.5g} Hz" if c.rate else ""),
+                c.unit or "?" * (c.role == "sensor"),
+                " ".join(f"{v:.6g}" for v in c.first),
+                "" if c.low != c.low else f"{c.low:.4g} … {c.high:.4g}",
+            )
+            for c in self.columns
+        ]
+        widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
+        lines += [
+            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+            for row in (head, *rows)
+        ]
+        if any(not c.used for c in self.columns):
+            lines.append("– left out; --column NAME takes it")
+        lines += [f"! {c.name}: {doubt}" for c in self.columns for doubt in c.doubts]
+        lines += [f"{'!' if f.severity == 'warning' else '·'} {f.message}" for f in self.findings]
+        return "\n".join([*lines, *([f"! {self.problem}"] if self.problem else [])])
+
+
+def inspect(path: Any, **options: Any) -> Inspection:
+    """Say what is understood of a log: role, unit, rate and first values of every column.
+
+    Parameters
+    ----------
+    path : str, Path or data frame
+        As `allanite.read` takes it.
+    **options
+        Those of `allanite.read`.
+
+    Raises
+    ------
+    InputError
+        The file cannot be opened as a log at all.
+    """
+    from allanite.readers import read, read_table
+
+    table, texts = (
+        (table_of(path), ())
+        if is_frame(path)
+        else _whole(Path(path), read_table, options.get("topic"))
+    )
+    asked = options.get("column")
+    columns = () if asked is None else (asked,) if isinstance(asked, str | int) else tuple(asked)
+    covariates = options.get("covariate") or ()
+    request = Request(
+        options.get("rate"),
+        options.get("unit"),
+        options.get("quantity"),
+        columns,
+        (covariates,) if isinstance(covariates, str) else tuple(covariates),
+        options.get("time_column"),
+        options.get("piece"),
+    )
+    used: set[int] = set()
+    time: int | None = None
+    problem = rate = duration = None
+    findings: tuple[Finding, ...] = ()
+    try:
+        choice = choose(
+            table.names, table.units, request, str(path), stamped=table.time is not None
+        )
+        choice, _ = understand(table, choice, request)
+        used, time = {*choice.samples, *choice.covariates}, choice.time
+        if texts and not columns:
+            options["column"] = [table.names[i] for i in choice.samples]
+        recording = read(path, **options)
+        rate, duration = recording.rate, recording.duration
+        findings = tuple(f for f in recording.audit if f.column is None)
+    except AllaniteError as error:
+        problem = str(error)
+    views = [
+        _column(table, i, used=i in used or i == time, time=i == time)
+        for i in range(len(table.names))
+    ]
+    if table.time is not None:
+        views.insert(0, _stamps(table.time))
+    doubt = "it holds text: name the columns to read (--column)"
+    views += [Column(t, "text", False, None, None, (), np.nan, np.nan, (doubt,)) for t in texts]
+    shown = type(path).__name__ if is_frame(path) else str(path)
+    return Inspection(shown, table.n, rate, duration, problem, tuple(views), findings)
+
+
+def _whole(
+    path: Path, read_table: Any, topic: str | Sequence[str] | None
+) -> tuple[Table, tuple[str, ...]]:
+    """All columns of a file; those that hold text are left out one by one."""
+    out: list[str] = []
+    topics = (topic,) if isinstance(topic, str) else tuple(topic or ())
+    while True:
+
+        def pick(names: Sequence[str], _: Sequence[str | None]) -> list[int]:
+            return [i for i, name in enumerate(names) if name not in out]
+
+        try:
+            table: Table = read_table(path, pick, topics)
+        except InputError as error:
+            # "row 3, column 2 (label): … is not a number"
+            name = str(error).partition("column ")[2].partition("(")[2].partition("): ")[0]
+            if "is not a number" not in str(error) or not name or name in out:
+                raise
+            out.append(name)
+            continue
+        there = [i for i, column in enumerate(table.columns) if column is not None]
+        kept = type(table)(
+            tuple(table.names[i] for i in there),
+            tuple(table.columns[i] for i in there),
+            tuple(table.units[i] for i in there),
+            table.rate,
+            table.time,
+            table.named,
+        )
+        return kept, tuple(out)
+
+
+def _column(table: Table, at: int, *, used: bool, time: bool) -> Column:
+    name, unit, x = table.names[at], table.units[at], table[at]
+    role = "time" if time else role_of(name, unit)
+    counts = kind_of(x)
+    if role in ("sensor", "other") and counts and unit is None and not (used and role == "sensor"):
+        role = "time" if counts == "clock" else counts
+    finite = x[np.isfinite(x)] if x.dtype.kind == "f" else x
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
+    doubts = []
+    if role == "sensor" and unit is None:
+        doubts.append("its unit is not in the log: give --unit")
+    if role == "sensor" and finite.size and low == high:
+        doubts.append("it never changes")
+    if finite.size < x.size:
+        doubts.append(f"{x.size - finite.size} values are missing")
+    rate = None
+    if role == "time":
+        try:
+            rate = read_stamps(x, unit if unit in ("s", "ms", "us", "ns") else None).rate
+        except InputError as error:
+            doubts.append(str(error))
+    first = tuple(float(v) for v in x[:SHOWN])
+    return Column(name, role, used, unit, rate, first, low, high, tuple(doubts))
+
+
+def _stamps(time: NDArray[Any]) -> Column:
+    """The time that a log keeps apart from its columns."""
+    rate: float | None = None
+    doubts: tuple[str, ...] = ()
+    try:
+        rate = read_stamps(time).rate
+    except InputError as error:
+        doubts = (str(error),)
+    numbers = time.astype(np.int64) if time.dtype.kind in "mM" else np.asarray(time)
+    real = numbers.dtype.kind in "iuf"
+    first = tuple(float(v) for v in numbers[:SHOWN]) if real else ()
+    low, high = (float(numbers.min()), float(numbers.max())) if real else (np.nan, np.nan)
+    return Column("(time)", "time", True, None, rate, first, low, high, doubts)

@@ -1,0 +1,235 @@
+"""Is the sensor at rest? Noise models describe one that is; motion fitted as noise means nothing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, conversion, parse_unit
+from allanite.recording.findings import Finding
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from allanite.recording import Recording
+
+__all__ = ["Rest", "quiet", "quiet_span", "rest_of"]
+
+#: Averaging time over which motion shows and white noise does not, s.
+AVERAGE = 0.2
+#: Averages in a window that is judged as a whole: about 5 s.
+WINDOW = 25
+#: Changes from one average to the next that no sensor at rest shows, however bad it is: ten times
+#: the noise of the worst gyroscopes (0.15 deg/s/√Hz → 0.3 deg/s) and accelerometers (2 mg/√Hz → 4 mg).
+LIMITS = {ANGULAR_RATE: (math.radians(1.0), "rad/s"), ACCELERATION: (0.3, "m/s^2")}
+#: The same of averages of 1 s, where motion is slow: driving, a boat.
+SLOW = {ANGULAR_RATE: (math.radians(0.6), "rad/s"), ACCELERATION: (0.12, "m/s^2")}
+#: Change of direction of gravity that is no drift of three accelerometers, degrees.
+TILT = 10.0
+#: Activity against that of the quietest quarter of the record, above which a window is not quiet, but
+#: for less than this share of what motion shows.
+LOUD, LEAST = 6.0, 0.2
+#: Share of the windows in motion above which the record is said to move.
+SHARE = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """Where a recording is at rest.
+
+    Attributes
+    ----------
+    moves : bool
+        Whether it moves for more than a fifth of its length, or is turned over.
+    share : float
+        Share of the windows that move more than any noise.
+    activity, limit : float
+        Usual change between averages of the column that moves most, and that of the worst sensor at
+        rest, in `unit`.
+    column, unit : str
+        That column.
+    tilt : float
+        Change of the direction of gravity, degrees; 0 without three accelerometers.
+    quiet : tuple of float or None
+        Start and end of the longest quiet stretch, s.
+    """
+
+    moves: bool
+    share: float
+    activity: float
+    limit: float
+    column: str
+    unit: str
+    tilt: float
+    quiet: tuple[float, float] | None
+
+
+def rest_of(recording: Recording) -> Rest | None:
+    """Judge whether a recording of a gyroscope or accelerometer is at rest; None of other sensors.
+
+    Two scales are looked at, differences between averages of 0.2 s and of 1 s, each by its median over
+    windows of some seconds, which outliers do not move; and the direction of gravity where there are
+    three accelerometers.
+    """
+    if recording.quantity == "angle" or recording.n < 4 * WINDOW:
+        return None
+    kinds = [parse_unit(unit).kind for unit in recording.units]
+    if not set(kinds) & set(LIMITS):
+        return None
+    worst: tuple[float, ...] = (0.0, 0.0, 0.0)
+    name = unit = ""
+    loud: NDArray[np.bool_] | None = None
+    moving: NDArray[np.bool_] | None = None
+    length = _length(recording)
+    for at, kind in enumerate(kinds):
+        if kind not in LIMITS:
+            continue
+        x = _column(recording, at)
+        excess = np.zeros(0)
+        for average, limits in ((AVERAGE, LIMITS), (1.0, SLOW)):
+            level, si = limits[kind]
+            found = _activity(x, max(1, round(average * recording.rate)), length)
+            found = found * conversion(recording.units[at], si)
+            excess = found / level if excess.size == 0 else np.maximum(excess, found / level)
+            if float(np.median(found)) / level >= worst[0]:
+                worst = (float(np.median(found)) / level, float(np.median(found)), level)
+                name, unit = recording.columns[at], si
+        quieter = float(np.quantile(excess, 0.25))
+        over = (excess > 1.0) | (excess > max(LOUD * quieter, LEAST))
+        loud = over if loud is None else loud | over
+        moving = excess > 1.0 if moving is None else moving | (excess > 1.0)
+    assert loud is not None
+    assert moving is not None
+    tilt = _tilt(recording, kinds)
+    share = float(moving.mean())
+    moves = share > SHARE or tilt > TILT
+    span = _longest(~loud, length / recording.rate, recording.duration)
+    return Rest(moves, share, worst[1], worst[2], name, unit, tilt, span)
+
+
+def _length(recording: Recording) -> int:
+    """Samples of a window: 25 averages of 0.2 s or 1 sample, at most a tenth of the record, at least four."""
+    length = WINDOW * max(1, round(AVERAGE * recording.rate))
+    return max(min(length, recording.n // 10), 4 * max(1, round(recording.rate)), 16)
+
+
+def _column(recording: Recording, at: int) -> NDArray[Any]:
+    x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, at]
+    x = x.astype(np.float64, copy=False)
+    return x * recording.rate if recording.quantity == "increment" else x
+
+
+def _activity(x: NDArray[np.float64], m: int, length: int) -> NDArray[np.float64]:
+    """Usual change between averages of m samples, of each window: shape (windows,)."""
+    groups = x[: x.size // m * m].reshape(-1, m)
+    # A few outliers in a group must not move it: the middle of three thirds where there are so many.
+    mean = groups.mean(axis=1) if m < 9 else np.median(_thirds(groups), axis=1)
+    moves = np.abs(np.diff(mean))
+    per = max(length // m, 3)
+    count = max(moves.size // per, 1)
+    moves = moves[: count * per].reshape(count, -1)
+    with np.errstate(invalid="ignore"):
+        found = np.nanmedian(
+            np.where(np.isfinite(moves).any(axis=1, keepdims=True), moves, 0.0), axis=1
+        )
+    # Median of |difference of two averages| → their standard deviation.
+    found = found / (0.6745 * math.sqrt(2))
+    windows = max(x.size // length, 1)
+    return np.interp(np.linspace(0, 1, windows), np.linspace(0, 1, count), found)
+
+
+def _thirds(groups: NDArray[np.float64]) -> NDArray[np.float64]:
+    third = groups.shape[1] // 3
+    return groups[:, : 3 * third].reshape(len(groups), 3, third).mean(axis=2)
+
+
+def _tilt(recording: Recording, kinds: list[str]) -> float:
+    """Largest angle between the direction of gravity in a tenth of the record and that of all, degrees."""
+    axes = [i for i, kind in enumerate(kinds) if kind == ACCELERATION]
+    if len(axes) != 3 or recording.quantity != "rate":
+        return 0.0
+    force = np.stack([_column(recording, i) for i in axes], axis=1)
+    parts = np.array_split(force, 10)
+    with np.errstate(invalid="ignore"):
+        mean = np.array([np.nanmedian(part, axis=0) for part in parts if np.isfinite(part).any()])
+    level = np.linalg.norm(mean, axis=1)
+    gravity = 9.81 / conversion(recording.units[axes[0]], "m/s^2")
+    if not np.all((level > 0.5 * gravity) & (level < 1.5 * gravity)):
+        return 0.0  # not three axes of one sensor, or no gravity in it
+    unit = mean / level[:, np.newaxis]
+    middle = np.median(unit, axis=0)
+    cosine = unit @ middle / np.linalg.norm(middle)
+    return float(np.degrees(np.arccos(np.clip(cosine.min(), -1, 1))))
+
+
+def _longest(calm: NDArray[np.bool_], window: float, duration: float) -> tuple[float, float] | None:
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], calm.astype(int), [0]))))
+    if edges.size == 0:
+        return None
+    starts, ends = edges[::2], edges[1::2]
+    best = int(np.argmax(ends - starts))
+    end = duration if ends[best] == calm.size else float(ends[best]) * window
+    return float(starts[best]) * window, end
+
+
+def quiet_span(recording: Recording) -> tuple[float, float]:
+    """Start and end of the longest quiet stretch, s.
+
+    Raises
+    ------
+    InputError
+        No gyroscope or accelerometer with a unit.
+    TooShortError
+        No quiet stretch at all.
+    """
+    rest = rest_of(recording)
+    if rest is None:
+        raise InputError(
+            "a quiet stretch is found by a gyroscope or accelerometer whose unit is known: give --unit,"
+            " or --trim START:END"
+        )
+    if rest.quiet is None:
+        raise TooShortError("no stretch of the log is quiet: it moves all the time")
+    return rest.quiet
+
+
+def quiet(recording: Recording) -> Recording:
+    """Return the longest quiet stretch of a recording."""
+    return recording.trim(*quiet_span(recording))
+
+
+def finding_of(recording: Recording) -> list[Finding]:
+    """Return the finding that a recording moves, or none."""
+    rest = rest_of(recording)
+    if rest is None or not rest.moves:
+        return []
+    why = []
+    if rest.share > SHARE:
+        why.append(
+            f"{rest.column} changes by {rest.activity:.2g} {rest.unit} within a second, more than a sensor"
+            f" at rest ({rest.limit:.2g}), in {rest.share:.0%} of the record"
+        )
+    if rest.tilt > TILT:
+        why.append(f"the direction of gravity turns by {rest.tilt:.0f}°")
+    stretch = "no stretch is quiet"
+    if rest.quiet is not None:
+        start, end = rest.quiet
+        stretch = f"longest quiet stretch {start:.6g}–{end:.6g} s (--trim quiet)"
+    return [
+        Finding(
+            "moving",
+            "warning",
+            f"not at rest: {', and '.join(why)}; a noise model describes a sensor at rest, not its"
+            f" motion; {stretch}",
+            values={"share": rest.share, "tilt_deg": rest.tilt}
+            | (
+                {}
+                if rest.quiet is None
+                else {"quiet_start_s": rest.quiet[0], "quiet_end_s": rest.quiet[1]}
+            ),
+        )
+    ]

@@ -1,0 +1,169 @@
+"""Records that move are called so, those at rest are not, and the quiet stretch is the one put in."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.common.errors import InputError, TooShortError
+from allanite.recording.at_rest import finding_of, rest_of
+
+RATE = 100
+NAMES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
+UNITS = ("rad/s",) * 3 + ("m/s^2",) * 3
+
+
+def lag(rng, n, seconds, rms, axes=3):
+    """Gauss-Markov processes of a correlation time and a level."""
+    from scipy.signal import lfilter
+
+    keep = np.exp(-1 / (RATE * seconds))
+    white = rng.standard_normal((n, axes)) * rms * np.sqrt(1 - keep**2)
+    return lfilter([1], [1, -keep], white, axis=0)
+
+
+def still(seed=0, seconds=300):
+    """Noise of a poor sensor at rest: 0.1 deg/s/√Hz, 1 mg/√Hz, drifting."""
+    rng = np.random.default_rng(seed)
+    n = seconds * RATE
+    white = rng.standard_normal((n, 6)) * np.sqrt(RATE) * ([np.radians(0.1)] * 3 + [0.01] * 3)
+    slow = lag(rng, n, 100.0, 1.0, 6) * ([np.radians(0.1)] * 3 + [0.02] * 3)
+    return white + slow + [0, 0, 0, 0, 0, 9.81]
+
+
+def recorded(x):
+    return al.Recording(x, RATE, unit=UNITS, columns=NAMES)
+
+
+def carried(seed=0, seconds=300):
+    """In the hand or pocket: gait at 2 Hz, turning of the body, 0.046 rad/s rms and more."""
+    rng = np.random.default_rng(seed)
+    n = seconds * RATE
+    t = np.arange(n) / RATE
+    x = still(seed, seconds)
+    gait = np.sin(2 * np.pi * (1.9 * t + np.cumsum(0.02 * rng.standard_normal(n)) / RATE))
+    x[:, :3] += 0.03 * gait[:, None] + lag(rng, n, 0.5, 0.035)
+    x[:, 3:] += 0.8 * gait[:, None] * [0.2, 0.3, 1.0] + lag(rng, n, 0.3, 0.2)
+    return x
+
+
+def driven(seed=0, seconds=300):
+    """Turns and accelerations of seconds, the road, and two stops."""
+    rng = np.random.default_rng(seed)
+    n = seconds * RATE
+    x = still(seed, seconds)
+    moving = np.ones(n)
+    moving[60 * RATE : 80 * RATE] = moving[200 * RATE : 215 * RATE] = 0.0
+    x[:, 2] += moving * lag(rng, n, 3.0, 0.12, 1)[:, 0]
+    x[:, 0:2] += moving[:, None] * lag(rng, n, 0.3, 0.03, 2)
+    x[:, 3:5] += moving[:, None] * lag(rng, n, 3.0, 1.0, 2)
+    x[:, 3:] += moving[:, None] * lag(rng, n, 0.05, 0.6)
+    return x
+
+
+def flown(seed=0, seconds=300):
+    """A small drone: vibration of the rotors, attitude of a second."""
+    rng = np.random.default_rng(seed)
+    n = seconds * RATE
+    x = still(seed, seconds)
+    on = np.arange(n) > 40 * RATE
+    x[:, :3] += on[:, None] * (lag(rng, n, 0.4, 0.3) + 0.1 * rng.standard_normal((n, 3)))
+    x[:, 3:] += on[:, None] * (lag(rng, n, 1.0, 0.8) + 2.0 * rng.standard_normal((n, 3)))
+    return x
+
+
+@pytest.mark.parametrize("make", [carried, driven, flown])
+@pytest.mark.parametrize("seed", range(5))
+def test_records_that_move(make, seed):
+    r = recorded(make(seed))
+    assert rest_of(r).moves
+    assert r.audit[0].kind == "moving"
+    assert r.audit[0].severity == "warning"
+    # A single gyroscope or accelerometer tells it too.
+    assert rest_of(r.column("gyro_z")).moves
+    assert rest_of(r.column("acc_z")).moves
+    # Units are converted.
+    assert rest_of(r.to("deg/s")).moves
+    assert rest_of(r.to("mg")).moves
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_records_at_rest(seed):
+    r = recorded(still(seed))
+    rest = rest_of(r)
+    assert (rest.moves, rest.share) == (False, 0.0)
+    assert rest.quiet == (0.0, r.duration)
+    assert finding_of(r) == []
+
+
+def test_a_tap_a_step_and_a_line_are_no_motion():
+    x = still(1)
+    n = len(x)
+    x[n // 2 : n // 2 + 50] += 3.0
+    x[n // 3 :, 0] += 0.02
+    x[:, 1] += 0.005 * np.sin(2 * np.pi * 7.3 * np.arange(n) / RATE)
+    x[n // 4 : n // 2] += x[n // 4 : n // 2] - np.mean(x[n // 4 : n // 2], axis=0)
+    x[np.random.default_rng(0).integers(0, n, n // 60)] += 0.3
+    assert not rest_of(recorded(x)).moves
+
+
+@pytest.mark.parametrize(
+    ("make", "start", "end"), [(driven, 60, 80), (flown, 0, 40)], ids=["stop", "before take-off"]
+)
+def test_the_longest_quiet_stretch(make, start, end):
+    r = recorded(make(3))
+    found = rest_of(r).quiet
+    # Windows are 5 s long.
+    assert found == (pytest.approx(start, abs=5), pytest.approx(end, abs=5))
+    assert not rest_of(r.quiet()).moves
+    assert f"{found[0]:g}–{found[1]:g} s" in finding_of(r)[0].message
+
+
+def test_a_record_turned_over():
+    x = still(2)
+    x[len(x) // 2 :, 3:] = x[len(x) // 2 :, [5, 4, 3]]
+    finding = finding_of(recorded(x))[0]
+    assert "gravity turns by" in finding.message
+
+
+def test_quiet_of_what_has_none_or_no_unit():
+    with pytest.raises(TooShortError, match="no stretch"):
+        recorded(carried()).quiet()
+    with pytest.raises(InputError, match="--unit"):
+        al.Recording(np.random.default_rng(0).standard_normal(5000), RATE).quiet()
+    assert rest_of(al.Recording(np.zeros(5000), 1, unit="1")) is None
+
+
+def test_in_the_shell(tmp_path, capsys):
+    from allanite.cli import main
+
+    path = tmp_path / "log.npz"
+    np.savez(path, data=driven(3)[:, 2], rate_hz=RATE, unit="rad/s", channels="gyro_z")
+    with pytest.raises(SystemExit):
+        main(["adev", str(path)])
+    assert "not at rest" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as stop:
+        main(["adev", str(path), "--trim", "quiet", "--json"])
+    out, err = capsys.readouterr()
+    assert (stop.value.code, err) == (0, "")
+    assert '"duration_s": 20' in out or '"duration_s": 15' in out
+
+
+IMUS = (
+    "adis16405_imu1", "adis16405_imu2", "adis16405_imu3", "mtig_gyrox_contaminated", "hfi_10hz", "cats_thermal_a",
+    "cats_thermal_b", "phone_gyro_b", "mpu6050_raw_7min", "ch104", "galaxy_s5", "phone_acc",
+)  # fmt: skip
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", IMUS)
+def test_real_recordings_are_at_rest(data, name):
+    r = al.read(data(f"{name}.npz"))
+    rest = rest_of(r)
+    assert (rest.moves, rest.share) == (False, 0.0)
+    assert rest.quiet[1] - rest.quiet[0] > 0.5 * r.duration
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(("name", "unit"), [("data_v", None), ("Gyroscope", "rad/s")])
+def test_real_flight_and_hand(data, name, unit):
+    assert rest_of(al.read(data(f"logs/{name}.csv"), unit=unit)).moves

@@ -1,0 +1,271 @@
+"""Each file, read back as its consumer reads it, and carried through the consumer's own update, scalar by scalar.
+
+The updates are written from the sources at the commits named; a filter's covariance or a simulator's samples after 1, 10
+and 100 s must have the variance of the model: N²t + K²t³/3 for the angle when the bias is known at the beginning.
+"""
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+
+from allanite.effects.files import model_to_dict, parse_model
+from allanite.export import export
+from allanite.export._axis import axes_of
+
+RATE, N, K = 200.0, 2e-3, 3e-4
+ACCEL_N, ACCEL_K = 0.02, 1e-3
+TIMES = (1.0, 10.0, 100.0)
+DEGREE = math.pi / 180
+
+
+def axes(gyro=f"N(N={N})+K(K={K})", accel=f"N(N={ACCEL_N})+K(K={ACCEL_K})"):
+    return [
+        *axes_of([model_to_dict(parse_model(gyro))], "rad/s", "gyro"),
+        *axes_of([model_to_dict(parse_model(accel))], "m/s^2", "accel"),
+    ]
+
+
+def number(text, key):
+    return float(
+        re.search(rf"^\s*(?:param set )?{re.escape(key)}[:,\s]+(\S+)", text, re.M).group(1)
+    )
+
+
+def expected(t, n=N, k=K):
+    return n**2 * t + k**2 * t**3 / 3
+
+
+def propagate(dt, step_white, step_bias, times=TIMES, phi=1.0, start=0.0):
+    """Variance of an angle that integrates a bias: P ← F P Fᵀ + diag(white, bias), a step of dt."""
+    F = np.array([[1.0, dt], [0.0, phi]])
+    P = np.diag([0.0, start])
+    out, done = [], 0
+    for t in times:
+        steps = round(t / dt)
+        for _ in range(done, steps):
+            P = F @ P @ F.T + np.diag([step_white, step_bias])
+        done = steps
+        out.append(P[0, 0])
+    return np.array(out)
+
+
+def agrees(found, n=N, k=K):
+    # The filters' rectangles differ from integrals by half a step: 1/(2·rate·t) of the random walk's part at most.
+    np.testing.assert_allclose(found, [expected(t, n, k) for t in TIMES], rtol=8e-3)
+
+
+def test_kalibr_and_openvins():
+    # Kalibr wiki "IMU Noise Model": σ_d = σ/√Δt of samples, σ_b√Δt of bias steps.
+    text = export(axes(), "kalibr", RATE)
+    n, k = number(text, "gyroscope_noise_density"), number(text, "gyroscope_random_walk")
+    dt = 1 / RATE
+    agrees(propagate(dt, (n / math.sqrt(dt) * dt) ** 2, (k * math.sqrt(dt)) ** 2))
+    n, k = (number(text, f"accelerometer_{x}") for x in ("noise_density", "random_walk"))
+    agrees(propagate(dt, n * n * dt, k * k * dt), ACCEL_N, ACCEL_K)
+
+
+def test_vins():
+    # VINS-Fusion integration_base.h at 939f01282fa4: V(3,3) = V(3,9) = 0.5 dt, V(12,15) = dt, independent noises.
+    text = export(axes(), "vins", RATE)
+    dt = 1 / RATE
+    for keys, n, k in ((("gyr_n", "gyr_w"), N, K), (("acc_n", "acc_w"), ACCEL_N, ACCEL_K)):
+        white, walk = (number(text, key) for key in keys)
+        step = 2 * (0.5 * dt * white) ** 2
+        agrees(propagate(dt, step, (dt * walk) ** 2), n, k)
+
+
+def test_orbslam3():
+    # Tracking.cc multiplies by √frequency and divides by it; ImuTypes.cc at c85e0eada71f: B = dt, C += NgaWalk.
+    text = export(axes(), "orbslam3", RATE)
+    frequency = number(text, "IMU.Frequency")
+    dt = 1 / frequency
+    sf = math.sqrt(frequency)
+    n, k = number(text, "IMU.NoiseGyro") * sf, number(text, "IMU.GyroWalk") / sf
+    agrees(propagate(dt, (n * dt) ** 2, k**2))
+    n, k = number(text, "IMU.NoiseAcc") * sf, number(text, "IMU.AccWalk") / sf
+    agrees(propagate(dt, (n * dt) ** 2, k**2), ACCEL_N, ACCEL_K)
+
+
+def test_liosam():
+    # imuPreintegration.cpp at 0be1fbe6275f: covariance = I·noise² in continuous time; between biases √Δt·BiasN.
+    text = export(axes(), "liosam", RATE)
+    dt = 1 / RATE
+    n, k = number(text, "imuGyrNoise"), number(text, "imuGyrBiasN")
+    agrees(propagate(dt, n**2 * dt, (math.sqrt(dt) * k) ** 2))
+    n, k = number(text, "imuAccNoise"), number(text, "imuAccBiasN")
+    agrees(propagate(dt, n**2 * dt, (math.sqrt(dt) * k) ** 2), ACCEL_N, ACCEL_K)
+
+
+def test_fastlio():
+    # IMU_Processing.hpp and esekfom.hpp at 7cc4175de6f8: P ← F P Fᵀ + (dt G) Q (dt G)ᵀ, Q = diag of the covs.
+    text = export(axes(), "fastlio", RATE)
+    dt = 1 / RATE
+    agrees(propagate(dt, dt**2 * number(text, "gyr_cov"), dt**2 * number(text, "b_gyr_cov")))
+    found = propagate(dt, dt**2 * number(text, "acc_cov"), dt**2 * number(text, "b_acc_cov"))
+    agrees(found, ACCEL_N, ACCEL_K)
+
+
+@pytest.mark.parametrize("filter_rate", [None, 125.0])
+def test_px4(filter_rate):
+    # ekf2/EKF/covariance.cpp at 028733e1c7eb: d_ang_var = sq(delta_ang_dt·noise), gyro bias += sq(dt·p_noise).
+    text = export(axes(), "px4", filter_rate)
+    dt = 1 / (filter_rate or 100.0)
+    white, walk = number(text, "EKF2_GYR_NOISE"), number(text, "EKF2_GYR_B_NOISE")
+    agrees(propagate(dt, (dt * white) ** 2, (dt * walk) ** 2))
+    white, walk = number(text, "EKF2_ACC_NOISE"), number(text, "EKF2_ACC_B_NOISE")
+    agrees(propagate(dt, (dt * white) ** 2, (dt * walk) ** 2), ACCEL_N, ACCEL_K)
+
+
+def test_ardupilot():
+    # AP_NavEKF3_core.cpp at 363e7e9eec9b: dAngBiasVar = sq(sq(dt)·noise), states are bias·dt; sq(dt·noise) of the angle.
+    text = export(axes(), "ardupilot")
+    dt = 0.012
+    times = tuple(round(t / dt) * dt for t in TIMES)
+    for keys, n, k in (
+        (("EK3_GYRO_P_NSE", "EK3_GBIAS_P_NSE"), N, K),
+        (("EK3_ACC_P_NSE", "EK3_ABIAS_P_NSE"), ACCEL_N, ACCEL_K),
+    ):
+        white, walk = (number(text, key) for key in keys)
+        # The bias in rad a step: its variance over dt² is that in rad/s.
+        found = propagate(dt, (dt * white) ** 2, (dt**2 * walk) ** 2 / dt**2, times)
+        np.testing.assert_allclose(found, [expected(t, n, k) for t in times], rtol=2e-2)
+
+
+def walk_of(rng, runs, steps, sd):
+    """Integrals of a bias that steps by sd, before each step."""
+    steps_ = sd * rng.standard_normal((runs, steps))
+    return np.cumsum(steps_, axis=1) - steps_
+
+
+@pytest.mark.parametrize(("sensor", "n", "k"), [("gyro", N, K), ("accel", ACCEL_N, ACCEL_K)])
+def test_airsim(sensor, n, k):
+    # ImuSimple.hpp at 04c4bf969f6b, ImuSimpleParams.hpp: arw/√dt of a sample; bias_stability/√τ·√dt of a bias step.
+    imu = json.loads(export(axes(), "airsim", RATE))["Sensors"]["Imu"]
+    if sensor == "gyro":
+        white = imu["AngularRandomWalk"] / math.sqrt(3600) * DEGREE
+        bias = imu["GyroBiasStability"] / 3600 * DEGREE / math.sqrt(imu["GyroBiasStabilityTau"])
+    else:
+        white = imu["VelocityRandomWalk"] * 9.80665e-3
+        bias = imu["AccelBiasStability"] * 1e-6 * 9.80665 / math.sqrt(imu["AccelBiasStabilityTau"])
+    rng = np.random.default_rng(1)
+    runs, steps, dt = 2000, 1000, 0.01
+    x = white / math.sqrt(dt) * rng.standard_normal((runs, steps))
+    x += walk_of(rng, runs, steps, bias * math.sqrt(dt))
+    # 2000 runs: a variance is known to √(2/2000) = 3.2 %.
+    assert (x.sum(axis=1) * dt).var() == pytest.approx(expected(10.0, n, k), rel=4 * 0.032)
+
+
+def test_gazebo():
+    # gz-sensors GaussianNoiseModel.cc at 9ba02f24108e: bias ← φ bias + N(0, σ_b √(−τ/2·expm1(−2dt/τ))).
+    q, T = 4e-4, 30.0
+    text = export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "gazebo", RATE)
+    values = {
+        tag: float(re.search(rf"<{tag}>(\S+?)</{tag}>", text).group(1))
+        for tag in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
+    }
+    assert "in this file: N, GM" in text
+    dt, tau = 1 / RATE, values["dynamic_bias_correlation_time"]
+    step = values["dynamic_bias_stddev"] ** 2 * -tau / 2 * math.expm1(-2 * dt / tau)
+    found = propagate(dt, (dt * values["stddev"]) ** 2, step, phi=math.exp(-dt / tau))
+    np.testing.assert_allclose(found, lag_variance(q, T), rtol=8e-3)
+
+
+def lag_variance(q, T, n=N):
+    """∫∫ of a Gauss-Markov process begun at 0, and the white part."""
+    t = np.array(TIMES)
+    grown = t - 2 * T * (1 - np.exp(-t / T)) + T / 2 * (1 - np.exp(-2 * t / T))
+    return n**2 * t + q**2 * T**2 * grown
+
+
+def test_kfgins():
+    # gi_engine.cpp at f39bc2e7be8a: F = −1/T, Qc = 2σ²/T and arw², Qd trapezoidal; kf_gins.cpp: units.
+    q, T = 4e-4, 30.0
+    text = export(
+        axes(gyro=f"N(N={N})+GM(q_c={q},T={T})", accel=f"N(N={ACCEL_N})+GM(q_c=1e-3,T={T})"),
+        "kfgins",
+    )
+
+    def first(key):
+        return float(re.search(rf"{key}: \[?([^,\]\s]+)", text).group(1))
+
+    arw, sigma = first("arw") * DEGREE / 60, first("gbstd") * DEGREE / 3600
+    time = first("corrtime") * 3600
+    assert time == pytest.approx(T)
+    dt = 0.01
+    F = np.array([[1.0, dt], [0.0, 1 - dt / time]])
+    Qd = np.diag([arw**2, 2 * sigma**2 / time]) * dt
+    Qd = (F @ Qd @ F.T + Qd) / 2
+    P, out, done = np.zeros((2, 2)), [], 0
+    for t in TIMES:
+        for _ in range(done, round(t / dt)):
+            P = F @ P @ F.T + Qd
+        done = round(t / dt)
+        out.append(P[0, 0])
+    np.testing.assert_allclose(out, lag_variance(q, T), rtol=1.5e-2)
+    assert first("vrw") / 60 == pytest.approx(ACCEL_N)
+    assert first("abstd") * 1e-5 == pytest.approx(1e-3 * math.sqrt(T / 2))
+
+
+def test_gnss_ins_sim():
+    # pathgen.py at 966ff271bf21: arw/√dt of a sample; drift ← (1 − dt/T) drift + σ√(1 − e^{−2dt/T}) noise.
+    q, T = 4e-4, 30.0
+    text = export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "gnss-ins-sim", RATE)
+    scope = {}
+    exec(text, scope)
+    error = scope["imu_err"]
+    arw, sigma = error["gyro_arw"][0] * DEGREE / 60, error["gyro_b_stability"][0] * DEGREE / 3600
+    time, dt = error["gyro_b_corr"][0], 0.01
+    b2 = sigma**2 * (1 - math.exp(-2 * dt / time))
+    found = propagate(dt, (arw / math.sqrt(dt) * dt) ** 2, b2, phi=1 - dt / time)
+    np.testing.assert_allclose(found, lag_variance(q, T), rtol=1.5e-2)
+    assert error["accel_vrw"].shape == (3,)
+
+
+def test_gtsam():
+    gtsam = pytest.importorskip("gtsam")
+    scope = {}
+    exec(export(axes(), "gtsam"), scope)
+    parameters = scope["parameters"]
+    dt = 0.01
+    bias = gtsam.imuBias.ConstantBias()
+    pim = gtsam.PreintegratedCombinedMeasurements(parameters, bias)
+    done = 0
+    for t in (1.0, 10.0):
+        for _ in range(done, round(t / dt)):
+            # Free fall: no lever from attitude to velocity.
+            pim.integrateMeasurement(np.zeros(3), np.zeros(3), dt)
+        done = round(t / dt)
+        P = pim.preintMeasCov()
+        # Rotation, position, velocity, accelerometer bias, gyroscope bias.
+        assert P[0, 0] == pytest.approx(expected(t), rel=2e-2)
+        assert P[6, 6] == pytest.approx(expected(t, ACCEL_N, ACCEL_K), rel=2e-2)
+        assert P[3, 3] == pytest.approx(ACCEL_N**2 * t**3 / 3 + ACCEL_K**2 * t**5 / 20, rel=3e-2)
+        assert P[12, 12] == pytest.approx(K**2 * t, rel=1e-2)
+
+
+def test_ros_is_the_variance_that_samples_have():
+    text = export(axes(gyro=f"N(N={N})+BW(cutoff=20,order=2,design=digital)"), "ros", RATE)
+    first = float(re.search(r"angular_velocity_covariance: \[(\S+),", text).group(1))
+    samples = parse_model(f"N(N={N})+BW(cutoff=20,order=2,design=digital)").simulate(
+        n=200_000, rate=RATE, seed=1, unit="rad/s"
+    )
+    # 200 000 samples of which every fifth is new: √(2·5/200000) = 0.7 %; N²·rate would be 4.5 times as much.
+    assert first == pytest.approx(np.var(samples.samples), rel=0.03)
+    assert first < 0.3 * N**2 * RATE
+
+
+def test_c_header_and_state_space(tmp_path):
+    text = export(axes(), "c-header")
+    values = [float(v) for v in re.findall(r"^    (\S+),", text, re.M)]
+    np.testing.assert_allclose(values, [N, ACCEL_N, K, ACCEL_K])
+    (gyro, _) = json.loads(export(axes(gyro=f"N(N={N})+K(K={K})+B(B=1e-3)"), "statespace", RATE))[
+        "axes"
+    ]
+    assert len(gyro["states"]) <= 8
+    # The variance of the sum of samples by the matrices is that of the model: √2 t σ(t) over two spans.
+    F, Q, H, R = (np.array(gyro[k]) for k in "FQHR")
+    assert R[0, 0] == pytest.approx(N**2 * RATE, rel=0.02)
+    assert F.shape == Q.shape == (H.size, H.size)

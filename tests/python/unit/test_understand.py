@@ -1,0 +1,201 @@
+"""Sensor, clock, index, counter or temperature: by name and by numbers, shown before anything is computed."""
+
+import gzip
+import json
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.common.errors import InputError
+from allanite.readers.understand import kind_of
+
+RNG = np.random.default_rng(5)
+N = 400
+X = RNG.standard_normal((N, 3))
+
+
+def csv(tmp_path, header, *columns, name="log.csv"):
+    path = tmp_path / name
+    np.savetxt(path, np.column_stack(columns), "%.12g", ",", header=header, comments="")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("values", "kind"),
+    [
+        (np.arange(N), "index"),
+        (np.arange(N) + 1.0, "index"),
+        (np.arange(N) % 256, "counter"),
+        (np.arange(N) / 50, "clock"),
+        ((np.arange(N) + 0.2 * X[:, 0]) / 50, "clock"),
+        (np.arange(N) // 5, "clock"),
+        (1.76e18 + np.arange(N) * 1e7, "clock"),
+        (X[:, 0], None),
+        (np.cumsum(X[:, 0]), None),
+        (np.round(X[:, 0]), None),
+        (20 + 3 * (1 - np.exp(-np.arange(N) / 100)) + 0.02 * X[:, 1], None),
+        (np.ones(N), None),
+        (np.where(np.arange(N) == 7, np.nan, np.arange(N)), None),
+        (np.sin(np.arange(N) / 30), None),
+        (np.repeat(np.sort(X[:20, 0]), 20), None),
+    ],
+)
+def test_kinds_by_numbers(values, kind):
+    assert kind_of(values) == kind
+
+
+def said(recording):
+    return " ".join(str(f) for f in recording.audit)
+
+
+def test_the_index_of_pandas_is_no_sensor(tmp_path):
+    pandas = pytest.importorskip("pandas")
+    path = tmp_path / "log.csv"
+    pandas.DataFrame(X, columns=["gx", "gy", "gz"]).to_csv(path)
+    assert al.read(path, rate=100).columns == ("gx", "gy", "gz")
+    assert [c.role for c in al.inspect(path).columns] == ["index", "sensor", "sensor", "sensor"]
+    with pytest.raises(InputError, match="no sampling rate"):
+        al.read(path)
+
+
+@pytest.mark.parametrize("name", ["seconds_elapsed", "Zeit", "SampleTimeFine", "TOW", "Zeitachse"])
+def test_a_ramp_is_the_time_whatever_its_name(tmp_path, name):
+    r = al.read(csv(tmp_path, f"{name},a,b", np.arange(N) / 50, X[:, 0], X[:, 1]))
+    assert (r.columns, r.rate) == (("a", "b"), pytest.approx(50))
+    if name == "Zeitachse":  # which no name gave away
+        assert "Zeitachse rises by much the same in every row: taken as the time" in said(r)
+
+
+def test_the_time_row_of_a_matlab_matrix(tmp_path):
+    io = pytest.importorskip("scipy.io")
+    path = tmp_path / "log.mat"
+    io.savemat(path, {"data": np.vstack([np.arange(N) / 50, X.T])})
+    r = al.read(path)
+    assert (len(r.columns), r.rate) == (3, pytest.approx(50))
+
+
+def test_counters_are_left_out_and_can_be_asked_for(tmp_path):
+    path = csv(tmp_path, "packet,gx", np.arange(N) % 256, X[:, 0])
+    r = al.read(path, rate=100)
+    assert r.columns == ("gx",)
+    assert "packet (counter)" in said(r)
+    assert al.read(path, rate=100, column="packet").columns == ("packet",)
+
+
+def test_a_phase_that_rises_is_a_clock_s_sample(tmp_path):
+    phase = 1e-8 * np.arange(N) + 1e-10 * X[:, 0]
+    path = csv(tmp_path, "time [s],phase", np.arange(N), phase)
+    r = al.read(path, quantity="angle", unit="1")
+    assert r.columns == ("phase",)
+    assert al.read(csv(tmp_path, "phase", phase), rate=1).columns == ("phase",)
+
+
+def test_two_clocks(tmp_path):
+    t = np.arange(N) / 50
+    r = al.read(csv(tmp_path, "time,seconds_elapsed,gx", t * 1e9 + 1.7e18, t, X[:, 0]))
+    (finding,) = [f for f in r.audit if f.kind == "two_clocks"]
+    assert finding.severity == "info"
+    r = al.read(csv(tmp_path, "time,seconds_elapsed,gx", t * 1.02, t, X[:, 0]))
+    (finding,) = [f for f in r.audit if f.kind == "two_clocks"]
+    assert finding.severity == "warning"
+    assert "1.96%" in finding.message
+    assert al.read(
+        csv(tmp_path, "time,seconds_elapsed,gx", t * 1.02, t, X[:, 0]),
+        time_column="seconds_elapsed",
+    ).rate == pytest.approx(50)
+
+
+def test_inspect_in_python_and_in_the_shell(tmp_path, capsys):
+    from allanite.cli import main
+
+    path = tmp_path / "log.csv"
+    rows = "".join(f"{k / 50},{X[k, 0]},{20 + k % 3},idle,{k % 256}\n" for k in range(N))
+    path.write_text("time [s],gx [deg/s],temp,state,nr\n" + rows)
+    found = al.inspect(path)
+    assert [c.role for c in found.columns] == ["time", "sensor", "temperature", "counter", "text"]
+    assert [c.used for c in found.columns] == [True, True, True, False, False]
+    assert found.columns[0].rate == found.rate == pytest.approx(50)
+    assert found.columns[1].unit == "deg/s"
+    with pytest.raises(SystemExit) as stop:
+        main(["inspect", str(path), "--json"])
+    assert stop.value.code == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == "allanite/inspect/1"
+    assert document["columns"][1]["first"] == pytest.approx(X[:3, 0].tolist())
+    with pytest.raises(SystemExit):
+        main(["inspect", str(path)])
+    text = capsys.readouterr().out
+    assert "gx" in text
+    assert "–state" in text
+
+
+def test_inspect_tells_what_is_lacking(tmp_path):
+    found = al.inspect(csv(tmp_path, "gx", X[:, 0]))
+    assert (found.rate, found.problem is None) == (None, False)
+    assert "--rate" in found.problem
+    assert "unit" in found.columns[0].doubts[0]
+    with pytest.raises(InputError, match="no such file"):
+        al.inspect(tmp_path / "absent.csv")
+
+
+# -- objects and packed files --------------------------------------------------------------------
+
+
+def test_frames():
+    pandas = pytest.importorskip("pandas")
+    dates = pandas.date_range("2026-01-31", periods=N, freq="20ms", tz="UTC")
+    indexed = pandas.DataFrame({"gx": X[:, 0], "temp": 20.0 + X[:, 1]}, index=dates)
+    r = al.read(indexed, unit="deg/s")
+    assert (r.columns, list(r.covariates), r.rate) == (("gx",), ["temp"], pytest.approx(50))
+    column = pandas.DataFrame({"when": dates, "gx [deg/s]": X[:, 0], "note": ["a"] * N})
+    r = al.read(column)
+    assert (r.columns, r.unit, r.rate) == (("gx",), "deg/s", pytest.approx(50))
+    assert al.read(indexed["gx"]).rate == pytest.approx(50)
+    assert al.inspect(column).rate == pytest.approx(50)
+    with pytest.raises(InputError, match="no column of numbers"):
+        al.read(pandas.DataFrame({"a": ["x", "y"]}))
+
+
+def test_polars_xarray_and_arrow():
+    dates = np.datetime64("2026-01-31T00:00:00") + np.arange(N) * np.timedelta64(20, "ms")
+    polars = pytest.importorskip("polars")
+    r = al.read(polars.DataFrame({"t": dates, "gx": X[:, 0], "gy": X[:, 1]}))
+    assert (r.columns, r.rate) == (("gx", "gy"), pytest.approx(50))
+    xarray = pytest.importorskip("xarray")
+    variable = xarray.Variable(("time",), X[:, 0], {"units": "deg/s"})
+    r = al.read(xarray.Dataset({"gx": variable}, coords={"time": dates}))
+    assert (r.columns, r.unit, r.rate) == (("gx",), "deg/s", pytest.approx(50))
+    r = al.read(xarray.DataArray(X, dims=("time", "axis"), coords={"time": dates}, name="g"))
+    assert (r.columns, r.rate) == (("g0", "g1", "g2"), pytest.approx(50))
+    arrow = pytest.importorskip("pyarrow")
+    r = al.read(arrow.table({"t": dates, "gx": X[:, 0]}))
+    assert (r.columns, r.rate) == (("gx",), pytest.approx(50))
+
+
+def test_gzip(tmp_path):
+    path = csv(tmp_path, "time [s],gx", np.arange(N) / 50, X[:, 0])
+    packed = tmp_path / "log.csv.gz"
+    packed.write_bytes(gzip.compress(path.read_bytes()))
+    r = al.read(packed)
+    assert (r.n, r.rate, r.path) == (N, pytest.approx(50), str(packed))
+    np.savez(tmp_path / "x.npz", data=X, rate_hz=50.0)
+    (tmp_path / "x.npz.gz").write_bytes(gzip.compress((tmp_path / "x.npz").read_bytes()))
+    assert al.read(tmp_path / "x.npz.gz").rate == 50
+    whole = packed.read_bytes()
+    for cut in (1, 12, len(whole) // 2, len(whole) - 4):
+        packed.write_bytes(whole[:cut])
+        with pytest.raises(InputError, match=r"log\.csv\.gz") as caught:
+            al.read(packed)
+        assert "\n" not in str(caught.value)
+
+
+@pytest.mark.data
+def test_real_logs(data):
+    r = al.read(data("logs/static.csv"), rate=100, unit="deg/s")
+    assert r.columns == ("gyro_x", "gyro_y", "gyro_z")
+    r = al.read(data("logs/Gyroscope.csv"))
+    assert (r.columns, r.rate) == (("z", "y", "x"), pytest.approx(99.71, rel=1e-4))
+    r = al.read(data("logs/data_v.csv"))
+    assert (r.rate, set(r.units)) == (pytest.approx(200), {"rad/s", "m/s^2"})
+    assert len(r.columns) == 6
