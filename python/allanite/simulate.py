@@ -81,8 +81,8 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
     if own is not None:
         return [own]
     if effect.white:
-        white = Model((effect,)).terms(rate)[0][1][0]
-        found = [g for m in model.modifiers if (g := m.generators(white, rate)) is not None]
+        level = Model((effect,)).terms(rate)[0][1][0]
+        found = [g for m in model.modifiers if (g := m.generators(level, rate)) is not None]
         if found:
             return found[0]
     lags = [t for t in terms if t[0] == "exponential"]
