@@ -38,6 +38,8 @@ SCANNED = (
     ("cascaded", 2),
     ("moving_average", 2),
     ("moving_average", 3),
+    ("sampled", 3),
+    ("digital", 3),
     ("sampled", 4),
     ("digital", 4),
     ("fir", 8),
