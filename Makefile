@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo screenshots test test-all test-rust test-python test-statistical lint bench bars miri clean gallery
+.PHONY: help demo screenshots test test-all test-rust test-python test-statistical lint bench bars miri clean gallery fuzz release
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -57,6 +57,16 @@ lint: $(VENV)/.developed ## formatting, types, stubs, layers, clippy
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest allanite._core --mypy-config-file pyproject.toml --allowlist stubtest-allowlist.txt
 	$(BIN)/lint-imports
+
+fuzz: $(VENV)/.developed ## ten minutes of damaged files, strings and requests (SECONDS_EACH=, SEED=)
+	$(BIN)/python tests/python/fuzz/run.py --seconds $(or $(SECONDS_EACH),50) --seed $(or $(SEED),0)
+
+release: $(VENV)/.made ## VERSION=1.2.3: everything of a release but the push (a dry run; nothing leaves this machine)
+	@$(BIN)/python docs/release.py "$(VERSION)"
+	$(BIN)/maturin build --release --locked --sdist --out dist
+	$(BIN)/python -m pip install --quiet twine
+	$(BIN)/twine check --strict dist/*
+	@echo "To publish $(VERSION): commit, git tag -a v$(VERSION), git push --tags; the release workflow does the rest."
 
 bench: $(VENV)/.developed ## ratios against other programs, side by side, written to benches/record
 	$(BIN)/python -m pip install --quiet --group bench

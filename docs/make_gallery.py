@@ -122,13 +122,25 @@ def suggestions(check: al.Check) -> str:
 def ladder(study: al.Study) -> str:
     """The rungs as a table."""
     rows = []
-    for rung in study.ladder:
-        m, e = rung.fit.misfit, rung.fit.error
+    for rung, misfit in zip(study.ladder, study.misfit_left, strict=True):
+        fit, e = rung.fit, rung.fit.error
         added = "start" if rung.added is None else f"+ {rung.fit.display_name(rung.added)}"
         added += "".join(f", − {kind.replace('_', ' ')}" for kind in rung.removed)
-        values = (m.reduced, e.adev_rms_percent, e.adev_max_percent, e.predictive_score)
-        rows.append((added, rung.fit.model.name, *("–" if v is None else number(v) for v in values)))  # fmt: skip
-    head = ("rung", "model", "χ²/dof", "Allan error, % rms", "% at most", "predictive score")
+        worst = "–"
+        if e.adev_worst is not None:
+            worst = f"×{number(e.adev_worst[0], 3)} at {number(e.adev_worst[1], 3)} s"
+        values = (misfit, fit.discrepancy.percent, e.adev_rms_percent, e.predictive_score)
+        left_over, discrepancy, rms, score = ("–" if v is None else number(v) for v in values)
+        rows.append((added, fit.model.name, left_over, discrepancy, rms, worst, score))
+    head = (
+        "rung",
+        "model",
+        "misfit left, %",
+        "discrepancy, %",
+        "Allan error, % rms",
+        "worst ratio",
+        "predictive score",
+    )
     return table(head, rows)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
-from allanite.cli.demo import HIDDEN, SHOWN
+from allanite.cli.commands.demo import HIDDEN, SHOWN
 from allanite.effects import parse_model
 from allanite.page import explore
 

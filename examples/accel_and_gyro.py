@@ -16,7 +16,10 @@ from __future__ import annotations
 import numpy as np
 
 import allanite as al
-from allanite.fit.lines import FLICKER, read_lines
+from allanite.fit.lines import read_lines
+
+#: Level of the flat part of flicker over its B.
+FLICKER = float(np.sqrt(2.0 * np.log(2.0) / np.pi))
 
 RATE, HOURS = 20.0, 4.0
 #: Effect with coefficient 1, where its line is read, and what is read there.

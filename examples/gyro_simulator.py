@@ -22,7 +22,6 @@ import numpy as np
 
 import allanite as al
 from allanite.common.units import conversion
-from allanite.fit.lines import FLICKER
 from allanite.plots.axes import log_axis
 from allanite.plots.spec import Figure, Line, Panel, Points
 
@@ -35,6 +34,8 @@ TABLE_2 = {
     "K": (al.RateRandomWalk, 1.0, "deg/h/sqrt(h)", "deg/s/s^½"),
     "R": (al.RateRamp, 5.0, "deg/h^2", "deg/s/s"),
 }
+#: Level of the flat part of flicker over its B.
+FLICKER = float(np.sqrt(2.0 * np.log(2.0) / np.pi))
 #: Where the slope of each term is read on its own Allan curve, and what is read there for a coefficient of 1.
 READ_AT = {"Q": (3**0.5, 1.0), "N": (1.0, 1.0), "B": (100.0, FLICKER), "K": (3.0, 1.0), "R": (2**0.5, 1.0)}  # fmt: skip
 

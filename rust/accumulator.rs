@@ -103,11 +103,38 @@ pub struct Accumulator {
 /// What an accumulator knows: factor, stride, Σ d², number of terms, and of those that gaps have cost.
 pub type Reading = Vec<(u64, u64, f64, u64, u64)>;
 
+/// Start, samples, gaps, origin, and of each level start, first blocks, last blocks, place of these, sums, counts.
+pub type State = (u64, u64, u64, Option<f64>, Vec<LevelState>);
+type LevelState = (u64, Vec<f64>, Vec<f64>, u64, Vec<[f64; 2]>, Vec<u64>);
+
 impl Accumulator {
     /// An empty stretch that begins with sample `start` of its stream.
     pub fn new(grid: Grid, start: u64) -> Self {
         let levels = vec![Level::new(start, grid.at(0).len())];
         Self { grid, start, samples: 0, gaps: 0, origin: None, levels, width: Width::best() }
+    }
+
+    /// All that it knows, as plain numbers.
+    pub fn state(&self) -> State {
+        let plain =
+            |l: &Level| (l.start, l.head.clone(), l.tail.clone(), l.next, l.sums.clone(), l.counts.clone());
+        (self.start, self.samples, self.gaps, self.origin, self.levels.iter().map(plain).collect())
+    }
+
+    /// The stretch whose state that was.
+    pub fn restored(grid: Grid, (start, samples, gaps, origin, levels): State) -> Result<Self> {
+        let mut kept = Vec::with_capacity(levels.len());
+        for (at, (start, head, tail, next, sums, counts)) in levels.into_iter().enumerate() {
+            let factors = grid.at(at).len();
+            if sums.len() != factors || counts.len() != factors || next < start || head.len() > SPAN {
+                return Err(Error::Input(format!("level {at} of the accumulator's state is damaged")));
+            }
+            kept.push(Level { start, head, tail, next, sums, counts });
+        }
+        if kept.is_empty() {
+            return Err(Error::Input("the accumulator's state has no level".into()));
+        }
+        Ok(Self { grid, start, samples, gaps, origin, levels: kept, width: Width::best() })
     }
 
     /// Samples taken so far.

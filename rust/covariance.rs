@@ -17,6 +17,7 @@ mod total;
 use faer::c64;
 use rayon::prelude::*;
 
+use crate::parallel::pooled;
 use crate::{Error, Result};
 use exponential::Exponential;
 use lags::Wave;
@@ -247,15 +248,12 @@ pub fn variances(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Res
     let process = Process::new(terms, n, kind)?;
     let (spaced, counts) = prepared(&process, n, factors, kind)?;
     let waves = process.waves();
-    Ok(spaced
-        .par_iter()
-        .zip(&counts)
-        .map(|(s, count)| {
-            let scale = kind.scale(s.i);
-            let square = s.mean_square(s, (*count, *count), &process.kinks, &waves);
-            (s.with(s.i)(0.0) / scale, 2.0 * square / (scale * scale))
-        })
-        .unzip())
+    let of_one = |(s, count): (&Spaced, &usize)| {
+        let scale = kind.scale(s.i);
+        let square = s.mean_square(s, (*count, *count), &process.kinks, &waves);
+        (s.with(s.i)(0.0) / scale, 2.0 * square / (scale * scale))
+    };
+    Ok(pooled(|| spaced.par_iter().zip(&counts).map(of_one).unzip()))
 }
 
 /// Expected variance (k,) and covariance of the estimates (k, k), row by row, at `factors` for records of `n` samples.
@@ -269,15 +267,12 @@ pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Re
     let waves = process.waves();
     let k = factors.len();
     let pairs: Vec<(usize, usize)> = (0..k).flat_map(|a| (a..k).map(move |b| (a, b))).collect();
-    let values: Vec<f64> = pairs
-        .par_iter()
-        .map(|&(a, b)| {
-            let (low, high) = if factors[a] <= factors[b] { (a, b) } else { (b, a) };
-            let sum =
-                spaced[low].mean_square(&spaced[high], (counts[low], counts[high]), &process.kinks, &waves);
-            2.0 * sum / (kind.scale(factors[a]) * kind.scale(factors[b]))
-        })
-        .collect();
+    let of_two = |&(a, b): &(usize, usize)| {
+        let (low, high) = if factors[a] <= factors[b] { (a, b) } else { (b, a) };
+        let sum = spaced[low].mean_square(&spaced[high], (counts[low], counts[high]), &process.kinks, &waves);
+        2.0 * sum / (kind.scale(factors[a]) * kind.scale(factors[b]))
+    };
+    let values: Vec<f64> = pooled(|| pairs.par_iter().map(of_two).collect());
     let mut matrix = vec![0.0; k * k];
     for (&(a, b), value) in pairs.iter().zip(values) {
         matrix[a * k + b] = value;

@@ -1,6 +1,7 @@
 //! The likelihood of a spectrum whose model is not perfect, and its maximum over non-negative coefficients.
 //!
-//! In each bin the power over the spectrum is a gamma variable of shape k(w) = ν/(1 + ν δ²w), ν half the bin's degrees of
+//! Bins are sorted into cells that share one discrepancy, so that a feature narrower than a cell has its whole vote. In each
+//! cell the mean of power over spectrum is a gamma variable of shape k(w) = ν/(1 + ν δ²w), ν half the cell's degrees of
 //! freedom, w inverse-gamma (1, 1): a scale mixture of normals for the discrepancy of scale δ (Andrews & Mallows 1974). The
 //! marginal likelihood is a sum over nodes of w; δ = 0 is the Whittle likelihood. The reasons are in
 //! `allanite.fit.discrepancy`.
@@ -30,27 +31,52 @@ struct Block {
 /// The law of bins with these degrees of freedom.
 pub struct Likelihood {
     count: Vec<f64>,
+    /// First bin of each cell, and the end of the last.
+    cells: Vec<usize>,
+    /// Degrees of freedom of each cell.
+    total: Vec<f64>,
     scales: Vec<f64>,
     /// Of each scale, made when it is first asked for.
     tables: Vec<OnceLock<Vec<Block>>>,
 }
 
-/// A spectrum at one scale: its marginal logL and the degrees of freedom left to each bin.
+/// A spectrum at one scale: its marginal logL and the degrees of freedom left to each cell, then (finished) to each bin.
 #[derive(Debug, Clone, Default)]
 pub struct Judged {
     pub log_likelihood: f64,
-    /// Shape (bins,).
+    /// Shape (cells,) in whole blocks; finished: (bins,).
     pub weight: Vec<f64>,
+}
+
+/// A power over a spectrum.
+#[derive(Default)]
+pub(crate) struct Ratio {
+    /// I/S of each bin.
+    bins: Vec<f64>,
+    /// Its mean R over each cell.
+    cells: Vec<f64>,
+    /// ln R − R, zeros up to whole blocks.
+    y: Vec<f64>,
+    /// −½ Σ n ln S − ½ Σ n ln R.
+    extra: f64,
 }
 
 impl Likelihood {
     /// `count`: degrees of freedom of each bin; `scales`: the values of δ.
-    pub fn new(count: Vec<f64>, scales: Vec<f64>) -> Result<Self> {
+    ///
+    /// `first`: first bin of each cell.
+    pub fn new(count: Vec<f64>, scales: Vec<f64>, first: Vec<usize>) -> Result<Self> {
         if let Some(bad) = count.iter().find(|n| !(**n > 0.0 && n.is_finite())) {
             return Err(Error::Input(format!("likelihood: {bad} degrees of freedom: give positive numbers")));
         }
+        let mut cells = first;
+        cells.push(count.len());
+        if cells[0] != 0 || cells.windows(2).any(|pair| pair[0] >= pair[1]) {
+            return Err(Error::Input("likelihood: cells must begin at bin 0 and rise".into()));
+        }
+        let total = cells.windows(2).map(|pair| count[pair[0]..pair[1]].iter().sum()).collect();
         let tables = scales.iter().map(|_| OnceLock::new()).collect();
-        Ok(Self { count, scales, tables })
+        Ok(Self { count, cells, total, scales, tables })
     }
 
     /// Number of bins.
@@ -59,37 +85,48 @@ impl Likelihood {
     }
 
     fn table(&self, scale: usize) -> &[Block] {
-        self.tables[scale].get_or_init(|| gamma::table(&self.count, self.scales[scale]))
+        self.tables[scale].get_or_init(|| gamma::table(&self.total, self.scales[scale]))
     }
 
-    /// Σ ½ n ln I, by which marginal and Whittle likelihoods of this power differ from `judge_at`.
-    fn constant(&self, power: &[f64]) -> f64 {
-        self.count.iter().zip(power).map(|(n, p)| 0.5 * n * p.ln()).sum()
+    /// First bin and end of each cell.
+    pub(crate) fn ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+        self.cells.windows(2).map(|pair| pair[0]..pair[1])
     }
 
-    /// ln(I/S) − I/S of each bin, zeros up to whole blocks.
-    fn fill(&self, power: &[f64], spectrum: &[f64], out: &mut Vec<f64>) {
-        out.clear();
-        out.extend(power.iter().zip(spectrum).map(|(p, s)| {
-            let ratio = p / s;
-            ratio.ln() - ratio
-        }));
-        out.resize(self.bins().next_multiple_of(WIDTH), 0.0);
-    }
-
-    /// logL but for the constant, from what `fill` made.
-    fn judge_at(&self, y: &[f64], scale: Option<usize>, out: &mut Judged) {
-        out.weight.resize(y.len(), 0.0);
-        if let Some(scale) = scale {
-            out.log_likelihood = sum::marginal(self.table(scale), y, &mut out.weight);
-        } else {
-            out.weight[..self.bins()].copy_from_slice(&self.count);
-            out.log_likelihood = self.count.iter().zip(y).map(|(n, y)| 0.5 * n * y).sum();
+    fn fill(&self, power: &[f64], spectrum: &[f64], out: &mut Ratio) {
+        out.bins.clear();
+        out.bins.extend(power.iter().zip(spectrum).map(|(p, s)| p / s));
+        out.cells.clear();
+        out.y.clear();
+        out.extra = 0.0;
+        for (range, total) in self.ranges().zip(&self.total) {
+            let (mut mean, mut log) = (0.0, 0.0);
+            for bin in range {
+                mean += self.count[bin] * out.bins[bin];
+                log += self.count[bin] * spectrum[bin].ln();
+            }
+            mean /= total;
+            out.cells.push(mean);
+            out.y.push(mean.ln() - mean);
+            out.extra -= 0.5 * (log + total * mean.ln());
         }
+        out.y.resize(self.total.len().next_multiple_of(WIDTH), 0.0);
+    }
+
+    /// logL and weights of cells, from what `fill` made.
+    fn judge_at(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Judged) {
+        out.weight.resize(ratio.y.len(), 0.0);
+        if let Some(scale) = scale {
+            out.log_likelihood = sum::marginal(self.table(scale), &ratio.y, &mut out.weight);
+        } else {
+            out.weight[..self.total.len()].copy_from_slice(&self.total);
+            out.log_likelihood = self.total.iter().zip(&ratio.y).map(|(n, y)| 0.5 * n * y).sum();
+        }
+        out.log_likelihood += ratio.extra;
     }
 
     /// Goes to the neighbour of a scale while that is better.
-    fn better_at(&self, y: &[f64], scale: &mut usize, best: &mut Judged, spare: &mut Judged) {
+    fn better_at(&self, y: &Ratio, scale: &mut usize, best: &mut Judged, spare: &mut Judged) {
         for up in [true, false] {
             while let Some(next) =
                 if up { Some(*scale + 1).filter(|s| *s < self.scales.len()) } else { scale.checked_sub(1) }
@@ -107,16 +144,21 @@ impl Likelihood {
     /// Marginal logL and weights of a spectrum at a scale (`None`: δ = 0).
     pub fn judge(&self, power: &[f64], spectrum: &[f64], scale: Option<usize>) -> Result<Judged> {
         self.check(power, spectrum, scale)?;
-        let (mut y, mut out) = (Vec::new(), Judged::default());
+        let (mut y, mut out) = (Ratio::default(), Judged::default());
         self.fill(power, spectrum, &mut y);
         self.judge_at(&y, scale, &mut out);
-        Ok(self.finished(power, out))
+        Ok(self.finished(&out))
     }
 
-    fn finished(&self, power: &[f64], mut judged: Judged) -> Judged {
-        judged.log_likelihood -= self.constant(power);
-        judged.weight.truncate(self.bins());
-        judged
+    /// With the weight of each cell shared by its bins.
+    fn finished(&self, judged: &Judged) -> Judged {
+        let mut weight = vec![0.0; self.bins()];
+        for ((range, total), cell) in self.ranges().zip(&self.total).zip(&judged.weight) {
+            for bin in range {
+                weight[bin] = self.count[bin] * (cell / total);
+            }
+        }
+        Judged { log_likelihood: judged.log_likelihood, weight }
     }
 
     /// Marginal logL of spectra, shape (m, bins) row by row, at each of the scales; shape (scales, m).
@@ -126,12 +168,12 @@ impl Likelihood {
             self.check(power, &spectra[..self.bins().min(spectra.len())], Some(*scale))?;
         }
         let mut out = vec![0.0; scales.len() * m];
-        let (mut y, mut found, constant) = (Vec::new(), Judged::default(), self.constant(power));
+        let (mut y, mut found) = (Ratio::default(), Judged::default());
         for (column, spectrum) in spectra.chunks_exact(self.bins().max(1)).enumerate() {
             self.fill(power, spectrum, &mut y);
             for (row, scale) in scales.iter().enumerate() {
                 self.judge_at(&y, Some(*scale), &mut found);
-                out[row * m + column] = found.log_likelihood - constant;
+                out[row * m + column] = found.log_likelihood;
             }
         }
         Ok(out)
@@ -145,7 +187,7 @@ impl Likelihood {
         start: Option<usize>,
     ) -> Result<(usize, Judged)> {
         self.check(power, spectrum, Some(start.unwrap_or(0)))?;
-        let (mut y, mut best, mut spare) = (Vec::new(), Judged::default(), Judged::default());
+        let (mut y, mut best, mut spare) = (Ratio::default(), Judged::default(), Judged::default());
         self.fill(power, spectrum, &mut y);
         let mut scale = start.unwrap_or(0);
         self.judge_at(&y, Some(scale), &mut best);
@@ -159,7 +201,7 @@ impl Likelihood {
             }
         }
         self.better_at(&y, &mut scale, &mut best, &mut spare);
-        Ok((scale, self.finished(power, best)))
+        Ok((scale, self.finished(&best)))
     }
 
     fn check(&self, power: &[f64], spectrum: &[f64], scale: Option<usize>) -> Result<()> {

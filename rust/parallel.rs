@@ -1,11 +1,13 @@
 //! Threads over blocks of samples, with results that do not depend on their number.
 
+mod pool;
 mod seats;
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::{Error, Result};
+pub use pool::pooled;
 use seats::Seats;
 
 /// Does `work(state, i)` for every item `i`, each worker with a state of its own, and returns the results in the

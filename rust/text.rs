@@ -5,22 +5,26 @@
 //! | bytes → whole lines, from files and pipes | [`source`] |
 //! | delimiter, decimal sign, header, comments: found from the first lines | [`dialect`] |
 //! | one line → cells → numbers | [`cells`] |
+//! | date-times → seconds | [`moment`] |
 //! | many lines → columns, on all threads; what was wrong where | [`rows`] |
 //!
 //! A file is read in chunks, never as a whole, so that memory is that of the numbers.
 
 mod cells;
 mod dialect;
+mod moment;
 mod rows;
 mod source;
 
 use std::collections::VecDeque;
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use dialect::Dialect;
 use rows::Rows;
 use source::Source;
 
+use crate::parallel::pooled;
 use crate::{Error, Result};
 
 /// What the caller knows better than the file's first lines.
@@ -81,8 +85,8 @@ pub struct Reader {
 
 impl Reader {
     /// Opens a file, or standard input for `-`, and looks at its first lines.
-    pub fn open(path: &str, options: &Options, stop: &AtomicBool) -> Result<Self> {
-        let mut source = Source::open(path)?;
+    pub fn open(path: impl AsRef<Path>, options: &Options, stop: &AtomicBool) -> Result<Self> {
+        let mut source = Source::open(path.as_ref())?;
         let head = source.head(stop)?;
         let dialect = Dialect::find(source.name(), &head, options)?;
         let meta = dialect.meta();
@@ -125,7 +129,7 @@ impl Reader {
         };
         let source = &mut self.source;
         let rows = &mut self.rows;
-        let (ahead, blocks) = rayon::join(|| source.prefetch(stop), || rows.parse(&chunk));
+        let (ahead, blocks) = pooled(|| rayon::join(|| source.prefetch(stop), || rows.parse(&chunk)));
         for block in blocks? {
             self.meta.comments += block.comments;
             self.meta.blank += block.blank;
@@ -212,6 +216,6 @@ impl Reader {
 }
 
 /// All columns of a log.
-pub fn read(path: &str, options: &Options, stop: &AtomicBool) -> Result<Table> {
+pub fn read(path: impl AsRef<Path>, options: &Options, stop: &AtomicBool) -> Result<Table> {
     Reader::open(path, options, stop)?.rest(stop)
 }

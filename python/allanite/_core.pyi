@@ -1,6 +1,7 @@
 """The compiled core. Never imported by users: `_kernels.py` is the one door."""
 
 from collections.abc import Sequence
+from os import PathLike
 from typing import Any, Self, final
 
 import numpy as np
@@ -45,6 +46,9 @@ class Accumulator:
     def update(self, samples: NDArray[np.float64]) -> None: ...
     def merge(self, other: Accumulator, higher: float) -> None: ...
     def copy(self) -> Self: ...
+    def __getnewargs__(self) -> tuple[int, int]: ...
+    def __getstate__(self) -> tuple[Any, ...]: ...
+    def __setstate__(self, state: tuple[Any, ...]) -> None: ...
     def samples(self) -> int: ...
     def gaps(self) -> int: ...
     def reading(self) -> list[tuple[int, int, float, int, int]]: ...
@@ -62,7 +66,7 @@ def adjacent_allan(
 
 # -- text
 def read_text(
-    path: str,
+    path: str | PathLike[str],
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
     columns: Sequence[int] | None = None,
@@ -73,7 +77,7 @@ def read_text(
 class TextReader:
     def __new__(
         cls,
-        path: str,
+        path: str | PathLike[str],
         delimiter: str | None = None,
         decimal_comma: bool | None = None,
         columns: Sequence[int] | None = None,
@@ -112,7 +116,9 @@ def allan_law(
 # -- likelihood
 @final
 class Likelihood:
-    def __new__(cls, count: NDArray[np.float64], scales: NDArray[np.float64]) -> Self: ...
+    def __new__(
+        cls, count: NDArray[np.float64], scales: NDArray[np.float64], cells: Sequence[int]
+    ) -> Self: ...
     def judge(
         self, power: NDArray[np.float64], spectrum: NDArray[np.float64], scale: int | None
     ) -> tuple[float, NDArray[np.float64]]: ...

@@ -10,7 +10,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.validation import SEEDS, positive, positive_rate, whole
 from allanite.effects import Model, parse_model
-from allanite.effects import terms as _terms
+from allanite.effects.terms import Exponential, White
 from allanite.recording import Recording
 from allanite.recording.samples import covariate
 
@@ -24,25 +24,10 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["SAMPLES", "arma", "processes", "simulate", "simulate_chunks"]
+__all__ = ["SAMPLES", "arma", "simulate", "simulate_chunks"]
 
 #: Samples whose numbers are exact; no memory holds as many.
 SAMPLES = 2**53
-
-
-def processes(terms: tuple[Term, ...]) -> list[tuple[str, list[float]]]:
-    """Generators of the core for primitive terms."""
-    out: list[tuple[str, list[float]]] = []
-    for name, v in terms:
-        if name in {"white", "blue", "random_walk"} or name == "flicker":
-            out.append((name, [float(np.sqrt(v[0]))]))
-        elif name == "power_law":
-            out.append((name, [v[0], float(np.sqrt(v[1]))]))
-        elif name == "exponential" and v[3] == 0.0 and v[0] >= 0.0:
-            out.append(("gauss_markov", [float(np.sqrt(v[0])), v[2]]))
-        else:
-            raise AssertionError(name)
-    return out
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
@@ -50,11 +35,11 @@ def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
 
     Their spectrum without their poles is that of a moving average, of which b is the minimum-phase factor.
     """
-    phi = np.array([complex(v[2], v[3]) for name, v in terms if name == "exponential"])
+    phi = np.array([complex(t.phi) for t in terms if isinstance(t, Exponential)])
     poles = np.concatenate([phi, phi[phi.imag != 0.0].conj()])
     order = poles.size
     w = np.pi * np.arange(1, 4 * order + 2, 2) / (4 * order + 2)
-    moving = np.asarray(sum(_terms.spectrum(t, w) for t in terms))
+    moving = np.sum([t.spectrum(w) for t in terms], axis=0)
     for p in poles:
         moving = moving * np.abs(np.exp(1j * w) - p) ** 2
     # r(h) of a series of cosines that ends at the order, from the middles of as many bands.
@@ -72,7 +57,7 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
     part = Model((effect, *model.modifiers)) if effect.white else Model((effect,))
     with np.errstate(over="ignore", invalid="ignore"):
         terms = part.terms(rate)
-    if not all(np.isfinite(v).all() for _, v in terms):
+    if not all(np.isfinite(t.numbers).all() for t in terms):
         raise InputError(
             f"{effect.kind}: its variance at {rate:g} Hz is too large to be a number: lower"
             f" {effect.coefficient} or the rate"
@@ -81,18 +66,20 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
     if own is not None:
         return [own]
     if effect.white:
-        level = Model((effect,)).terms(rate)[0][1][0]
+        level = Model((effect,)).terms(rate)[0].numbers[0]
         found = [g for m in model.modifiers if (g := m.generators(level, rate)) is not None]
         if found:
             return found[0]
-    lags = [t for t in terms if t[0] == "exponential"]
-    white = [t for t in terms if t[0] == "white"]
-    rest = [t for t in terms if t[0] not in {"exponential", "white"}]
-    if len(lags) == 1 and (white or lags[0][1][3] != 0.0):
-        return [_section((*lags, *white)), *processes(tuple(rest))]
-    sections = [_section((t,)) for t in lags if t[1][3] != 0.0]
-    plain = [t for t in lags if t[1][3] == 0.0]
-    return [*sections, *processes((*plain, *white, *rest))]
+    lags = [t for t in terms if isinstance(t, Exponential)]
+    white = [t for t in terms if isinstance(t, White)]
+    if len(lags) == 1 and (white or lags[0].generator is None):
+        rest = [t for t in terms if not isinstance(t, (Exponential, White))]
+        return [_section((*lags, *white)), *(_generator(t) for t in rest)]
+    return [_generator(t) for t in terms]
+
+
+def _generator(term: Term) -> tuple[str, list[float]]:
+    return term.generator or _section((term,))
 
 
 def _section(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
@@ -215,7 +202,7 @@ class _Source:
         # The low half of the key tells the parts of one record from each other.
         key = whole(replicate, "replicate", 0, 2**32 - 1) << 32
         _require(model)
-        self.covariates = {k: covariate(k, v, self.n, "") for k, v in (covariates or {}).items()}
+        self.covariates = {k: covariate(k, v, self.n) for k, v in (covariates or {}).items()}
         self.levels = [e for e in model.modifiers if e.passing]
         self.known = [e.sampler(self.n, self.rate, self.covariates) for e in model.deterministic]
         # Parts of the noise, and whether the level of a part changes.

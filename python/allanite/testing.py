@@ -27,7 +27,6 @@ from allanite.effects import (
     model_to_dict,
     parse_model,
 )
-from allanite.effects import terms as _terms
 from allanite.effects._base import SCREENS
 from allanite.effects.angle_random_walk import AngleRandomWalk
 from allanite.effects.gauss_markov import GaussMarkov
@@ -271,13 +270,11 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
     # What happens for a time only is seen by short averages alike, by long ones not.
     lasting = all(p.role != "time" for p in effect.parameters)
     factors = FACTORS if lasting else FACTORS[FACTORS <= LENGTH // 100]
-    declared = sum(_terms.allan_variance(t, factors.astype(float)) for t in terms)
+    declared = sum(t.allan_variance(factors.astype(float)) for t in terms)
     _within(_allan(records, factors), np.asarray(declared), f"{kind}: Allan variance at m", factors)
     bins = bins_of(LENGTH)
     power = np.array([bins.power(_kernels.cosine_transform(r)) for r in records])
-    expected = bins.mean(
-        np.asarray(sum(_terms.cosine_variance(t, bins.nodes, LENGTH) for t in terms))
-    )
+    expected = bins.mean(np.asarray(sum(t.cosine_variance(bins.nodes, LENGTH) for t in terms)))
     seen = bins.edges[:-1] >= (1 if lasting else 64)
     _within(power[:, seen], expected[seen], f"{kind}: power from ordinate", bins.edges[:-1][seen])
 

@@ -10,6 +10,7 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 
 use super::{Kind, Process, Term, law};
+use crate::parallel::pooled;
 use crate::{Error, Result};
 
 /// Averaging times in a record from which on the ends no longer matter.
@@ -90,26 +91,24 @@ pub fn variances(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f64
     let whole = Process::new(terms, n, Kind::Total)?;
     let rest = slow(terms);
     let process = Process::new(&rest, n, Kind::Total)?;
-    let found: Result<Vec<(f64, f64)>> = factors
-        .par_iter()
-        .map(|&m| {
-            let mean = expected(&whole, n, m);
-            if !short(n, m) || rest.is_empty() {
-                let m2 = m.min(n / 2);
-                let (_, own) = super::variances(terms, n, &[m2], Kind::Allan)?;
-                // As many more differences as reflection adds.
-                return Ok((mean, own[0] * Kind::Allan.count(n, m2) as f64 / (n - 1) as f64));
-            }
-            let centres = differences(n, m, OWN);
-            let mut sum = 0.0;
-            for (a, p) in centres.iter().enumerate() {
-                sum += process.between(p, p, n).powi(2);
-                sum += 2.0 * centres[..a].iter().map(|q| process.between(p, q, n).powi(2)).sum::<f64>();
-            }
-            let scale = centres.len() as f64 * Kind::Total.scale(m);
-            Ok((mean, 2.0 * sum / (scale * scale)))
-        })
-        .collect();
+    let of_one = |&m: &usize| {
+        let mean = expected(&whole, n, m);
+        if !short(n, m) || rest.is_empty() {
+            let m2 = m.min(n / 2);
+            let (_, own) = super::variances(terms, n, &[m2], Kind::Allan)?;
+            // As many more differences as reflection adds.
+            return Ok((mean, own[0] * Kind::Allan.count(n, m2) as f64 / (n - 1) as f64));
+        }
+        let centres = differences(n, m, OWN);
+        let mut sum = 0.0;
+        for (a, p) in centres.iter().enumerate() {
+            sum += process.between(p, p, n).powi(2);
+            sum += 2.0 * centres[..a].iter().map(|q| process.between(p, q, n).powi(2)).sum::<f64>();
+        }
+        let scale = centres.len() as f64 * Kind::Total.scale(m);
+        Ok((mean, 2.0 * sum / (scale * scale)))
+    };
+    let found: Result<Vec<(f64, f64)>> = pooled(|| factors.par_iter().map(of_one).collect());
     Ok(found?.into_iter().unzip())
 }
 
@@ -140,14 +139,12 @@ pub fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f6
             .sum();
         sum / (centres[a].len() * centres[b].len()) as f64
     };
-    let alone: Vec<f64> = (0..ends.len()).into_par_iter().map(|a| mean_square(a, a)).collect();
+    let alone: Vec<f64> = pooled(|| (0..ends.len()).into_par_iter().map(|a| mean_square(a, a)).collect());
     let pairs: Vec<(usize, usize)> = (0..ends.len()).flat_map(|a| (0..a).map(move |b| (a, b))).collect();
-    let found: Vec<f64> = pairs
-        .par_iter()
-        .map(|&(a, b)| {
-            mean_square(a, b) / (alone[a] * alone[b]).sqrt() * (own[ends[a]] * own[ends[b]]).sqrt()
-        })
-        .collect();
+    let of_two = |&(a, b): &(usize, usize)| {
+        mean_square(a, b) / (alone[a] * alone[b]).sqrt() * (own[ends[a]] * own[ends[b]]).sqrt()
+    };
+    let found: Vec<f64> = pooled(|| pairs.par_iter().map(of_two).collect());
     for (&(a, b), value) in pairs.iter().zip(found) {
         matrix[ends[a] * k + ends[b]] = value;
         matrix[ends[b] * k + ends[a]] = value;

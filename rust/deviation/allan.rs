@@ -5,6 +5,7 @@
 //! afterwards from the global phase. Partial sums are added in the order of the blocks: the number of threads does
 //! not change a bit.
 
+use std::mem::take;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
@@ -20,6 +21,9 @@ use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
 const TIERS: [(usize, usize); 4] =
     [(1 << 14, 1 << 16), (1 << 17, 1 << 20), (1 << 19, 1 << 21), (usize::MAX, 1 << 25)];
 
+/// Groups or factors of an item of work: memory in proportion to their number, and an interrupt heard between them.
+const BATCH: usize = 64;
+
 /// Sums of squared second differences, one per factor, in units of one sample (phase: of one point).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms {
@@ -29,20 +33,25 @@ pub struct Terms {
     pub count: Vec<u64>,
 }
 
+/// What one item of work found of its factors.
+type Found = Vec<(f64, u64)>;
+
 impl Terms {
     fn new(factors: usize) -> Self {
         Self { sum: vec![0.0; factors], count: vec![0; factors] }
     }
 
-    /// Adds what the parts found, in their order, at the places of `factors`.
-    fn gather(&mut self, factors: &[(usize, usize)], parts: &[Self]) {
-        for &(place, _) in factors {
-            let mut sum = [self.sum[place], 0.0];
-            for part in parts {
-                phase::add_to(&mut sum, part.sum[place]);
-                self.count[place] += part.count[place];
+    /// Adds what the parts found, in their order: sum and number of terms, one a place.
+    fn gather<'p>(&mut self, places: &[usize], parts: impl Iterator<Item = &'p Found>) {
+        let mut sums: Vec<_> = places.iter().map(|place| [self.sum[*place], 0.0]).collect();
+        for part in parts {
+            for ((place, sum), found) in places.iter().zip(&mut sums).zip(part) {
+                phase::add_to(sum, found.0);
+                self.count[*place] += found.1;
             }
-            self.sum[place] = sum[0] + sum[1];
+        }
+        for (place, sum) in places.iter().zip(sums) {
+            self.sum[*place] = sum[0] + sum[1];
         }
     }
 
@@ -200,34 +209,49 @@ impl<T: Sample> Pass<'_, '_, T> {
     fn far(&self, factors: &[(usize, usize)], span: usize, theta: &[f64], terms: &mut Terms) -> Result<()> {
         let points = self.record.points();
         let groups: Vec<Group> = sums::groups(self.means.width, factors);
-        let apart = if span > 1 << 16 && !self.adjacent && !self.masked() { groups.len() } else { 1 };
+        let batches: Vec<(&[(usize, usize)], &[Group])> = if self.adjacent || self.masked() {
+            factors.chunks(BATCH).map(|part| (part, [].as_slice())).collect()
+        } else {
+            let each = if span > 1 << 16 { 1 } else { BATCH };
+            groups.chunks(each).map(|part| ([].as_slice(), part)).collect()
+        };
+        let places: Vec<Vec<usize>> = batches
+            .iter()
+            .map(|(factors, groups)| {
+                let members = groups.iter().flat_map(Group::members);
+                factors.iter().copied().chain(members).map(|(place, _)| place).collect()
+            })
+            .collect();
         let runs = self.runs();
-        let parts = for_each(
+        let parts: Vec<Found> = for_each(
             self.threads_for(points * factors.len()),
-            points.div_ceil(span) * apart,
+            points.div_ceil(span) * batches.len(),
             self.means.stop,
-            || (),
-            |(), item| {
-                let from = item / apart * span;
-                let part = if apart > 1 { &groups[item % apart..][..1] } else { &groups };
-                let mut found = Terms::new(self.factors.len());
+            || Terms::new(self.factors.len()),
+            |all, item| {
+                let from = item / batches.len() * span;
+                let (factors, groups) = batches[item % batches.len()];
                 let within = (from, (from + span).min(points));
-                self.add((theta, 0), within, &runs, factors, part, &mut found);
-                found
+                self.add((theta, 0), within, &runs, factors, groups, all);
+                let mut found = |place: &usize| (take(&mut all.sum[*place]), take(&mut all.count[*place]));
+                places[item % batches.len()].iter().map(&mut found).collect()
             },
         )?;
-        terms.gather(factors, &parts);
+        for (batch, places) in places.iter().enumerate() {
+            terms.gather(places, parts.iter().skip(batch).step_by(batches.len()));
+        }
         Ok(())
     }
 
     fn doubling(&self, run: &tiles::Run<'_>, terms: &mut Terms) -> Result<()> {
         let threads = self.threads_for(self.record.points());
-        let parts = for_each(threads, run.items(), self.means.stop, Vec::new, |tile, item| {
-            let mut found = Terms::new(self.factors.len());
-            run.add(item, tile, &mut found.sum);
-            found
+        let places: Vec<usize> = run.factors().iter().map(|(place, _)| *place).collect();
+        let parts: Vec<Found> = for_each(threads, run.items(), self.means.stop, Vec::new, |tile, item| {
+            let mut sums = vec![0.0; places.len()];
+            run.add(item, tile, &mut sums);
+            sums.into_iter().map(|sum| (sum, 0)).collect()
         })?;
-        terms.gather(run.factors(), &parts);
+        terms.gather(&places, parts.iter());
         Ok(())
     }
 

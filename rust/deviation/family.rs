@@ -1,7 +1,7 @@
 //! Every other estimator: one loop over (averaging factor, block of terms), the estimators in their own files.
 
 use std::sync::Mutex;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::allan::{Means, Terms};
 use super::sums::Width;
@@ -10,6 +10,9 @@ use crate::Result;
 use crate::pages::Buffer;
 use crate::parallel::for_each;
 use crate::phase::{BLOCK, LOCAL, Quantity, Record, Sample, add_to};
+
+/// Terms of a block that costs nothing to begin: between two of them an interrupt is heard.
+const LONGEST: usize = 1 << 20;
 
 /// Which statistic of the phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,7 +79,8 @@ impl Kind {
             Self::ModifiedTotal | Self::HadamardTotal => m.max(512),
             Self::Theo1 => 2048,
             Self::Mtie => usize::MAX / 2,
-            _ => BLOCK.max(m),
+            Self::Modified | Self::Parabolic => BLOCK.max(m),
+            _ => BLOCK.max(m.min(LONGEST)),
         }
     }
 
@@ -119,6 +123,8 @@ pub struct Piece<'a> {
     pub m: usize,
     /// Vector unit.
     pub width: Width,
+    /// Turns true when the sum is not wanted any more.
+    pub stop: &'a AtomicBool,
 }
 
 /// Variances and numbers of terms for rising factors, and the global phase.
@@ -159,9 +165,9 @@ pub fn variances<T: Sample>(
                 break;
             }
             let (sum, count) = if kind == Kind::Total || kind == Kind::Mtie {
-                whole(kind, record, (phase, means.width), (item.from, item.to), item.m, work)
+                whole(kind, record, (phase, means), (item.from, item.to), item.m, work)
             } else {
-                between_gaps(kind, (phase, origin), &runs, item, means.width, work)
+                between_gaps(kind, (phase, origin), &runs, item, means, work)
             };
             found.push((item.place, sum, count));
         }
@@ -215,7 +221,7 @@ fn between_gaps(
     (phase, origin): (&[f64], usize),
     runs: &[(usize, usize)],
     item: &Item,
-    width: Width,
+    means: Means<'_>,
     work: &mut Vec<f64>,
 ) -> (f64, u64) {
     let m = item.m;
@@ -226,7 +232,8 @@ fn between_gaps(
         let (from, to) = (item.from.max(start), item.to.min((end + 1).saturating_sub(touched)));
         if from < to {
             let theta = &phase[from - origin..to + touched - origin];
-            let piece = Piece { theta, first: from, n: to - from, m, width };
+            let Means { width, stop, .. } = means;
+            let piece = Piece { theta, first: from, n: to - from, m, width, stop };
             let found = one(kind, &piece, work);
             sum += found.0;
             count += found.1;
@@ -269,15 +276,15 @@ fn one(kind: Kind, piece: &Piece<'_>, work: &mut Vec<f64>) -> (f64, u64) {
 fn whole<T: Sample>(
     kind: Kind,
     record: &Record<'_, T>,
-    (theta, width): (&[f64], Width),
+    (theta, means): (&[f64], Means<'_>),
     span: (usize, usize),
     m: usize,
     work: &mut Vec<f64>,
 ) -> (f64, u64) {
     if kind == Kind::Mtie {
-        return tie::largest_range(theta, &point_runs(record, false), m, work);
+        return tie::largest_range(theta, &point_runs(record, false), m, work, means.stop);
     }
-    total::reflected(width, theta, &point_runs(record, true), span, m)
+    total::reflected(means.width, theta, &point_runs(record, true), span, m)
 }
 
 /// Runs of finite phase points as (first, last); `pointwise`: of a phase with gaps, everything.

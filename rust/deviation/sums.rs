@@ -95,7 +95,8 @@ impl Group {
         group
     }
 
-    fn members(&self) -> impl Iterator<Item = (usize, usize)> {
+    /// Places in the answer and factors.
+    pub fn members(&self) -> impl Iterator<Item = (usize, usize)> {
         (0..self.len).map(|i| (self.place[i], self.m[i]))
     }
 }

@@ -1,5 +1,7 @@
 //! Theo1: every stride up to m inside m + 1 points. NIST SP 1065 eq. 30; m even, effective τ = 0.75 m τ₀.
 
+use std::sync::atomic::Ordering;
+
 use super::family::Piece;
 use super::sums::Width;
 
@@ -10,6 +12,7 @@ pub fn theo1(piece: &Piece<'_>, work: &mut Vec<f64>) -> (f64, u64) {
     work.extend(theta[..n].iter().zip(&theta[m..m + n]).map(|(a, b)| a + b));
     let half = m / 2;
     let sum = (0..half)
+        .take_while(|_| !piece.stop.load(Ordering::Relaxed))
         .map(|delta| {
             let (near, far) = (&theta[half - delta..][..n], &theta[half + delta..][..n]);
             squares(piece.width, work, near, far) / (half - delta) as f64

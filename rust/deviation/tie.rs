@@ -1,6 +1,11 @@
 //! Time interval error: how far the phase gets in m samples. ITU-T G.810.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::family::Piece;
+
+/// Points between two looks at the flag, or one window where that is longer.
+const LOOK: usize = 1 << 20;
 
 /// Σ (θ[k+m] − θ[k])²; terms that are NaN are left out.
 pub fn mean_square(piece: &Piece<'_>) -> (f64, u64) {
@@ -18,7 +23,13 @@ pub fn mean_square(piece: &Piece<'_>) -> (f64, u64) {
 ///
 /// Van Herk: the extreme of a window is that of the tail of one block of m + 1 points and the head of the next, so
 /// that two passes serve every window, whatever its length.
-pub fn largest_range(theta: &[f64], runs: &[(usize, usize)], m: usize, work: &mut Vec<f64>) -> (f64, u64) {
+pub fn largest_range(
+    theta: &[f64],
+    runs: &[(usize, usize)],
+    m: usize,
+    work: &mut Vec<f64>,
+    stop: &AtomicBool,
+) -> (f64, u64) {
     let (mut largest, mut count) = (0.0_f64, 0);
     for &(start, end) in runs {
         let run = &theta[start..=end];
@@ -27,10 +38,17 @@ pub fn largest_range(theta: &[f64], runs: &[(usize, usize)], m: usize, work: &mu
         }
         let windows = run.len() - m;
         count += windows as u64;
-        let high = extremes(run, m + 1, work, f64::max);
-        let low = extremes(run, m + 1, work, f64::min);
-        let range = high.iter().zip(&low).map(|(a, b)| a - b).fold(0.0, f64::max);
-        largest = largest.max(range);
+        // A stretch that holds many windows at a time, so that memory does not depend on the record.
+        for from in (0..windows).step_by(LOOK.max(m)) {
+            if stop.load(Ordering::Relaxed) {
+                return (0.0, 0);
+            }
+            let part = &run[from..(from + LOOK.max(m) + m).min(run.len())];
+            let high = extremes(part, m + 1, work, f64::max);
+            let low = extremes(part, m + 1, work, f64::min);
+            let range = high.iter().zip(&low).map(|(a, b)| a - b).fold(0.0, f64::max);
+            largest = largest.max(range);
+        }
     }
     (largest * largest, count)
 }

@@ -64,7 +64,7 @@ impl Run<'_> {
         self.stripes() * self.theta.len().div_ceil(self.factors[0].1).div_ceil(self.begin)
     }
 
-    /// Sums of one item, added to `sums` at the places of the factors.
+    /// Sums of one item, added to `sums`, one a factor of the run.
     pub fn add(&self, item: usize, tile: &mut Vec<f64>, sums: &mut [f64]) {
         let m = self.factors[0].1;
         let first = item / self.stripes() * self.begin;
@@ -107,7 +107,7 @@ impl Run<'_> {
 
 /// The factors as those of a tile of so many columns.
 fn groups(width: Width, factors: &[(usize, usize)], columns: usize) -> Vec<Group> {
-    let placed: Placed = factors.iter().enumerate().map(|(t, factor)| (factor.0, columns << t)).collect();
+    let placed: Placed = (0..factors.len()).map(|t| (t, columns << t)).collect();
     sums::groups(width, &placed)
 }
 

@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use super::nonnegative::Nonnegative;
-use super::{Judged, Likelihood};
+use super::{Judged, Likelihood, Ratio};
 use crate::parallel;
 use crate::{Error, Result};
 
@@ -90,21 +90,20 @@ impl Problem<'_> {
         let (columns, units) = self.scaled(p);
         let mut theta: Vec<f64> = start.iter().zip(&units).map(|(t, unit)| t / unit).collect();
         let mut scale = scale;
-        let target: Vec<f64> = (0..bins).map(|b| self.power[b] - self.offset.map_or(0.0, |o| o[b])).collect();
-        let (mut goal, mut tried, mut weight) = (theta.clone(), theta.clone(), vec![0.0; bins]);
+        let rows = bins + law.total.len();
+        let (mut goal, mut tried) = (theta.clone(), theta.clone());
+        let (mut design, mut target, ones) = (vec![0.0; p * rows], vec![0.0; rows], vec![1.0; rows]);
         let (mut spectrum, mut moved) = (vec![0.0; bins], vec![0.0; bins]);
-        let (mut y, mut moved_y) = (Vec::new(), Vec::new());
+        let (mut y, mut moved_y) = (Ratio::default(), Ratio::default());
         let (mut best, mut spare) = (Judged::default(), Judged::default());
-        let mut solver = Nonnegative::new(bins, p);
+        let mut solver = Nonnegative::new(rows, p);
         self.fill(&columns, &theta, &mut spectrum);
         law.fill(self.power, &spectrum, &mut y);
         law.judge_at(&y, scale, &mut best);
         // Without a column there is nothing to fit, nor is the scale.
         for _ in 0..if p > 0 { rounds } else { 0 } {
-            for ((w, n), s) in weight.iter_mut().zip(&best.weight).zip(&spectrum) {
-                *w = n.sqrt() / s;
-            }
-            solver.solve(&columns, &weight, &target, &mut goal);
+            self.linearise(&columns, &spectrum, &y, &best.weight, &mut design, &mut target);
+            solver.solve(&design, &ones, &target, &mut goal);
             let before = best.log_likelihood;
             for step in STEPS {
                 for ((tried, theta), goal) in tried.iter_mut().zip(&theta).zip(&goal) {
@@ -129,7 +128,44 @@ impl Problem<'_> {
             }
         }
         let theta = theta.iter().zip(units).map(|(t, unit)| t * unit).collect();
-        Ok(Maximum { theta, spectrum, scale, judged: law.finished(self.power, best) })
+        Ok(Maximum { theta, spectrum, scale, judged: law.finished(&best) })
+    }
+
+    /// Least squares for θ about a spectrum: bins against the mean of their cell with all their degrees of freedom, then the
+    /// mean of each cell with those that the discrepancy leaves it.
+    ///
+    /// ∂logL/∂ln S of a bin is ½n[q(r/R − 1) + (w/N)(R − 1)], q = 1 + (w/N)(R − 1), with r = I/S, R its mean over the cell,
+    /// w and N the weight and the degrees of freedom of the cell.
+    fn linearise(
+        &self,
+        columns: &[f64],
+        spectrum: &[f64],
+        ratio: &Ratio,
+        weight: &[f64],
+        design: &mut [f64],
+        target: &mut [f64],
+    ) {
+        let law = self.likelihood;
+        let (bins, rows) = (law.bins(), target.len());
+        for (cell, range) in law.ranges().enumerate() {
+            let (w, total, mean) = (weight[cell], law.total[cell], ratio.cells[cell]);
+            let steep = 1.0 + (w / total) * (mean - 1.0);
+            let known = |b: usize| self.offset.map_or(0.0, |o| o[b] / spectrum[b]);
+            let offset = range.clone().map(|b| law.count[b] * known(b)).sum::<f64>() / total;
+            for b in range.clone() {
+                let residual = steep * (ratio.bins[b] / mean - 1.0) - known(b) + offset;
+                target[b] = law.count[b].sqrt() * residual;
+            }
+            target[bins + cell] = w.sqrt() * (mean - offset);
+            for (column, design) in columns.chunks_exact(bins).zip(design.chunks_exact_mut(rows)) {
+                let middle =
+                    range.clone().map(|b| law.count[b] * column[b] / spectrum[b]).sum::<f64>() / total;
+                for b in range.clone() {
+                    design[b] = law.count[b].sqrt() * (column[b] / spectrum[b] - middle);
+                }
+                design[bins + cell] = w.sqrt() * middle;
+            }
+        }
     }
 
     /// S at these coefficients, positive.

@@ -42,7 +42,7 @@ fn norms_are_those_of_factorials_and_halves() {
 #[test]
 fn a_scale_that_is_nothing_is_the_whittle_likelihood() {
     let (count, power) = bins();
-    let law = Likelihood::new(count.clone(), vec![1e-12]).unwrap();
+    let law = Likelihood::new(count.clone(), vec![1e-12], (0..count.len()).collect()).unwrap();
     let spectrum = vec![1.1; count.len()];
     let plain = law.judge(&power, &spectrum, None).unwrap();
     let found = law.judge(&power, &spectrum, Some(0)).unwrap();
@@ -65,7 +65,7 @@ fn climbs_to_an_exact_mixture_alone_and_among_many() {
         .collect();
     let want = [2.0, 3e8, 1e-11];
     let power: Vec<f64> = (0..30).map(|b| (0..3).map(|c| want[c] * columns[c * 30 + b]).sum()).collect();
-    let law = Likelihood::new(count, scales()).unwrap();
+    let law = Likelihood::new(count.clone(), scales(), (0..count.len()).collect()).unwrap();
     let problem = Problem { likelihood: &law, power: &power, columns: &columns, offset: None };
     let start = problem.first(3).unwrap();
     for scale in [None, Some(30)] {
@@ -95,7 +95,7 @@ fn climbs_to_an_exact_mixture_alone_and_among_many() {
 #[test]
 fn what_does_not_fit_together_is_refused_and_what_is_no_number_ends() {
     let (count, power) = bins();
-    let law = Likelihood::new(count, scales()).unwrap();
+    let law = Likelihood::new(count.clone(), scales(), (0..count.len()).collect()).unwrap();
     assert!(Likelihood::new(vec![0.0], scales()).is_err());
     assert!(law.judge(&power, &power[1..], None).is_err());
     assert!(law.judge(&power, &power, Some(57)).is_err());

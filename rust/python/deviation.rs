@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 use super::arrays::with_series;
 use super::doorway::{run, run_short};
-use crate::accumulator::{self, Accumulator};
+use crate::accumulator::{self, Accumulator, State};
 use crate::averaging::{Grid, factors as grid_factors};
 use crate::deviation::allan::{Means, adjacent, overlapping};
 use crate::deviation::family::{Kind, variances};
@@ -139,17 +139,17 @@ fn allan(
     })
 }
 
-/// `accumulator::Accumulator` for the package's own class.
+/// `accumulator::Accumulator` for the package's own class, and its averaging times per octave.
 #[pyclass(name = "Accumulator", module = "allanite._core", skip_from_py_object)]
 #[derive(Clone)]
-pub struct PyAccumulator(Accumulator);
+pub struct PyAccumulator(Accumulator, usize);
 
 #[pymethods]
 impl PyAccumulator {
     #[new]
     fn new(per_octave: usize, start: u64) -> PyResult<Self> {
         let grid = accumulator::Grid::per_octave(per_octave).map_err(super::errors::to_python)?;
-        Ok(Self(Accumulator::new(grid, start)))
+        Ok(Self(Accumulator::new(grid, start), per_octave))
     }
 
     fn update(&mut self, py: Python<'_>, samples: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
@@ -165,6 +165,20 @@ impl PyAccumulator {
 
     fn copy(&self) -> Self {
         self.clone()
+    }
+
+    fn __getnewargs__(&self) -> (usize, u64) {
+        (self.1, 0)
+    }
+
+    fn __getstate__(&self) -> State {
+        self.0.state()
+    }
+
+    fn __setstate__(&mut self, state: State) -> PyResult<()> {
+        let grid = accumulator::Grid::per_octave(self.1).map_err(super::errors::to_python)?;
+        self.0 = Accumulator::restored(grid, state).map_err(super::errors::to_python)?;
+        Ok(())
     }
 
     fn samples(&self) -> u64 {

@@ -28,8 +28,12 @@ pub struct Likelihood(likelihood::Likelihood);
 #[pymethods]
 impl Likelihood {
     #[new]
-    fn new(count: PyReadonlyArray1<'_, f64>, scales: PyReadonlyArray1<'_, f64>) -> PyResult<Self> {
-        likelihood::Likelihood::new(numbers(&count), numbers(&scales)).map(Self).map_err(to_python)
+    fn new(
+        count: PyReadonlyArray1<'_, f64>,
+        scales: PyReadonlyArray1<'_, f64>,
+        cells: Vec<usize>,
+    ) -> PyResult<Self> {
+        likelihood::Likelihood::new(numbers(&count), numbers(&scales), cells).map(Self).map_err(to_python)
     }
 
     /// Marginal logL and weights (bins,).

@@ -1,5 +1,6 @@
 //! Doors of the text reader.
 
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
@@ -50,14 +51,14 @@ type Read<'py> = (Option<Vec<String>>, Vec<Bound<'py, PyArray1<f64>>>, Bound<'py
 #[pyo3(signature = (path, delimiter = None, decimal_comma = None, columns = None, finite = false))]
 pub fn read_text<'py>(
     py: Python<'py>,
-    path: &str,
+    path: PathBuf,
     delimiter: Option<&str>,
     decimal_comma: Option<bool>,
     columns: Option<Vec<usize>>,
     finite: bool,
 ) -> PyResult<Read<'py>> {
     let options = options(delimiter, decimal_comma, columns, finite).map_err(super::errors::to_python)?;
-    let table = run(py, |stop| crate::text::read(path, &options, stop))?;
+    let table = run(py, |stop| crate::text::read(&path, &options, stop))?;
     let meta = dictionary(py, &table.meta)?;
     let columns = table.columns.into_iter().map(|column| column.into_pyarray(py)).collect();
     Ok((table.header, columns, meta))
@@ -81,14 +82,14 @@ impl TextReader {
     #[pyo3(signature = (path, delimiter = None, decimal_comma = None, columns = None, finite = false))]
     fn new(
         py: Python<'_>,
-        path: &str,
+        path: PathBuf,
         delimiter: Option<&str>,
         decimal_comma: Option<bool>,
         columns: Option<Vec<usize>>,
         finite: bool,
     ) -> PyResult<Self> {
         let options = options(delimiter, decimal_comma, columns, finite).map_err(super::errors::to_python)?;
-        let reader = run(py, |stop| Reader::open(path, &options, stop))?;
+        let reader = run(py, |stop| Reader::open(&path, &options, stop))?;
         Ok(Self { reader: Mutex::new(reader) })
     }
 

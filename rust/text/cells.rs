@@ -1,6 +1,7 @@
 //! One line into cells, one cell into a number.
 
 use super::dialect::Dialect;
+use super::moment::moment;
 
 /// What separates cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,7 +85,7 @@ pub(super) fn is_missing(cell: &[u8]) -> bool {
     words.iter().any(|word| cell.eq_ignore_ascii_case(word))
 }
 
-/// The number in a cell; NaN where the cell says that there is none.
+/// The number in a cell, the seconds of a date-time; NaN where the cell says that there is none.
 pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
     if is_missing(cell) {
         return Some(f64::NAN);
@@ -100,9 +101,9 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
                 other => other,
             };
         }
-        return fast_float2::parse(&*copy).ok();
+        return fast_float2::parse(&*copy).ok().or_else(|| moment(cell));
     }
-    fast_float2::parse(cell).ok()
+    fast_float2::parse(cell).ok().or_else(|| moment(cell))
 }
 
 /// Reads the wanted cells of a usual line into `row`; `None` asks for the slow way, which also explains.

@@ -6,6 +6,9 @@ use super::cells::{Delimiter, before_comment, is_comment, is_missing, number, sp
 use super::{Meta, Options};
 use crate::{Error, Result};
 
+/// Bytes of a row that is no moment of a log: some ten thousand columns.
+const LONGEST_ROW: usize = 1 << 18;
+
 /// How a log is written.
 #[derive(Debug, Clone)]
 pub(super) struct Dialect {
@@ -56,8 +59,16 @@ impl Dialect {
         if lines.is_empty() {
             return Err(no_rows(name));
         }
+        if let Some(line) = lines.iter().find(|line| line.text.len() > LONGEST_ROW) {
+            return Err(Error::Input(format!(
+                "{name}: row {} has {} bytes: a row is one moment; samples that stand in a row have to be transposed",
+                line.number,
+                line.text.len()
+            )));
+        }
         let (delimiter, decimal_comma) = choose(&lines, comment.as_ref(), options);
         let number = |cell: &[u8]| number(cell, decimal_comma);
+        let usual = usual_width(&lines, delimiter, &number);
         let is_row = |line: &Line| {
             let mut cells = split(line.text, delimiter);
             if let Some(wanted) = &options.columns {
@@ -65,8 +76,9 @@ impl Dialect {
             }
             let numbers = cells.iter().filter(|cell| !is_missing(cell) && number(cell).is_some()).count();
             let words = cells.iter().filter(|cell| number(cell).is_none()).count();
-            // Mostly words: a header some of whose names are numbers. Else a row, perhaps with a bad cell.
-            words == 0 || numbers >= words
+            // Mostly words: a header some of whose names are numbers. Else a row, perhaps with a bad cell; but a
+            // word and a number before rows of another width ("Fs,100") are a preamble.
+            words == 0 || (numbers >= words && (usual == 0 || split(line.text, delimiter).len() == usual))
         };
         let Some(first) = lines.iter().position(is_row) else { return Err(no_rows(name)) };
         let rows: Vec<Vec<&[u8]>> = lines[first..].iter().map(|line| split(line.text, delimiter)).collect();
@@ -83,6 +95,7 @@ impl Dialect {
             header_line = Some(lines[i].number);
         } else if let ([cells], Delimiter::Byte(_)) = (before.as_slice(), delimiter)
             && cells.len() > 1
+            && cells.iter().all(|cell| number(cell.as_bytes()).is_none())
         {
             let (row, found) = (lines[first].number, cells.len());
             return Err(Error::Input(format!("{name}: row {row} has {count} columns, the header {found}")));
@@ -143,6 +156,18 @@ impl Dialect {
             rows: 0,
         }
     }
+}
+
+/// How many cells most rows of nothing but numbers have; 0 where there are none.
+fn usual_width(lines: &[Line], delimiter: Delimiter, number: &impl Fn(&[u8]) -> Option<f64>) -> usize {
+    let mut widths = BTreeMap::new();
+    for line in &lines[..lines.len().min(256)] {
+        let cells = split(line.text, delimiter);
+        if cells.iter().all(|cell| number(cell).is_some()) {
+            *widths.entry(cells.len()).or_insert(0) += 1;
+        }
+    }
+    widths.into_iter().max_by_key(|&(_, rows)| rows).map_or(0, |(width, _)| width)
 }
 
 /// A row of numbers without the comment at its end; other lines as they are.

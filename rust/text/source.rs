@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::{Error, Result};
@@ -32,11 +33,11 @@ pub(super) struct Source {
 
 impl Source {
     /// Opens a file, or standard input for `-`.
-    pub fn open(path: &str) -> Result<Self> {
-        let (name, file) = if path == "-" {
+    pub fn open(path: &Path) -> Result<Self> {
+        let (name, file) = if path.as_os_str() == "-" {
             ("standard input".to_owned(), standard_input())
         } else {
-            (path.to_owned(), File::open(path))
+            (path.display().to_string(), File::open(path))
         };
         let refuse = |error: std::io::Error| {
             Error::Input(match error.kind() {

@@ -3,6 +3,8 @@
 import numpy as np
 from scipy.special import gamma
 
+from allanite.effects import terms
+
 
 def variogram(term, count):
     """−r(h) up to a constant, for h = 0…count−1, straight from each definition."""
@@ -64,3 +66,19 @@ MIXTURES = {
         ("exponential", [0.5, 0.0, 0.95, 0.0]),
     ],
 }
+
+
+def term_of(name, values):
+    """The package's term of what the core takes."""
+    if name == "exponential":
+        return terms.Exponential(complex(*values[:2]), complex(*values[2:]))
+    if name == "lags":
+        return terms.Lags(tuple(values))
+    sorts = (
+        terms.White,
+        terms.Blue,
+        terms.RandomWalk,
+        terms.Flicker,
+        terms.PowerLaw,
+    )
+    return next(sort for sort in sorts if sort.name == name)(*values)

@@ -1,21 +1,23 @@
 """The command line: `main` turns every error into one line and an exit code.
 
 Exit codes: 0 done · 1 ``check --strict`` found the model inadequate · 2 input or options wrong ·
-3 input usable but too short or too broken · 130 interrupted. Each command is one file of this
-package, imported when it is asked for.
+3 input usable but too short or too broken · 70 an error of allanite itself · 130 interrupted. Each
+command is one file of this package, imported when it is asked for.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from importlib import import_module
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import click
 
 from allanite.cli.interrupt import heard
+from allanite.cli.words import WORDS
 from allanite.common.errors import AllaniteError, TooShortError
+from allanite.common.plain import plain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,14 +49,45 @@ class _Commands(click.Group):
         return list(COMMANDS)
 
     def get_command(self, _ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
-            return None
-        command: click.Command = import_module(f"allanite.cli.{cmd_name}").command
-        return command
+        return _command(cmd_name)
 
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
+
+
+def _command(name: str) -> click.Command | None:
+    """Import a command, and none of the others."""
+    match name:
+        case "adev":
+            from allanite.cli.commands.adev import command
+        case "fit":
+            from allanite.cli.commands.fit import command
+        case "check":
+            from allanite.cli.commands.check import command
+        case "improve":
+            from allanite.cli.commands.improve import command
+        case "report":
+            from allanite.cli.commands.report import command
+        case "compare":
+            from allanite.cli.commands.compare import command
+        case "explore":
+            from allanite.cli.commands.explore import command
+        case "export":
+            from allanite.cli.commands.export import command
+        case "plan":
+            from allanite.cli.commands.plan import command
+        case "simulate":
+            from allanite.cli.commands.simulate import command
+        case "demo":
+            from allanite.cli.commands.demo import command
+        case "predict":
+            from allanite.cli.commands.predict import command
+        case "inspect":
+            from allanite.cli.commands.inspect import command
+        case _:
+            return None
+    return command
 
 
 def _version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:
@@ -81,6 +114,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
+    if sys.stdout is None:
+        return _fail("standard output is closed: give it a place to go", 2)
     try:
         with heard(last=arguments is None):
             code = cli.main(args=arguments, prog_name="allanite", standalone_mode=False)
@@ -91,26 +126,45 @@ def _run(arguments: Sequence[str] | None) -> int:
     except click.ClickException as error:
         return _fail(error.format_message(), 2)
     except TooShortError as error:
-        return _fail(str(error), 3)
+        return _fail(error.worded(WORDS), 3)
     except AllaniteError as error:
-        return _fail(str(error), 2)
+        return _fail(error.worded(WORDS), 2)
     except (KeyboardInterrupt, click.Abort):
         return _fail("interrupted", 130)
     except BrokenPipeError:
-        # The reader of a pipe has seen enough; nothing more can be flushed at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _abandon_output()
+        return 0
+    except SystemExit as error:
+        if not isinstance(error.__context__, BrokenPipeError):
+            raise
+        # What click makes of it.
+        _abandon_output()
         return 0
     except MemoryError:
         return _fail("not enough memory for this log: --decimate averages it down", 3)
     except OSError as error:
-        return _fail(f"{error.filename or 'file'}: {error.strerror or error}", 2)
-    except ModuleNotFoundError as error:
-        if error.name is None or error.name.startswith("allanite"):
-            raise
-        return _fail(f"{error.name} is not installed: pip install 'allanite[all]'", 2)
+        if error.filename is None:
+            # Files name themselves (`whole_file`): what could not be written is the output.
+            _abandon_output()
+        return _fail(f"{error.filename or 'standard output'}: {error.strerror or error}", 2)
+    except Exception as error:
+        if isinstance(error, ModuleNotFoundError) and not (error.name or "allanite").startswith(
+            "allanite"
+        ):
+            return _fail(f"{error.name} is not installed: pip install 'allanite[all]'", 2)
+        from allanite.cli.unexpected import told
+
+        return _fail(told(error), 70)
     return code if isinstance(code, int) else 0
 
 
+def _abandon_output() -> None:
+    """Let what was not written go nowhere: it cannot be flushed at exit either."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def _fail(message: str, code: int) -> int:
-    click.echo(f"allanite: {' '.join(message.split())}", err=True)
+    with suppress(OSError):
+        click.echo(plain(f"allanite: {' '.join(message.split())}", 300), err=True)
     return code

@@ -33,8 +33,8 @@ FEW = 1 << 24
 class Clock:
     """Stamps in column `at` of a log's chunks."""
 
-    def __init__(self, at: int, unit: str | None, log: str, rate: float | None = None) -> None:
-        self.at, self.unit, self.log, self.rate = at, unit, log, rate
+    def __init__(self, at: int, unit: str | None, rate: float | None = None) -> None:
+        self.at, self.unit, self.rate = at, unit, rate
         self.why = "given"
         self.rows = self.duplicates = self.backwards = 0
         self.first_duplicate = self.first_backwards = -1
@@ -72,7 +72,7 @@ class Clock:
         bad = np.flatnonzero(~np.isfinite(time))
         if bad.size:
             raise InputError(
-                f"{self.log}: the time column holds {time[bad[0]]} at row {before + int(bad[0])}; give --rate"
+                f"the time column holds {time[bad[0]]} at row {before + int(bad[0])}; give --rate"
                 " and leave the column out (--time-column none)"
             )
         if time.size < 2:
@@ -91,7 +91,7 @@ class Clock:
                 continue
             if missing > max(FEW, FILL * self.rows):
                 raise InputError(
-                    f"{self.log}: the time column jumps by {missing / steps.rate:.4g} (of its unit) after row"
+                    f"the time column jumps by {missing / steps.rate:.4g} (of its unit) after row"
                     f" {before + row}: give the log as a file, or --rate with --time-column none"
                 )
             yield rows[at : row + 1]
@@ -139,7 +139,7 @@ class Clock:
         """
         second = TIME_UNITS[self.unit or "s"]
         if self.times <= 0.0:
-            raise InputError(f"{self.log}: the time column does not advance; give --rate")
+            raise InputError("the time column does not advance; give --rate")
         return Stamps(
             rate=self.counts / (self.times * second),
             unit=self.unit or "s",

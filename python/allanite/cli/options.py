@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from allanite.cli.pipe import NAME, PIPE, log_file, named
+from allanite.cli.words import WORDS
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.printing import ASKED, sample_unit
 from allanite.common.validation import SEEDS
 
 if TYPE_CHECKING:
@@ -154,7 +156,10 @@ def columns_of(path: str, options: LogOptions) -> list[Recording]:
     if options.decimate is not None:
         recording = recording.decimate(options.decimate)
     if options.output_unit is not None:
-        recording = recording.to(options.output_unit)
+        recording = recording.to(sample_unit(options.output_unit))
+        asked = ASKED.set(True)
+        if (context := click.get_current_context(silent=True)) is not None:
+            context.call_on_close(lambda: ASKED.reset(asked))
     if recording.n < SHORTEST:
         raise TooShortError(
             f"{path}: {recording.n} samples are too few: at least {SHORTEST} are needed, and some"
@@ -176,7 +181,7 @@ def _say_motion(recording: Recording, options: LogOptions) -> None:
 
     if not (options.quiet or options.as_json):
         for finding in finding_of(recording):
-            click.echo(f"! {finding.message}", err=True)
+            click.echo(f"! {finding.worded(WORDS)}", err=True)
 
 
 def _varies(column: Recording) -> bool:

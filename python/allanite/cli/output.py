@@ -5,15 +5,18 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import sys
 import tempfile
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from allanite.cli.words import WORDS
 from allanite.common.errors import InputError
+from allanite.common.plain import file_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -73,9 +76,10 @@ def notes(columns: Sequence[Recording | Stream], options: LogOptions) -> None:
     said: set[str] = set()
     for column in columns:
         for finding in column.audit:
-            if finding.message not in said:
-                said.add(finding.message)
-                click.echo(f"{'!' if finding.severity == 'warning' else '·'} {finding.message}")
+            words = finding.worded(WORDS)
+            if words not in said:
+                said.add(words)
+                click.echo(f"{'!' if finding.severity == 'warning' else '·'} {words}")
     if said:
         click.echo()
 
@@ -106,9 +110,13 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     """Give a temporary path that takes the place of `path` when the block ends well."""
     target = Path(path)
     check_target(target)
-    descriptor, name = tempfile.mkstemp(
-        suffix=target.suffix, prefix=f".{target.stem}-", dir=target.parent
-    )
+    _sweep(target)
+    try:
+        descriptor, name = tempfile.mkstemp(
+            suffix=target.suffix, prefix=f".{target.stem}-{os.getpid()}-", dir=target.parent
+        )
+    except OSError as error:
+        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
     os.close(descriptor)
     draft = Path(name)
     try:
@@ -118,8 +126,33 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         os.umask(mask)
         draft.chmod(0o666 & ~mask)
         draft.replace(target)
+    except OSError as error:
+        # Of a full disk the system does not say which file.
+        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
     finally:
         draft.unlink(missing_ok=True)
+
+
+def _sweep(target: Path) -> None:
+    """Remove the drafts of processes that were killed before they could."""
+    pattern = re.compile(rf"\.{re.escape(target.stem)}-(\d+)-\w+{re.escape(target.suffix)}")
+    with suppress(OSError):
+        for path in target.parent.iterdir():
+            match = pattern.fullmatch(path.name)
+            if match and not _alive(int(match[1])):
+                path.unlink(missing_ok=True)
+
+
+def _alive(process: int) -> bool:
+    if os.name != "posix":
+        return True  # there a signal 0 would end it
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True
 
 
 def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None:
@@ -129,8 +162,7 @@ def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None
     for result, name in zip(results, names, strict=True):
         target = Path(path)
         if len(results) > 1:
-            safe = "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
-            target = target.with_name(f"{target.stem}-{safe}{target.suffix}")
+            target = target.with_name(f"{target.stem}-{file_name(name)}{target.suffix}")
         with whole_file(target) as draft:
             result.plot(draft)
 

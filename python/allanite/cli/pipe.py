@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.common.errors import AllaniteError
+from allanite.common.errors import InputError, about
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,6 +28,8 @@ def log_file(path: str) -> Iterator[Path]:
     if path != PIPE:
         yield Path(path)
         return
+    if sys.stdin is None:
+        raise InputError("standard input is closed: there is no log to read")
     stream = sys.stdin.buffer
     head = stream.read(8)
     suffix = next((s for magic, s in SIGNATURES.items() if head.startswith(magic)), ".csv")
@@ -42,9 +44,5 @@ def log_file(path: str) -> Iterator[Path]:
 @contextmanager
 def named(file: Path, path: str) -> Iterator[None]:
     """Let errors speak of standard input, not of the temporary file."""
-    try:
+    with about(NAME if path == PIPE else None, instead=file):
         yield
-    except AllaniteError as error:
-        if path != PIPE:
-            raise
-        raise type(error)(str(error).replace(str(file), NAME)) from None

@@ -12,7 +12,9 @@ import numpy as np
 
 from allanite.cli.options import is_number
 from allanite.cli.pipe import NAME, PIPE
-from allanite.common.errors import InputError, TooShortError
+from allanite.common.errors import InputError, TooShortError, about
+from allanite.common.memory import SHARE, free_memory
+from allanite.common.plain import plain
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -32,7 +34,6 @@ __all__ = ["Stream", "deviations", "too_large"]
 
 ROWS = 1 << 16  # taken at a time
 MOST = 16  # averaging times per octave of a stream
-SHARE = 0.5  # of the free memory that a log may take before it is read in chunks
 
 
 def too_large(path: str) -> bool:
@@ -43,15 +44,6 @@ def too_large(path: str) -> bool:
     with file.open("rb") as stream:
         head = stream.read(4096)
     return head.startswith(NPY) or b"\0" not in head
-
-
-def free_memory() -> float:
-    """Bytes that can be had without pushing others out; infinite where nothing tells."""
-    try:
-        lines = Path("/proc/meminfo").read_text("ascii").splitlines()
-        return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvail"))
-    except (OSError, StopIteration, ValueError, IndexError):
-        return math.inf
 
 
 NPY = b"\x93NUMPY"
@@ -107,6 +99,14 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
     TooShortError
         Too few rows.
     """
+    from allanite.readers.text import of_core
+
+    name = NAME if log == PIPE else log
+    with about(name), of_core(name):
+        return _deviations(options, taus, log)
+
+
+def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, Deviation]]:
     from allanite.cli.clock import Clock
     from allanite.deviation.averaging import positive_rate
     from allanite.readers import looks_like_time
@@ -127,25 +127,27 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
     wanted = list(range(len(names)))
     choice = None
     if named:
-        choice = choose(names, units, request, name)
+        choice = choose(names, units, request)
         # Columns that nobody asked for may hold any text, and infinities.
         wanted = sorted({*choice.samples, *(() if choice.time is None else (choice.time,))})
     chunks = rows(wanted)
     first = next(chunks, None)
     if first is None or len(first) < 3:
-        raise TooShortError(f"{name}: too few rows of numbers")
+        raise TooShortError("too few rows of numbers")
     if choice is None:
         stamped = looks_like_time(Table(names, tuple(first.T), units, named=False))
-        choice = choose(names, units, request, name, time_at=0 if stamped else None)
+        choice = choose(names, units, request, time_at=0 if stamped else None)
     clock = None
     if choice.time is not None:
         at = choice.time
         unit = time_unit_of(names[at], units[at])
-        clock = Clock(wanted.index(at), unit, name, request.rate)
+        clock = Clock(wanted.index(at), unit, request.rate)
     if request.rate is not None:
-        positive_rate(request.rate, f"{name}: ")
+        positive_rate(request.rate)
     elif clock is None:
-        raise InputError(f"{name}: no sampling rate: give --rate HZ or a time column")
+        raise InputError(
+            "no sampling rate", missing="rate", remedy=": give {rate} or a time column"
+        )
     columns = [
         _Column(names[i], units[i], wanted.index(i), request, taus, options.output_unit, name)
         for i in choice.samples
@@ -189,7 +191,7 @@ def _mapped(log: str) -> tuple[_Header, bool, _Rows]:
     data = np.load(log, mmap_mode="r", allow_pickle=False)
     if data.ndim not in (1, 2) or data.dtype.kind not in "iufb":
         raise InputError(
-            f"{log}: samples must be numbers of shape (n,) or (n, columns), found {data.dtype} of"
+            f"samples must be numbers of shape (n,) or (n, columns), found {data.dtype} of"
             f" shape {data.shape}"
         )
     table = data if data.ndim == 2 else data[:, np.newaxis]
@@ -221,8 +223,8 @@ class _Column:
         from allanite.readers._choice import unit_of
 
         quantity = request.quantity or ("angle" if own == "s" else "rate")
-        said = unit_of(name, own, request.unit, quantity, log)
-        self.log = log
+        said = unit_of(name, own, request.unit, quantity)
+        self.log = plain(log)
         self.name, self.at, self.quantity = name, at, quantity
         self.unit = rate_unit(said, quantity).name
         self.factor = 1.0
@@ -265,7 +267,7 @@ class _Column:
             if bad.size == 0:
                 raise
             raise InputError(
-                f"{self.log}: column {self.name}: sample {self.rows + int(bad[0]) + 1}, counted"
+                f"column {self.name}: sample {self.rows + int(bad[0]) + 1}, counted"
                 f" from 1, is {samples[bad[0]]}: mark missing samples with NaN"
             ) from None
         holes = np.concatenate(([self.hole], np.isnan(samples)))

@@ -1,16 +1,65 @@
 """What can be wrong: one small tree of exceptions.
 
 The command line turns `InputError` into exit code 2 and `TooShortError` into exit code 3, each with
-the exception's own one-line message, which names the file, row or option, what was found, and the remedy.
+one line that names the file, row or option, what was found, and the remedy. Who shows an error words the remedy:
+the library speaks of arguments, the command line of its options, the page of its fields.
 """
 
 from __future__ import annotations
 
-__all__ = ["AllaniteError", "InputError", "TooShortError"]
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+from allanite.common.plain import plain
+
+__all__ = ["CALL", "AllaniteError", "InputError", "TooShortError", "about", "worded"]
+
+#: Parameters as a remedy names them to who calls the library; a number of it stands for ``{}``.
+CALL: Mapping[str, str] = {
+    "rate": "rate=",
+    "unit": "unit=",
+    "quantity": "quantity={}",
+    "column": "column=",
+    "piece": "piece=",
+    "time_column": "time_column=",
+    "to": ".to(unit)",
+    "decimate": ".decimate({})",
+    "trim": ".trim()",
+    "quiet": ".quiet()",
+}
+
+
+#: Letters of a message.
+MOST = 288
 
 
 class AllaniteError(Exception):
-    """Anything that allanite itself reports."""
+    """Anything that allanite itself reports, in one line in which control characters are shown.
+
+    Parameters
+    ----------
+    found : str
+        What was found, with the file, row or option.
+    missing : str, optional
+        The parameter that was not given and would settle it: a key of `CALL`.
+    remedy : str
+        What to do, joined to `found`; parameters as ``{rate}``, with a number as ``{decimate:4}``.
+    """
+
+    def __init__(self, found: str = "", *, missing: str | None = None, remedy: str = "") -> None:
+        super().__init__(found)
+        self.found = found
+        self.where: str | None = None
+        self.missing = missing
+        self.remedy = remedy
+
+    def worded(self, words: Mapping[str, str] = CALL) -> str:
+        """One line in the words of a front door."""
+        where = f"{self.where}: " if self.where else ""
+        return plain(where + self.found + worded(self.remedy, words), MOST)
+
+    def __str__(self) -> str:
+        return self.worded()
 
 
 class InputError(AllaniteError, ValueError):
@@ -19,3 +68,37 @@ class InputError(AllaniteError, ValueError):
 
 class TooShortError(AllaniteError, ValueError):
     """The input is usable, but too short or too broken for what was asked."""
+
+
+@contextmanager
+def about(where: object, instead: object = None) -> Iterator[None]:
+    """Errors raised inside say which file or option they are about.
+
+    Parameters
+    ----------
+    where : object
+        The file or option; None and what an inner `about` has said change nothing.
+    instead : object, optional
+        What an inner one may have said that `where` stands for: a temporary file.
+    """
+    try:
+        yield
+    except AllaniteError as error:
+        if where is not None and error.where in (None, str(instead)):
+            error.where = str(where)
+        raise
+
+
+class _Slot:
+    """A parameter in a remedy."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __format__(self, number: str) -> str:
+        return self.name.format(number)
+
+
+def worded(remedy: str, words: Mapping[str, str] = CALL) -> str:
+    """Name the parameters of a remedy in the words of a front door."""
+    return remedy.format_map({name: _Slot(word) for name, word in words.items()}) if remedy else ""

@@ -292,7 +292,7 @@ def rate_unit(text: str, quantity: str) -> Unit:
     """Return the unit of the rate behind samples of a quantity: ``deg`` of an angle is ``deg/s``.
 
     The unit of the rate itself is accepted as well, as on the command line
-    (``--quantity angle --unit 1`` for a clock's phase in seconds).
+    (``quantity="angle", unit="1"`` for a clock's phase in seconds).
     """
     if quantity == "rate":
         return parse_unit(text)

@@ -39,8 +39,8 @@ def positive(value: object, name: str, unit: str, remedy: str) -> float:
     return number
 
 
-def positive_rate(rate: object, where: str = "") -> float:
-    """A sampling rate in Hz; `where` precedes the message.
+def positive_rate(rate: object) -> float:
+    """A sampling rate in Hz.
 
     Raises
     ------
@@ -49,12 +49,12 @@ def positive_rate(rate: object, where: str = "") -> float:
     """
     number = _number(rate)
     if math.isnan(number) and not isinstance(rate, float):
-        raise InputError(f"{where}the rate must be a number of Hz, found {rate!r}")
+        raise InputError(f"the rate must be a number of Hz, found {rate!r}")
     if not 0.0 < number < math.inf:
-        raise InputError(f"{where}the rate must be a positive number of Hz, found {number:g}")
+        raise InputError(f"the rate must be a positive number of Hz, found {number:g}")
     if not 1.0 / FASTEST <= number <= FASTEST:
         raise InputError(
-            f"{where}the rate must be from {1 / FASTEST:g} to {FASTEST:g} Hz, found {number:g}"
+            f"the rate must be from {1 / FASTEST:g} to {FASTEST:g} Hz, found {number:g}"
         )
     return number
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from allanite.comparison.curves import Curve, Curves, compare
+from allanite.comparison.curves import Curves, Drawn, compare
 from allanite.comparison.datasheet import DataSheet, compare_datasheet, read_datasheet
 
-__all__ = ["Curve", "Curves", "DataSheet", "compare", "compare_datasheet", "read_datasheet"]
+__all__ = ["Curves", "DataSheet", "Drawn", "compare", "compare_datasheet", "read_datasheet"]

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from allanite.effects import Model
     from allanite.recording import Recording
 
-__all__ = ["Curve", "Curves", "compare"]
+__all__ = ["Curves", "Drawn", "compare"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class Drawn:
     """Allan deviation of one log or model.
 
     Attributes
@@ -74,7 +74,7 @@ class Curve:
 class Curves:
     """Several curves; the first is what the others are compared with."""
 
-    curves: tuple[Curve, ...]
+    curves: tuple[Drawn, ...]
 
     __repr__ = brief
 
@@ -148,7 +148,9 @@ def compare(
     measured = {name: oadev(log) for name, log in logs}
     rate = (logs[0][1].rate if logs else None) if rate is None else positive_rate(rate)
     if rate is None:
-        raise InputError("models alone have no sampling rate: give --rate HZ")
+        raise InputError(
+            "models alone have no sampling rate", missing="rate", remedy=": give {rate}"
+        )
     unit = unit or (logs[0][1].unit if logs else "1")
     tau: NDArray[np.float64] = (
         measured[logs[0][0]].tau if logs else np.exp2(np.arange(18, dtype=np.float64)) / rate
@@ -158,12 +160,12 @@ def compare(
         if isinstance(item, Recording):
             found = measured[name]
             curves.append(
-                Curve(
+                Drawn(
                     name, "recording", item.unit, found.tau, found.deviation, found.low, found.high
                 )
             )
         else:
             variance = item.allan_variance(tau, rate=rate)
             deviation: NDArray[np.float64] = np.sqrt(variance).astype(np.float64)
-            curves.append(Curve(name, "model", parse_unit(own or unit).name, tau, deviation))
+            curves.append(Drawn(name, "model", parse_unit(own or unit).name, tau, deviation))
     return Curves(tuple(curves))

@@ -24,12 +24,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from allanite.common.errors import InputError
+from allanite.common.errors import InputError, about
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit, conversion, parse_unit
 from allanite.effects import CATALOGUE
 
-__all__ = ["Comparison", "DataSheet", "Figure", "compare_datasheet", "read_datasheet"]
+__all__ = ["Comparison", "DataSheet", "Quoted", "compare_datasheet", "read_datasheet"]
 
 ONE_SIDED = math.sqrt(2)
 MINIMUM = "minimum"
@@ -83,7 +83,7 @@ def _spellings() -> dict[str, str]:
 
 
 @dataclass(frozen=True, slots=True)
-class Figure:
+class Quoted:
     """One line of a data sheet.
 
     Attributes
@@ -126,7 +126,7 @@ class DataSheet:
     """Name and figures of a sensor's data sheet; its −3 dB bandwidth and its own rate, Hz, where given."""
 
     name: str
-    figures: tuple[Figure, ...]
+    figures: tuple[Quoted, ...]
     bandwidth: float | None = None
     sample_rate: float | None = None
 
@@ -164,7 +164,7 @@ class DataSheet:
 class Row:
     """A figure beside its measurement, both in the canonical unit of the coefficient."""
 
-    figure: Figure
+    figure: Quoted
     sheet: float
     measured: Estimate
     ratio: Estimate
@@ -242,33 +242,38 @@ def read_datasheet(path: str | Path) -> DataSheet:
         No such file, bad syntax, an unknown figure, a value without a unit.
     """
     path = Path(path)
+    with about(path):
+        return _read(path)
+
+
+def _read(path: Path) -> DataSheet:
     try:
         text = path.read_text(encoding="utf-8")
         parsed = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
+        raise InputError("no such file") from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise InputError(f"cannot be read ({error.strerror or error})") from None
     except ValueError as error:
-        raise InputError(f"{path}: not a data sheet in TOML or JSON ({error})") from None
+        raise InputError(f"not a data sheet in TOML or JSON ({error})") from None
     figures = parsed.get("figures") if isinstance(parsed, dict) else None
     known = ", ".join(known_figures())
     if not isinstance(figures, Mapping) or not figures:
-        raise InputError(f"{path}: a data sheet needs a table [figures], with {known}")
-    found = [_figure(str(name), given, path) for name, given in figures.items()]
+        raise InputError(f"a data sheet needs a table [figures], with {known}")
+    found = [_figure(str(name), given) for name, given in figures.items()]
     hertz = {f.name: f.value * conversion(f.unit, "Hz") for f in found if f.name in FREQUENCIES}
     noise = tuple(f for f in found if f.name not in FREQUENCIES)
     if not noise:
-        raise InputError(f"{path}: no figure to compare: add one of {known}")
+        raise InputError(f"no figure to compare: add one of {known}")
     return DataSheet(str(parsed.get("name", path.stem)), noise, **hertz)
 
 
-def _figure(name: str, given: object, path: Path) -> Figure:
+def _figure(name: str, given: object) -> Quoted:
     key = name.strip().lower().replace(" ", "_").replace("-", "_")
     key = _spellings().get(key, key)
     if key not in known_figures() and key not in FREQUENCIES:
         known = ", ".join((*known_figures(), *FREQUENCIES))
-        raise InputError(f"{path}: unknown figure {name!r}: one of {known}")
+        raise InputError(f"unknown figure {name!r}: one of {known}")
     if isinstance(given, Mapping):
         value, unit = given.get("value"), given.get("unit")
     else:
@@ -277,16 +282,16 @@ def _figure(name: str, given: object, path: Path) -> Figure:
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        raise InputError(f"{path}: {name} = {given!r}: give a number and a unit") from None
+        raise InputError(f"{name} = {given!r}: give a number and a unit") from None
     if not unit:
-        raise InputError(f'{path}: {name} = {given!r} has no unit: write e.g. "{number:g} deg/h"')
+        raise InputError(f'{name} = {given!r} has no unit: write e.g. "{number:g} deg/h"')
     if not (math.isfinite(number) and number > 0):
-        raise InputError(f"{path}: {name} = {number:g}: a figure must be positive")
+        raise InputError(f"{name} = {number:g}: a figure must be positive")
     unit = str(unit).strip()
     if key == "noise_density" and "sided" not in unit:
         unit += " one-sided"
     conversion(unit, unit)
-    return Figure(key, number, unit)
+    return Quoted(key, number, unit)
 
 
 def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
@@ -354,7 +359,7 @@ def _minimum(recording: Any) -> Estimate:
     return Estimate(value, (high - low) / 4, (low, high), recording.unit, name=MINIMUM)
 
 
-def _remark(figure: Figure, ratio: Estimate) -> str:
+def _remark(figure: Quoted, ratio: Estimate) -> str:
     if not ratio.detected:
         return ""
     return _slip(figure.coefficient, ratio.value, _tolerance(ratio))
@@ -365,7 +370,7 @@ def _tolerance(ratio: Estimate) -> float:
     return max(width, 0.05)
 
 
-def _skipped(figure: Figure, ratio: Estimate, sheet: DataSheet, recording: Any) -> str:
+def _skipped(figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Any) -> str:
     """Whether the white level is that of samples thinned by skipping: alone it cannot be seen, white stays white."""
     if (
         figure.coefficient != "N"
@@ -381,7 +386,7 @@ def _skipped(figure: Figure, ratio: Estimate, sheet: DataSheet, recording: Any) 
         f"looks as if samples were skipped on the way to {recording.rate:g} Hz: the noise above half of that is folded"
         f" down and raises N by {folded[0]:.3g}"
         + (f" to {folded[1]:.3g}" if folded[1] > 1.001 * folded[0] else "")
-        + "; log faster and average (--decimate)"
+        + "; log faster and average"
     )
 
 

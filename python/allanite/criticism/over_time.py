@@ -166,13 +166,16 @@ def overdispersion(power: NDArray[np.float64]) -> float:
     Heavy tails and bands narrower than an octave leave fewer independent values than there are; differences of
     neighbours see no change of level.
     """
+    found = 1.0
     cells = min(CELLS, power.size // FEWEST)
-    if cells < SEGMENTS:
-        return 1.0
-    size = power.size // cells
-    means = power[: cells * size].reshape(cells, size).mean(axis=1)
-    scatter = 0.5 * float(np.mean(np.diff(means) ** 2)) / float(np.mean(means)) ** 2
-    return max(1.0, scatter * size / 2.0)
+    while cells >= SEGMENTS // 2:
+        size = power.size // cells
+        means = power[: cells * size].reshape(cells, size).mean(axis=1)
+        # The median of squares: a few changes of level are no scatter.
+        scatter = 0.5 * float(np.median(np.diff(means) ** 2)) / 0.4549 / float(np.mean(means)) ** 2
+        found = max(found, scatter * size / 2.0 / (1.0 + 4.0 / np.sqrt(cells)))
+        cells //= 2
+    return found
 
 
 def expected_level(solution: Solution, edges: NDArray[np.float64]) -> NDArray[np.float64]:

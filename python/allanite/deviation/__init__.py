@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from allanite.deviation.functions import (
-    Deviation,
+from allanite.deviation.accumulator import Accumulator
+from allanite.deviation.dynamic import DynamicDeviation, dynamic_oadev
+from allanite.deviation.estimators import (
     adev,
     hdev,
     htotdev,
@@ -18,10 +19,19 @@ from allanite.deviation.functions import (
     totdev,
     ttotdev,
 )
+from allanite.deviation.result import Deviation
+from allanite.deviation.table import ESTIMATORS, Estimator, estimator_named
+from allanite.deviation.theo import theo1, theoh
 
 __all__ = [
+    "ESTIMATORS",
+    "Accumulator",
     "Deviation",
+    "DynamicDeviation",
+    "Estimator",
     "adev",
+    "dynamic_oadev",
+    "estimator_named",
     "hdev",
     "htotdev",
     "mdev",
@@ -31,6 +41,8 @@ __all__ = [
     "ohdev",
     "pdev",
     "tdev",
+    "theo1",
+    "theoh",
     "tierms",
     "totdev",
     "ttotdev",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -13,15 +13,28 @@ from allanite.common.validation import positive_rate
 from allanite.recording.samples import index_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["QUANTITIES", "Source", "averaging", "one_column", "positive_rate", "source"]
+__all__ = [
+    "QUANTITIES",
+    "Samples",
+    "Taus",
+    "averaging",
+    "one_column",
+    "positive_rate",
+    "samples_of",
+]
+
+#: Averaging times as they may be asked for.
+Taus: TypeAlias = "str | int | Sequence[float] | NDArray[np.float64]"
 
 QUANTITIES = ("rate", "increment", "angle")
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class Samples:
     """Samples of one column, ready for the core."""
 
     samples: NDArray[Any]
@@ -45,7 +58,7 @@ class Source:
         return self.samples.size + (not self.angle)
 
 
-def source(x: object, rate: float, quantity: str) -> Source:
+def samples_of(x: object, rate: float, quantity: str) -> Samples:
     """Take whatever was given as one column of native numbers, without a copy where possible."""
     unit = "1"
     if index_of(x) is not None:  # pandas or xarray with its own time: gaps and rate by it
@@ -64,7 +77,7 @@ def source(x: object, rate: float, quantity: str) -> Source:
         raise TooShortError(f"{array.size} samples: at least 3 are needed")
     if not array.flags.aligned or array.strides[0] % array.itemsize or array.strides[0] == 0:
         array = np.ascontiguousarray(array)
-    return Source(array, rate, quantity, unit)
+    return Samples(array, rate, quantity, unit)
 
 
 def one_column(x: object) -> NDArray[Any]:
@@ -98,7 +111,7 @@ def _array(x: Any) -> NDArray[Any]:
 
 
 def averaging(
-    source: Source, taus: str | int | ArrayLike, factors: ArrayLike | None, most: int
+    src: Samples, taus: str | int | ArrayLike, factors: ArrayLike | None, most: int
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
     """Averaging factors asked for, rising, and what had to be changed."""
     if factors is None and isinstance(taus, str):
@@ -111,21 +124,21 @@ def averaging(
         if not 0 < taus < 2**31:
             raise InputError(f"{taus} averaging times per decade: give at least 1")
         return _kernels.averaging_factors("", int(taus), most), ()
-    found, notes = _given(source, taus if factors is None else factors, factors is None)
+    found, notes = _given(src, taus if factors is None else factors, factors is None)
     if found[0] >= 1 and found[-1] <= most:
         return found, notes
     outside = (found < 1) | (found > most)
-    span = f"{1 / source.rate:g} s to {most / source.rate:g} s"
+    span = f"{1 / src.rate:g} s to {most / src.rate:g} s"
     if outside.all():
         raise TooShortError(
-            f"no averaging time within {span}, which is all that {source.samples.size} samples hold"
+            f"no averaging time within {span}, which is all that {src.samples.size} samples hold"
         )
     left_out = f"{np.count_nonzero(outside)} averaging times outside of {span} were left out"
     return found[~outside], (*notes, left_out)
 
 
 def _given(
-    source: Source, values: ArrayLike, seconds: bool
+    src: Samples, values: ArrayLike, seconds: bool
 ) -> tuple[NDArray[np.int64], tuple[str, ...]]:
     """Whole factors of given times or factors, rising, each once."""
     try:
@@ -138,7 +151,7 @@ def _given(
         raise InputError(f"averaging times must be numbers, found {values!r}") from None
     if wanted.ndim != 1 or wanted.size == 0 or not np.isfinite(wanted).all():
         raise InputError("averaging times must be a list of finite numbers")
-    exact = wanted * source.rate if seconds else wanted
+    exact = wanted * src.rate if seconds else wanted
     near = np.round(exact)
     moved = np.abs(near - exact) > 1e-6 * np.maximum(exact, 1.0)
     notes = []
@@ -147,7 +160,7 @@ def _given(
             raise InputError(f"averaging factors must be whole numbers, found {exact[moved][0]:g}")
         notes.append(
             f"{np.count_nonzero(moved)} averaging times were rounded to multiples of"
-            f" {1 / source.rate:g} s"
+            f" {1 / src.rate:g} s"
         )
     found = np.unique(np.clip(near, 0.0, 2.0**62)).astype(np.int64)
     if found.size < wanted.size:

@@ -1,17 +1,23 @@
-"""Degrees of freedom and published bias of each estimator."""
+"""Degrees of freedom and published bias of each estimator, as the rows of the table name them."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite.deviation.confidence import degrees_of_freedom
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-__all__ = ["corrected", "freedom"]
+__all__ = [
+    "allan_edf",
+    "hadamard_edf",
+    "hadamard_total_bias",
+    "hadamard_total_edf",
+    "modified_edf",
+    "modified_total_bias",
+    "modified_total_edf",
+    "theo1_edf",
+    "total_bias",
+    "total_edf",
+]
 
 #: edf = b T/τ − c by power law; NIST SP 1065 tables 8 and 10.
 TOTAL = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
@@ -30,94 +36,69 @@ MODIFIED_TOTAL_BIAS = {2: 0.94, 1: 0.83, 0: 0.73, -1: 0.70, -2: 0.69}
 HADAMARD_TOTAL_BIAS = {0: 0.995, -1: 0.851, -2: 0.771}
 
 
-def corrected(
-    kind: str,
-    variance: NDArray[np.float64],
-    alpha: NDArray[np.float64],
-    m: NDArray[np.int64],
-    points: int,
-    unbiased: bool,
-) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Variance with or without the published bias of the total estimators, and a word about it.
-
-    Parameters
-    ----------
-    kind : str
-        Estimator; those without a published bias come back as they are.
-    variance, alpha, m : ndarray of shape (k,)
-        Estimates, exponents of the noise and averaging factors.
-    points : int
-        Phase points of the record.
-    unbiased : bool
-        Whether to divide the bias out.
-    """
-    if kind not in ("totdev", "mtotdev", "htotdev"):
-        return variance, ()
-    bias = np.array([_bias(kind, int(a), int(f), points) for a, f in zip(alpha, m, strict=True)])
-    if (bias == 1.0).all():
-        return variance, ()
-    if not unbiased:
-        note = f"published bias of {kind} left in: {bias.min():.3g} to {bias.max():.3g} in variance"
-        return variance, (note,)
-    note = f"published bias of {kind} for the noise identified at each τ has been divided out"
-    return variance / bias, (note,)
+def allan_edf(alpha: float, m: int, count: int, points: int, stride: int = 1) -> float:
+    """Of `count` second differences `stride` points apart."""
+    return degrees_of_freedom(alpha, m, count, stride=stride)
 
 
-def _bias(kind: str, alpha: int, m: int, points: int) -> float:
-    if kind == "totdev":
-        # Published for τ up to half of the record.
-        share = m / (points - 1)
-        return 1.0 - TOTAL_BIAS.get(alpha, 0.0) * share if share <= 0.5 else 1.0
-    if kind == "mtotdev":
-        return MODIFIED_TOTAL_BIAS[min(max(alpha, -2), 2)]
+def hadamard_edf(alpha: float, m: int, count: int, points: int, stride: int = 1) -> float:
+    """Of `count` third differences `stride` points apart."""
+    return degrees_of_freedom(alpha, m, count, order=3, stride=stride)
+
+
+def modified_edf(alpha: float, m: int, count: int, points: int) -> float:
+    """Of `count` second differences of phase averages."""
+    return degrees_of_freedom(alpha, m, count, summed=True)
+
+
+def total_edf(alpha: float, m: int, count: int, points: int) -> float:
+    """NIST SP 1065 table 8; of phase noise, of which it has none, that of the Allan variance."""
+    if round(alpha) > 0:
+        return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
+    b, c = TOTAL[max(round(alpha), -2)]
+    return _published(b, c, alpha, m, points, summed=False)
+
+
+def modified_total_edf(alpha: float, m: int, count: int, points: int) -> float:
+    """NIST SP 1065 table 10."""
+    b, c = MODIFIED_TOTAL[min(max(round(alpha), -2), 2)]
+    return _published(b, c, alpha, m, points, summed=True)
+
+
+def _published(b: float, c: float, alpha: float, m: int, points: int, *, summed: bool) -> float:
+    # The published line is for long τ; at short ones reflection adds nothing to the terms.
+    most = degrees_of_freedom(alpha, m, points - 2, summed=summed)
+    return max(1.0, min(b * (points - 1) / m - c, most))
+
+
+def hadamard_total_edf(alpha: float, m: int, count: int, points: int) -> float:
+    """NIST SP 1065 table 11; at m = 1 that of the Hadamard variance, which it is."""
+    if m == 1:
+        return hadamard_edf(alpha, m, count, points)
+    b0, b1 = HADAMARD_TOTAL[min(max(round(alpha), -2), 0)]
+    ratio = (points - 1) / m
+    return max(1.0, ratio / (b0 + b1 / ratio))
+
+
+def total_bias(alpha: int, m: int, points: int) -> float:
+    """Variance over the true one, published for τ up to half of the record."""
+    share = m / (points - 1)
+    return 1.0 - TOTAL_BIAS.get(alpha, 0.0) * share if share <= 0.5 else 1.0
+
+
+def modified_total_bias(alpha: int, m: int, points: int) -> float:
+    """Variance over the true one."""
+    return MODIFIED_TOTAL_BIAS[min(max(alpha, -2), 2)]
+
+
+def hadamard_total_bias(alpha: int, m: int, points: int) -> float:
+    """Variance over the true one, at m > 1."""
     return 1.0 if m == 1 else HADAMARD_TOTAL_BIAS[min(max(alpha, -2), 0)]
 
 
-def freedom(
-    kind: str,
-    alpha: NDArray[np.float64],
-    m: NDArray[np.int64],
-    n: NDArray[np.int64],
-    points: int,
-) -> NDArray[np.float64]:
-    """Equivalent degrees of freedom at each τ; NaN without an estimate or where none are known."""
-    return np.array(
-        [
-            _freedom(kind, float(a), int(f), int(c), points) if c else np.nan
-            for a, f, c in zip(alpha, m, n, strict=True)
-        ]
-    )
-
-
-def _freedom(kind: str, alpha: float, m: int, count: int, points: int) -> float:
-    ratio = (points - 1) / m
-    law = round(alpha)
-    if kind in ("oadev", "adev"):
-        return degrees_of_freedom(alpha, m, count, stride=m if kind == "adev" else 1)
-    if kind in ("ohdev", "hdev") or (kind == "htotdev" and m == 1):
-        return degrees_of_freedom(alpha, m, count, order=3, stride=m if kind == "hdev" else 1)
-    if kind in ("mdev", "pdev"):
-        return degrees_of_freedom(alpha, m, count, summed=True)
-    if kind == "theo1":
-        return _theo1_freedom(min(max(law, -2), 2), points, 0.75 * m)
-    if kind == "totdev":
-        if law > 0:
-            return degrees_of_freedom(alpha, m, max(points - 2 * m, 1))
-        b, c = TOTAL[max(law, -2)]
-    elif kind == "mtotdev":
-        b, c = MODIFIED_TOTAL[min(max(law, -2), 2)]
-    elif kind == "htotdev":
-        b0, b1 = HADAMARD_TOTAL[min(max(law, -2), 0)]
-        return max(1.0, ratio / (b0 + b1 / ratio))
-    else:
-        return float("nan")
-    # The published line is for long τ; at short ones reflection adds nothing to the terms.
-    most = degrees_of_freedom(alpha, m, points - 2, summed=kind == "mtotdev")
-    return max(1.0, min(b * ratio - c, most))
-
-
-def _theo1_freedom(law: int, n: int, tau: float) -> float:
-    """NIST SP 1065 table 12: of n phase points, effective τ in samples."""
+def theo1_edf(alpha: float, m: int, count: int, points: int) -> float:
+    """NIST SP 1065 table 12, of the effective averaging time."""
+    law, n, tau = min(max(round(alpha), -2), 2), points, 0.75 * m
     if law == 2:
         edf = 0.86 * (n + 1) * (n - 4 * tau / 3) / (n - tau) * tau / (tau + 1.14)
     elif law == 1:

@@ -8,20 +8,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.common import verbs
 from allanite.common.errors import TooShortError
 from allanite.common.showing import html_list, html_table
 from allanite.common.validation import positive
-from allanite.deviation.averaging import Source, averaging, source
-from allanite.deviation.gaps import complete, said
+from allanite.deviation.averaging import Samples, Taus, averaging, samples_of
+from allanite.deviation.estimators import OADEV
+from allanite.deviation.gaps import said
 from allanite.deviation.result import cell
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from numpy.typing import ArrayLike, NDArray
 
-    from allanite.deviation.functions import Taus
-    from allanite.plots import Figure
 
 __all__ = ["DynamicDeviation", "dynamic_oadev"]
 
@@ -85,11 +83,7 @@ class DynamicDeviation:
         """Numbers of at most so many averaging times, spread evenly, the first and the last among them."""
         return np.unique(np.round(np.linspace(0, self.tau.size - 1, most)).astype(np.int64))
 
-    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Figure of the deviations over time; see `allanite.plots.plot_dynamic`."""
-        from allanite.plots import plot_dynamic
-
-        return plot_dynamic(self, path, theme)
+    plot = verbs.dynamic_plot
 
     def _table(self) -> tuple[str, list[str], list[list[str]], list[str]]:
         """Title, head, rows and remarks: not more than can be read at once."""
@@ -162,7 +156,7 @@ def dynamic_oadev(
     TooShortError
         A window longer than the record or shorter than 3 samples.
     """
-    src = source(x, rate, quantity)
+    src = samples_of(x, rate, quantity)
     window = positive(window, "window", "s", "a positive number of seconds")
     step = (
         window / 4 if step is None else positive(step, "step", "s", "a positive number of seconds")
@@ -192,10 +186,12 @@ def dynamic_oadev(
     )
 
 
-def _missing(src: Source, n: NDArray[np.int64], m: NDArray[np.int64], size: int) -> tuple[str, ...]:
+def _missing(
+    src: Samples, n: NDArray[np.int64], m: NDArray[np.int64], size: int
+) -> tuple[str, ...]:
     """What to know where samples are missing: how many, the terms lost, windows that have none."""
     missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
-    whole = n.shape[0] * complete("oadev", m, size + (not src.angle))
+    whole = n.shape[0] * OADEV.complete(m, size + (not src.angle))
     share = 1.0 - n.sum(axis=0) / np.maximum(whole, 1)
     notes = said(missing, src.samples.size, np.asarray(m / src.rate), share)
     empty = np.count_nonzero(~n.any(axis=1))

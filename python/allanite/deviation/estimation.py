@@ -7,52 +7,33 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite import _kernels
-from allanite.deviation.averaging import Source, averaging
-from allanite.deviation.bias import corrected, freedom
-from allanite.deviation.gaps import complete, said
+from allanite.deviation.averaging import Samples, Taus, averaging
+from allanite.deviation.gaps import said
 from allanite.deviation.result import Deviation
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from allanite.deviation.functions import Taus
+    from allanite.deviation.table import Estimator
 
 __all__ = ["estimate"]
 
-#: Largest averaging factor of L phase points.
-_MOST = {
-    "oadev": lambda points: (points - 1) // 2,
-    "adev": lambda points: (points - 1) // 2,
-    "pdev": lambda points: (points - 1) // 2,
-    "ohdev": lambda points: (points - 1) // 3,
-    "hdev": lambda points: (points - 1) // 3,
-    "htotdev": lambda points: (points - 1) // 3,
-    "mdev": lambda points: points // 3,
-    "mtotdev": lambda points: points // 3,
-    "totdev": lambda points: points - 1,
-    "tierms": lambda points: points - 1,
-    "mtie": lambda points: points - 1,
-}
-#: Time deviations, and the modified ones that they are τ/√3 times.
-_TIMES = {"tdev": "mdev", "ttotdev": "mtotdev"}
-
 
 def estimate(
-    kind: str, src: Source, taus: Taus, factors: ArrayLike | None, unbiased: bool = True
+    row: Estimator, src: Samples, taus: Taus, factors: ArrayLike | None, unbiased: bool = True
 ) -> Deviation:
-    """The deviation `kind` of a record, with what its intervals and remarks are made of.
+    """Deviation of a record by one estimator, with what its intervals and remarks are made of.
 
     Parameters
     ----------
-    kind : str
-        Name of the estimator in `allanite.deviation`.
-    src : Source
+    row : Estimator
+        The estimator.
+    src : Samples
         The record.
     taus, factors
         As of `allanite.oadev`.
     unbiased : bool
-        Whether the published bias of the total estimators is divided out.
+        Whether the published bias, if there is one, is divided out.
 
     Raises
     ------
@@ -61,28 +42,17 @@ def estimate(
     TooShortError
         No averaging time that fits.
     """
-    core = _TIMES.get(kind, kind)
-    m, notes = averaging(src, taus, factors, _MOST[core](src.points))
-    if core in ("oadev", "adev"):
-        compute = _kernels.overlapping_allan if core == "oadev" else _kernels.adjacent_allan
-        variance, n, alpha, gaps = compute(src.samples, m, src.angle)
-        if src.angle:
-            variance = variance / m**2
-    else:
-        variance, n, alpha, gaps = _kernels.family_variance(core, src.samples, m, src.angle)
+    m, notes = averaging(src, taus, factors, row.most(src.points))
+    variance, n, alpha, gaps = row.kernel(src.samples, m, src.angle)
     tau = m / src.rate
-    lost = complete(core, m, src.points) - n if gaps else np.zeros(n.size, np.int64)
+    lost = row.complete(m, src.points) - n if gaps else np.zeros(n.size, np.int64)
     if gaps:
         share = lost / np.maximum(n + lost, 1)
         notes = (*notes, *said(gaps, src.samples.size, tau, share))
-    variance, more = corrected(core, variance, alpha, m, src.points, unbiased)
-    scale: float | NDArray[np.float64] = src.scale
-    if core in ("tierms", "mtie"):
-        scale = src.scale / src.rate
-    elif core != kind:
-        scale = src.scale * tau / np.sqrt(3.0)
+    variance, more = _corrected(row, variance, alpha, m, src.points, unbiased)
+    scale = src.scale if row.gain is None else row.gain(src.scale, tau, src.rate)
     return Deviation(
-        kind,
+        row.name,
         tau,
         m,
         n,
@@ -91,6 +61,28 @@ def estimate(
         src.rate,
         src.unit,
         notes + more,
-        partial(freedom, core, alpha, m, n, src.points),
+        partial(row.freedom, alpha, m, n, src.points),
         lost=lost,
+        _of_phase=row.gain is not None,
     )
+
+
+def _corrected(
+    row: Estimator,
+    variance: NDArray[np.float64],
+    alpha: NDArray[np.float64],
+    m: NDArray[np.int64],
+    points: int,
+    unbiased: bool,
+) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Variance with or without the published bias, and a word about it."""
+    if row.bias is None:
+        return variance, ()
+    bias = np.array([row.bias(int(a), int(f), points) for a, f in zip(alpha, m, strict=True)])
+    if (bias == 1.0).all():
+        return variance, ()
+    if not unbiased:
+        note = f"published bias of {row.name} left in: {bias.min():.3g} to {bias.max():.3g} in variance"
+        return variance, (note,)
+    note = f"published bias of {row.name} for the noise identified at each τ has been divided out"
+    return variance / bias, (note,)

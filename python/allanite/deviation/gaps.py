@@ -9,29 +9,10 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["complete", "said"]
+__all__ = ["said"]
 
 #: Share of the terms of one averaging time whose loss deserves advice.
 MANY = 0.5
-
-
-def complete(kind: str, m: NDArray[np.int64], points: int) -> NDArray[np.int64]:
-    """Terms of `kind` at each averaging factor of a record of `points` phase points without gaps."""
-    if kind in ("oadev", "pdev"):
-        n = points - 2 * m
-    elif kind == "adev":
-        n = -((2 * m - points) // m)
-    elif kind == "hdev":
-        n = -((3 * m - points) // m)
-    elif kind == "ohdev" or kind == "htotdev":
-        n = points - 3 * m
-    elif kind in ("mdev", "mtotdev"):
-        n = points - 3 * m + 1
-    elif kind == "totdev":
-        n = np.full_like(m, points - 2)
-    else:
-        n = points - m
-    return np.asarray(np.maximum(n, 0), np.int64)
 
 
 def said(

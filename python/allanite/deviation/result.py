@@ -7,20 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common import verbs
 from allanite.deviation.confidence import interval
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from allanite.plots import Figure
 
 __all__ = ["Deviation", "cell"]
-
-#: Estimators of the phase itself, what a rate gains in τ.
-_OF_THE_PHASE = ("tdev", "ttotdev", "tierms", "mtie")
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -63,6 +59,7 @@ class Deviation:
     _freedom: Callable[[], NDArray[np.float64]] | None = None
     _bands: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     lost: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    _of_phase: bool = False
 
     def __post_init__(self) -> None:
         if self.lost.size != self.n.size:
@@ -73,7 +70,7 @@ class Deviation:
     @property
     def deviation_unit(self) -> str:
         """Unit of `deviation`, `low` and `high`: `unit`, or that times s of time deviations and interval errors."""
-        return _integrated(self.unit) if self.kind in _OF_THE_PHASE else self.unit
+        return _integrated(self.unit) if self._of_phase else self.unit
 
     @property
     def has_interval(self) -> bool:
@@ -108,11 +105,7 @@ class Deviation:
     def __len__(self) -> int:
         return self.tau.size
 
-    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Figure of the deviation with its interval; see `allanite.plots.plot_deviation`."""
-        from allanite.plots import plot_deviation
-
-        return plot_deviation(self, path, theme)
+    plot = verbs.deviation_plot
 
     def to_dict(self) -> dict[str, Any]:
         """JSON form: `kind`, `unit` of the deviations, and `points`; null for what is not known."""

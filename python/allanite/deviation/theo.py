@@ -7,17 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite import _kernels
 from allanite.common.errors import TooShortError
-from allanite.deviation.averaging import Source, averaging, source
-from allanite.deviation.bias import freedom
-from allanite.deviation.gaps import complete, said
+from allanite.deviation.averaging import Samples, Taus, averaging, samples_of
+from allanite.deviation.estimators import OADEV, THEO1, THEOH
+from allanite.deviation.gaps import said
 from allanite.deviation.result import Deviation
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
-
-    from allanite.deviation.functions import Taus
 
 __all__ = ["theo1", "theoh"]
 
@@ -49,7 +46,7 @@ def theo1(
     TooShortError
         Fewer than 3 samples, no averaging time that fits, or no even factor.
     """
-    src = source(x, rate, quantity)
+    src = samples_of(x, rate, quantity)
     if factors is None and not isinstance(taus, (str, int, np.integer)):
         factors = 2 * np.maximum(np.round(np.asarray(taus, float) * src.rate / 1.5), 1.0)
         factors = np.unique(factors)
@@ -62,14 +59,14 @@ def theo1(
     return _theo1(src, m[even], notes)
 
 
-def _theo1(src: Source, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
-    variance, n, alpha, gaps = _kernels.family_variance("theo1", src.samples, m, src.angle)
-    lost = complete("theo1", m, src.points) - n
+def _theo1(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
+    variance, n, alpha, gaps = THEO1.kernel(src.samples, m, src.angle)
+    lost = THEO1.complete(m, src.points) - n
     share = lost / np.maximum(n + lost, 1)
     tau = np.asarray(0.75 * m / src.rate)
     notes = (*notes, *said(gaps, src.samples.size, tau, share))
     return Deviation(
-        "theo1",
+        THEO1.name,
         tau,
         m,
         n * (m // 2),
@@ -78,7 +75,7 @@ def _theo1(src: Source, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviati
         src.rate,
         src.unit,
         notes,
-        partial(freedom, "theo1", alpha, m, n, src.points),
+        partial(THEO1.freedom, alpha, m, n, src.points),
         lost=lost * (m // 2),
     )
 
@@ -102,7 +99,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     TooShortError
         Fewer than 120 samples, which the bias needs.
     """
-    src = source(x, rate, quantity)
+    src = samples_of(x, rate, quantity)
     last = src.points // 30 - 3
     if last < 1:
         raise TooShortError(
@@ -111,13 +108,11 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     i = np.unique(np.round(np.linspace(0, last, PAIRS)).astype(np.int64))
     near, notes = averaging(src, taus, None, src.points // 10)
     pairs = np.union1d(near, 9 + 3 * i)
-    variance, n, alpha, gaps = _kernels.overlapping_allan(src.samples, pairs, src.angle)
-    if src.angle:
-        variance = variance / pairs**2
+    variance, n, alpha, gaps = OADEV.kernel(src.samples, pairs, src.angle)
     whole, _ = averaging(src, taus, None, src.points - 1)
     far = 2 * np.unique(np.round(whole / 1.5).astype(np.int64))
     far = far[(0.75 * far > near[-1]) & (far <= src.points - 1)]
-    theo = _kernels.family_variance("theo1", src.samples, np.union1d(far, 12 + 4 * i), src.angle)
+    theo = THEOH.kernel(src.samples, np.union1d(far, 12 + 4 * i), src.angle)
     of = dict(zip(np.union1d(far, 12 + 4 * i).tolist(), zip(*theo[:3], strict=True), strict=True))
     allan = dict(zip(pairs.tolist(), zip(variance, n, alpha, strict=True), strict=True))
     bias = float(np.mean([allan[9 + 3 * j][0] / of[12 + 4 * j][0] for j in i.tolist()]))
@@ -128,12 +123,12 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     split = near.size
 
     def edf() -> NDArray[np.float64]:
-        first = freedom("oadev", laws[:split], near, counts[:split], src.points)
-        second = freedom("theo1", laws[split:], far, counts[split:], src.points)
+        first = OADEV.freedom(laws[:split], near, counts[:split], src.points)
+        second = THEOH.freedom(laws[split:], far, counts[split:], src.points)
         return np.concatenate([first, second])
 
     tau = np.concatenate([near, 0.75 * far]) / src.rate
-    whole_n = [complete("oadev", near, src.points), complete("theo1", far, src.points)]
+    whole_n = [OADEV.complete(near, src.points), THEOH.complete(far, src.points)]
     lost = np.concatenate(whole_n) - counts
     notes = (*notes, *said(gaps, src.samples.size, tau, lost / np.maximum(counts + lost, 1)))
     beyond = f"beyond {near[-1] / src.rate:g} s"
@@ -145,7 +140,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     )
     notes = (*notes, told)
     return Deviation(
-        "theoh",
+        THEOH.name,
         tau,
         m,
         counts,

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.validation import LARGEST
-from allanite.effects import terms as _terms
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -301,7 +300,7 @@ class Stochastic(Effect):
             raise InputError(
                 f"{self.kind}: {self.coefficient} has no value yet: give one, or fit it"
             )
-        return tuple(_terms.scaled(term, value**2) for term in self.unit_terms(rate))
+        return tuple(term.scaled(value**2) for term in self.unit_terms(rate))
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:
         """The core's generator where the samples are not normal; None, as here, where the terms say all."""

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from allanite.effects._base import Parameter, Stochastic, StraightLine
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Term, White
 
 
 @dataclass(frozen=True)
@@ -52,4 +50,4 @@ class AngleRandomWalk(Stochastic):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Independent samples of variance 1/τ0."""
-        return (("white", (rate,)),)
+        return (White(rate),)

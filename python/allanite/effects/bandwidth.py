@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from allanite.common.errors import InputError
 from allanite.effects import lowpass
 from allanite.effects._base import Modifier, Parameter
-from allanite.effects.terms import Term, scaled
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,7 @@ class Bandwidth(Modifier):
         span: tuple[float, float] | None = None,
     ) -> tuple[Term, ...]:
         """Autocovariance of the filtered noise, normalised to `white` at zero frequency."""
-        return tuple(scaled(t, white) for t in lowpass.terms(*self._at(rate)))
+        return tuple(t.scaled(white) for t in lowpass.terms(*self._at(rate)))
 
     def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]]:
         """The filter itself."""

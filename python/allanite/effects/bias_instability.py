@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from allanite.effects._base import Parameter, Stochastic, StraightLine
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Flicker, Term
 
 
 @dataclass(frozen=True)
@@ -48,4 +46,4 @@ class BiasInstability(Stochastic):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """The half-order fractional difference of white noise (Kasdin 1995)."""
-        return (("flicker", (1.0,)),)
+        return (Flicker(1.0),)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from allanite.effects._base import Parameter, Stochastic
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Exponential, Term
 
 
 @dataclass(frozen=True)
@@ -55,12 +53,7 @@ class BurstNoise(Stochastic):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """One exponential of variance 1."""
-        return (
-            (
-                "exponential",
-                (1.0, 0.0, float(np.exp(-2.0 / (rate * (self.dwell_time or 1.0)))), 0.0),
-            ),
-        )
+        return (Exponential(1.0, float(np.exp(-2.0 / (rate * (self.dwell_time or 1.0))))),)
 
     def generator(self, rate: float) -> tuple[str, list[float]]:
         """Two levels, and the chance of a switch at a sample: ½(1 − e^{−2/(rate·D)})."""

@@ -14,7 +14,7 @@ from allanite.effects.strings import parse_string
 
 __all__ = ["model_from_dict", "model_to_dict", "parse_model", "save_model"]
 
-SCHEMAS = ("allanite/model/1", "allanite/fit/1", "allanite/check/1")
+SCHEMAS = ("allanite/model/1", "allanite/fit/1", "allanite/check/1", "allanite/check/2")
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:
@@ -65,7 +65,7 @@ def parse_model(text: str | Model) -> Model:
     if isinstance(text, Model):
         return text
     path = Path(text)
-    if text.endswith(".json") or (len(text) < 4096 and path.is_file()):
+    if text.endswith(".json") or _is_file(path):
         try:
             document = json.loads(path.read_text(encoding="utf-8"))
         except FileNotFoundError:
@@ -76,6 +76,13 @@ def parse_model(text: str | Model) -> Model:
             raise InputError(f"{text}: not a model file: expected a JSON object")
         return model_from_dict(document, text)
     return parse_string(text)
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # no name of a file: too long, or with a null in it
+        return False
 
 
 def save_model(model: Model, path: str | Path) -> None:

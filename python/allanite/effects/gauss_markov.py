@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter, Stochastic
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Exponential, Term
 
 
 @dataclass(frozen=True)
@@ -66,11 +64,11 @@ class GaussMarkov(Stochastic):
         return self.q_c * float(np.sqrt(self.correlation_time / 2.0))
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """From two samples to half the record, where it becomes a random walk; 8 a decade."""
-        low, high = 2.0 / rate, 0.5 * n / rate
+        """From four samples (a faster lag is a filter) to half the record, where it becomes a random walk; 8 a decade."""
+        low, high = 4.0 / rate, 0.5 * n / rate
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """One exponential of variance T/2."""
         time = self.correlation_time or 1.0
-        return (("exponential", (time / 2.0, 0.0, float(np.exp(-1.0 / (rate * time))), 0.0)),)
+        return (Exponential(time / 2.0, float(np.exp(-1.0 / (rate * time)))),)

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects.terms import Term, scaled, spectrum
+from allanite.effects.terms import Exponential, Lags, Term, White
 
 __all__ = ["DESIGNS", "HIGHEST", "SCANNED", "generators", "terms"]
 
@@ -72,17 +72,17 @@ def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
         if design == "moving_average" and order == 1:
             length = max(1.0, MEANS[1] / _bounded(cutoff))
             h = np.arange(int(np.ceil(length)))
-            found: tuple[Term, ...] = (("lags", tuple(1.0 - h / length)),)
+            found: tuple[Term, ...] = (Lags(tuple(1.0 - h / length)),)
         else:
             taps = _taps(design, order, _bounded(cutoff))
             products = sum(np.correlate(t, t, "full")[t.size - 1 :] for t in taps)
-            found = (("lags", tuple(np.asarray(products))),)
+            found = (Lags(tuple(np.asarray(products))),)
     elif design == "sampled":
         found = _sampled_terms(order, cutoff)
     else:
         found = _digital_terms(design, order, cutoff)
-    at_zero = sum(float(spectrum(t, np.array([1e-9]))[0]) for t in found)
-    return tuple(scaled(t, 1.0 / at_zero) for t in found)
+    at_zero = sum(float(t.spectrum(np.array([1e-9]))[0]) for t in found)
+    return tuple(t.scaled(1.0 / at_zero) for t in found)
 
 
 def generators(design: str, order: int, cutoff: float, white: float) -> Generators:
@@ -130,9 +130,7 @@ def _modes(poles: Poles, weights: Poles) -> tuple[Term, ...]:
     for p, a in zip(poles, weights, strict=True):
         if p.imag >= 0.0:
             a = a * (2.0 if p.imag > 0.0 else 1.0)
-            out.append(
-                ("exponential", (float(a.real), float(a.imag), float(p.real), float(p.imag)))
-            )
+            out.append(Exponential(complex(a), complex(p)))
     return tuple(out)
 
 
@@ -175,7 +173,7 @@ def _digital_terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
     modes = _modes(poles, weights)
     if design == "smoothed":
         return modes
-    return (*modes, ("white", (float((1.0 / np.prod(-poles)).real),)))
+    return (*modes, White(float((1.0 / np.prod(-poles)).real)))
 
 
 def _sampled_zeros(order: int, cutoff: float, poles: Poles) -> Poles:

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.common import verbs
 from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate
-from allanite.effects import terms as _terms
 from allanite.effects._base import Effect, Modifier, Stochastic
 from allanite.effects._known import Deterministic
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
-    from allanite.recording import Recording
-    from allanite.statespace import StateSpace
+from allanite.effects.terms import Term, White
 
 __all__ = ["Model"]
 
@@ -55,7 +50,7 @@ class Model:
     def __str__(self) -> str:
         return "+".join(str(effect) for effect in self.effects)
 
-    def replaced(self, place: int, **values: Any) -> Model:
+    def replaced(self, place: int, **values: float | str | None) -> Model:
         """The model with other values of the effect at `place`."""
         effects = list(self.effects)
         effects[place] = effects[place].with_values(**values)
@@ -110,11 +105,11 @@ class Model:
             for modifier in self.modifiers:
                 out = tuple(
                     changed
-                    for name, values in out
+                    for term in out
                     for changed in (
-                        modifier.modify(values[0], rate, span)
-                        if name == "white"
-                        else ((name, values),)
+                        modifier.modify(term.variance, rate, span)
+                        if isinstance(term, White)
+                        else (term,)
                     )
                 )
         return out
@@ -128,7 +123,7 @@ class Model:
                 raise InputError(
                     f"{effect.kind}: {effect.coefficient} has no value yet: give one, or fit it"
                 )
-            out += [_terms.scaled(t, value**2) for t in self.unit_terms(effect, rate, span)]
+            out += [t.scaled(value**2) for t in self.unit_terms(effect, rate, span)]
         return tuple(out)
 
     def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
@@ -152,7 +147,7 @@ class Model:
         w = 2.0 * np.pi * frequency / fs
         total = np.zeros_like(w)
         for term in self.terms(fs):
-            total += _terms.spectrum(term, w)
+            total += term.spectrum(w)
         return (total / fs).reshape(np.shape(f))
 
     def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
@@ -175,7 +170,7 @@ class Model:
         m = np.maximum(np.round(times * fs), 1.0)
         total = np.zeros_like(m)
         for term in self.terms(fs):
-            total += _terms.allan_variance(term, m)
+            total += term.allan_variance(m)
         for effect in self.deterministic:
             total += effect.own_allan_variance(m, fs)
         return total.reshape(np.shape(tau))
@@ -186,29 +181,13 @@ class Model:
             return 1.0 / smallest if np.isfinite(smallest) and smallest > 0 else 1.0
         return positive_rate(rate)
 
-    def fit(self, recording: Recording, **options: Any) -> Any:
-        """Fit the model to a recording: `allanite.fit.fit_model`."""
-        from allanite.fit import fit_model
+    fit = verbs.model_fit
 
-        return fit_model(recording, self, **options)
+    simulate = verbs.model_simulate
 
-    def simulate(self, **options: Any) -> Recording:
-        """Samples of the model: `allanite.simulate.simulate`."""
-        from allanite.simulate import simulate
+    simulate_chunks = verbs.model_simulate_chunks
 
-        return simulate(self, **options)
-
-    def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
-        """The same samples in consecutive pieces of `size`: `allanite.simulate.simulate_chunks`."""
-        from allanite.simulate import simulate_chunks
-
-        return simulate_chunks(self, **options)
-
-    def state_space(self, rate: float, **options: Any) -> StateSpace:
-        """F, Q, H, R, P0 of the random part: `allanite.statespace.state_space` (``states=8`` reduces it)."""
-        from allanite.statespace import state_space
-
-        return state_space(self, rate, **options)
+    state_space = verbs.model_state_space
 
     def save(self, path: str) -> None:
         """Write the model as JSON (schema ``allanite/model/1``)."""

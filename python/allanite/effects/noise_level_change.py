@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.effects._base import Modifier, Parameter
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Term, White
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ class NoiseLevelChange(Modifier):
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
         """The mean power over the record (`span`: its first and last time in s)."""
-        return (("white", (white if span is None else white * float(self.mean_power(*span)),)),)
+        return (White(white if span is None else white * float(self.mean_power(*span))),)
 
     @property
     def when(self) -> tuple[float, float] | None:

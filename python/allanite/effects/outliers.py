@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.effects._base import Modifier, Parameter
+from allanite.effects.terms import Term, White
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
-    from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Outliers(Modifier):
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
         """The white part is what remains; nothing to change."""
-        return (("white", (white,)),)
+        return (White(white),)
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
         """Mask of the n samples that are outliers."""

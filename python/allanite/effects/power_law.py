@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter, Stochastic
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import PowerLaw as PowerLawTerm
+from allanite.effects.terms import Term
 
 
 @dataclass(frozen=True)
@@ -59,4 +58,4 @@ class PowerLaw(Stochastic):
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Level per sample: L² rate^{a+1}."""
         a = round(self.exponent if self.exponent is not None else -1.0, 3)
-        return (("power_law", (a, rate ** (a + 1.0))),)
+        return (PowerLawTerm(a, rate ** (a + 1.0)),)

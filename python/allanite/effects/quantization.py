@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from allanite.effects._base import Parameter, Stochastic, StraightLine
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Blue, Term
 
 
 @dataclass(frozen=True)
@@ -48,4 +46,4 @@ class Quantization(Stochastic):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Rate samples are differences of a white angle error of variance 1, over τ0."""
-        return (("blue", (rate**2,)),)
+        return (Blue(rate**2),)

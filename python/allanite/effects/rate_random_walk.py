@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from allanite.effects._base import Parameter, Stochastic, StraightLine
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import RandomWalk, Term
 
 
 @dataclass(frozen=True)
@@ -56,4 +54,4 @@ class RateRandomWalk(Stochastic):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Steps of variance τ0 every sample."""
-        return (("random_walk", (1.0 / rate,)),)
+        return (RandomWalk(1.0 / rate),)

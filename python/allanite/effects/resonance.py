@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter, Stochastic
-
-if TYPE_CHECKING:
-    from allanite.effects.terms import Term
+from allanite.effects.terms import Exponential, Term
 
 
 @dataclass(frozen=True)
@@ -69,4 +67,4 @@ class Resonance(Stochastic):
         zeta = self.damping or 0.1
         root = float(np.sqrt(1.0 - zeta**2))
         phi = np.exp((-zeta + 1j * root) * 2.0 * np.pi * (self.frequency or 1.0) / rate)
-        return (("exponential", (1.0, -zeta / root, float(phi.real), float(phi.imag))),)
+        return (Exponential(complex(1.0, -zeta / root), complex(phi)),)

@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from allanite.common.errors import InputError
+from allanite.export import c_header, matlab, plain_json, ros, statespace
+from allanite.export.filters import (
+    ardupilot,
+    fastlio,
+    gtsam,
+    kalibr,
+    kfgins,
+    liosam,
+    orbslam3,
+    px4,
+    vins,
+)
+from allanite.export.simulators import airsim, gazebo, gnss_ins_sim
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,25 +26,33 @@ if TYPE_CHECKING:
 
 __all__ = ["TARGETS", "export"]
 
-# Name on the command line → module of this package; its `render(axes, rate, overbound=…)` returns the text.
-TARGETS = {
-    "json": "plain_json",
-    "kalibr": "kalibr",
-    "matlab": "matlab",
-    "ros": "ros",
-    "vins": "vins",
-    "gtsam": "gtsam",
-    "orbslam3": "orbslam3",
-    "liosam": "liosam",
-    "fastlio": "fastlio",
-    "px4": "px4",
-    "ardupilot": "ardupilot",
-    "gazebo": "gazebo",
-    "airsim": "airsim",
-    "kfgins": "kfgins",
-    "gnss-ins-sim": "gnss_ins_sim",
-    "c-header": "c_header",
-    "statespace": "statespace",
+
+class Render(Protocol):
+    """Text of a parameter file for some axes, at the rate of the target."""
+
+    def __call__(self, axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+        """Text of the file."""
+
+
+# Name on the command line → the target.
+TARGETS: dict[str, Render] = {
+    "json": plain_json.render,
+    "kalibr": kalibr.render,
+    "matlab": matlab.render,
+    "ros": ros.render,
+    "vins": vins.render,
+    "gtsam": gtsam.render,
+    "orbslam3": orbslam3.render,
+    "liosam": liosam.render,
+    "fastlio": fastlio.render,
+    "px4": px4.render,
+    "ardupilot": ardupilot.render,
+    "gazebo": gazebo.render,
+    "airsim": airsim.render,
+    "kfgins": kfgins.render,
+    "gnss-ins-sim": gnss_ins_sim.render,
+    "c-header": c_header.render,
+    "statespace": statespace.render,
 }
 #: Targets whose numbers hold for the rate of the filter, not of the sensor.
 OWN_RATE = ("px4", "ardupilot")
@@ -72,6 +92,4 @@ def export(
     from allanite.export._axis import used
 
     own = [used(axis, None if target in OWN_RATE else rate, until) for axis in axes]
-    module = import_module(f"allanite.export.{TARGETS[target]}")
-    text: str = module.render(own, rate, overbound=overbound)
-    return text
+    return TARGETS[target](own, rate, overbound=overbound)

@@ -147,7 +147,9 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         raise InputError(f"{source}: the document holds no effects")
     if own is None:
         raise InputError(
-            f"{source}: the model has no unit: say with --unit what its samples are in"
+            f"{source}: the model has no unit",
+            missing="unit",
+            remedy=": say with {unit} what its samples are in",
         )
     parsed = parse_unit(own)
     model = model_from_dict({**document, "schema": "allanite/model/1"}, source)
@@ -221,7 +223,9 @@ def rate_of(axes: Iterable[Axis], rate: float | None, target: str) -> float:
     if len(rates) != 1:
         found = ", ".join(f"{r:g}" for r in sorted(rates)) or "none"
         raise InputError(
-            f"{target} holds for one sampling rate, found {found}: give it with --rate"
+            f"{target} holds for one sampling rate, found {found}",
+            missing="rate",
+            remedy=": give {rate}",
         )
     return positive_rate(rates.pop())
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import terms as _terms
 from allanite.export._axis import rate_of, split
 from allanite.export._choice import report
 from allanite.export._lines import GENERAL
@@ -63,11 +62,8 @@ def variance(axis: Axis, rate: float, *, upper: bool = False) -> float:
     w = np.geomspace(low, np.pi, 4000)
     total = 0.0
     for term in (axis.limits if upper else axis.model).terms(rate):
-        name, v = term
-        if name in ("white", "exponential", "lags"):
-            total += v[0]
-        elif name == "blue":
-            total += 2.0 * v[0]
+        if term.power is not None:
+            total += term.power
         else:
-            total += float(np.trapezoid(_terms.spectrum(term, w) * w, np.log(w))) / np.pi
+            total += float(np.trapezoid(term.spectrum(w) * w, np.log(w))) / np.pi
     return axis.scale**2 * total

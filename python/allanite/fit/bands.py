@@ -10,12 +10,13 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
-from allanite.effects.terms import allan_variance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
+
+    from allanite.effects.terms import Term
 
 __all__ = ["Bands", "bands", "degrees_of_freedom"]
 
@@ -54,15 +55,9 @@ class Bands:
         for name in ("low_factor", "high_factor", "low_everywhere", "high_everywhere", "edf"):
             getattr(self, name).flags.writeable = False
 
-    def of_measured(
-        self, model: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Where a measured deviation lies, at each τ by itself, if `model` is the true one; U, shape (k,) each."""
-        return model / self.high_factor, model / self.low_factor
-
 
 def bands(
-    terms: Sequence[tuple[str, Sequence[float]]],
+    terms: Sequence[Term],
     n: int,
     factors: ArrayLike,
     level: float = 0.95,
@@ -76,7 +71,7 @@ def bands(
 
     Parameters
     ----------
-    terms : sequence of (str, numbers)
+    terms : sequence of Term
         Primitive processes per sample, as `effects.terms` describes.
     n : int
         Samples of the record.
@@ -101,7 +96,7 @@ def bands(
     """
     if not 0.0 < level < 1.0:
         raise InputError(f"level {level:g} is not between 0 and 1")
-    plain = [(name, list(values)) for name, values in terms]
+    plain = [t.kernel for t in terms]
     m = np.atleast_1d(np.asarray(factors, dtype=np.int64))
     expected, covariance = _kernels.allan_covariance(plain, n, m, kind)
     variance = np.diag(covariance)
@@ -117,18 +112,16 @@ def bands(
     return Bands(low[0], high[0], low[1], high[1], edf, level)
 
 
-def _true_variance(
-    terms: Sequence[tuple[str, Sequence[float]]], m: NDArray[np.int64]
-) -> NDArray[np.float64]:
-    variances = [allan_variance((name, tuple(v)), m.astype(np.float64)) for name, v in terms]
+def _true_variance(terms: Sequence[Term], m: NDArray[np.int64]) -> NDArray[np.float64]:
+    variances = [t.allan_variance(m.astype(np.float64)) for t in terms]
     return np.asarray(np.sum(variances, axis=0), dtype=np.float64)
 
 
 def degrees_of_freedom(
-    terms: Sequence[tuple[str, Sequence[float]]], n: int, factors: ArrayLike, kind: str = "oadev"
+    terms: Sequence[Term], n: int, factors: ArrayLike, kind: str = "oadev"
 ) -> NDArray[np.float64]:
     """2σ⁴/var(σ̂²) at each factor, shape (k,): exact, without the covariance between factors."""
-    plain = [(name, list(values)) for name, values in terms]
+    plain = [t.kernel for t in terms]
     m = np.atleast_1d(np.asarray(factors, dtype=np.int64))
     expected, variance = _kernels.allan_variances(plain, n, m, kind)
     return np.asarray(2.0 * expected**2 / variance)

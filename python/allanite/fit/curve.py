@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.deviation import oadev
-from allanite.effects import terms as _terms
 from allanite.fit.bands import bands
 from allanite.fit.whittle import normal_scores
 
@@ -157,7 +156,7 @@ def chance_band(data: Data, model: Model, curve: Curve) -> ChanceBand:
 def expected_variance(terms: tuple[Term, ...], factors: NDArray[np.int64]) -> NDArray[np.float64]:
     """Allan variance of a sum of terms at integer factors."""
     m = factors.astype(float)
-    return np.asarray(sum((_terms.allan_variance(t, m) for t in terms), np.zeros(m.size)))
+    return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
 
 def grid(n: int) -> NDArray[np.int64]:
@@ -185,7 +184,7 @@ def compare_curves(data: Data, model: Model) -> Curve:
         e.kind if e.kind not in seen else f"{e.kind} {i}": np.sqrt(
             expected_variance(
                 tuple(
-                    _terms.scaled(t, (getattr(e, e.coefficient) or 0.0) ** 2)
+                    t.scaled((getattr(e, e.coefficient) or 0.0) ** 2)
                     for t in data.unit_terms(model, e)
                 ),
                 factors,
@@ -225,6 +224,6 @@ def degrees_of_freedom(
     terms: tuple[Term, ...], n: int, factors: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """2σ⁴/var of each estimate under the model's own mixture."""
-    plain = [(name, list(values)) for name, values in terms]
+    plain = [t.kernel for t in terms]
     expected, variance = _kernels.allan_variances(plain, n, factors)
     return np.maximum(2.0 * expected**2 / variance, 1.0)

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
-from allanite.effects import terms as _terms
-from allanite.spectrum import Bins, bins_of, fill_gaps
+from allanite.spectrum import Bins, bins_of, bridge_gaps
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic, Model, Stochastic
@@ -159,11 +158,11 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         raise InputError(
             f"{label} has {int(np.isinf(values).sum())} infinite samples: remove or mark them as NaN"
         )
-    filled = fill_gaps(values, missing)
+    filled = bridge_gaps(values, missing)
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}): there is no noise to fit")
     covariates = {
-        name: fill_gaps(np.asarray(values)) for name, values in dict(recording.covariates).items()
+        name: bridge_gaps(np.asarray(values)) for name, values in dict(recording.covariates).items()
     }
     ordinates = _kernels.cosine_transform(filled)
     return Data(filled, ordinates, float(recording.rate), bins_of(filled.size), covariates)
@@ -171,7 +170,7 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
 
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
     """The same record with more samples missing."""
-    filled = fill_gaps(data.samples, missing)
+    filled = bridge_gaps(data.samples, missing)
     return replace(data, samples=filled, ordinates=_kernels.cosine_transform(filled))
 
 
@@ -190,7 +189,7 @@ def _column(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
     bins = bins_of(n)
     total = np.zeros(bins.nodes.size)
     for term in terms:
-        total += _terms.cosine_variance(term, bins.nodes, n)
+        total += term.cosine_variance(bins.nodes, n)
     out = bins.mean(total)
     out.flags.writeable = False
     return out
@@ -200,5 +199,5 @@ def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> ND
     """Expected squared ordinates at single j."""
     total = np.zeros(ordinates.size)
     for term in terms:
-        total += _terms.cosine_variance(term, ordinates, n)
+        total += term.cosine_variance(ordinates, n)
     return np.maximum(total, 1e-300)

@@ -1,8 +1,9 @@
 """The likelihood of a model that is not perfect.
 
 In each bin b the power over what the model expects is e^{ε_b} χ²_n/n with an unknown discrepancy ε_b ~ δ t₂: most bins are
-right, a few may be far off. t₂ is a normal of variance δ²w with w inverse-gamma (1, 1); for a given w the bin's power is
-close to a gamma variable of the same mean and log-variance 2/n + δ²w, so that the marginal likelihood is a short sum over w.
+right, a few may be far off. t₂ is a normal of variance δ²w with w inverse-gamma (1, 1); for a given w the bin's power
+is close to a gamma variable of the same mean and log-variance 2/n + δ²w, so that the marginal likelihood is a short sum
+over w.
 δ = 0 is the Whittle likelihood. A bin that disagrees keeps the vote of the few degrees of freedom that its w leaves.
 
 Computed by the core (`_kernels.Likelihood`), with 14 nodes in w.
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.showing import brief
+from allanite.spectrum.spectrum import cells_of
 
 __all__ = [
     "EVIDENCE",
@@ -32,6 +34,7 @@ __all__ = [
     "judge_many",
     "levels",
     "likelihood",
+    "linearised",
     "profile",
     "scale_interval",
 ]
@@ -65,7 +68,8 @@ class Judged:
 
 @lru_cache(maxsize=64)
 def _of_bytes(count: bytes) -> _kernels.Likelihood:
-    return _kernels.Likelihood(np.frombuffer(count), SCALES)
+    counts = np.frombuffer(count)
+    return _kernels.Likelihood(counts, SCALES, cells_of(counts.size))
 
 
 def likelihood(count: Array) -> _kernels.Likelihood:
@@ -106,8 +110,43 @@ def levels(power: Array, count: Array, spectrum: Array, scale: int | None) -> Ar
     if scale is None:
         return np.ones_like(power)
     # The share of a bin's distance in ln that its w takes for a discrepancy.
-    taken = 1.0 - judge(power, count, spectrum, scale).weight / count
-    return np.asarray(np.exp(taken * np.log(power / spectrum)))
+    first = cells_of(count.size)
+    total = np.add.reduceat(count, first)
+    taken = 1.0 - np.add.reduceat(judge(power, count, spectrum, scale).weight, first) / total
+    mean = np.add.reduceat(count * power / spectrum, first) / total
+    return np.repeat(mean**taken, np.diff([*first, count.size]))
+
+
+def linearised(
+    slopes: Array, power: Array, count: Array, spectrum: Array, weight: Array
+) -> tuple[Array, Array]:
+    """Least-squares rows for a change of ln S, slopes · x, and the residual that it is to meet.
+
+    Parameters
+    ----------
+    slopes : ndarray, shape (bins, p)
+        ∂ln S/∂x.
+    power, count, spectrum, weight : ndarray, shape (bins,)
+        Weights as `judge` returns them.
+
+    Returns
+    -------
+    tuple of ndarray, shapes (rows, p) and (rows,)
+        Bins against the mean of their cell with all their degrees of freedom, then the mean of each cell with those
+        that the discrepancy leaves it. Half of rowsᵀ·rows is the Fisher information, half of rowsᵀ·residual the gradient.
+    """
+    first = cells_of(count.size)
+    sizes = np.diff([*first, count.size])
+    total, left = np.add.reduceat(count, first), np.add.reduceat(weight, first)
+    ratio = power / spectrum
+    mean = np.add.reduceat(count * ratio, first) / total
+    middle = np.add.reduceat(count[:, None] * slopes, first, axis=0) / total[:, None]
+    steep = 1.0 + left / total * (mean - 1.0)
+    root = np.sqrt(count)
+    inside = (slopes - np.repeat(middle, sizes, axis=0)) * root[:, None]
+    residual = np.repeat(steep, sizes) * (ratio / np.repeat(mean, sizes) - 1.0) * root
+    rows = np.vstack([inside, middle * np.sqrt(left)[:, None]])
+    return rows, np.concatenate([residual, (mean - 1.0) * np.sqrt(left)])
 
 
 def scale_interval(

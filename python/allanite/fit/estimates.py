@@ -149,7 +149,7 @@ def joint_covariance(
             slopes.append((up - down) / width / spectrum)
     if not names:
         return [], np.zeros((0, 0))
-    fisher = information(solution.weight, np.column_stack(slopes))
+    fisher = information(solution.count, solution.weight, np.column_stack(slopes))
     scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
     inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
     np.fill_diagonal(inverse, np.maximum(np.diag(inverse), 0.0))
@@ -234,7 +234,7 @@ def shape_widening(solution: Solution, place: int, relative: float) -> float:
     """How much wider the standard error `relative` of ln(coefficient) is than at fixed shapes; at least 1."""
     active = solution.theta > 0.0
     slopes = 2.0 * solution.theta[active] * solution.columns[:, active] / solution.spectrum[:, None]
-    fisher = information(solution.weight, slopes)
+    fisher = information(solution.count, solution.weight, slopes)
     index = int(active[:place].sum())
     fixed = float(np.sqrt(np.linalg.pinv(fisher, hermitian=True)[index, index]))
     return max(1.0, relative / fixed) if fixed > 0 else 1.0

@@ -237,7 +237,8 @@ def of_fits(fits: Sequence[Fit]) -> ManyFits:
     units = sorted({c.unit for c in columns})
     if len(units) > 1:
         raise InputError(
-            f"the recordings are in {' and '.join(units)}: bring them to one (.to(unit), --output-unit UNIT)"
+            f"the recordings are in {' and '.join(units)}: bring them to one",
+            remedy=" by {to}",
         )
     labels: list[str] = []
     for number, c in enumerate(columns, start=1):

@@ -177,11 +177,15 @@ def _proposal(solution: Solution, free: NDArray[np.bool_]) -> Array:
     """Root of the covariance of the coefficients from the Fisher information; at zero, of its own alone."""
     theta = solution.theta
     slopes = solution.columns / solution.spectrum[:, None]
-    alone = 1.0 / np.sqrt(np.maximum(np.diag(information(solution.weight, slopes)), 1e-300))
+    alone = 1.0 / np.sqrt(
+        np.maximum(np.diag(information(solution.count, solution.weight, slopes)), 1e-300)
+    )
     inside = free & (theta > alone)
     covariance = np.diag(np.where(free & ~inside, alone, 0.0))
     if inside.any():
-        inner = information(solution.weight, 2.0 * np.sqrt(theta[inside]) * slopes[:, inside])
+        inner = information(
+            solution.count, solution.weight, 2.0 * np.sqrt(theta[inside]) * slopes[:, inside]
+        )
         size = np.sqrt(np.diag(inner))
         covariance[np.ix_(inside, inside)] = np.linalg.pinv(
             inner / np.outer(size, size), rcond=1e-10, hermitian=True

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
-from allanite.effects.terms import scaled, spectrum
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +31,7 @@ SINGLE, PER_E = 512, 400
 
 def plain(terms: Sequence[Term], factor: float = 1.0) -> list[tuple[str, list[float]]]:
     """Terms as the core takes them, their variances times `factor`."""
-    return [(name, list(values)) for name, values in (scaled(t, factor) for t in terms)]
+    return [t.scaled(factor).kernel for t in terms]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +104,7 @@ class Mixtures:
             / n
         )
         spectra = np.column_stack(
-            [np.sum([spectrum(t, w) for t in terms], axis=0) for terms in unit_terms]
+            [np.sum([t.spectrum(w) for t in terms], axis=0) for terms in unit_terms]
         )
         return cls(columns, parts, transfer, spectra, weights)
 

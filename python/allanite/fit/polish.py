@@ -1,8 +1,8 @@
 """Coefficients, shapes and the scale of the discrepancy climbed together.
 
-Each step is a linear least-squares problem in the effective degrees of freedom — coefficients that are not negative, changes
-of the shapes within a trust region — halved until the likelihood rises (Levenberg 1944; the non-negative part Lawson &
-Hanson 1974). Only columns whose shapes move are computed anew (`data.column` remembers the others).
+Each step is a linear least-squares problem in the effective degrees of freedom — coefficients that are not negative,
+changes of the shapes within a trust region — halved until the likelihood rises (Levenberg 1944; the non-negative part
+Lawson & Hanson 1974). Only columns whose shapes move are computed anew (`data.column` remembers the others).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fit.discrepancy import EVIDENCE, best_scale, better_scale, judge
+from allanite.fit.discrepancy import EVIDENCE, best_scale, better_scale, judge, linearised
 
 if TYPE_CHECKING:
     from allanite.effects import Model
@@ -160,12 +160,13 @@ def _step(
         h = 1e-4 if point[i] + 1e-4 < shapes.limits[i, 1] else -1e-4
         moved[i] += h
         slopes[:, i] = (part.linear(shapes.at(moved)).matrix @ theta - linear.matrix @ theta) / h
-    root = np.sqrt(weight) / spectrum
     free = linear.matrix[:, linear.free]
     units = 1.0 / np.maximum(np.median(free / spectrum[:, None], axis=0), 1e-300)
     # A change u of a shape is −trust + v with v ≥ 0.
-    matrix = np.hstack([free * units, slopes * trust]) * root[:, None]
-    target = (part.power - linear.offset + slopes @ trust) * root
+    scaled = np.hstack([free * units, slopes * trust]) / spectrum[:, None]
+    matrix, target = linearised(scaled, part.power, part.count, spectrum, weight)
+    start = np.concatenate([theta[linear.free] / units, np.ones(point.size)])
+    target = target + matrix @ start
     size = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
     solution = nnls(matrix / size, target)[0] / size
     out = linear.fixed.copy()

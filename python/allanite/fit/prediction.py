@@ -25,6 +25,7 @@ from allanite.fit.polish import polish
 from allanite.fit.prediction_in_time import BLOCKS, prices
 from allanite.fit.random_part import RandomPart
 from allanite.fit.shape import free_places
+from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
@@ -120,6 +121,7 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
         _, saturated = _folded(bins, (data if raw is None else raw).ordinates)
     used = _used(bins, solution)
     units = np.zeros((FOLDS, bins.groups.size))
+    cell = np.searchsorted(cells_of(bins.count.size), np.arange(bins.count.size), side="right")
     for fold in range(FOLDS):
         rest = np.arange(FOLDS) != fold
         freedom = (number - used)[rest].sum(axis=0)
@@ -135,16 +137,19 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
                 n = number[fold][b]
                 power = total[fold][b] / n
                 best = -0.5 * float(n @ (np.log(saturated[fold][b] / n) + 1.0))
-                units[fold, g] = best - _judged(power, n, found.spectrum[b], found.scale)
+                units[fold, g] = best - _judged(power, n, found.spectrum[b], found.scale, cell[b])
     blocks = prices(data, solution) + _outliers(data, solution)
     losses = np.concatenate([units.ravel(), blocks])
     size = bins.count.size
     return Prediction(losses, float(losses.sum()) / size, _std_error(losses) / size)
 
 
-def _judged(power: Array, count: Array, spectrum: Array, scale: int | None) -> float:
+def _judged(
+    power: Array, count: Array, spectrum: Array, scale: int | None, cell: NDArray[np.int64]
+) -> float:
     """`discrepancy.judge` of a few bins, whose tables no other call will need: at one scale alone."""
-    law = _kernels.Likelihood(count, SCALES[:1] if scale is None else SCALES[scale : scale + 1])
+    scales = SCALES[:1] if scale is None else SCALES[scale : scale + 1]
+    law = _kernels.Likelihood(count, scales, np.flatnonzero(np.diff(cell, prepend=-1)).tolist())
     power = np.maximum(power, 1e-12 * spectrum)
     return law.judge(power, spectrum, None if scale is None else 0)[0]
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.common import verbs
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.fit import curve as _curve
@@ -179,7 +180,8 @@ class Fit:
     @cached_property
     def discrepancy(self) -> Discrepancy:
         """By how much the model is wrong where it is: 0 where nothing speaks against it."""
-        low, high = scale_interval(*self._random(), self.solution.best.scale)
+        s = self.solution
+        low, high = scale_interval(s.power, s.count, s.spectrum, s.best.scale)
         # Scales are of ln power; a deviation has half of it.
         return Discrepancy(50.0 * self.solution.discrepancy, (50.0 * low, 50.0 * high))
 
@@ -190,10 +192,6 @@ class Fit:
         best = float(-0.5 * s.count @ (np.log(s.power) + 1.0))
         plain = judge(s.power, s.count, s.spectrum, s.best.scale).log_likelihood
         return best - plain - chance_deviance(s.count)
-
-    def _random(self) -> tuple[Any, Any, Any]:
-        s = self.solution
-        return s.power, s.count, s.spectrum
 
     @property
     def adequate(self) -> bool:
@@ -231,11 +229,7 @@ class Fit:
 
         return effect.name_for(parse_unit(self.recording.unit).kind)
 
-    def check(self, **options: Any) -> Any:
-        """Where the model fails and what is missing: `allanite.criticism.check_fit`."""
-        from allanite.suggestion import check_fit
-
-        return check_fit(self, **options)
+    check = verbs.fit_check
 
     def add(self, addition: Any) -> Fit:
         """Refit with an effect (or a suggestion's effect) added.
@@ -307,11 +301,7 @@ class Fit:
 
         return compare_methods(self)
 
-    def plot(self, path: str | Path | None = None) -> Any:
-        """Allan curve and spectrum with the model; written to `path` (SVG, PNG, PDF) if given."""
-        from allanite.plots import plot_fit
-
-        return plot_fit(self, path)
+    plot = verbs.fit_plot
 
     def to_dict(self) -> dict[str, Any]:
         """``allanite/fit/1`` of the contract, with the band of the Allan curve beside it."""

@@ -12,7 +12,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.simulate import simulate
-from allanite.spectrum import fill_gaps
+from allanite.spectrum import bridge_gaps
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -135,7 +135,7 @@ def simulate_check(
             axis=1 + number,
         )
         if gaps:
-            samples = fill_gaps(np.asarray(twin.samples), missing)
+            samples = bridge_gaps(np.asarray(twin.samples), missing)
             twin = Recording(
                 samples, rate=data.rate, unit=recording.unit, covariates=data.covariates or None
             )

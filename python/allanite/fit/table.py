@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.parameters import Estimate
+from allanite.common.printing import printed, table_unit
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
@@ -22,6 +23,10 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
         for name, value in values.items():
             if value is None:
                 continue
+            power = effect.parameter(name).unit
+            if isinstance(value, Estimate) and isinstance(power, float):
+                sheet = effect.parameter(name).sheet
+                value = value.to(table_unit(fit.recording.unit, power, sheet))
             number, interval = _cells(value)
             rows.append((title, name, number, "held" if name in effect.held else interval))
             title = ""
@@ -31,11 +36,12 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
 def _cells(value: Any) -> tuple[str, str]:
     if not isinstance(value, Estimate):
         return (f"{len(value)} times" if isinstance(value, tuple) else str(value)), ""
+    unit = "" if value.unit == "1" else printed(value.unit)
     if not value.detected and value.interval is not None:
-        return "not detected", f"< {value.interval[1]:.3g} {value.unit}"
+        return "not detected", f"< {value.interval[1]:.3g} {unit}"
     if not value.detected:
         return "not present", ""
-    text = f"{float(value):.5g} {'' if value.unit == '1' else value.unit}".rstrip()
+    text = f"{float(value):.5g} {unit}".rstrip()
     if value.interval is None:
         return text, ""
     return text, f"{value.interval[0]:.4g} … {value.interval[1]:.4g}"

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.discrepancy import EVIDENCE, best_scale, likelihood
+from allanite.fit.discrepancy import EVIDENCE, best_scale, likelihood, linearised
 
 __all__ = [
     "Maximum",
@@ -164,9 +164,13 @@ def first_guess(power: Array, count: Array, columns: Array, offset: Array | None
     return likelihood(count).first(power, columns, offset)
 
 
-def information(count: Array, slopes: Array) -> Array:
-    """Fisher information ½ Σ n_b (∂lnS_b)(∂lnS_b)ᵀ from the slopes ∂lnS_b/∂φ, shape (bins, p)."""
-    return np.asarray(0.5 * slopes.T @ (slopes * count[:, None]))
+def information(count: Array, weight: Array, slopes: Array) -> Array:
+    """Fisher information of φ from the slopes ∂lnS_b/∂φ, shape (bins, p).
+
+    ½ Σ n_b (∂lnS_b)(∂lnS_b)ᵀ where weight is count.
+    """
+    rows, _ = linearised(slopes, count, count, count, weight)
+    return np.asarray(0.5 * rows.T @ rows)
 
 
 def profile_interval(
@@ -204,7 +208,7 @@ def profile_interval(
     low = search(centre, 0.0, LEVEL) if at_zero > LEVEL else 0.0
     # The scale of one coefficient alone: as if every bin were its own.
     slopes = column / best.spectrum
-    step = 1.0 / np.sqrt(max(float(0.5 * (slopes**2) @ best.weight), 1e-300))
+    step = 1.0 / np.sqrt(max(float(information(count, best.weight, slopes[:, None])[0, 0]), 1e-300))
     outside = centre + 2.0 * step
     for _ in range(60):
         if drop(outside) > LEVEL:

@@ -8,13 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.errors import AllaniteError, InputError
+from allanite.common.errors import AllaniteError, InputError, about
 from allanite.common.numbers import number
 from allanite.effects.files import model_from_dict
 from allanite.fit import fit_model
 from allanite.page.source import Reading
 from allanite.page.tab import Ladder, Step
 from allanite.page.views import VIEWS, figure_of
+from allanite.page.words import WORDS
 from allanite.plots.words import unit_text
 from allanite.study import Rung
 from allanite.study.ladder import misfit_left
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
 
 __all__ = ["accept", "compare_with", "make", "open_study", "sheet_rows", "study"]
 
-#: Options named by the message of a reader that lacks nothing else.
-ASKED = ("--rate", "--unit", "--quantity", "--column")
+#: What the page asks for when a reader lacks nothing else.
+ASKED = ("rate", "unit", "quantity", "column")
 SCHEMA = "allanite/page-study/1"
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
@@ -62,7 +63,7 @@ def accept(tab: Tab, source: Source, role: str) -> None:
         source.read(Reading())
     except AllaniteError as error:
         # What only lacks a rate or a unit is asked for; anything else is refused.
-        if not any(option in str(error) for option in ASKED):
+        if error.missing not in ASKED:
             raise
     tab.sources.append(source)
     tab.open(len(tab.sources) - 1)
@@ -73,10 +74,8 @@ def _accept_sheet(tab: Tab, source: Source) -> None:
 
     _ = tab.log
     assert source.path is not None
-    try:
+    with about(source.name, instead=source.path):
         sheet = read_datasheet(source.path)
-    except AllaniteError as error:
-        raise InputError(str(error).replace(str(source.path), source.name)) from None
     # A sheet without a name of its own is called as its file.
     named = sheet.name if sheet.name != source.path.stem else Path(source.name).stem
     tab.sheet = replace(sheet, name=named)
@@ -95,7 +94,7 @@ def compare_with(tab: Tab, source: Source) -> None:
     try:
         other = source.read(source.reading)
     except AllaniteError as error:
-        if not any(option in str(error) for option in ASKED):
+        if error.missing not in ASKED:
             raise
         raise InputError(
             f"{source.name}: its rate or unit is not known: open it as a log, say how to read it, then go back and"
@@ -116,7 +115,7 @@ def sheet_rows(tab: Tab) -> dict[str, Any] | None:
     try:
         found = compare_datasheet(tab.step.fit, tab.sheet)
     except InputError as error:
-        return {"name": tab.sheet.name, "rows": [], "remarks": [str(error)]}
+        return {"name": tab.sheet.name, "rows": [], "remarks": [error.worded(WORDS)]}
     rows = [
         {
             "figure": row.figure.name.replace("_", " "),

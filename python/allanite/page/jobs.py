@@ -6,6 +6,7 @@ import threading
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError
+from allanite.page.words import WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -83,9 +84,9 @@ class Job:
         except Cancelled:
             self.error = None
         except AllaniteError as error:
-            self.error = " ".join(str(error).split())
+            self.error = " ".join(error.worded(WORDS).split())
         except MemoryError:
-            self.error = "not enough memory for this log: average it down first (--decimate)"
+            self.error = "not enough memory for this log: average it down first"
         except Exception as error:  # the page must say that something broke, whatever it was
             self.error = (
                 f"something went wrong inside ({type(error).__name__}: {error}): please report it"

@@ -18,6 +18,7 @@ from allanite.page.source import MOST_BYTES, Source, Uploads, check_name
 from allanite.page.state import act, state, work
 from allanite.page.tab import Tab
 from allanite.page.views import finite, view
+from allanite.page.words import WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -111,7 +112,7 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
             try:
                 answer = await handler(request)
             except AllaniteError as error:
-                return JSONResponse({"error": " ".join(str(error).split())}, 400)
+                return JSONResponse({"error": " ".join(error.worded(WORDS).split())}, 400)
             return answer if isinstance(answer, Plain) else reply(answer)
 
         return safe
@@ -120,7 +121,9 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
         name, kind = STATIC[
             request.url.path if request.url.path in STATIC else request.scope["path"]
         ]
-        return Plain(resources.files("allanite.page").joinpath(name).read_bytes(), media_type=kind)
+        return Plain(
+            resources.files("allanite.page").joinpath("static", name).read_bytes(), media_type=kind
+        )
 
     async def plotly(_request: Request) -> Response:
         return Plain(await run_in_threadpool(_plotly), media_type="text/javascript; charset=utf-8")

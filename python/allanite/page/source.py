@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.common.errors import AllaniteError, InputError
+from allanite.common.errors import InputError, about
 from allanite.readers import FORMATS, read
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Source:
             recording = self.recording
         else:
             assert self.path is not None
-            try:
+            with about(self.name, instead=self.path):
                 recording = read(
                     self.path,
                     rate=reading.rate,
@@ -67,8 +67,6 @@ class Source:
                     time_column=reading.time_column,
                     column=reading.columns or None,
                 )
-            except AllaniteError as error:
-                raise type(error)(str(error).replace(str(self.path), self.name)) from None
             recording = recording.called(self.name)
         return recording if reading.output_unit is None else recording.to(reading.output_unit)
 

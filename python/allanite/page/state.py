@@ -12,6 +12,7 @@ from allanite.page.cards import cards, chips, rung
 from allanite.page.documents import compare_with, open_study, sheet_rows
 from allanite.page.edits import SHEET, effect, shown_unit
 from allanite.page.source import Reading
+from allanite.page.words import WORDS
 from allanite.plots.words import duration_text, unit_text
 from allanite.report.words import many
 
@@ -113,7 +114,7 @@ def _recording(tab: Tab) -> dict[str, Any]:
         "rate": column.rate,
         "unit": unit_text(column.unit),
         "text": f"{many(column.n)} samples · {duration_text(column.duration)} at {column.rate:.6g} Hz",
-        "audit": [{"severity": f.severity, "message": f.message} for f in column.audit],
+        "audit": [{"severity": f.severity, "message": f.worded(WORDS)} for f in column.audit],
     }
 
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import re
 import threading
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from allanite.common.errors import InputError
+from allanite.common.errors import AllaniteError, InputError
 from allanite.effects import Model
 from allanite.fit import fit_model
 from allanite.page.edits import effect as effect_at
 from allanite.page.edits import freed, frozen, parse_model_string, with_value
 from allanite.page.jobs import Job
+from allanite.page.words import WORDS
 from allanite.study import LIMIT, Rung, next_rung
 from allanite.suggestion import Check, check_fit
 
@@ -196,11 +196,9 @@ class Tab:
                 self.history, self.place, self.column = [Ladder()], 0, 0
             try:
                 recording = source.read(source.reading)
-            except (InputError, ValueError) as error:
+            except AllaniteError as error:
                 with self.change(job):
-                    # What is an option elsewhere is a field of the form here.
-                    words = re.sub(r"(\w+)= \(--[^)]*\)", r"the \1", str(error))
-                    self.problem = " ".join(words.split())
+                    self.problem = " ".join(error.worded(WORDS).split())
                 return
             self._start(job, recording, 0)
 

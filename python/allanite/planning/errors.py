@@ -112,7 +112,7 @@ def _random(model: Model, names: list[str], data: Data) -> dict[str, float]:
             sizes.append(abs(value))
     if not keys:
         return {}
-    relative = _inverse(information(data.bins.count, np.column_stack(slopes)))
+    relative = _inverse(information(data.bins.count, data.bins.count, np.column_stack(slopes)))
     return dict(zip(keys, map(float, relative * np.array(sizes)), strict=True))
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.deviation import estimator_named
 from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
 from allanite.plots.spec import Figure, Line, Panel, Points
@@ -17,25 +18,7 @@ if TYPE_CHECKING:
     from allanite.deviation.result import Deviation
     from allanite.recording import Recording
 
-__all__ = ["NAMES", "plot_deviation"]
-
-NAMES = {
-    "oadev": "overlapping Allan deviation",
-    "adev": "Allan deviation",
-    "mdev": "modified Allan deviation",
-    "hdev": "Hadamard deviation",
-    "ohdev": "overlapping Hadamard deviation",
-    "tdev": "time deviation",
-    "pdev": "parabolic deviation",
-    "totdev": "total deviation",
-    "mtotdev": "modified total deviation",
-    "ttotdev": "time total deviation",
-    "htotdev": "Hadamard total deviation",
-    "theo1": "Theo1 deviation",
-    "theoh": "TheoH deviation",
-    "tierms": "root mean square time interval error",
-    "mtie": "maximum time interval error",
-}
+__all__ = ["plot_deviation"]
 
 
 def plot_deviation(
@@ -63,7 +46,7 @@ def plot_deviation(
     tau, values = np.asarray(deviation.tau), np.asarray(deviation.deviation)
     low, high = np.asarray(deviation.low), np.asarray(deviation.high)
     kept = np.isfinite(values) & (values > 0)
-    words = NAMES.get(deviation.kind, deviation.kind)
+    words = estimator_named(deviation.kind).title
     known = bool(np.isfinite(low[kept]).any())
     label = "estimate, 95 % interval" if known else "estimate"
     ends = (low[kept], high[kept]) if known else (None, None)

@@ -6,6 +6,7 @@ import io
 import itertools
 import os
 import tempfile
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,8 @@ TITLE, LINE_HEIGHT = 0.29, 0.22
 #: Letters in the width of a legend of `WIDTH`, and of the key before each label.
 LETTERS, KEY = 177, 9
 FONT = "DejaVu Sans"  # comes with matplotlib and has every sign that is written here
+#: Texts are as they are: a dollar sign begins no formula.
+TEXT: dict[str, Any] = {"family": FONT, "parse_math": False}
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
 # What lies over what.
 BELOW, AREA, GUIDE, LINE, POINT, WORDS = 0.5, 1.0, 1.5, 2.5, 3.0, 4.0
@@ -87,9 +90,12 @@ def render(
     canvas = draw(figure, theme, size)
     stream = io.BytesIO()
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
-    canvas.savefig(
-        stream, format=kind, dpi=DPI, facecolor=canvas.get_facecolor(), metadata=metadata
-    )
+    with warnings.catch_warnings():
+        # A name may be of letters that the font does not have.
+        warnings.filterwarnings("ignore", "Glyph .* missing from font")
+        canvas.savefig(
+            stream, format=kind, dpi=DPI, facecolor=canvas.get_facecolor(), metadata=metadata
+        )
     return stream.getvalue()
 
 
@@ -129,7 +135,7 @@ def _words(canvas: Any, figure: Figure, look: Theme) -> float:
     """Title and subtitle, and one legend for all panels; the part of the height that is left below the title."""
     width, height = canvas.get_size_inches()
     top = 0.13 if figure.title or figure.subtitle else 0.06
-    style = {"ha": "left", "va": "top", "color": look.text, "family": FONT}
+    style = {"ha": "left", "va": "top", "color": look.text} | TEXT
     if figure.title:
         canvas.text(0.012, 1 - top / height, figure.title, fontsize=13, weight="bold", **style)
         top += TITLE
@@ -140,8 +146,9 @@ def _words(canvas: Any, figure: Figure, look: Theme) -> float:
     below = 1 - (top + 0.02) / height
     if not marks:
         return below
-    labels = [label_of(m) for m in marks]
-    canvas.legend(
+    # A label that begins with _ would be left out.
+    labels = [f" {label}" if (label := label_of(m)).startswith("_") else label for m in marks]
+    legend = canvas.legend(
         handles=[_handle(m, look) for m in marks],
         labels=labels,
         loc="outside lower center",
@@ -152,6 +159,8 @@ def _words(canvas: Any, figure: Figure, look: Theme) -> float:
         handlelength=2.2,
         columnspacing=1.8,
     )
+    for text in legend.get_texts():
+        text.set_parse_math(False)
     return below
 
 
@@ -209,7 +218,7 @@ def _panel(canvas: Any, axes: Any, panel: Panel, look: Theme) -> None:
         axes.tick_params(axis="y", length=0)
     if panel.title:
         axes.set_title(
-            panel.title, loc="left", fontsize=11, color=look.text, family=FONT, weight="bold", pad=6
+            panel.title, loc="left", fontsize=11, color=look.text, weight="bold", pad=6, **TEXT
         )
     for mark in panel.marks:
         _draw(canvas, axes, panel, mark, look)
@@ -237,7 +246,7 @@ def _axis(axes: Any, name: str, axis: Axis, show: bool, look: Theme) -> None:
     for label in getattr(axes, f"get_{name}ticklabels")():
         label.set_family(FONT)
     if show and axis.label:
-        getattr(axes, f"set_{name}label")(axis.label, fontsize=10.5, color=look.text, family=FONT)
+        getattr(axes, f"set_{name}label")(axis.label, fontsize=10.5, color=look.text, **TEXT)
 
 
 def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None:
@@ -296,8 +305,8 @@ def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None
                 va="center",
                 fontsize=12,
                 color=look.color(mark.color),
-                family=FONT,
                 zorder=WORDS,
+                **TEXT,
             )
 
 
@@ -330,9 +339,9 @@ def _bars(axes: Any, mark: Bars, panel: Panel, look: Theme) -> None:
             va="center",
             fontsize=10,
             color=look.text,
-            family=FONT,
             zorder=WORDS,
             bbox={"facecolor": look.panel, "edgecolor": "none", "pad": 0.8},
+            **TEXT,
         )
 
 
@@ -366,4 +375,4 @@ def _heat(canvas: Any, axes: Any, mark: HeatMap, look: Theme) -> None:
     bar.ax.tick_params(labelsize=9.5, color=look.faint, labelcolor=look.text)
     for label in bar.ax.get_yticklabels():
         label.set_family(FONT)
-    bar.set_label(mark.label, fontsize=10.5, color=look.text, family=FONT)
+    bar.set_label(mark.label, fontsize=10.5, color=look.text, **TEXT)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -72,7 +73,7 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
         if panel.title:
             layout["annotations"].append(
                 {
-                    "text": f"<b>{panel.title}</b>",
+                    "text": f"<b>{_words(panel.title)}</b>",
                     "x": across[0],
                     "y": upright[1],
                     "xref": "paper",
@@ -89,8 +90,8 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
 
 
 def _title(figure: Figure, look: Theme) -> dict[str, Any]:
-    rest = figure.subtitle.replace("\n", "<br>")
-    text = f"<b>{figure.title}</b>" + (
+    rest = _words(figure.subtitle)
+    text = f"<b>{_words(figure.title)}</b>" + (
         f"<br><span style='font-size:12px'>{rest}</span>" if rest else ""
     )
     return {
@@ -138,9 +139,9 @@ def _axis(
         "range": ends[::-1] if axis.reverse else ends,
         "tickmode": "array",
         "tickvals": [v for v, _ in axis.ticks],
-        "ticktext": [t.replace("\n", "<br>") for _, t in axis.ticks],
+        "ticktext": [_words(t) for _, t in axis.ticks],
         "showticklabels": show,
-        "title": {"text": axis.label if show else "", "standoff": 8},
+        "title": {"text": _words(axis.label) if show else "", "standoff": 8},
         "showgrid": panel.grid,
         "gridcolor": look.grid,
         "linecolor": look.faint,
@@ -150,6 +151,11 @@ def _axis(
         "zeroline": False,
         "automargin": True,
     }
+
+
+def _words(text: str) -> str:
+    """Text as plotly takes it: as HTML."""
+    return escape(text, quote=False).replace("\n", "<br>")
 
 
 def _numbers(values: Any) -> list[float | None]:
@@ -199,7 +205,7 @@ def _draw(
                     "orientation": "h",
                     "x": _numbers(mark.values),
                     "y": list(range(mark.values.size)),
-                    "text": list(mark.texts),
+                    "text": [_words(text) for text in mark.texts],
                     "textposition": "outside",
                     "cliponaxis": False,
                     "width": 0.5,
@@ -220,7 +226,7 @@ def _draw(
             }
             font = {"color": look.color(mark.color), "size": 14}
             layout["annotations"].append(
-                {"text": mark.text, "showarrow": False, "font": font, **place}
+                {"text": _words(mark.text), "showarrow": False, "font": font, **place}
             )
 
 
@@ -230,9 +236,9 @@ def _trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
         "type": "scatter",
         "x": plain[0],
         "y": plain[1],
-        "name": label,
+        "name": _words(label),
         "showlegend": bool(label),
-        **({"legendgroup": label} if label else {}),
+        **({"legendgroup": _words(label)} if label else {}),
         **axes,
     }
 
@@ -297,9 +303,9 @@ def _heat(
             "zmax": mark.limit,
             "colorscale": [[0, low], [0.5, middle], [1, high]],
             "colorbar": {
-                "title": {"text": mark.label, "side": "right"},
+                "title": {"text": _words(mark.label), "side": "right"},
                 "tickvals": [v for v, _ in mark.ticks],
-                "ticktext": [t for _, t in mark.ticks],
+                "ticktext": [_words(t) for _, t in mark.ticks],
                 "outlinewidth": 0,
             },
             "hovertemplate": "2^%{z:.2f} × expected<extra></extra>",

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import AllaniteError, InputError
+from allanite.common.errors import AllaniteError, InputError, TooShortError, about
+from allanite.common.plain import plain
+from allanite.readers import hdf5, matlab, npy, npz, parquet, text
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._table import time_unit_of
+from allanite.readers.clocks import rinex, stable32
 from allanite.readers.frame import is_frame, table_of
-from allanite.readers.packed import is_packed, unpacked
+from allanite.readers.packed import is_packed, member, unpacked
+from allanite.readers.topics import ardupilot, rosbag, ulog
 from allanite.readers.understand import understand
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
@@ -27,31 +30,32 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMATS", "read", "read_table"]
 
-# Suffix → module whose `read(path, pick)` returns a Table. Anything else is read as text.
-FORMATS = {
-    ".npy": "npy",
-    ".npz": "npz",
-    ".mat": "matlab",
-    ".bag": "rosbag",
-    ".db3": "rosbag",
-    ".mcap": "rosbag",
-    ".ulg": "ulog",
-    ".h5": "hdf5",
-    ".hdf5": "hdf5",
-    ".hdf": "hdf5",
-    ".nc": "hdf5",
-    ".nc4": "hdf5",
-    ".cdf": "hdf5",
-    ".parquet": "parquet",
-    ".feather": "parquet",
-    ".arrow": "parquet",
-    ".clk": "rinex",
-    ".phd": "stable32",
-    ".frd": "stable32",
+# Suffix → the reader. Anything else is read as text.
+FORMATS: dict[str, Callable[[Path, Picker], Table]] = {
+    ".npy": npy.read,
+    ".npz": npz.read,
+    ".mat": matlab.read,
+    ".bag": rosbag.read,
+    ".db3": rosbag.read,
+    ".mcap": rosbag.read,
+    ".ulg": ulog.read,
+    ".h5": hdf5.read,
+    ".hdf5": hdf5.read,
+    ".hdf": hdf5.read,
+    ".nc": hdf5.read,
+    ".nc4": hdf5.read,
+    ".cdf": hdf5.read,
+    ".parquet": parquet.read,
+    ".feather": parquet.read,
+    ".arrow": parquet.read,
+    ".clk": rinex.read,
+    ".bin": ardupilot.read,
+    ".phd": stable32.read,
+    ".frd": stable32.read,
 }
 
 #: Those whose logs have topics.
-TOPICAL = ("rosbag", "ulog", "ardupilot")
+TOPICAL = (rosbag.read, ulog.read, ardupilot.read)
 
 
 def read(
@@ -111,23 +115,17 @@ def read(
     if is_frame(path):
         return _recording(None, request, table_of(path))
     path = Path(path)
-    try:
-        where = str(path)
-        pick = lambda names, units: choose(names, units, request, where).all  # noqa: E731
+    with about(path):
+        pick = lambda names, units: choose(names, units, request).all  # noqa: E731
         table = read_table(path, pick, request.topics)
         return _recording(path, request, table)
-    except AllaniteError as error:
-        text = str(error)
-        raise type(error)(text if str(path) in text else f"{path}: {text}") from None
 
 
 def _recording(path: Path | None, request: Request, table: Table) -> Recording:
-    where = str(path or "log")
     choice = choose(
         table.names,
         table.units,
         request,
-        where,
         stamped=table.time is not None,
         time_at=0 if not table.named and looks_like_time(table) else None,
     )
@@ -139,10 +137,10 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
         phases = all(unit == "s" for unit in own) and request.unit is None
         quantity = "angle" if phases else "rate"
     units = [
-        unit_of(table.names[i], unit, request.unit, quantity, where)
+        unit_of(table.names[i], unit, request.unit, quantity)
         for i, unit in zip(choice.samples, own, strict=True)
     ]
-    _same_length(table, [*choice.samples, *choice.covariates], where)
+    _same_length(table, [*choice.samples, *choice.covariates])
     at = choice.time
     recording = Recording(
         _take(table, choice.samples),
@@ -152,7 +150,7 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
         quantity=quantity,
         columns=[table.names[i] for i in choice.samples],
         covariates={table.names[i]: table[i] for i in choice.covariates},
-        path=path,
+        path=None if path is None else plain(path),
         # One unit for all columns is the samples': it says nothing of a temperature beside them.
         covariate_units={
             table.names[i]: (len(set(table.units)) > 1 and table.units[i]) or "1"
@@ -178,37 +176,57 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     """
     if path.is_dir():
         if (path / "metadata.yaml").exists():
-            return _reader("rosbag", topics)(path, pick)
+            return _read(rosbag.read, path, pick, topics)
         # The layout of the EuRoC data set: mav0/imu0/data.csv.
         inside = [path / part / "data.csv" for part in (".", "imu0", "mav0/imu0")]
         found = next((file for file in inside if file.is_file()), None)
         if found is not None:
             return read_table(found, pick, topics)
-        raise InputError(f"{path} is a directory: name the log file in it")
+        raise InputError("is a directory: name the log file in it")
     try:
         size = path.stat().st_size
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
+        raise InputError("no such file") from None
     except OSError as error:
-        raise InputError(f"{path}: {error.strerror or error}") from None
+        raise InputError(f"{error.strerror or error}") from None
     if size == 0 and path.is_file():
-        raise InputError(f"{path}: the file is empty")
+        raise InputError("the file is empty")
+    if path.is_file() and path.suffix.lower() == ".zip":
+        with member(path, topics) as inner:
+            return read_table(inner, pick)
     if path.is_file() and is_packed(path):
         with unpacked(path) as inner:
             return read_table(inner, pick, topics)
+    table = _read(FORMATS.get(path.suffix.lower(), text.read), path, pick, topics)
+    if table.n == 0 and any(column is not None for column in table.columns):
+        raise TooShortError("no row in it")
+    return table
+
+
+def _read(reader: Any, path: Path, pick: Picker, topics: Sequence[str]) -> Table:
+    """The one place where what a reader or a foreign library raises becomes one line."""
     try:
-        return _reader(FORMATS.get(path.suffix.lower(), "text"), topics)(path, pick)
+        return _reader(reader, topics)(path, pick)
+    except (AllaniteError, ModuleNotFoundError):
+        raise
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+        raise InputError(f"cannot be read ({error.strerror or error})") from None
+    except MemoryError:
+        raise InputError("does not fit into memory") from None
+    except Exception as error:  # damaged bytes lead libraries to anything
+        what = f"{type(error).__name__}: {plain(error, 100)}"
+        raise InputError(f"damaged, or not what its name says ({what})") from None
 
 
-def _reader(name: str, topics: Sequence[str]) -> Callable[[Path, Picker], Table]:
-    reader = importlib.import_module(f"allanite.readers.{name}").read
+def _reader(read: Any, topics: Sequence[str]) -> Callable[[Path, Picker], Table]:
+    reader: Callable[[Path, Picker], Table] = read
     if not topics:
         return reader
-    if name not in TOPICAL:
-        raise InputError("--topic is for ROS bags, ULog and ArduPilot logs: this log has no topics")
-    return lambda path, pick: reader(path, pick, topics)
+    if read not in TOPICAL:
+        raise InputError(
+            "topics are for ROS bags, ULog, ArduPilot logs and archives (.zip): this log has no topics"
+        )
+    return lambda path, pick: read(path, pick, topics)
 
 
 def looks_like_time(table: Table) -> bool:
@@ -219,7 +237,7 @@ def looks_like_time(table: Table) -> bool:
     return bool(np.all(steps > 0) and np.median(np.abs(steps / np.median(steps) - 1)) < 0.5)
 
 
-def _same_length(table: Table, columns: list[int], where: str) -> None:
+def _same_length(table: Table, columns: list[int]) -> None:
     """Refuse a column that ends before the others: two recordings in one file."""
     last = [table[i].dtype.kind == "f" and bool(np.isnan(table[i][-1])) for i in columns]
     if any(last) and not all(last):
@@ -227,8 +245,9 @@ def _same_length(table: Table, columns: list[int], where: str) -> None:
         present = np.flatnonzero(~np.isnan(table[ended]))
         rows = int(present[-1]) + 1 if present.size else 0
         raise InputError(
-            f"{where}: column {table.names[ended]} ends after {rows} rows, others have {table.n}:"
-            " read it by itself (--column) or cut the file"
+            f"column {table.names[ended]} ends after {rows} rows, others have {table.n}",
+            missing="column",
+            remedy=": read it by itself ({column}) or cut the file",
         )
 
 

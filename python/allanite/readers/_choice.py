@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
+from allanite.common.plain import plain
 from allanite.common.units import parse_unit, rate_unit
 from allanite.readers._table import role_of, sensor_kind
 from allanite.recording import find_column
@@ -34,6 +35,14 @@ class Request:
         """Whether the time column is to be left out."""
         return self.time_column == "none"
 
+    def __post_init__(self) -> None:
+        # As the names of the log are shown.
+        fix = object.__setattr__
+        fix(self, "columns", tuple(c if isinstance(c, int) else plain(c) for c in self.columns))
+        fix(self, "covariates", tuple(map(plain, self.covariates)))
+        if isinstance(self.time_column, str):
+            fix(self, "time_column", plain(self.time_column))
+
 
 @dataclass(frozen=True, slots=True)
 class Choice:
@@ -56,7 +65,6 @@ def choose(
     names: Sequence[str],
     units: Sequence[str | None],
     request: Request,
-    where: str,
     *,
     stamped: bool = False,
     time_at: int | None = None,
@@ -69,8 +77,6 @@ def choose(
         Of all columns of the log.
     request : Request
         What the caller said.
-    where : str
-        Name of the log, for messages.
     stamped : bool
         The log keeps its time stamps apart from the columns.
     time_at : int, optional
@@ -86,17 +92,17 @@ def choose(
     if request.timeless:
         time_at, roles = None, ["other" if role == "time" else role for role in roles]
     elif request.time_column is not None and not apart:
-        time_at = find_column(request.time_column, names, where)
+        time_at = find_column(request.time_column, names)
     elif time_at is None and not apart and "time" in roles:
         time_at = roles.index("time")
     if request.columns:
-        found = dict.fromkeys(find_column(name, names, where) for name in request.columns)
+        found = dict.fromkeys(find_column(name, names) for name in request.columns)
         samples = tuple(found)
     else:
-        samples = _sensors(names, roles, request.unit, time_at, where)
+        samples = _sensors(names, roles, request.unit, time_at)
     covariates = [i for i, role in enumerate(roles) if role == "temperature" and i not in samples]
     for name in request.covariates:
-        at = find_column(name, names, where)
+        at = find_column(name, names)
         if at not in covariates and at not in samples:
             covariates.append(at)
     taken = {*samples, *covariates, time_at}
@@ -105,7 +111,7 @@ def choose(
 
 
 def _sensors(
-    names: Sequence[str], roles: Sequence[str], unit: str | None, time_at: int | None, where: str
+    names: Sequence[str], roles: Sequence[str], unit: str | None, time_at: int | None
 ) -> tuple[int, ...]:
     found = [i for i, role in enumerate(roles) if role == "sensor" and i != time_at]
     if unit is not None:
@@ -116,16 +122,22 @@ def _sensors(
             found = [i for i, k in zip(found, kinds, strict=True) if k == kind]
     if not found:
         raise InputError(
-            f"{where}: no sensor column found among {', '.join(names)}: name it with --column"
+            f"no sensor column found among {', '.join(names)}",
+            missing="column",
+            remedy=": name it with {column}",
         )
     return tuple(found)
 
 
-def unit_of(name: str, own: str | None, given: str | None, quantity: str, where: str) -> str:
+def unit_of(name: str, own: str | None, given: str | None, quantity: str) -> str:
     """Return the unit of a column: the file's and the caller's must not contradict each other."""
     if given is None:
         if own == "s" and quantity == "rate":
-            raise InputError(f"{where}: column {name} is in s: give --quantity angle for a phase")
+            raise InputError(
+                f"column {name} is in s",
+                missing="quantity",
+                remedy=": give {quantity:angle} for a phase",
+            )
         return own or "1"
     if own is None:
         return given
@@ -135,7 +147,8 @@ def unit_of(name: str, own: str | None, given: str | None, quantity: str, where:
         return given
     if said.name != rate_unit(given, quantity).name:
         raise InputError(
-            f"{where}: column {name} is in {own} by the file, {given} by --unit: leave --unit"
-            " out, or convert with --output-unit"
+            f"column {name} is in {own} by the file",
+            missing="unit",
+            remedy=f", {given} by {{unit}}: leave it out, or convert by {{to}}",
         )
     return given

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
+from allanite.common.plain import plain
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
 from allanite.recording.timebase import TIME_UNITS
 
@@ -46,6 +47,11 @@ class Table:
     time: NDArray[Any] | None = None
     named: bool = True
     notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        # Names and units are a stranger's text.
+        object.__setattr__(self, "names", tuple(map(plain, self.names)))
+        object.__setattr__(self, "units", tuple(u and plain(u) for u in self.units))
 
     def __getitem__(self, at: int) -> NDArray[Any]:
         """Return a column that was asked for."""
@@ -126,6 +132,8 @@ def time_unit_of(name: str, unit: str | None) -> str | None:
     """Return the unit of a time column, if its header says it: ``time [ms]``, ``timestamp_us``."""
     if unit in TIME_UNITS:
         return unit
+    if name.strip().lower() == "sampletimefine":  # Xsens: a counter of 10 kHz
+        return "100us"
     match = re.search(
         r"_?(ns|nsec|nanos?|us|usec|micros?|ms|msec|millis?|_s|_sec)$", name.strip().lower()
     )

@@ -54,7 +54,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             if key in own and name in found:
                 value = float(np.asarray(own[key]).reshape(-1)[0])
                 found[name] = found[name] * value if key == "scale_factor" else found[name] + value
-    return assemble(found, path, units)
+    return assemble(found, units)
 
 
 def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
@@ -84,7 +84,7 @@ def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]
             attributes[""] = dict(file.attrs)
             file.visititems(visit)
     except (OSError, RuntimeError, ValueError, KeyError) as error:
-        raise InputError(f"{path}: damaged or not an HDF5 file ({error})") from None
+        raise InputError(f"damaged or not an HDF5 file ({error})") from None
     return found, attributes
 
 
@@ -103,5 +103,5 @@ def _classic(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, A
             }
             attributes[""] = dict(getattr(file, "_attributes", {}))
     except Exception as error:  # scipy raises whatever the bytes lead it to
-        raise InputError(f"{path}: damaged or not a netCDF file ({error})") from None
+        raise InputError(f"damaged or not a netCDF file ({error})") from None
     return found, attributes

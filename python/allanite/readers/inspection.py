@@ -80,7 +80,7 @@ class Inspection:
     n : int
         Rows.
     rate, duration : float or None
-        Sampling rate, Hz, and length, s, if they are known; None says that ``--rate`` is needed.
+        Sampling rate, Hz, and length, s, if they are known; None says that a rate is needed.
     problem : str or None
         Why it cannot be read as it is, with the remedy.
     columns : tuple of Column
@@ -135,7 +135,7 @@ class Inspection:
             for row in (head, *rows)
         ]
         if any(not c.used for c in self.columns):
-            lines.append("– left out; --column NAME takes it")
+            lines.append("– left out; naming the column takes it")
         lines += [f"! {c.name}: {doubt}" for c in self.columns for doubt in c.doubts]
         lines += [f"{'!' if f.severity == 'warning' else '·'} {f.message}" for f in self.findings]
         return "\n".join([*lines, *([f"! {self.problem}"] if self.problem else [])])
@@ -180,9 +180,7 @@ def inspect(path: Any, **options: Any) -> Inspection:
     problem = rate = duration = None
     findings: tuple[Finding, ...] = ()
     try:
-        choice = choose(
-            table.names, table.units, request, str(path), stamped=table.time is not None
-        )
+        choice = choose(table.names, table.units, request, stamped=table.time is not None)
         choice, _ = understand(table, choice, request)
         used, time = {*choice.samples, *choice.covariates}, choice.time
         if texts and not columns:
@@ -198,7 +196,7 @@ def inspect(path: Any, **options: Any) -> Inspection:
     ]
     if table.time is not None:
         views.insert(0, _stamps(table.time))
-    doubt = "it holds text: name the columns to read (--column)"
+    doubt = "it holds text: name the columns to read"
     views += [Column(t, "text", False, None, None, (), np.nan, np.nan, (doubt,)) for t in texts]
     shown = type(path).__name__ if is_frame(path) else str(path)
     return Inspection(shown, table.n, rate, duration, problem, tuple(views), findings)
@@ -207,33 +205,42 @@ def inspect(path: Any, **options: Any) -> Inspection:
 def _whole(
     path: Path, read_table: Any, topic: str | Sequence[str] | None
 ) -> tuple[Table, tuple[str, ...]]:
-    """All columns of a file; those that hold text are left out one by one."""
-    out: list[str] = []
+    """All columns of a file; those that hold text are left out."""
     topics = (topic,) if isinstance(topic, str) else tuple(topic or ())
-    while True:
+    found: list[str] = []
 
-        def pick(names: Sequence[str], _: Sequence[str | None]) -> list[int]:
-            return [i for i, name in enumerate(names) if name not in out]
+    def everything(names: Sequence[str], _: Sequence[str | None]) -> list[int]:
+        found[:] = names
+        return list(range(len(names)))
 
+    def is_numeric(at: int) -> bool:
         try:
-            table: Table = read_table(path, pick, topics)
-        except InputError as error:
-            # "row 3, column 2 (label): … is not a number"
-            name = str(error).partition("column ")[2].partition("(")[2].partition("): ")[0]
-            if "is not a number" not in str(error) or not name or name in out:
-                raise
-            out.append(name)
-            continue
-        there = [i for i, column in enumerate(table.columns) if column is not None]
-        kept = type(table)(
-            tuple(table.names[i] for i in there),
-            tuple(table.columns[i] for i in there),
-            tuple(table.units[i] for i in there),
-            table.rate,
-            table.time,
-            table.named,
-        )
-        return kept, tuple(out)
+            read_table(path, lambda *_: [at], topics)
+        except InputError:
+            return False
+        return True
+
+    try:
+        return _kept(read_table(path, everything, topics)), ()
+    except InputError:
+        numeric = [at for at in range(len(found)) if is_numeric(at)]
+        if not 0 < len(numeric) < len(found):
+            raise
+    text = tuple(name for at, name in enumerate(found) if at not in numeric)
+    return _kept(read_table(path, lambda *_: numeric, topics)), text
+
+
+def _kept(table: Table) -> Table:
+    """The columns that were read."""
+    there = [i for i, column in enumerate(table.columns) if column is not None]
+    return type(table)(
+        tuple(table.names[i] for i in there),
+        tuple(table.columns[i] for i in there),
+        tuple(table.units[i] for i in there),
+        table.rate,
+        table.time,
+        table.named,
+    )
 
 
 def _column(table: Table, at: int, *, used: bool, time: bool) -> Column:
@@ -246,7 +253,7 @@ def _column(table: Table, at: int, *, used: bool, time: bool) -> Column:
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
     doubts = []
     if role == "sensor" and unit is None:
-        doubts.append("its unit is not in the log: give --unit")
+        doubts.append("its unit is not in the log: give it")
     if role == "sensor" and finite.size and low == high:
         doubts.append("it never changes")
     if finite.size < x.size:

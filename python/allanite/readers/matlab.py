@@ -1,12 +1,15 @@
-"""MATLAB files: version 5 by scipy, version 7.3 (HDF5) by h5py."""
+"""MATLAB files: up to version 7.2 by `_mat5`, version 7.3 (HDF5) by h5py."""
 
 from __future__ import annotations
 
+import struct
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.memory import require
+from allanite.readers._mat5 import arrays
 from allanite.readers._table import Table, columns_of
 
 if TYPE_CHECKING:
@@ -43,20 +46,16 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         A damaged file, or no numeric array in it.
     """
     found = dict(_v73(path) if _is_hdf5(path) else _v5(path))
-    return assemble(found, path)
+    return assemble(found)
 
 
-def assemble(
-    found: Mapping[str, NDArray[Any]], path: Path, units: Mapping[str, str] | None = None
-) -> Table:
+def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> Table:
     """Make a table of the arrays of the longest common length, each a column or several.
 
     Parameters
     ----------
     found : mapping of str to ndarray
         Arrays by name; a scalar called Fs, rate, … is the sampling rate.
-    path : Path
-        The file, for messages.
     units : mapping of str to str, optional
         Units of the arrays that have one.
 
@@ -73,17 +72,17 @@ def assemble(
         ),
         None,
     )
-    arrays = {name: _tall(a) for name, a in found.items() if a.size > 1 and a.ndim <= 2}
-    if not arrays:
-        raise InputError(f"{path}: no numeric array among {', '.join(found) or 'no variables'}")
-    n = max(len(a) for a in arrays.values())
+    tall = {name: _tall(a) for name, a in found.items() if a.size > 1 and a.ndim <= 2}
+    if not tall:
+        raise InputError(f"no numeric array among {', '.join(found) or 'no variables'}")
+    n = max(len(a) for a in tall.values())
     names: list[str] = []
     columns: list[NDArray[Any]] = []
     said: list[str | None] = []
-    for name, a in arrays.items():
+    for name, a in tall.items():
         if len(a) != n:
             continue
-        short = name.split(".")[-1] if _unique(name, arrays) else name
+        short = name.split(".")[-1] if _unique(name, tall) else name
         k = a.shape[1]
         suffixes = (
             [""] if k == 1 else [f"_{c}" for c in "xyz"] if k == 3 else [f"_{i}" for i in range(k)]
@@ -113,26 +112,16 @@ def _is_hdf5(path: Path) -> bool:
 
 
 def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
-    from scipy.io import loadmat
-
+    size = path.stat().st_size
+    require(2.0 * size, f"a file of {size / 1e6:.3g} MB")
     try:
-        content = loadmat(str(path), struct_as_record=False, squeeze_me=True)
-    except Exception as error:  # scipy raises whatever the bytes lead it to
-        raise InputError(f"{path}: damaged or not a MATLAB file ({error})") from None
-    for name, value in content.items():
-        if not name.startswith("__"):
-            yield from _walk(name, value)
-
-
-def _walk(name: str, value: object) -> Iterator[tuple[str, NDArray[Any]]]:
-    fields = getattr(value, "_fieldnames", None)
-    if fields is not None:
-        for field in fields:
-            yield from _walk(f"{name}.{field}", getattr(value, field))
-        return
-    array = np.asarray(value)
-    if array.dtype.kind in "iufb":
-        yield name, array
+        # A file that became shorter since then is damaged, not an error of the system.
+        found = [(name, a) for name, a in arrays(path.read_bytes()) if not name.startswith("__")]
+    except (ValueError, struct.error) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"damaged or not a MATLAB file ({error})") from None
+    yield from found
 
 
 def _v73(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
@@ -143,11 +132,12 @@ def _v73(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     def visit(name: str, item: object) -> None:
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "iufb" and "#refs#" not in name:
             # HDF5 stores MATLAB's columns as rows.
+            require(item.size * item.dtype.itemsize, name)
             found.append((name.replace("/", "."), np.squeeze(item[()]).T))
 
     try:
         with h5py.File(path, "r") as file:
             file.visititems(visit)
     except OSError as error:
-        raise InputError(f"{path}: damaged MATLAB 7.3 file ({error})") from None
+        raise InputError(f"damaged MATLAB 7.3 file ({error})") from None
     yield from found

@@ -29,17 +29,15 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             with path.open("rb") as stream:
                 data = np.load(stream, allow_pickle=False)
     except (ValueError, EOFError) as error:
-        if "pickle" in str(error).lower() or "object" in str(error).lower():
-            raise InputError(
-                f"{path}: not an NPY file of numbers (pickled objects are never loaded); save a"
-                " plain array"
-            ) from None
-        raise InputError(f"{path}: damaged or truncated NPY file ({error})") from None
+        raise InputError(
+            f"damaged or truncated NPY file, or pickled objects, which are never loaded ({error}):"
+            " save a plain array"
+        ) from None
     if data.ndim == 1:
         data = data[:, np.newaxis]
     if data.ndim != 2 or data.dtype.kind not in "iufb":
         raise InputError(
-            f"{path}: samples must be numbers of shape (n,) or (n, columns), found {data.dtype} of"
+            f"samples must be numbers of shape (n,) or (n, columns), found {data.dtype} of"
             f" shape {data.shape}"
         )
     k = data.shape[1]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.memory import require
 from allanite.readers._table import Table, columns_of
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from allanite.readers._table import Picker
 
 __all__ = ["read"]
+
+KEYS = ("data", "rate_hz", "channels", "unit", "t")
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
@@ -32,24 +35,26 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """
     found = _load(path)
     if "data" not in found:
-        raise InputError(f"{path}: no key 'data' among {', '.join(found) or 'no keys at all'}")
+        raise InputError(f"no key 'data' among {', '.join(found) or 'no keys at all'}")
     data = found["data"]
     if data.ndim == 1:
         data = data[:, np.newaxis]
     if data.ndim != 2 or data.dtype.kind not in "iufb":
         raise InputError(
-            f"{path}: 'data' must be numbers of shape (n,) or (n, channels), found {data.dtype} of"
+            f"'data' must be numbers of shape (n,) or (n, channels), found {data.dtype} of"
             f" shape {data.shape}"
         )
     n, k = data.shape
-    names = _texts(found, "channels", k, path)
-    units = _texts(found, "unit", k, path)
+    names = _texts(found, "channels", k)
+    units = _texts(found, "unit", k)
     time = found.get("t")
     if time is not None and time.shape != (n,):
-        raise InputError(f"{path}: 't' has shape {time.shape}, 'data' has {n} rows")
+        raise InputError(f"'t' has shape {time.shape}, 'data' has {n} rows")
+    if time is not None and time.dtype.kind not in "iufM":
+        raise InputError(f"'t' must be numbers or moments of time, found {time.dtype}")
     rate = found.get("rate_hz")
     if rate is not None and (rate.size != 1 or rate.dtype.kind not in "iuf"):
-        raise InputError(f"{path}: 'rate_hz' must be one number, found shape {rate.shape}")
+        raise InputError(f"'rate_hz' must be one number, found shape {rate.shape}")
     return Table(
         names=names or (("x",) if k == 1 else tuple(f"x{i}" for i in range(k))),
         columns=columns_of(data),
@@ -66,29 +71,38 @@ def _load(path: Path) -> dict[str, NDArray[Any]]:
         # Opened here, because numpy leaves a damaged file open.
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             found = {}
+            wanted = [i for i in archive.zip.infolist() if i.filename.removesuffix(".npy") in KEYS]
+            # A packed file can be a thousandth of what it holds.
+            require(sum(i.file_size for i in wanted), "it unpacked")
             for key in archive.files:
                 # Only what is read here is loaded: a foreign key cannot do harm or cost memory.
-                if key in ("data", "rate_hz", "channels", "unit", "t"):
+                if key in KEYS:
                     found[key] = archive[key]
                 else:
                     found.setdefault(key, np.empty(0))
             return found
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
-        raise InputError(f"{path}: damaged or truncated NPZ file ({error})") from None
+        raise InputError(f"damaged or truncated NPZ file ({error})") from None
     except ValueError as error:
-        if "pickle" in str(error).lower() or "object" in str(error).lower():
-            what = f"key {key!r} holds pickled objects" if key else "not an NPZ file"
-            raise InputError(f"{path}: {what}; they are never loaded: save plain arrays") from None
-        raise InputError(f"{path}: damaged or truncated NPZ file ({error})") from None
+        where = f"key {key!r} of the NPZ file is" if key else "NPZ file"
+        raise InputError(
+            f"{where} damaged or truncated, or holds pickled objects, which are never loaded ({error}):"
+            " save plain arrays"
+        ) from None
 
 
-def _texts(found: dict[str, NDArray[Any]], key: str, k: int, path: Path) -> tuple[str, ...] | None:
+def _texts(found: dict[str, NDArray[Any]], key: str, k: int) -> tuple[str, ...] | None:
     """Texts of a key, one a channel; a single one serves every channel."""
     if key not in found:
         return None
-    texts = tuple(str(text) for text in np.atleast_1d(found[key]).ravel())
+    if found[key].dtype.kind not in "US":
+        raise InputError(f"{key!r} must be text, found {found[key].dtype}")
+    texts = tuple(
+        text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text)
+        for text in np.atleast_1d(found[key]).ravel()[: k + 1]
+    )
     if len(texts) == 1:
         texts *= k
     if len(texts) != k:
-        raise InputError(f"{path}: {len(texts)} entries in {key!r} for {k} channels")
+        raise InputError(f"{found[key].size} entries in {key!r} for {k} channels")
     return texts

@@ -33,5 +33,5 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         table = files.read_table(path) if packed else feather.read_table(str(path))
     except (pa.ArrowException, OSError) as error:
         text = " ".join(str(error).split())[:200]
-        raise InputError(f"{path}: damaged or not a Parquet or Arrow file ({text})") from None
+        raise InputError(f"damaged or not a Parquet or Arrow file ({text})") from None
     return table_of(table)

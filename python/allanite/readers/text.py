@@ -2,18 +2,39 @@
 
 from __future__ import annotations
 
+import re
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from allanite import _kernels
-from allanite.common.errors import InputError
+from allanite.common.errors import AllaniteError, InputError
+from allanite.common.plain import plain
 from allanite.readers._table import Table, split_unit
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from allanite.readers._table import Picker
 
-__all__ = ["read", "split_header"]
+__all__ = ["of_core", "read", "split_header"]
+
+
+@contextmanager
+def of_core(name: str) -> Iterator[None]:
+    """Errors of the core begin with the name of the log that it was given; here that is a field of them."""
+    try:
+        yield
+    except AllaniteError as error:
+        error.found = error.found.removeprefix(f"{name}: ")
+        raise
+
+
+_RATE = re.compile(
+    r"^[#%/!;\"\s]*(?:fs|f_s|odr|(?:update|sample|sampling|output|data|imu)[ _]*(?:data[ _]*)?(?:rate|freq\w*))"
+    r"[\"\s]*(?:[\[(]\s*hz\s*[\])])?[\"\s]*[:=,;\t ]\s*([0-9]+(?:\.[0-9]*)?)\s*(?:(k)?hz)?[\"\s,;]*$",
+    re.IGNORECASE,
+)
 
 
 def read(path: Path, pick: Picker) -> Table:
@@ -29,8 +50,13 @@ def read(path: Path, pick: Picker) -> Table:
     with path.open("rb") as stream:
         if b"\0" in stream.read(4096):
             raise InputError(
-                f"{path}: not a text log but binary data; known are text, NPY, NPZ, MAT, bag, ULog"
+                "not a text log but binary data; known are text, NPY, NPZ, MAT, bag, ULog"
             )
+    with of_core(str(path)):
+        return _read(path, pick)
+
+
+def _read(path: Path, pick: Picker) -> Table:
     delimiter = None
     header = _kernels.TextReader(str(path)).header
     if header is not None and len(header) == 1 and "," in header[0]:
@@ -42,14 +68,23 @@ def read(path: Path, pick: Picker) -> Table:
         names, units = split_header(header)
         wanted = sorted(set(pick(names, units)))
     _, columns, _ = _kernels.read_text(str(path), delimiter=delimiter, columns=wanted, finite=True)
+    rate = stated_rate(path)
     if header is None or wanted is None:
         names = ("x",) if len(columns) == 1 else tuple(f"x{i}" for i in range(len(columns)))
-        return Table(names, tuple(columns), (None,) * len(columns), named=False)
+        return Table(names, tuple(columns), (None,) * len(columns), rate=rate, named=False)
     found = dict(zip(wanted, columns, strict=True))
-    return Table(names, tuple(found.get(i) for i in range(len(names))), units)
+    return Table(names, tuple(found.get(i) for i in range(len(names))), units, rate=rate)
+
+
+def stated_rate(path: Path) -> float | None:
+    """Sampling rate that a comment or preamble states: ``// Update Rate: 100.0Hz``, ``Fs,100``; Hz."""
+    with path.open(encoding="latin-1") as stream:
+        lines = stream.read(4096).splitlines()[:40]
+    found = next((match for line in lines if (match := _RATE.match(line))), None)
+    return float(found[1]) * (1e3 if (found[2] or "").lower() == "k" else 1.0) if found else None
 
 
 def split_header(header: list[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
     """Split header cells into names and units."""
     pairs = [split_unit(cell) for cell in header]
-    return tuple(name for name, _ in pairs), tuple(unit for _, unit in pairs)
+    return tuple(plain(name) for name, _ in pairs), tuple(unit and plain(unit) for _, unit in pairs)

@@ -95,9 +95,9 @@ def understand(table: Table, choice: Choice, request: Request) -> tuple[Choice, 
             Finding(
                 "time_column",
                 "info",
-                f"column {_shown(table, at)} rises by much the same in every row: taken as the time"
-                f" (--column {_shown(table, at)} takes it as a sensor)",
+                f"column {_shown(table, at)} rises by much the same in every row: taken as the time",
                 values={"column_index": at},
+                remedy=" ({column} takes it as a sensor)",
             )
         )
         kinds.pop(at)
@@ -107,8 +107,9 @@ def understand(table: Table, choice: Choice, request: Request) -> tuple[Choice, 
             Finding(
                 "not_a_sensor",
                 "info",
-                f"left out by their numbers: {names}; --column NAME takes a column as a sensor",
+                f"left out by their numbers: {names}",
                 values={"count": len(kinds)},
+                remedy="; {column} takes a column as a sensor",
             )
         )
     others = tuple(dict.fromkeys((*choice.clocks, *clocks)))
@@ -131,9 +132,9 @@ def clocks_of(table: Table, at: int | None, others: tuple[int, ...]) -> list[Fin
             Finding(
                 "two_clocks",
                 "warning" if odd else "info",
-                f"{both} (--time-column chooses)"
-                + (f"; their rates differ by {apart:.2%}" if odd else ""),
+                both + (f"; their rates differ by {apart:.2%}" if odd else ""),
                 values={"relative": apart},
+                remedy=" ({time_column} chooses)",
             )
         )
     return told

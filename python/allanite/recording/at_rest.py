@@ -189,8 +189,9 @@ def quiet_span(recording: Recording) -> tuple[float, float]:
     rest = rest_of(recording)
     if rest is None:
         raise InputError(
-            "a quiet stretch is found by a gyroscope or accelerometer whose unit is known: give --unit,"
-            " or --trim START:END"
+            "a quiet stretch is found by a gyroscope or accelerometer whose unit is known",
+            missing="unit",
+            remedy=": give {unit}, or {trim}",
         )
     if rest.quiet is None:
         raise TooShortError("no stretch of the log is quiet: it moves all the time")
@@ -218,7 +219,7 @@ def finding_of(recording: Recording) -> list[Finding]:
     stretch = "no stretch is quiet"
     if rest.quiet is not None:
         start, end = rest.quiet
-        stretch = f"longest quiet stretch {start:.6g}–{end:.6g} s (--trim quiet)"
+        stretch = f"longest quiet stretch {start:.6g}–{end:.6g} s"
     return [
         Finding(
             "moving",
@@ -231,5 +232,6 @@ def finding_of(recording: Recording) -> list[Finding]:
                 if rest.quiet is None
                 else {"quiet_start_s": rest.quiet[0], "quiet_end_s": rest.quiet[1]}
             ),
+            remedy="" if rest.quiet is None else " ({quiet})",
         )
     ]

@@ -37,12 +37,16 @@ def audit(recording: Recording) -> list[Finding]:
         if recording.quantity == "angle":
             # Angles wander by nature: only their steps can be judged.
             x = np.diff(x)
+            if x.size == 0:
+                continue
         unit = units[i]
         if recording.quantity != "rate":
             unit = coefficient_unit(unit, 1).removeprefix("1·")
-        column = _Column(name, np.ascontiguousarray(x), recording.rate, unit)
-        for check in CHECKS:
-            findings.extend(check(column))
+        # Of numbers near the edge squares and single precision overflow: infinities are judged as such.
+        with np.errstate(all="ignore"):
+            column = _Column(name, np.ascontiguousarray(x), recording.rate, unit)
+            for check in CHECKS:
+                findings.extend(check(column))
     return findings
 
 
@@ -74,8 +78,10 @@ class _Column:
         for at in range(0, max(self.n - overlap, 1), CHUNK):
             yield at, self.x[at : at + CHUNK + overlap]
 
-    def finding(self, kind: str, severity: str, message: str, **values: float) -> Finding:
-        return Finding(kind, severity, f"{self.name}: {message}", self.name, values)
+    def finding(
+        self, kind: str, severity: str, found: str, *, remedy: str = "", **values: float
+    ) -> Finding:
+        return Finding(kind, severity, f"{self.name}: {found}", self.name, values, remedy)
 
 
 def _is_single(x: NDArray[Any]) -> bool:
@@ -183,8 +189,8 @@ def _check_repeats(c: _Column) -> Iterator[Finding]:
             yield c.finding(
                 "held",
                 "warning",
-                f"each value is repeated {held} times: the sensor updates at {c.rate / held:g} Hz,"
-                f" --decimate {held} restores it",
+                f"each value is repeated {held} times: the sensor updates at {c.rate / held:g} Hz",
+                remedy=f", {{decimate:{held}}} restores it",
                 times=held,
             )
             return
@@ -306,8 +312,8 @@ def _check_static(c: _Column) -> Iterator[Finding]:
             f" and in {loud.size - (last - first + 1)} other stretches"
             if loud.size > last - first + 1
             else ""
-        )
-        + "; --trim leaves it out",
+        ),
+        remedy="; {trim} leaves it out",
         start_s=float(first * span),
         end_s=float((last + 1) * span),
         share=float(loud.size / blocks.shape[0]),

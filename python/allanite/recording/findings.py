@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.errors import CALL, worded
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
@@ -23,19 +25,31 @@ class Finding:
         Machine name: ``rate``, ``jitter``, ``gaps``, ``quantisation``, ``outliers``, …
     severity : str
         ``"info"`` (worth knowing) or ``"warning"`` (will distort a result if ignored).
-    message : str
-        One sentence for a person, with the numbers and the remedy.
+    found : str
+        What was found, with the numbers.
     column : str or None
         Column concerned; None for the whole recording.
     values : mapping of str to float
         The numbers, in SI or the unit of the samples.
+    remedy : str
+        What to do, joined to `found`; parameters as of `allanite.common.errors`.
     """
 
     kind: str
     severity: str
-    message: str
+    found: str
     column: str | None = None
     values: Mapping[str, float] = field(default_factory=dict)
+    remedy: str = ""
+
+    @property
+    def message(self) -> str:
+        """One sentence for a person."""
+        return self.worded()
+
+    def worded(self, words: Mapping[str, str] = CALL) -> str:
+        """The same in the words of a front door."""
+        return self.found + worded(self.remedy, words)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON form."""
@@ -57,17 +71,17 @@ def of_stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
         yield Finding(
             "rate",
             "warning",
-            f"the time column says {stamps.rate:.4g} Hz, not {rate:g} Hz: give the right one"
-            " with --rate",
+            f"the time column says {stamps.rate:.4g} Hz, not {rate:g} Hz",
             values={"stated_hz": rate, "measured_hz": stamps.rate},
+            remedy=": give the right {rate}",
         )
     if stamps.guessed:
         yield Finding(
             "time_unit",
             "info",
-            f"time stamps taken as {stamps.unit} from their magnitude ({stamps.rate:.6g} Hz);"
-            " --rate overrides",
+            f"time stamps taken as {stamps.unit} from their magnitude ({stamps.rate:.6g} Hz)",
             values={"measured_hz": stamps.rate},
+            remedy="; {rate} overrides",
         )
     yield from _pieces(stamps)
     if stamps.wraps:
@@ -157,9 +171,9 @@ def _pieces(stamps: Stamps) -> Iterator[Finding]:
         "warning",
         f"the time column jumps by up to {missing / stamps.rate:.4g} s: the record falls into"
         f" {len(stamps.pieces)} pieces, rows {', '.join(shown)}{more}; used is piece"
-        f" {stamps.piece + 1}, rows {first}–{end - 1}, {(end - first) / stamps.n:.0%} of the samples"
-        " (--piece chooses another; --rate with --time-column none takes all as one)",
+        f" {stamps.piece + 1}, rows {first}–{end - 1}, {(end - first) / stamps.n:.0%} of the samples",
         values={"count": len(stamps.pieces), "first_row": first, "last_row": end - 1},
+        remedy=" ({piece} chooses another; {rate} without the time column takes all as one)",
     )
 
 

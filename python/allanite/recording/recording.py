@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import InputError
+from allanite.common import verbs
+from allanite.common.errors import InputError, about
 from allanite.common.units import conversion, parse_unit, rate_unit
 from allanite.common.validation import moment, positive_rate
 from allanite.recording import samples as arrays
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from allanite.plots import Figure
     from allanite.recording.audit import Finding
 
 __all__ = ["QUANTITIES", "Recording", "find_column"]
@@ -99,54 +98,56 @@ class Recording:
         time_unit: str | None = None,
         piece: int | None = None,
     ) -> None:
-        where = "" if path is None else f"{path}: "
-        if quantity not in QUANTITIES:
-            raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
-        if hasattr(samples, "magnitude") and hasattr(samples, "units"):  # a pint quantity
-            samples, unit = arrays.from_pint(samples, unit)
-        if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
-            columns = [str(name) for name in samples.columns]
-        index = index_of(samples)
-        array = own(samples, where, columns)
-        if array.ndim == 2 and array.shape[1] == 1:
-            array = array[:, 0]
-        n = array.shape[0]
-        names = column_names(columns, array)
-        extra = {
-            name: arrays.covariate(name, values, n, where)
-            for name, values in (covariates or {}).items()
-        }
-        stamps = None
-        time = index if time is None else time
-        if time is not None:
-            stamps = read_stamps(time, time_unit, rate, piece)
-            if stamps.n != n:
-                raise InputError(f"{where}{stamps.n} time stamps for {n} samples")
-            array = fill_gaps(array, stamps)
-            extra = {k: np.asarray(fill_gaps(v, stamps), float) for k, v in extra.items()}
-        if rate is None:
-            if stamps is None:
-                raise InputError(
-                    f"{where}no sampling rate: give rate= (--rate HZ) or a time column"
-                )
-            rate = stamps.rate
-        rate = positive_rate(rate, where)
-        units = (unit,) * len(names) if isinstance(unit, str) else tuple(unit)
-        if len(units) != len(names):
-            raise InputError(f"{where}{len(units)} units for {len(names)} columns")
-        self._fix(
-            samples=locked(array),
-            rate=rate,
-            units=tuple(rate_unit(text, quantity).name for text in units),
-            quantity=quantity,
-            columns=names,
-            covariates=MappingProxyType({name: locked(v) for name, v in extra.items()}),
-            covariate_units=MappingProxyType(dict(covariate_units or {})),
-            path=None if path is None else str(path),
-            stamps=stamps,
-            told=(),
-            _audit=None,
-        )
+        with about(path):
+            if quantity not in QUANTITIES:
+                raise InputError(f"unknown quantity {quantity!r}: one of {', '.join(QUANTITIES)}")
+            if hasattr(samples, "magnitude") and hasattr(samples, "units"):  # a pint quantity
+                samples, unit = arrays.from_pint(samples, unit)
+            if columns is None and hasattr(samples, "columns"):  # a pandas or polars frame
+                columns = [str(name) for name in samples.columns]
+            index = index_of(samples)
+            array = own(samples, columns)
+            if array.ndim == 2 and array.shape[1] == 1:
+                array = array[:, 0]
+            n = array.shape[0]
+            names = column_names(columns, array)
+            extra = {
+                name: arrays.covariate(name, values, n)
+                for name, values in (covariates or {}).items()
+            }
+            stamps = None
+            time = index if time is None else time
+            if time is not None:
+                stamps = read_stamps(time, time_unit, rate, piece)
+                if stamps.n != n:
+                    raise InputError(f"{stamps.n} time stamps for {n} samples")
+                array = fill_gaps(array, stamps)
+                extra = {k: np.asarray(fill_gaps(v, stamps), float) for k, v in extra.items()}
+            if rate is None:
+                if stamps is None:
+                    raise InputError(
+                        "no sampling rate",
+                        missing="rate",
+                        remedy=": give {rate} or a time column",
+                    )
+                rate = stamps.rate
+            rate = positive_rate(rate)
+            units = (unit,) * len(names) if isinstance(unit, str) else tuple(unit)
+            if len(units) != len(names):
+                raise InputError(f"{len(units)} units for {len(names)} columns")
+            self._fix(
+                samples=locked(array),
+                rate=rate,
+                units=tuple(rate_unit(text, quantity).name for text in units),
+                quantity=quantity,
+                columns=names,
+                covariates=MappingProxyType({name: locked(v) for name, v in extra.items()}),
+                covariate_units=MappingProxyType(dict(covariate_units or {})),
+                path=None if path is None else str(path),
+                stamps=stamps,
+                told=(),
+                _audit=None,
+            )
 
     def _fix(self, **fields: Any) -> None:
         for name, value in fields.items():
@@ -227,7 +228,7 @@ class Recording:
         InputError
             There is no such column; the names are listed.
         """
-        at = find_column(name, self.columns, self.path)
+        at = find_column(name, self.columns)
         return self._with(
             samples=locked(np.ascontiguousarray(self.samples[:, at]))
             if self.samples.ndim == 2
@@ -253,7 +254,9 @@ class Recording:
 
     def quiet(self) -> Recording:
         """Return the longest stretch at rest; see `allanite.recording.at_rest.quiet_span`."""
-        return import_module("allanite.recording.at_rest").quiet(self)
+        from allanite.recording.at_rest import quiet
+
+        return quiet(self)
 
     def half(self, which: int) -> Recording:
         """First (0) or second (1) half of the record."""
@@ -346,17 +349,9 @@ class Recording:
 
     # -- what follows from it --------------------------------------------------------------------
 
-    def oadev(self, **options: Any) -> Any:
-        """Overlapping Allan deviation; see `allanite.deviation.oadev`."""
-        from allanite.deviation import oadev
+    oadev = verbs.recording_oadev
 
-        return oadev(self, **options)
-
-    def psd(self, **options: Any) -> Any:
-        """Power spectral density; see `allanite.spectrum.psd`."""
-        from allanite.spectrum import psd
-
-        return psd(self, **options)
+    psd = verbs.recording_psd
 
     def describe(self) -> dict[str, Any]:
         """JSON form: path, column, n, rate_hz, duration_s, unit, gaps, audit."""
@@ -371,9 +366,7 @@ class Recording:
             "audit": [finding.to_dict() for finding in self.audit],
         }
 
-    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """Samples over time, a panel a column; see `allanite.plots.plot_recording`."""
-        return import_module("allanite.plots").plot_recording(self, path, theme)
+    plot = verbs.recording_plot
 
     def _repr_html_(self) -> str:
         from allanite.common.showing import recording_html

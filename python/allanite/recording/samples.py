@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.plain import plain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,28 +28,26 @@ __all__ = [
 ]
 
 
-def own(samples: object, where: str, columns: Sequence[str] | None = None) -> NDArray[Any]:
+def own(samples: object, columns: Sequence[str] | None = None) -> NDArray[Any]:
     """Array of one or two dimensions that nobody else can write to."""
     array = np.asarray(samples)
     if array.dtype.kind == "b":
         array = array.astype(np.int64)
     if array.dtype.kind not in "iuf":
-        raise InputError(f"{where}samples must be real numbers, found {array.dtype}")
+        raise InputError(f"samples must be real numbers, found {array.dtype}")
     if array.ndim not in (1, 2):
-        raise InputError(
-            f"{where}samples must have shape (n,) or (n, columns), found {array.shape}"
-        )
+        raise InputError(f"samples must have shape (n,) or (n, columns), found {array.shape}")
     if array.size == 0:
-        raise TooShortError(f"{where}no samples")
+        raise TooShortError("no samples")
     if array.dtype.kind == "f":
-        _finite(array, where, columns)
+        _finite(array, columns)
     if array.flags.writeable:
         # A view, or an array someone else holds, could change under a running computation.
         array = array.copy()
     return array
 
 
-def _finite(array: NDArray[Any], where: str, columns: Sequence[str] | None) -> None:
+def _finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
     """Refuse infinities, and nothing but NaN; in pieces, because the array may be a mapped file."""
     count, first, present = 0, "", False
     for at in range(0, len(array), CHUNK):
@@ -65,9 +64,9 @@ def _finite(array: NDArray[Any], where: str, columns: Sequence[str] | None) -> N
             first = first or _place(piece, bad, at, columns)
             count += int(np.count_nonzero(bad))
     if count:
-        raise InputError(f"{where}{count} infinite samples, {first}: mark missing samples with NaN")
+        raise InputError(f"{count} infinite samples, {first}: mark missing samples with NaN")
     if not present:
-        raise TooShortError(f"{where}every sample is NaN")
+        raise TooShortError("every sample is NaN")
 
 
 def _place(
@@ -88,16 +87,14 @@ def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[st
         return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
     if len(columns) != k:
         raise InputError(f"{len(columns)} column names for {k} columns")
-    return tuple(columns)
+    return tuple(plain(name) for name in columns)
 
 
-def covariate(name: str, values: ArrayLike, n: int, where: str) -> NDArray[np.float64]:
+def covariate(name: str, values: ArrayLike, n: int) -> NDArray[np.float64]:
     """Take over a covariate of n rows."""
     array = np.array(values, dtype=np.float64)
     if array.shape != (n,):
-        raise InputError(
-            f"{where}covariate {name!r} has shape {array.shape}, the samples have {n} rows"
-        )
+        raise InputError(f"covariate {name!r} has shape {array.shape}, the samples have {n} rows")
     return array
 
 
@@ -130,14 +127,13 @@ def index_of(samples: Any) -> NDArray[Any] | None:
     return stamps if stamps.ndim == 1 and stamps.dtype.kind in "mMf" and stamps.size > 1 else None
 
 
-def find_column(name: str | int, columns: Sequence[str], path: str | None = None) -> int:
+def find_column(name: str | int, columns: Sequence[str]) -> int:
     """Index of a column by name, or by 0-based index also as text."""
     if isinstance(name, str) and name in columns:
         return list(columns).index(name)
-    if (isinstance(name, int) or name.isdigit()) and 0 <= int(name) < len(columns):
+    if (isinstance(name, int) or name.isdecimal()) and 0 <= int(name) < len(columns):
         return int(name)
-    where = "" if path is None else f"{path}: "
-    raise InputError(f"{where}unknown column {name!r}: the columns are {', '.join(columns)}")
+    raise InputError(f"unknown column {name!r}: the columns are {', '.join(columns)}")
 
 
 def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:

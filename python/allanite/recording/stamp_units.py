@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 __all__ = ["TIME_UNITS", "numbers_of", "unit_of_stamps"]
 
 #: Units of stamps, s. A day is that of a Julian date.
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
+TIME_UNITS = {
+    "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0, "100us": 1e-4
+}  # fmt: skip
 
 # Spacing in the column's own numbers above which the next smaller unit is the likelier one: below
 # 2 it is seconds (faster than 0.5 Hz), 2…500 milliseconds (2…500 Hz), 500…2e5 microseconds.
@@ -81,7 +83,9 @@ def _refuse(bad: NDArray[np.bool_], t: NDArray[Any]) -> None:
         row = int(np.argmax(bad))
         raise InputError(
             f"the time column holds {t[row]} at row {row} ({int(bad.sum())} such in all): remove"
-            " these rows, or give rate= (--rate) and leave the column out"
+            " these rows",
+            missing="rate",
+            remedy=", or give {rate} and leave the column out",
         )
 
 
@@ -124,8 +128,9 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
     if whole and constant and 0.9 < step < 2.1 and rate is None:
         raise InputError(
             f"the time stamps are whole numbers in steps of {step:.4g}: seconds ({1 / step:.4g} Hz),"
-            f" milliseconds ({1e3 / step:.4g} Hz) or row numbers? Give the rate (--rate HZ, rate=), or"
-            " the unit in the header: time [s], time [ms]"
+            f" milliseconds ({1e3 / step:.4g} Hz) or row numbers?",
+            missing="rate",
+            remedy=" Give {rate}, or the unit in the header: time [s], time [ms]",
         )
     # Whole numbers 1, 2, 2, 1, … apart are rounded: to milliseconds, as nobody samples at 0.6 Hz.
     limits = _SPACING_LIMITS[1:] if whole and step > 1.0 else _SPACING_LIMITS

@@ -177,7 +177,9 @@ class Steps:
         if back.size > EVENTS:
             raise InputError(
                 f"the time column runs back {back.size} times, first after row {int(back[0])}: no"
-                " time stamps, or a counter; give rate= (--rate) and leave the column out"
+                " time stamps, or a counter",
+                missing="rate",
+                remedy="; give {rate} and leave the column out",
             )
         done = -1
         for i in back.tolist():
@@ -230,8 +232,9 @@ class Steps:
         raise InputError(
             f"the interval of the time stamps changes from {usual[0]:.4g} to"
             f" {usual[-1] if slow[0] != slow[-1] else usual[high]:.4g} (of the stamps' unit) about row"
-            f" {row}: two recordings in one; cut it there, or give rate= (--rate) and leave the"
-            " column out"
+            f" {row}: two recordings in one; cut it there",
+            missing="rate",
+            remedy=", or give {rate} and leave the column out",
         )
 
     # -- stamps of single samples -----------------------------------------------------------------

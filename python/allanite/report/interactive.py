@@ -35,7 +35,7 @@ class PlotlyFigures:
     def place(self, figure: Figure, shape: float) -> str:
         """The element that shows a figure; `shape` is its height over its width."""
         both = [_sized(figure.to_plotly(theme)) for theme in ("light", "dark")]
-        text = json.dumps(both, allow_nan=False).replace("</", "<\\/")
+        text = json.dumps(both, allow_nan=False).replace("<", "\\u003c")
         name = f"figure-{len(self.documents)}"
         self.documents.append(f'<script type="application/json" id="{name}">{text}</script>')
         pixels = round(max(shape, 0.4) * WIDTH * 1.1)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from allanite import _kernels
+from allanite.common.plain import file_name
 from allanite.report.blocks import (
     Block,
     Bullets,
@@ -28,11 +29,12 @@ __all__ = ["text", "write_figures"]
 
 def text(report: Report, figures: str | None = None) -> str:
     """The file; `figures` is the folder of the figures, as a link."""
-    out = [f"# {column_title(report.entries[0])}" if len(report.entries) == 1 else "# Noise report"]
+    one = len(report.entries) == 1
+    out = [f"# {_escape(column_title(report.entries[0]))}" if one else "# Noise report"]
     out.append(f"Noise report · allanite {_kernels.version()}")
     for name, blocks in _columns(report):
-        if len(report.entries) > 1:
-            out.append(f"## {name}")
+        if not one:
+            out.append(f"## {_escape(name)}")
         out += [t for block in blocks if (t := _block(block, name, figures))]
     out += [_block(block, "", figures) for block in computed(report)]
     return "\n\n".join(out) + "\n"
@@ -59,8 +61,7 @@ def _columns(report: Report) -> list[tuple[str, list[Block]]]:
 
 
 def _file(column: str, picture: Picture) -> str:
-    safe = "".join(c if c.isalnum() or c in "-_" else "_" for c in column)
-    return f"{safe}-{picture.name}.svg"
+    return f"{file_name(column)}-{picture.name}.svg"
 
 
 def _block(block: Block, column: str, figures: str | None) -> str:
@@ -77,7 +78,7 @@ def _block(block: Block, column: str, figures: str | None) -> str:
         case Table():
             return _table(block)
         case Card():
-            terms = "\n".join(f"* {name}: {_cell(c)}" for name, c in block.terms)
+            terms = "\n".join(f"* {_escape(name)}: {_cell(c)}" for name, c in block.terms)
             return f"**{_escape(block.title)}** — {_escape(block.text)}\n\n{terms}"
         case Picture():
             if figures is None:
@@ -102,6 +103,6 @@ def _cell(cell: Cell) -> str:
 
 def _escape(words: str) -> str:
     """Signs that Markdown would take as its own."""
-    for sign in "\\`*_<>|[]#":
+    for sign in "\\`*_<>|[]#&$~":
         words = words.replace(sign, f"\\{sign}")
-    return words
+    return words.replace("\n", " ")

@@ -19,13 +19,15 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.validation import positive_rate
 
-__all__ = ["Bins", "Spectrum", "bins_of", "fill_gaps", "psd"]
+__all__ = ["Bins", "Spectrum", "bins_of", "bridge_gaps", "cells_of", "psd"]
 
 PER_DECADE = 24
 #: Bins are judged in wider groups: physical effects are broad on a logarithmic axis, and χ² is the more
 #: powerful the fewer numbers it sums.
 GROUPS_PER_DECADE = 10
-#: Ordinates of a bin at which a model is evaluated; its mean over a tenth of an octave needs no more.
+#: Bins into which a cell is cut at most, and the fewest ordinates of such a bin: what is narrower than a cell is seen.
+SPLIT, FEWEST = 8, 32
+#: Ordinates of a bin at which a model is evaluated: a cell needs eight, a part of it two.
 NODES = 8
 
 
@@ -77,27 +79,49 @@ class Bins:
         return edges[:-1], edges[1:]
 
 
+@lru_cache(maxsize=1)
+def _ladder() -> tuple[list[int], list[int]]:
+    """Edges of the bins of an endless record, and the first bin of each cell: single ordinates, then 24 cells a decade.
+
+    A cell is cut into up to `SPLIT` bins of at least `FEWEST` ordinates.
+    """
+    edges, cells = [1], []
+    while edges[-1] < 2**53:
+        low = edges[-1]
+        high = max(low + 1, int(np.ceil(low * 10 ** (1 / PER_DECADE))))
+        parts = int(np.clip((high - low) // FEWEST, 1, SPLIT))
+        cells.append(len(edges) - 1)
+        edges += [low + (high - low) * (i + 1) // parts for i in range(parts)]
+    return edges, cells
+
+
+@lru_cache(maxsize=64)
+def cells_of(bins: int) -> list[int]:
+    """First bin of each cell of the lowest `bins` bins."""
+    return [cell for cell in _ladder()[1] if cell < bins]
+
+
 @lru_cache(maxsize=32)
 def bins_of(n: int) -> Bins:
-    """The bins of a record of n samples: single ordinates first, then 24 a decade."""
-    edges = [1]
-    while edges[-1] < n:
-        edges.append(min(n, max(edges[-1] + 1, int(np.ceil(edges[-1] * 10 ** (1 / PER_DECADE))))))
+    """The bins of a record of n samples: single ordinates first, then parts of 24 cells a decade."""
+    edges = [edge for edge in _ladder()[0] if edge < n]
+    edges.append(n)
     # A last bin much narrower than its neighbour would be noise beside it.
     if len(edges) > 3 and edges[-1] - edges[-2] < 0.5 * (edges[-2] - edges[-3]):
         del edges[-2]
     nodes, owner = [], []
+    cells = np.array([*cells_of(len(edges) - 1), len(edges) - 1])
+    parts = np.repeat(np.diff(cells), np.diff(cells))
     for b, (low, high) in enumerate(itertools.pairwise(edges)):
-        width = high - low
-        if width <= NODES:
-            inside = np.arange(low, high)
-        else:
-            inside = low + ((np.arange(NODES) + 0.5) * width / NODES).astype(np.int64)
+        width, most = high - low, max(2, NODES // int(parts[b]))
+        most = min(width, most)
+        inside = low + ((np.arange(most) + 0.5) * width / most).astype(np.int64)
         nodes.append(inside)
         owner.append(np.full(inside.size, b))
     limits = np.array(edges, dtype=np.int64)
     groups = [0]
-    for b, low in enumerate(edges[:-1]):
+    for b in cells[:-1].tolist():
+        low = edges[b]
         if low >= edges[groups[-1]] * 10 ** (1 / GROUPS_PER_DECADE) - 1e-9:
             groups.append(b)
     arrays = (
@@ -112,7 +136,7 @@ def bins_of(n: int) -> Bins:
     return Bins(n, *arrays)
 
 
-def fill_gaps(
+def bridge_gaps(
     samples: NDArray[Any], missing: NDArray[np.bool_] | None = None
 ) -> NDArray[np.float64]:
     """Samples with NaN (and `missing`) replaced so that the spectrum stays what it was.
@@ -207,7 +231,7 @@ def psd(x: Any, rate: float | None = None) -> Spectrum:
     Parameters
     ----------
     x : array_like or Recording
-        Rate samples, shape (n,), unit U. NaN are bridged (`fill_gaps`).
+        Rate samples, shape (n,), unit U. NaN are bridged (`bridge_gaps`).
     rate : float, optional
         Sampling rate in Hz; taken from a recording, 1 for a bare array.
 
@@ -231,7 +255,7 @@ def psd(x: Any, rate: float | None = None) -> Spectrum:
     if samples.size < 8:
         raise TooShortError(f"a spectrum needs at least 8 samples, found {samples.size}")
     bins = bins_of(samples.size)
-    density = bins.power(_kernels.cosine_transform(fill_gaps(samples))) / fs
+    density = bins.power(_kernels.cosine_transform(bridge_gaps(samples))) / fs
     low_hz, high_hz = bins.limits(fs)
     low = density * bins.count / chdtri(bins.count, 0.025)
     high = density * bins.count / chdtri(bins.count, 0.975)

@@ -18,7 +18,6 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.units import parse_unit
 from allanite.common.validation import positive, positive_rate
 from allanite.effects import Model
-from allanite.effects import terms as _terms
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
 
@@ -273,7 +272,7 @@ def _parts(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tupl
             value = getattr(effect, effect.coefficient)
             if value is None:
                 raise InputError(f"{effect.kind}: {effect.coefficient} has no value yet: fit it")
-            out[label] = tuple(_terms.scaled(t, value**2) for t in model.unit_terms(effect, rate))
+            out[label] = tuple(t.scaled(value**2) for t in model.unit_terms(effect, rate))
         elif isinstance(effect, Deterministic):
             # What has an Allan variance of its own is the same at every time of the record.
             if effect.own_allan_variance(np.ones(1), rate)[0] > 0.0:
@@ -300,7 +299,7 @@ def _weights(back: int, m: int, rate: float, order: int, group: int) -> Array:
 
 def _variogram(terms: Sequence[Term], count: int) -> Array:
     """½ E(x(k+h) − x(k))², h = 0 … count."""
-    return np.asarray(sum((_terms.variogram(t, count + 1) for t in terms), np.zeros(count + 1)))
+    return np.asarray(sum((t.variogram(count + 1) for t in terms), np.zeros(count + 1)))
 
 
 def _grouped(g: Array, group: int, count: int) -> Array:

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate
 from allanite.effects import Model
-from allanite.effects import terms as _terms
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
+from allanite.effects.terms import Exponential
 from allanite.statespace.sections import Section, line, of_terms
 
 if TYPE_CHECKING:
@@ -140,12 +140,12 @@ class StateSpace:
         """Two-sided density in U²/Hz, lines left out; shape of `f`."""
         w = 2.0 * np.pi * np.asarray(f, dtype=float) / self.rate
         noise = (t for t in self.terms if not is_line(t))
-        return np.asarray(sum((_terms.spectrum(t, w) for t in noise), np.zeros_like(w)) / self.rate)
+        return np.asarray(sum((t.spectrum(w) for t in noise), np.zeros_like(w)) / self.rate)
 
     def allan_variance(self, tau: ArrayLike) -> Array:
         """Allan variance in U²; shape of `tau`."""
         m = np.maximum(np.round(np.asarray(tau, dtype=float) * self.rate), 1.0)
-        total = sum((_terms.allan_variance(t, m.ravel()) for t in self.terms), np.zeros(m.size))
+        total = sum((t.allan_variance(m.ravel()) for t in self.terms), np.zeros(m.size))
         return np.asarray(total).reshape(m.shape)
 
     def with_level(self) -> StateSpace:
@@ -196,7 +196,7 @@ class StateSpace:
 
 def is_line(term: Term) -> bool:
     """Whether a term is a line, whose density is no function."""
-    return term[0] == "exponential" and np.hypot(term[1][2], term[1][3]) >= 1.0
+    return isinstance(term, Exponential) and abs(complex(term.phi)) >= 1.0
 
 
 def state_space(
@@ -273,4 +273,4 @@ def _terms_of(model: Model, effect: Stochastic, rate: float) -> tuple[Term, ...]
         raise InputError(
             f"{effect.kind}: {effect.coefficient} has no value yet: give one, or fit it"
         )
-    return tuple(_terms.scaled(t, value**2) for t in model.unit_terms(effect, rate))
+    return tuple(t.scaled(value**2) for t in model.unit_terms(effect, rate))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
-from allanite.effects import terms as _terms
+from allanite.effects.terms import Exponential
 from allanite.statespace.sections import Section, lag, resized
 
 if TYPE_CHECKING:
@@ -205,7 +205,7 @@ def _columns(terms: Sequence[Term], m: Array, w: Array) -> Array:
 
 def _lag_columns(gap: float, m: Array, w: Array) -> Array:
     """A lag of variance 1."""
-    return _columns((("exponential", (1.0, 0.0, 1.0 - gap, 0.0)),), m, w)
+    return _columns((Exponential(1.0, 1.0 - gap),), m, w)
 
 
 def _factors(n: int, per_decade: int) -> Array:
@@ -215,11 +215,11 @@ def _factors(n: int, per_decade: int) -> Array:
 
 
 def _allan(terms: Sequence[Term], m: Array) -> Array:
-    return np.asarray(sum((_terms.allan_variance(t, m) for t in terms), np.zeros(m.size)))
+    return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
 
 def _density(terms: Sequence[Term], w: Array) -> Array:
     from allanite.statespace.model import is_line
 
     noise = (t for t in terms if not is_line(t))
-    return np.asarray(sum((_terms.spectrum(t, w) for t in noise), np.full(w.size, 1e-300)))
+    return np.asarray(sum((t.spectrum(w) for t in noise), np.full(w.size, 1e-300)))

@@ -23,7 +23,15 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError
-from allanite.effects.terms import scaled
+from allanite.effects.terms import (
+    Blue,
+    Exponential,
+    Flicker,
+    Lags,
+    PowerLaw,
+    RandomWalk,
+    White,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -79,31 +87,31 @@ def of_terms(terms: Iterable[Term], n: int) -> list[Section]:
         A spectrum that no real process has.
     """
     terms = tuple(terms)
-    white = sum(v[0] for name, v in terms if name == "white")
-    lags = [t for t in terms if t[0] == "exponential"]
+    white = sum(t.variance for t in terms if isinstance(t, White))
+    lags = [t for t in terms if isinstance(t, Exponential)]
     out: list[Section] = []
     apart = [_exponential(t) for t in lags]
     if white < 0.0 or None in apart:
-        out.append(_arma((*lags, ("white", (white,)))))
+        out.append(_arma((*lags, White(white))))
     else:
         out += [s for s in apart if s is not None]
         if white:
             out.append(_white(white))
-    for name, v in terms:
-        if name in ("white", "exponential"):
+    for term in terms:
+        if isinstance(term, (White, Exponential)):
             continue
-        if name == "blue":
-            out.append(_difference(0.0, v[0], (("blue", v),)))
-        elif name == "random_walk":
-            out.append(_walk(v[0]))
-        elif name == "flicker":
-            out += _power_law(-1.0, v[0], n)
-        elif name == "power_law":
-            out += _power_law(v[0], v[1], n)
-        elif name == "lags":
-            out.append(_moving(v))
+        if isinstance(term, Blue):
+            out.append(_difference(0.0, term.variance, (term,)))
+        elif isinstance(term, RandomWalk):
+            out.append(_walk(term.variance))
+        elif isinstance(term, Flicker):
+            out += _power_law(-1.0, term.variance, n)
+        elif isinstance(term, PowerLaw):
+            out += _power_law(term.exponent, term.level, n)
+        elif isinstance(term, Lags):
+            out.append(_moving(term.covariance))
         else:
-            raise InputError(f"no state space for a process {name!r}")
+            raise InputError(f"no state space for a process {term.name!r}")
     return out
 
 
@@ -111,7 +119,7 @@ def line(amplitude: float, w: float) -> Section:
     """A sinusoid of `w` radians a sample, its phase unknown: it turns for ever."""
     turn = np.array([[np.cos(w), -np.sin(w)], [np.sin(w), np.cos(w)]])
     power = 0.5 * amplitude**2
-    term: Term = ("exponential", (power, 0.0, float(np.cos(w)), float(np.sin(w))))
+    term = Exponential(power, complex(np.cos(w), np.sin(w)))
     return Section(turn, np.zeros((2, 2)), np.array([1.0, 0.0]), power * np.eye(2), (term,))
 
 
@@ -122,27 +130,23 @@ def lag(phi: float, variance: float) -> Section:
         np.array([[variance * (1.0 - phi) * (1.0 + phi)]]),
         np.ones(1),
         np.array([[variance]]),
-        (("exponential", (variance, 0.0, phi, 0.0)),),
+        (Exponential(variance, phi),),
     )
 
 
 def _white(variance: float) -> Section:
     empty = np.zeros((0, 0))
-    return Section(
-        empty, empty, np.zeros(0), empty, (("white", (variance,)),), R=max(variance, 0.0)
-    )
+    return Section(empty, empty, np.zeros(0), empty, (White(variance),), R=max(variance, 0.0))
 
 
 def _walk(step: float) -> Section:
     one = np.ones((1, 1))
-    return Section(
-        one, step * one, np.ones(1), 0.0 * one, (("random_walk", (step,)),), diffuse=True
-    )
+    return Section(one, step * one, np.ones(1), 0.0 * one, (RandomWalk(step),), diffuse=True)
 
 
-def _exponential(term: Term) -> Section | None:
+def _exponential(term: Exponential) -> Section | None:
     """A lag or a turning pair; None where the term alone has a negative density somewhere."""
-    a, phi = complex(*term[1][:2]), complex(*term[1][2:])
+    a, phi = complex(term.a), complex(term.phi)
     if phi.imag == 0.0:
         return lag(phi.real, a.real) if a.real >= 0.0 and a.imag == 0.0 else None
     c, s = phi.real, phi.imag
@@ -205,7 +209,7 @@ def _moving(lags: tuple[float, ...]) -> Section:
         left = lags[0] - P[0, 0]
         gain = (r - np.append(P[1:, 0], 0.0)) / left
         P = np.pad(P[1:, 1:], ((0, 1), (0, 1))) + left * np.outer(gain, gain)
-    return _harvey(float(np.sqrt(left)), [1.0, *map(float, gain)], [], (("lags", lags),))
+    return _harvey(float(np.sqrt(left)), [1.0, *map(float, gain)], [], (Lags(lags),))
 
 
 def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Section:
@@ -217,8 +221,8 @@ def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Se
         # r(h) = 2vφ^h − vφ^{h−1} − vφ^{h+1}, and twice what is missing at lag 0.
         slope = variance * (1.0 - phi) ** 2 / phi
         terms = (
-            ("exponential", (-slope, 0.0, phi, 0.0)),
-            ("white", (2.0 * variance * (1.0 - phi) + slope,)),
+            Exponential(-slope, phi),
+            White(2.0 * variance * (1.0 - phi) + slope),
         )
     return Section(F, Q, np.array([1.0, -1.0]), P0, terms)
 
@@ -239,13 +243,11 @@ def _power_law(exponent: float, level: float, n: int) -> list[Section]:
         return [_walk(level)]
     if exponent > 0.0:
         bank = _kernels.power_law_bank(exponent - 2.0, n)
-        return [
-            _difference(phi, v * level, () if phi else (("blue", (v * level,)),)) for phi, v in bank
-        ]
+        return [_difference(phi, v * level, () if phi else (Blue(v * level),)) for phi, v in bank]
     if exponent < -2.0:
         bank = _kernels.power_law_bank(exponent + 2.0, n)
         # The sum as one term: that of each part is the difference of two that are nearly equal.
-        whole: list[tuple[Term, ...]] = [(("power_law", (exponent, level)),)]
+        whole: list[tuple[Term, ...]] = [(PowerLaw(exponent, level),)]
         terms = whole + [()] * (len(bank) - 1)
         return [_running_sum(phi, v * level, t) for (phi, v), t in zip(bank, terms, strict=True)]
     bank = _kernels.power_law_bank(exponent, n)
@@ -259,7 +261,7 @@ def resized(section: Section, factor: float) -> Section:
         factor * section.Q,
         section.H,
         factor * section.P0,
-        tuple(scaled(t, factor) for t in section.terms),
+        tuple(t.scaled(factor) for t in section.terms),
         factor * section.R,
         section.diffuse,
     )

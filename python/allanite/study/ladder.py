@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
+from allanite.common import verbs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -120,11 +120,7 @@ class Study:
             "unexplained": self.unexplained,
         }
 
-    def plot(self, path: str | Path | None = None) -> Any:
-        """The ladder as falling error; written to `path` if given."""
-        from allanite.plots import plot_study
-
-        return plot_study(self, path)
+    plot = verbs.study_plot
 
     def __str__(self) -> str:
         lines = [

@@ -180,11 +180,11 @@ def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | 
         noise = base.noise(data)
         for blank in blanks:
             assert isinstance(blank, Deterministic)
-            points = grid_points(blank, data)
-            gains, _ = matched_gains(points, base.ordinates, noise, data)
+            slow = grid_points(blank, data)
+            gains, _ = matched_gains(slow, base.ordinates, noise, data)
             top = int(np.argmax(gains))
             if best is None or gains[top] > best[0]:
-                best = float(gains[top]), points[top]
+                best = float(gains[top]), slow[top]
         return None if best is None else solve(data, base.model + best[1], rounds=3)
     return None
 
@@ -204,7 +204,7 @@ def swapped(
             continue
         for found in alternatives(fit, place):
             pair = (effect.kind, found.effect.kind)
-            if pair[::-1] in tried or found.evidence < CLEARLY:
+            if pair[::-1] in tried or found.evidence < CLEARLY or found.effect.last_resort:
                 continue
             if best is None or found.evidence > best[0]:
                 best = found.evidence, found, effect.kind

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from allanite.fit import fit_model
 from allanite.fit.prediction import worse
 from allanite.study.ladder import Rung, Study
@@ -23,8 +25,8 @@ __all__ = ["LIMIT", "improve", "next_rung"]
 
 #: No sensor record supports more additions than this.
 LIMIT = 8
-#: What an error may rise by on a rung: a tenth of it, and a quarter of what chance alone gives.
-SLACK, CHANCE = 1.1, 0.25
+#: How often what chance alone gives the Allan error may rise by on a rung: its points at long τ move together.
+CHANCE = 2.0
 
 
 def improve(
@@ -95,7 +97,7 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
         own = set(range(asked - len(removed))) | {len(better.model) - 1}
         swap = swapped(better, own, tried)
-        if swap is not None and swap[2].kind not in gone:
+        if swap is not None and swap[2].kind not in gone and _errors_fall(better, swap[0]):
             better, kind, new = swap
             if kind == added.kind:
                 added = new
@@ -109,15 +111,20 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
 
 def _accepted(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
     """Whether no error rises by more than its own scatter."""
-    old, new = before.error, after.error
     if not suggestion.effect_happens_once and not _predicts(before, after):
         return False
-    if after.solution.discrepancy > SLACK * before.solution.discrepancy > 0.0:
+    return _errors_fall(before, after)
+
+
+def _errors_fall(before: Fit, after: Fit) -> bool:
+    """Whether neither the discrepancy nor the Allan error rises by more than its own scatter."""
+    old, new = before.error, after.error
+    if after.discrepancy.interval[0] > before.discrepancy.interval[1]:
         return False
     if old.adev_rms_percent is None or new.adev_rms_percent is None:
         return True
     chance = CHANCE * (new.chance_rms_percent or 0.0)
-    return new.adev_rms_percent <= SLACK * old.adev_rms_percent + chance
+    return bool(new.adev_rms_percent <= np.hypot(old.adev_rms_percent, chance))
 
 
 def _predicts(before: Fit, after: Fit) -> bool:

@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 
 #: A lag that is not worth speaking of has no two levels either.
 LEAST = 12.0
+#: Samples of a lag below which no level is seen.
+SHORTEST = 4.0
 #: Blocks to a dwell time, and fewest and most of them in all.
 BLOCKS, FEWEST, MOST = 20, 128, 1 << 18
 #: Log-odds from which there are two levels. Between two laws given beforehand a likelihood ratio exceeds c under the other
@@ -50,6 +52,8 @@ def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | 
         return None
     if max(c.gain for c in candidates) - found.gain > DECIDED:
         # The spectrum is not that of a lag: the Gaussian law would be refuted by its shape, not by two levels.
+        return None
+    if found.effect.values["correlation_time"] * data.rate < SHORTEST:
         return None
     odds = _log_odds(found.solution, data)
     if odds < REFUTED:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from allanite.common import verbs
 from allanite.common.numbers import tidy
 from allanite.criticism import Where, criticise
 from allanite.criticism.over_time import whiten
@@ -62,11 +62,7 @@ class Check:
             "suggestions": [s.to_dict() for s in self.suggestions],
         }
 
-    def plot(self, path: str | Path | None = None) -> Any:
-        """As `Fit.plot`, with the failing ranges shaded."""
-        from allanite.plots import plot_check
-
-        return plot_check(self, path)
+    plot = verbs.check_plot
 
     def __str__(self) -> str:
         lines = [str(self.fit), ""]

@@ -97,7 +97,7 @@ def directions(
     Unit vectors of the change of bin power in units of its scatter, shape (points, bins), with what the model can do
     by itself projected out; points that differ from it in nothing are left out.
     """
-    root = np.sqrt(0.5 * solution.weight)
+    root = np.sqrt(0.5 * solution.count)
     # Directions that the model can already move in, and into which it will after the refit.
     own = solution.columns[:, solution.theta > 0.0]
     basis, _ = np.linalg.qr((own / solution.spectrum[:, None]) * root[:, None])

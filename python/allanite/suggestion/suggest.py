@@ -267,7 +267,10 @@ def _over_true(base: Solution, data: Data) -> float:
 
 
 def _removed(fit: Fit, candidate: Candidate) -> float:
-    """Per cent of the misfit: of what a saturated model would gain beyond chance; a line adds to both what bins do not see."""
+    """Per cent of the misfit: of what a saturated model would gain beyond chance.
+
+    A line adds to both what bins do not see.
+    """
     excess = max(fit.excess, 0.0) + (candidate.gain if candidate.family == "line" else 0.0)
     return 100.0 * candidate.gain / max(excess, candidate.gain)
 

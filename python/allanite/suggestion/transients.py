@@ -69,7 +69,8 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> Candida
     effect = NoiseLevelChange(
         start=data.start + start * scale, end=data.start + end * scale, factor=factor
     )
-    if gain < 4.0:
+    # Where the model is wrong by so much anyway, a smaller change of level is no effect.
+    if gain < 4.0 or abs(factor - 1.0) < solution.discrepancy:
         return None
     refitted = solve(data, solution.model + effect, rounds=3)
     return Candidate(refitted.model.effects[-1], gain, "level", refitted, 3, min(0.0, chance))

@@ -10,6 +10,7 @@ from scipy.signal import butter
 from allanite import effects as fx
 from allanite import testing
 from allanite.effects import CATALOGUE, find, lowpass, terms
+from allanite.effects._lags import power_law_lags
 from allanite.effects.model import Model
 
 RNG = np.random.default_rng(5)
@@ -73,8 +74,8 @@ def test_contract(short, values):
 
 def test_the_check_finds_a_wrong_variance(monkeypatch):
     """A test that cannot fail proves nothing."""
-    true = terms.allan_variance
-    monkeypatch.setattr(terms, "allan_variance", lambda t, m: 1.001 * true(t, m))
+    true = terms.Exponential.allan_variance
+    monkeypatch.setattr(terms.Exponential, "allan_variance", lambda t, m: 1.001 * true(t, m))
     with pytest.raises(AssertionError, match="integrates to"):
         testing.check_density(of("GM", {"q_c": 0.5, "correlation_time": 2.0}))
 
@@ -178,11 +179,11 @@ def test_the_filters_are_those_of_the_textbook():
         for order in (1, 2, 3, 4):
             b, a = butter(order, 2.0 * cutoff)
             expected = np.abs(np.polyval(b[::-1], z) / np.polyval(a[::-1], z)) ** 2
-            found = sum(terms.spectrum(t, w) for t in lowpass.terms("digital", order, cutoff))
+            found = sum(t.spectrum(w) for t in lowpass.terms("digital", order, cutoff))
             # A pole at 0 (odd orders, cutoff 1/4) is moved by 1e-5; far below, rounding is left.
             np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-10)
         for order in (2, 3):
-            found = sum(terms.spectrum(t, w) for t in lowpass.terms("smoothed", order, cutoff))
+            found = sum(t.spectrum(w) for t in lowpass.terms("smoothed", order, cutoff))
             cosine = np.cos(2.0 * np.pi * cutoff)
             share = 0.5 ** (1.0 / order)
             middle = (1.0 - share * cosine) / (1.0 - share)
@@ -192,7 +193,7 @@ def test_the_filters_are_those_of_the_textbook():
             np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-9)
     mean = lowpass.terms("moving_average", 1, lowpass.MEANS[1] / 4.0)
     expected = np.abs(1 + z + z**2 + z**3) ** 2 / 16.0
-    np.testing.assert_allclose(terms.spectrum(mean[0], w), expected, atol=1e-12)
+    np.testing.assert_allclose(mean[0].spectrum(w), expected, atol=1e-12)
 
 
 # -- cosine ordinates: exact expectations
@@ -213,34 +214,34 @@ def ordinates_of(covariance):
 
 def check_cosine(term, covariance, rtol=1e-8):
     n = covariance.shape[0]
-    got = terms.cosine_variance(term, np.arange(1, n), n)
+    got = term.cosine_variance(np.arange(1, n), n)
     np.testing.assert_allclose(got, ordinates_of(covariance), rtol=rtol)
 
 
 @given(NUMBERS, SIZES)
 def test_cosine_variance_of_white_and_blue(v, n):
-    check_cosine(("white", (v,)), v * np.eye(n))
+    check_cosine(terms.White(v), v * np.eye(n))
     lags = np.zeros(n)
     lags[:2] = 2 * v, -v
-    check_cosine(("blue", (v,)), toeplitz(lags))
+    check_cosine(terms.Blue(v), toeplitz(lags))
 
 
 @given(NUMBERS, SIZES)
 def test_cosine_variance_of_a_random_walk(v, n):
-    check_cosine(("random_walk", (v,)), v * np.minimum.outer(np.arange(n), np.arange(n)), 1e-6)
+    check_cosine(terms.RandomWalk(v), v * np.minimum.outer(np.arange(n), np.arange(n)), 1e-6)
 
 
 @given(st.floats(0.01, 0.999), SIZES)
 def test_cosine_variance_of_a_lag(phi, n):
-    check_cosine(("exponential", (0.7, 0.0, phi, 0.0)), toeplitz(0.7 * phi ** np.arange(n)), 1e-6)
+    check_cosine(terms.Exponential(0.7, phi), toeplitz(0.7 * phi ** np.arange(n)), 1e-6)
 
 
 @given(st.floats(0.3, 0.999), st.floats(0.05, 3.0), st.floats(-0.9, 0.9), SIZES)
 def test_cosine_variance_of_an_oscillation(radius, angle, imag, n):
     phi, a = radius * np.exp(1j * angle), 1.0 + 1j * imag * (1 - radius)
     lags = (a * phi ** np.arange(n)).real
-    term = ("exponential", (a.real, a.imag, phi.real, phi.imag))
-    n_j = terms.cosine_variance(term, np.arange(1, n), n)
+    term = terms.Exponential(a, phi)
+    n_j = term.cosine_variance(np.arange(1, n), n)
     exact = ordinates_of(toeplitz(lags))
     # Far from the peak an ordinate is the small difference of large sums.
     np.testing.assert_allclose(n_j, exact, rtol=1e-6, atol=1e-9 * np.abs(exact).max())
@@ -250,14 +251,14 @@ def test_cosine_variance_of_an_oscillation(radius, angle, imag, n):
 @given(st.sampled_from([-2.5, -1.7, -1.3, -1.0, -0.6, 0.4, 0.8]), st.integers(64, 300))
 def test_cosine_variance_of_a_power_law(exponent, n):
     """Below −1 the lags are those of a variogram; a constant in the covariance falls out of j ≥ 1."""
-    lags = -terms._power_law_lags(exponent, n)
+    lags = -power_law_lags(exponent, n)
     exact = ordinates_of(toeplitz(lags))
-    got = terms.cosine_variance(("power_law", (exponent, 1.0)), np.arange(1, n), n)
+    got = terms.PowerLaw(exponent, 1.0).cosine_variance(np.arange(1, n), n)
     np.testing.assert_allclose(got[:64], exact[:64], rtol=1e-6)
     # Beyond the 64 ordinates computed exactly the correction is extrapolated as 1/j.
     np.testing.assert_allclose(got[64:], exact[64:], rtol=5e-3)
     if exponent == -1.0:
-        own = terms.cosine_variance(("flicker", (1.0,)), np.arange(1, n), n)
+        own = terms.Flicker(1.0).cosine_variance(np.arange(1, n), n)
         np.testing.assert_allclose(own, got, rtol=1e-9)
 
 
@@ -265,16 +266,16 @@ def test_cosine_variance_of_a_power_law(exponent, n):
 def test_cosine_variance_of_lags(length, n):
     lags = np.zeros(n)
     lags[:length] = (1.0 - np.arange(length) / length) / length
-    got = terms.cosine_variance(("lags", tuple(lags[:length])), np.arange(1, n), n)
+    got = terms.Lags(tuple(lags[:length])).cosine_variance(np.arange(1, n), n)
     # At the zeros of the filter what is left is the difference of sums of order 1.
-    np.testing.assert_allclose(got, ordinates_of(toeplitz(lags)), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(got, ordinates_of(toeplitz(lags)), rtol=1e-9, atol=1e-13)
 
 
 @given(st.floats(1e-7, 3.0), st.floats(0.3, 3.0))
 def test_spectrum_of_a_lag_keeps_its_digits(rate_times, w):
     """1 − 2φ cos w + φ² against extended precision for φ → 1."""
     phi = float(np.exp(-rate_times))
-    got = terms.spectrum(("exponential", (1.0, 0.0, phi, 0.0)), np.array([w * 1e-4]))[0]
+    got = terms.Exponential(1.0, phi).spectrum(np.array([w * 1e-4]))[0]
     p, c = np.longdouble(phi), np.cos(np.longdouble(w * 1e-4))
     assert got == pytest.approx(float((1 - p * p) / (1 - 2 * p * c + p * p)), rel=1e-6)
 
@@ -285,7 +286,7 @@ def test_allan_variance_of_a_lag_is_one_formula(phi, m):
     p, k = np.longdouble(phi), np.longdouble(m)
     top = k - 3 * p - k * p**2 + 4 * p ** (k + 1) - p ** (2 * k + 1)
     expected = float(top / (k**2 * (1 - p) ** 2))
-    got = terms.allan_variance(("exponential", (1.0, 0.0, phi, 0.0)), np.array([float(m)]))[0]
+    got = terms.Exponential(1.0, phi).allan_variance(np.array([float(m)]))[0]
     # The formula itself loses 3 log10(1/(m(1−φ))) of its 19 digits.
     lost = 1e-18 / max(float(k * (1 - p)), 1e-9) ** 3
     assert got == pytest.approx(expected, rel=1e-9 + lost, abs=1e-15 / m**2 / (1 - phi) ** 2)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import allanite as al
+from allanite.deviation import accumulator
 
 ROOT = Path(__file__).parents[3]
 
@@ -33,3 +36,48 @@ def test_public_names_are_documented():
         assert name == "__version__" or isinstance(value, tuple) or (value.__doc__ or "").strip(), (
             name
         )
+
+
+def test_rooms_are_small():
+    package = ROOT / "python" / "allanite"
+    top = {p.stem for p in package.glob("*.py")}
+    assert top - {"errors"} == {"__init__", "_kernels", "simulate", "study", "testing"}
+    files = [p for p in package.rglob("*.py") if p.parent != package]
+    lengths = sorted(len(p.read_text(encoding="utf-8").splitlines()) for p in files)
+    assert lengths[len(lengths) // 2] <= 130
+    growing = {"effects", "fit"}
+    folders = {p.parent for p in files} | {p.parent for p in (ROOT / "rust").rglob("*.rs")}
+    full = {
+        str(folder.relative_to(ROOT)): count
+        for folder in folders
+        if folder.name not in growing
+        and (count := sum(p.suffix in {".py", ".rs", ".js", ".css"} for p in folder.iterdir())) > 15
+    }
+    assert not full
+
+
+def test_no_message_of_the_library_names_an_option():
+    package = ROOT / "python" / "allanite"
+    doors = {package / "cli"}
+    option = re.compile(r"(?<![-\w`])--[a-z]{3,}")
+    found = [
+        f"{path.relative_to(package)}: {node.value}"
+        for path in package.rglob("*.py")
+        if not doors & set(path.parents)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant)
+        and isinstance(node.value, str)
+        and option.search(node.value)
+        and "\n    " not in node.value
+    ]
+    assert not found
+
+
+def test_constants_kept_twice_agree():
+    # The stream reads power laws as kept records do: what the core calls sure and unsure.
+    text = (ROOT / "rust" / "deviation" / "identify.rs").read_text(encoding="utf-8")
+    constants = dict(re.findall(r"^const (FEWEST|UNSURE): \w+ = ([-\d.]+);", text, re.MULTILINE))
+    assert {name: float(value) for name, value in constants.items()} == {
+        "FEWEST": accumulator.FEWEST,
+        "UNSURE": accumulator.UNSURE,
+    }

@@ -61,7 +61,9 @@ def test_improve_runs_rung_by_rung(client):
     tab, _ = opened(client)
     state = act(client, tab, do="improve")
     assert state["adequate"] is True
-    assert len(state["ladder"]) >= 3
+    # A rung may do two things: the line is added, and the lag takes the place of what stood for it.
+    assert len(state["ladder"]) >= 2
+    assert {"gauss_markov", "sinusoid"} <= {c["kind"] for c in state["chips"]}
     assert all(r["label"].startswith("+ ") for r in state["ladder"][1:])
 
 

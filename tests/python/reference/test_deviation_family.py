@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from allanite import deviation
-from allanite.deviation.bias import freedom
 from allanite.deviation.confidence import interval
 from allanite.deviation.theo import theo1, theoh
 
@@ -139,6 +138,8 @@ def test_parabolic_of_sigmatheta():
 def test_limits_of_stable32(kind, factors, low, high, tolerance):
     # 68.3 %, white FM. At m = 1 Stable32's edf of white FM is not that of sampled noise (782 for 666).
     curve = getattr(deviation, kind)(thousand(), factors=factors)
-    edf = freedom(kind, np.zeros(len(factors)), curve.factors, curve.n, 1001)
+    edf = deviation.estimator_named(kind).freedom(
+        np.zeros(len(factors)), curve.factors, curve.n, 1001
+    )
     found = interval(curve.deviation, edf, 0.683)
     np.testing.assert_allclose(found, [low, high], rtol=tolerance)

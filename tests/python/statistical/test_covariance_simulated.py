@@ -8,6 +8,7 @@ from allanite import _kernels
 from allanite.deviation import oadev
 from allanite.fit.bands import bands
 from allanite.fit.gls import fit_gls, gls_factors
+from variograms import term_of
 
 pytestmark = pytest.mark.statistical
 
@@ -121,7 +122,7 @@ def test_coverage_of_the_bands(name):
     factors = np.array([1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 1365])
     found = in_parts(name, 12, records, n, factors, kinds)
     for kind in kinds:
-        band = bands(MIXTURES[name], n, factors, kind=kind)
+        band = bands([term_of(*given) for given in MIXTURES[name]], n, factors, kind=kind)
         # The total variance estimates the Allan variance, with a bias that its band knows.
         expected, _ = _kernels.allan_variances(
             [(k, list(v)) for k, v in MIXTURES[name]],
@@ -145,7 +146,7 @@ def test_intervals_of_gls(name):
     n, records = 4096, 200
     factors = gls_factors(n)
     s = in_parts(name, 13, records, n, factors, ["oadev"], part=200)["oadev"]
-    units = [[(kind, (1.0, *values[1:]))] for kind, values in MIXTURES[name]]
+    units = [[term_of(kind, (1.0, *values[1:]))] for kind, values in MIXTURES[name]]
     truth = np.array([values[0] for _, values in MIXTURES[name]])
     inside = np.zeros(truth.size)
     scores = []

@@ -5,6 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
+from allanite.effects.terms import RandomWalk, White
 from allanite.fit.gls import fit_gls, gls_factors
 from information import bound
 
@@ -58,7 +59,7 @@ def test_least_squares_throws_little_away():
     values, make = CASES["N+K"]
     rng = np.random.default_rng(4)
     factors = gls_factors(N_SAMPLES)
-    units = [[("white", (1.0,))], [("random_walk", (1.0,))]]
+    units = [[White(1.0)], [RandomWalk(1.0)]]
     logs = []
     for _ in range(RECORDS):
         curve = al.oadev(make(rng), factors=factors)

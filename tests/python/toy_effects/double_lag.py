@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from allanite.effects import Parameter, Stochastic
+from allanite.effects.terms import Exponential
 
 
 @dataclass(frozen=True)
@@ -39,4 +40,4 @@ class DoubleLag(Stochastic):
 
     def unit_terms(self, rate):
         phi = [float(np.exp(-k / (rate * (self.correlation_time or 1.0)))) for k in (1.0, 20.0)]
-        return tuple(("exponential", (0.5, 0.0, p, 0.0)) for p in phi)
+        return tuple(Exponential(0.5, p) for p in phi)

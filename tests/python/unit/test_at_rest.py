@@ -128,7 +128,7 @@ def test_a_record_turned_over():
 def test_quiet_of_what_has_none_or_no_unit():
     with pytest.raises(TooShortError, match="no stretch"):
         recorded(carried()).quiet()
-    with pytest.raises(InputError, match="--unit"):
+    with pytest.raises(InputError, match="unit="):
         al.Recording(np.random.default_rng(0).standard_normal(5000), RATE).quiet()
     assert rest_of(al.Recording(np.zeros(5000), 1, unit="1")) is None
 

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
-from allanite.effects import terms as model_terms
-from variograms import MIXTURES, summed, variogram
+from variograms import MIXTURES, summed, term_of, variogram
 
 COEFFICIENTS = {2: np.array([1.0, -2.0, 1.0]), 3: np.array([-1.0, 3.0, -3.0, 1.0])}
 ORDER = {"oadev": 2, "mdev": 3, "hdev": 3}
@@ -84,8 +83,8 @@ def test_expected_variance_is_that_of_the_effects(name):
     top = 3000 if "0.8" in name else 300_000
     factors = np.unique(np.round(np.geomspace(1, top, 20)).astype(np.int64))
     expected, _ = _kernels.allan_covariance(MIXTURES[name], 1_000_000, factors)
-    terms = [(kind, tuple(values)) for kind, values in MIXTURES[name]]
-    closed = sum(model_terms.allan_variance(t, factors.astype(float)) for t in terms)
+    terms = [term_of(*given) for given in MIXTURES[name]]
+    closed = sum(t.allan_variance(factors.astype(float)) for t in terms)
     np.testing.assert_allclose(expected, closed, rtol=1e-5)
 
 

@@ -206,3 +206,8 @@ def test_threads_do_not_change_a_bit():
     for threads in (2, 3, 7):
         for a, b in zip(one, _kernels.overlapping_allan(x, m, False, threads), strict=True):
             np.testing.assert_array_equal(a, b)
+
+
+def test_an_unknown_deviation_is_an_error():
+    with pytest.raises(InputError, match="unknown deviation 'xdev': one of oadev, adev, "):
+        deviation.estimator_named("xdev")

@@ -9,10 +9,11 @@ from scipy.optimize import nnls
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.deviation import oadev
+from allanite.effects.terms import Flicker, RandomWalk, White
 from allanite.fit.bands import bands, degrees_of_freedom
 from allanite.fit.gls import fit_gls, gls_factors
 
-UNITS = [[("white", (1.0,))], [("flicker", (1.0,))], [("random_walk", (1.0,))]]
+UNITS = [[White(1.0)], [Flicker(1.0)], [RandomWalk(1.0)]]
 
 
 @given(st.integers(1, 5), st.integers(0, 2**32 - 1))
@@ -47,7 +48,7 @@ def test_solver_refuses():
 def test_exact_curve_gives_exact_coefficients():
     n, squares = 100_000, np.array([1.0, 1e-3, 1e-7])
     factors = gls_factors(n)
-    mixture = [(t[0][0], [s]) for t, s in zip(UNITS, squares, strict=True)]
+    mixture = [t[0].scaled(float(s)).kernel for t, s in zip(UNITS, squares, strict=True)]
     expected, _ = _kernels.allan_covariance(mixture, n, factors)
     fit = fit_gls(expected, factors, n, UNITS)
     np.testing.assert_allclose(fit.squares, squares, rtol=1e-4)

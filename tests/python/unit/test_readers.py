@@ -166,7 +166,7 @@ def test_a_phase_in_seconds_is_an_angle(tmp_path):
     r = read(path)
     assert (r.quantity, r.unit) == ("angle", "1")
     assert read(path, unit="1", quantity="angle").unit == "1"
-    with pytest.raises(InputError, match="--quantity angle"):
+    with pytest.raises(InputError, match="quantity=angle"):
         read(path, quantity="rate")
 
 
@@ -189,7 +189,7 @@ def test_pickles_are_never_loaded(tmp_path):
     np.save(tmp_path / "x.npy", evil, allow_pickle=True)
     with pytest.raises(InputError, match="never loaded"):
         read(tmp_path / "x.npy", rate=1)
-    with pytest.raises(InputError, match=r"key 'data' holds pickled objects"):
+    with pytest.raises(InputError, match=r"key 'data' .* holds pickled objects"):
         read(npz(tmp_path, data=evil, rate_hz=1.0))
     # A foreign key is not even looked at.
     assert read(npz(tmp_path, data=np.arange(5.0), rate_hz=1.0, notes=evil)).n == 5
@@ -229,8 +229,8 @@ def test_decimal_commas_of_a_single_column(tmp_path):
         ("x\n1\n2\n", {"covariate": "temp"}, InputError, "unknown column 'temp'"),
         ("x\n1\n2\n", {"time_column": "t"}, InputError, "unknown column 't'"),
         ("time\n1\n2\n", {}, InputError, "no sensor column"),
-        ("x [deg/s]\n1\n2\n", {"unit": "rad/s"}, InputError, "deg/s by the file, rad/s by --unit"),
-        ("x [deg/s]\n1\n2\n", {"unit": "mg"}, InputError, "deg/s by the file, mg by --unit"),
+        ("x [deg/s]\n1\n2\n", {"unit": "rad/s"}, InputError, "deg/s by the file, rad/s by unit="),
+        ("x [deg/s]\n1\n2\n", {"unit": "mg"}, InputError, "deg/s by the file, mg by unit="),
     ],
 )
 def test_refusals_name_the_file_and_the_thing(tmp_path, text, options, error, words):

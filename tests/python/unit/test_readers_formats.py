@@ -154,3 +154,115 @@ def test_truncated_files(tmp_path, suffix):
         with pytest.raises(AllaniteError, match=rf"log\.{suffix}") as caught:
             al.read(path, rate=1)
         assert "\n" not in str(caught.value)
+
+
+# -- ArduPilot, telephones, vendors' text --------------------------------------------------------
+
+
+def dataflash(path, instances=2, temperature=True):
+    """A DataFlash log after the format's description: FMT messages, then IMU messages."""
+    import struct
+
+    def described(kind, size, name, codes, fields):
+        head = struct.pack("<BB4s16s64s", kind, size, name, codes, fields)
+        return b"\xa3\x95\x80" + head
+
+    out = described(128, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns")
+    fields = b"TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,T"
+    layout = struct.Struct("<QB7f")
+    out += described(129, 3 + layout.size, b"IMU", b"QBfffffff", fields)
+    for k in range(N):
+        for at in range(instances):
+            values = (*(X[k] * 0.01 + at), *(X[k] * 0.1), 30 + k / 100)
+            out += b"\xa3\x95\x81" + layout.pack(10**6 + 20_000 * k + at, at, *values)
+    path.write_bytes(out)
+    return path
+
+
+def test_ardupilot(tmp_path):
+    pytest.importorskip("pymavlink")
+    path = dataflash(tmp_path / "log.bin")
+    r = al.read(path)
+    assert r.columns == ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
+    assert (r.rate, r.units[0], r.units[3]) == (pytest.approx(RATE), "rad/s", "m/s^2")
+    np.testing.assert_allclose(r.samples[:, 0], X[:, 0] * 0.01, rtol=1e-6)
+    assert r.covariates["temperature"][-1] == pytest.approx(30 + (N - 1) / 100)
+    assert "IMU.1" in " ".join(f.message for f in r.told)
+    second = al.read(path, topic="IMU.1", column="gyro_x")
+    np.testing.assert_allclose(second.samples, X[:, 0] * 0.01 + 1, rtol=1e-6)
+    with pytest.raises(InputError, match="no message GPS among IMU"):
+        al.read(path, topic="GPS")
+    path.write_bytes(b"no DataFlash at all")
+    with pytest.raises(InputError, match=r"log\.bin: not an ArduPilot log"):
+        al.read(path)
+
+
+def archive(path, **logs):
+    import zipfile
+
+    with zipfile.ZipFile(path, "w") as file:
+        for name, text in logs.items():
+            file.writestr(name.replace("__", "/") + ".csv", text)
+    return path
+
+
+def test_archives_of_telephones(tmp_path):
+    gyro = "time,seconds_elapsed,z,y,x\n" + "".join(
+        f"{1769860800000000000 + 20_000_000 * k},{k / 50},{X[k, 0]},{X[k, 1]},{X[k, 2]}\n"
+        for k in range(N)
+    )
+    path = archive(
+        tmp_path / "sensorlogger.zip", Gyroscope=gyro, Accelerometer=gyro, Metadata="a,b\n1,2\n"
+    )
+    r = al.read(path)
+    assert (r.columns, r.rate) == (("z", "y", "x"), pytest.approx(50))
+    assert al.read(path, topic="Accelerometer").n == N
+    with pytest.raises(
+        InputError, match="no log Barometer in it: give one of Accelerometer, Gyroscope"
+    ):
+        al.read(path, topic="Barometer")
+    raw = '"Time (s)","Gyroscope x (rad/s)","Gyroscope y (rad/s)"\n' + "".join(
+        f"{k / 50:.9E},{X[k, 0]:.9E},{X[k, 1]:.9E}\n" for k in range(N)
+    )
+    r = al.read(
+        archive(tmp_path / "phyphox.zip", Raw_Data=raw, meta__device="property,value\nversion,1\n")
+    )
+    assert (r.columns, r.unit) == (("Gyroscope x", "Gyroscope y"), "rad/s")
+    assert r.rate == pytest.approx(50)
+    whole = path.read_bytes()
+    for length in (5, 200, len(whole) - 10):
+        path.write_bytes(whole[:length])
+        with pytest.raises(InputError, match=r"sensorlogger\.zip: damaged"):
+            al.read(path)
+
+
+def test_text_of_xsens(tmp_path):
+    path = tmp_path / "MT_07700001-000.txt"
+    head = "// Start Time: Unknown\n// Update Rate: 100.0Hz\n// Filter Profile: general\n"
+    names = "PacketCounter\tSampleTimeFine\tAcc_X\tGyr_X\tTemperature\n"
+    rows = "".join(
+        f"{k % 65536:05}\t{100 * k:010}\t{X[k, 0]:.6f}\t{X[k, 1]:.6f}\t31.{k % 10}\n"
+        for k in range(N)
+    )
+    path.write_text(head + names + rows)
+    r = al.read(path)
+    assert (r.columns, list(r.covariates)) == (("Acc_X", "Gyr_X"), ["Temperature"])
+    assert (r.rate, r.stamps.rate) == (100.0, pytest.approx(100))
+    path.write_text(head + names.replace("SampleTimeFine\t", "") + rows.replace("\t", " ", 0))
+    path.write_text(head + "Acc_X\tGyr_X\n" + "".join(f"{a:.6f}\t{b:.6f}\n" for a, b in X[:, :2]))
+    assert al.read(path).rate == 100.0
+
+
+@pytest.mark.parametrize(
+    ("line", "rate"),
+    [
+        ("Fs,100", 100), ("# Sample rate: 50 Hz", 50), ("% sampling frequency = 0.2 kHz", 200), ("ODR: 400", 400),
+        ("# rate of change 5", None), ("# fs of what", None), ("Sampling Rate [Hz], 125", 125),
+    ],
+)  # fmt: skip
+def test_a_rate_that_a_comment_states(tmp_path, line, rate):
+    from allanite.readers.text import stated_rate
+
+    path = tmp_path / "log.csv"
+    path.write_text(line + "\nx,y\n1,2\n")
+    assert stated_rate(path) == rate

@@ -6,7 +6,6 @@ from scipy.linalg import cho_factor, cho_solve, toeplitz
 
 import allanite as al
 from allanite.common.errors import InputError, TooShortError
-from allanite.effects import terms as _terms
 from allanite.effects.files import parse_model
 from allanite.recording import Recording
 from allanite.statespace import innovations, smooth_samples, state_space
@@ -84,7 +83,7 @@ def test_a_line_is_an_undamped_pair():
 
 def exact_log_likelihood(x, model):
     """Of the differences of the samples, whose covariance is Toeplitz."""
-    g = sum(_terms.variogram(t, x.size + 1) for t in model.terms(RATE))
+    g = sum(t.variogram(x.size + 1) for t in model.terms(RATE))
     r = np.concatenate([[2 * g[1]], g[2:-1] + g[:-3] - 2 * g[1:-2]])
     d = np.diff(x)
     factor = cho_factor(toeplitz(r[: d.size]))

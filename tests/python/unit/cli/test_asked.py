@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.common.errors import about
 from allanite.common.validation import moment, positive, positive_rate, whole
 from command_line import refused
 
@@ -28,8 +29,8 @@ def test_positive_numbers_rates_and_moments():
         with pytest.raises(al.InputError, match=r"duration = .* s: longer"):
             positive(value, "duration", "s", "longer")
     for value in (0, -1, NAN, INF, 1e300, 1e-320, "x", None):
-        with pytest.raises(al.InputError, match="log: the rate must be"):
-            positive_rate(value, "log: ")
+        with pytest.raises(al.InputError, match="log: the rate must be"), about("log"):
+            positive_rate(value)
     for value in (NAN, INF):
         with pytest.raises(al.InputError, match="finite"):
             moment(value, 1.0)

@@ -1,9 +1,11 @@
 """What every command answers when all is well."""
 
+import pickle
+
 import numpy as np
 import pytest
 
-from allanite.cli.adev import KINDS
+from allanite.deviation import ESTIMATORS
 from command_line import needs, refused, strict
 
 RNG = np.random.default_rng(7)
@@ -63,14 +65,14 @@ def test_adev(run, log, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("command", "schema"), [("fit", "fit"), ("check", "check"), ("improve", "improve")]
+    ("command", "schema"), [("fit", "fit/1"), ("check", "check/2"), ("improve", "improve/2")]
 )
 def test_fit_check_improve(run, log, command, schema):
     needs("deviation")
     code, out, err = run(command, log, "--model", "N", "--json")
     assert (code, err) == (0, "")
     document = strict(out)
-    assert document["schema"] == f"allanite/{schema}/1"
+    assert document["schema"] == f"allanite/{schema}"
     assert document["recording"]["path"] == str(log)
     code, out, _ = run(command, log, "--model", "N")
     assert code == 0
@@ -151,7 +153,7 @@ def test_notes_of_the_audit_are_shown_unless_quiet(run, tmp_path):
     assert document["recording"]["audit"][0]["kind"] == "clipping"
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ESTIMATORS)
 def test_every_kind_of_deviation(run, tmp_path, kind):
     needs("deviation")
     log, figure = tmp_path / "gyro.csv", tmp_path / "figure.svg"
@@ -182,12 +184,20 @@ def test_every_kind_of_deviation(run, tmp_path, kind):
     assert "nan" not in out
 
 
-def test_the_command_knows_every_estimator():
+def test_the_table_makes_the_functions_and_the_choice():
     import allanite
-    from allanite.deviation import __all__ as family
+    from allanite import deviation
+    from allanite.cli.commands.adev import command
 
-    assert set(KINDS) == {n for n in family if n[0].islower()} | {"theo1", "theoh"}
-    assert set(KINDS) < set(allanite.__all__)
+    choice = next(option for option in command.params if option.name == "kind").type
+    assert list(choice.choices) == list(ESTIMATORS)
+    for name, row in ESTIMATORS.items():
+        function = getattr(allanite, name)
+        assert function is getattr(deviation, name)
+        assert name in allanite.__all__
+        assert (function.__name__, row.name) == (name, name)
+        assert row.source in function.__doc__
+        assert pickle.loads(pickle.dumps(function)) is function
 
 
 def test_a_digit_that_is_no_number_is_refused(run, log):

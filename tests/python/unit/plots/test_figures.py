@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.comparison import Curve, Curves
+from allanite.comparison import Curves, Drawn
 from allanite.criticism import criticise
 from allanite.criticism.over_time import whiten
 from allanite.plots import plot_check, plot_compare, plot_deviation, plot_study, plot_time
@@ -37,18 +37,20 @@ def test_check_without_a_failure_shades_nothing():
 
 def test_study_shows_the_ladder_and_both_ends(study):
     figure = plot_study(study)
-    chi, allan_error, held, curve = figure.panels
-    assert [text.split("\n")[0] for _, text in chi.y.ticks] == [
+    left, allan_error, discrepancy, curve = figure.panels
+    assert [text.split("\n")[0] for _, text in left.y.ticks] == [
         "start",
         "+ Gauss-Markov process",
         "+ sinusoid",
     ]
-    assert chi.y.reverse
-    (bars,) = chi.find(Bars)
-    np.testing.assert_allclose(bars.values, [r.fit.misfit.reduced for r in study.ladder])
+    assert left.y.reverse
+    (bars,) = left.find(Bars)
+    np.testing.assert_allclose(bars.values, study.misfit_left)
+    assert bars.values[0] == 100.0
     (chance,) = allan_error.find(Rule)
     assert chance.value == study.fit.error.chance_rms_percent
-    assert held.find(Bars)[0].values[0] == study.ladder[0].fit.error.predictive.score
+    (bars,) = discrepancy.find(Bars)
+    np.testing.assert_allclose(bars.values, [r.fit.discrepancy.percent for r in study.ladder])
     labels = [m.label for m in curve.find(Line)]
     assert labels == [
         f"first model: {study.ladder[0].fit.model.name}",
@@ -122,10 +124,10 @@ def curves():
     flat = np.ones(3)
     return Curves(
         (
-            Curve("log a", "recording", "deg/s", tau, flat, 0.9 * flat, 1.1 * flat),
-            Curve("model b", "model", "rad/s", tau, flat),
-            Curve("sheet", "datasheet", "deg/s", tau, 0.5 * flat),
-            Curve("accelerometer", "recording", "mg", tau, flat, 0.9 * flat, 1.1 * flat),
+            Drawn("log a", "recording", "deg/s", tau, flat, 0.9 * flat, 1.1 * flat),
+            Drawn("model b", "model", "rad/s", tau, flat),
+            Drawn("sheet", "datasheet", "deg/s", tau, 0.5 * flat),
+            Drawn("accelerometer", "recording", "mg", tau, flat, 0.9 * flat, 1.1 * flat),
         )
     )
 

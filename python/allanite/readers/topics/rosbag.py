@@ -52,28 +52,26 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     )
     try:
         with AnyReader([folder], default_typestore=get_typestore(Stores.LATEST)) as bag:
-            return _table(bag, path, topics)
+            return _table(bag, topics)
     except InputError:
         raise
     except Exception as error:  # rosbags raises whatever the bytes lead it to
-        raise InputError(f"{path}: damaged or not a ROS bag ({error})") from None
+        raise InputError(f"damaged or not a ROS bag ({error})") from None
 
 
 def _has_metadata(folder: Path) -> bool:
     return (folder / "metadata.yaml").exists()
 
 
-def _table(bag: Any, path: Path, asked: Sequence[str]) -> Table:
+def _table(bag: Any, asked: Sequence[str]) -> Table:
     types = {c.topic: c.msgtype for c in bag.connections}
     listed = ", ".join(sorted(f"{topic} ({kind})" for topic, kind in types.items())) or "none"
     imus = [topic for topic, kind in types.items() if kind == IMU]
     unknown = [topic for topic in asked if topic not in types]
     if unknown:
-        raise InputError(f"{path}: no topic {unknown[0]} in the bag; its topics: {listed}")
+        raise InputError(f"no topic {unknown[0]} in the bag; its topics: {listed}")
     if not asked and not imus:
-        raise InputError(
-            f"{path}: no sensor_msgs/Imu topic in the bag (--topic reads another); its topics: {listed}"
-        )
+        raise InputError(f"no sensor_msgs/Imu topic in the bag; its topics: {listed}")
     thermal = [topic for topic, kind in types.items() if kind == TEMPERATURE]
     main = [topic for topic in (asked or imus[:1]) if topic not in thermal]
     if not main:
@@ -83,13 +81,13 @@ def _table(bag: Any, path: Path, asked: Sequence[str]) -> Table:
     units: list[str | None] = []
     time: NDArray[np.int64] | None = None
     for topic in main:
-        stamps, found = _topic(bag, path, topic, types[topic])
+        stamps, found = _topic(bag, topic, types[topic])
         if time is None:
             time = stamps
         elif abs(stamps.size - time.size) > 0.001 * time.size + 1:
             raise InputError(
-                f"{path}: topics {main[0]} ({time.size} messages) and {topic} ({stamps.size}) have"
-                " different rates: read one at a time (--topic)"
+                f"topics {main[0]} ({time.size} messages) and {topic} ({stamps.size}) have"
+                " different rates: read one topic at a time"
             )
         nearest = np.searchsorted((stamps[1:] + stamps[:-1]) // 2, time)
         prefix = f"{topic.strip('/').replace('/', '.')}." if len(main) > 1 else ""
@@ -99,16 +97,14 @@ def _table(bag: Any, path: Path, asked: Sequence[str]) -> Table:
             units.append(unit)
     assert time is not None
     for topic in thermal if not asked else [t for t in asked if t in thermal]:
-        stamps, found = _topic(bag, path, topic, TEMPERATURE)
+        stamps, found = _topic(bag, topic, TEMPERATURE)
         for name, (values, _) in found.items():
             if name == "temperature":
                 names.append("temperature" if len(thermal) == 1 else f"temperature_{len(names)}")
                 columns.append(np.interp(time - time[0], stamps - time[0], values))
                 units.append("degC")
     others = tuple(
-        f"topic {topic} is not read: --topic {topic} reads it"
-        for topic in imus
-        if topic not in main
+        f"topic {topic} is not read: naming it reads it" for topic in imus if topic not in main
     )
     return Table(
         tuple(names), tuple(columns), tuple(units), time=time.astype("datetime64[ns]"), notes=others
@@ -116,7 +112,7 @@ def _table(bag: Any, path: Path, asked: Sequence[str]) -> Table:
 
 
 def _topic(
-    bag: Any, path: Path, topic: str, kind: str
+    bag: Any, topic: str, kind: str
 ) -> tuple[NDArray[np.int64], dict[str, tuple[NDArray[Any], str | None]]]:
     """Stamps, ns, and the columns of a topic with their units."""
     rows: list[tuple[float, ...]] = []
@@ -138,7 +134,7 @@ def _topic(
             names = tuple(flat)
             rows.append(tuple(flat.values()))
     if not rows or not rows[0]:
-        raise InputError(f"{path}: topic {topic} holds no {'message' if not rows else 'number'}")
+        raise InputError(f"topic {topic} holds no {'message' if not rows else 'number'}")
     data = np.array(rows, dtype=np.float64)
     units = [unit for *_, unit in AXES.values()] if kind == IMU else [None] * len(names)
     found = {

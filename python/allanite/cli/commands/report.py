@@ -9,6 +9,7 @@ import click
 
 from allanite.cli.options import LogOptions, log_options, model_option
 from allanite.cli.pipe import PIPE
+from allanite.common.plain import file_name, plain
 
 
 @click.command("report")
@@ -66,7 +67,7 @@ def command(
 def _target(log: str, output: str | None) -> Path:
     if output is not None:
         return Path(output)
-    return Path("report.html" if log == PIPE else f"{Path(log).stem}-report.html")
+    return Path("report.html" if log == PIPE else f"{file_name(Path(log).stem)}-report.html")
 
 
 def _write(report: object, target: Path, interactive: bool) -> None:
@@ -89,4 +90,5 @@ def _asked(logs: tuple[str, ...], model: str, options: LogOptions) -> dict[str, 
     words = [w for w in sys.argv[1:] if w != "--quiet"]
     command = " ".join(["allanite", *words]) if words[:1] == ["report"] else "allanite report"
     seed = "none: nothing in a report is random" if options.seed is None else str(options.seed)
-    return {"logs": ", ".join(logs), "command": command, "first model": model, "seed": seed}
+    asked = {"logs": ", ".join(logs), "command": command, "first model": model, "seed": seed}
+    return {name: plain(text) for name, text in asked.items()}

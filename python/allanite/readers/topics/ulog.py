@@ -45,16 +45,16 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         with path.open("rb") as stream:
             log = ULog(stream)
     except Exception as error:  # pyulog raises whatever the bytes lead it to
-        raise InputError(f"{path}: damaged or not a ULog file ({error})") from None
+        raise InputError(f"damaged or not a ULog file ({error})") from None
     found = {f"{data.name}.{data.multi_id}": data.data for data in log.data_list}
     shown = ", ".join(sorted(name.removesuffix(".0") for name in found)) or "none at all"
     if len(topics) > 1:
-        raise InputError(f"{path}: topics of a ULog have rates of their own: give one --topic")
+        raise InputError("topics of a ULog have rates of their own: give one")
     wanted = [f"{t}.0" if not t[-1:].isdigit() or "." not in t else t for t in topics]
     name = next((topic for topic in wanted or [f"{t}.0" for t in TOPICS] if topic in found), None)
     if name is None:
         what = f"no topic {topics[0]}" if topics else "no inertial topic"
-        raise InputError(f"{path}: {what} among {shown}")
+        raise InputError(f"{what} among {shown}")
     data = found[name]
     columns: dict[str, Any] = {}
     units: list[str | None] = []
@@ -74,9 +74,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
                 units.append("degC")
                 break
     others = [t.removesuffix(".0") for t in found if t.split(".")[0] in TOPICS and t != name]
-    notes = (
-        f"topics not read: {', '.join(sorted(others))} (--topic NAME reads one)" if others else ""
-    )
+    notes = f"topics not read: {', '.join(sorted(others))} (naming one reads it)" if others else ""
     return Table(
         tuple(columns),
         tuple(columns.values()),

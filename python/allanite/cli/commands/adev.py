@@ -9,6 +9,7 @@ import click
 
 from allanite.cli.options import LogOptions, is_number, log_options, plot_option
 from allanite.cli.pipe import PIPE
+from allanite.deviation import ESTIMATORS
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -17,30 +18,15 @@ if TYPE_CHECKING:
     from allanite.deviation import Deviation
     from allanite.recording import Recording
 
-#: Every estimator of `allanite` by its name there.
-KINDS = (
-    "oadev",
-    "adev",
-    "mdev",
-    "hdev",
-    "ohdev",
-    "tdev",
-    "totdev",
-    "pdev",
-    "mtotdev",
-    "ttotdev",
-    "htotdev",
-    "theo1",
-    "theoh",
-    "tierms",
-    "mtie",
-)
-
 
 @click.command("adev")
 @click.argument("log")
 @click.option(
-    "--kind", type=click.Choice(KINDS), default="oadev", show_default=True, help="Which deviation."
+    "--kind",
+    type=click.Choice(tuple(ESTIMATORS)),
+    default="oadev",
+    show_default=True,
+    help="Which deviation.",
 )
 @click.option(
     "--taus",
@@ -87,9 +73,9 @@ def _whole(log: str, kind: str, taus: str, options: LogOptions) -> list[_Measure
     from allanite.cli.options import columns_of
 
     columns = columns_of(log, options)
-    import allanite
+    from allanite import deviation
 
-    estimate = getattr(allanite, kind)
+    estimate = getattr(deviation, kind)
     grid = int(taus) if is_number(taus) else taus
     return [_Measured(column, estimate(column, taus=grid)) for column in columns]
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from allanite.cli.options import SEED, json_option
+from allanite.common.errors import about
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -62,8 +63,9 @@ def command(
         raise InputError(f"{model} holds the models of {len(models)} columns: save one at a time")
     rate = models[0].rate if rate is None else rate
     if rate is None:
-        raise InputError("no sampling rate: give --rate HZ")
-    rate = positive_rate(rate, "--rate: ")
+        raise InputError("no sampling rate", missing="rate", remedy=": give {rate}")
+    with about("--rate"):
+        rate = positive_rate(rate)
     length = {"duration": duration} if samples is None else {"n": samples}
     own = models[0].unit or unit or "1"
     recording = models[0].model.simulate(**length, rate=rate, seed=seed, unit=own)

@@ -28,7 +28,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """N/√dt and K/√dt with dt of the filter: variances are (dt·σ)², of the biases times dt as (dt²·σ)²."""
     fs = rate or FILTER_RATE
     convention = (
-        f"ArduPilot EK3: per step of the filter, {fs:.4g} Hz (--rate if another), not of the sensor;",
+        f"ArduPilot EK3: per step of the filter, {fs:.4g} Hz (or the rate given), not of the sensor;",
         "deviations: N*sqrt(rate), K*sqrt(rate). Vibration in flight is not in a record at rest: keep larger defaults.",
     )
     convert = {"N": lambda v: v * math.sqrt(fs), "K": lambda v: v * math.sqrt(fs)}

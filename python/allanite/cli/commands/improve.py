@@ -7,7 +7,7 @@ import click
 from allanite.cli.options import LogOptions, log_options, model_option, plot_option
 
 
-class Percent(click.ParamType):
+class Percent(click.types.FloatParamType):
     """A positive number of per cent, with or without the sign."""
 
     name = "percent"

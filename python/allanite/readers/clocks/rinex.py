@@ -46,12 +46,12 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
                     when = np.datetime64(date, "us") + np.timedelta64(fraction, "us")
                 except (ValueError, IndexError):
                     raise InputError(
-                        f"{path}: line {number}: not a clock record: {line.strip()[:60]!r}"
+                        f"line {number}: not a clock record: {line.strip()[:60]!r}"
                     ) from None
                 clocks.setdefault(cells[1], {})[when] = offset
     if not clocks:
         raise InputError(
-            f"{path}: no clock in it (records AS and AR after END OF HEADER): damaged, or not RINEX CLK"
+            "no clock in it (records AS and AR after END OF HEADER): damaged, or not RINEX CLK"
         )
     epochs = np.array(sorted(set().union(*clocks.values())))
     columns = tuple(

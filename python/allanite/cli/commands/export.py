@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import click
 
-FORMATS = (
-    "json", "kalibr", "matlab", "ros", "vins", "gtsam", "orbslam3", "liosam", "fastlio", "px4", "ardupilot",
-    "gazebo", "airsim", "kfgins", "gnss-ins-sim", "c-header", "statespace",
-)  # fmt: skip
+from allanite.export import TARGETS
 
 
 @click.command("export")
@@ -15,7 +12,7 @@ FORMATS = (
 @click.option(
     "--format",
     "target",
-    type=click.Choice(FORMATS),
+    type=click.Choice(tuple(TARGETS)),
     default="json",
     show_default=True,
     help="Target.",

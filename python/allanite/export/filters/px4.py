@@ -28,7 +28,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     """N/√dt and K/√dt with dt of the filter: its variances are (dt·σ)²; it allows values up to 1."""
     fs = rate or FILTER_RATE
     convention = (
-        f"PX4 EKF2: per step of the filter, {fs:g} Hz (EKF2_PREDICT_US; --rate if another), not of the sensor;",
+        f"PX4 EKF2: per step of the filter, {fs:g} Hz (EKF2_PREDICT_US, or the rate given), not of the sensor;",
         "deviations: N*sqrt(rate), K*sqrt(rate). Vibration in flight is not in a record at rest: keep larger defaults.",
     )
     convert = {"N": lambda v: v * math.sqrt(fs), "K": lambda v: v * math.sqrt(fs)}

@@ -1,0 +1,42 @@
+"""What nobody expected: one line, and a file to report it with."""
+
+from __future__ import annotations
+
+import platform
+import sys
+import tempfile
+import traceback
+from pathlib import Path
+
+__all__ = ["told"]
+
+
+def told(error: Exception) -> str:
+    """Describe an error of allanite itself; where it happened is written to a temporary file."""
+    what = f"{type(error).__name__}: {str(error)[:120]}"
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w",
+            prefix="allanite-error-",
+            suffix=".txt",
+            encoding="utf-8",
+            errors="replace",
+            delete=False,
+        ) as file:
+            file.write(_details(error))
+    except OSError:
+        return f"an error of allanite itself ({what}): please report it with the command"
+    return (
+        f"an error of allanite itself ({what}): please report it with {Path(file.name)}, which"
+        " holds no samples"
+    )
+
+
+def _details(error: Exception) -> str:
+    from allanite._kernels import version
+
+    where = "".join(traceback.format_exception(error))
+    return (
+        f"allanite {version()}, Python {platform.python_version()}, {platform.platform()}\n"
+        f"{' '.join(['allanite', *sys.argv[1:]])}\n\n{where}"
+    )

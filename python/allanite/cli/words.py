@@ -1,0 +1,18 @@
+"""What the options of the command line are called in a remedy."""
+
+from __future__ import annotations
+
+__all__ = ["WORDS"]
+
+WORDS = {
+    "rate": "--rate HZ",
+    "unit": "--unit UNIT",
+    "quantity": "--quantity {}",
+    "column": "--column",
+    "piece": "--piece",
+    "time_column": "--time-column",
+    "to": "--output-unit UNIT",
+    "decimate": "--decimate {}",
+    "trim": "--trim START:END",
+    "quiet": "--trim quiet",
+}

@@ -1,0 +1,68 @@
+"""A budget of memory, looked at before anything large is made."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+
+from allanite.common.errors import InputError
+
+__all__ = ["VARIABLE", "free_memory", "require"]
+
+#: Environment variable that sets the budget: a number of bytes, or with K, M, G, T.
+VARIABLE = "ALLANITE_MEMORY"
+#: Of the free memory, where nothing is set.
+SHARE = 0.5
+
+
+def free_memory() -> float:
+    """Bytes that can be had without pushing others out; infinite where nothing tells."""
+    try:
+        lines = Path("/proc/meminfo").read_text("ascii").splitlines()
+        return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvail"))
+    except (OSError, StopIteration, ValueError, IndexError):
+        return math.inf
+
+
+def require(size: float, what: str) -> None:
+    """Refuse what needs more than the budget.
+
+    Parameters
+    ----------
+    size : float
+        Bytes that will be asked for.
+    what : str
+        Beginning of the message: what needs them.
+
+    Raises
+    ------
+    InputError
+        More than half of the free memory, or than ``ALLANITE_MEMORY`` says.
+    """
+    said = os.environ.get(VARIABLE)
+    budget = SHARE * free_memory() if said is None else _bytes(said)
+    if size > budget:
+        of = "half of what is free" if said is None else f"{VARIABLE}={said}"
+        raise InputError(
+            f"{what} needs {_shown(size)} of memory, more than {_shown(budget)} ({of}):"
+            f" set {VARIABLE}={math.ceil(size / 1e9)}G to allow it"
+        )
+
+
+def _bytes(text: str) -> float:
+    digits, factor = text.strip().upper().removesuffix("B"), 1.0
+    if digits[-1:] in tuple("KMGT"):
+        factor = 1e3 ** ("KMGT".index(digits[-1]) + 1)
+        digits = digits[:-1]
+    try:
+        found = float(digits) * factor
+    except ValueError:
+        found = math.nan
+    if not found > 0.0:
+        raise InputError(f"{VARIABLE}={text}: a number of bytes is needed, such as 8G")
+    return found
+
+
+def _shown(size: float) -> str:
+    return f"{size / 1e9:.3g} GB" if size >= 1e8 else f"{size / 1e6:.3g} MB"

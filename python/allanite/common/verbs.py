@@ -1,0 +1,116 @@
+"""The verbs of results: methods that spare a user an import, attached here and nowhere else.
+
+A result is data of its room and imports no later one. Its class takes a verb from here; this module alone reaches
+forward, when a verb is called.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from allanite.deviation import Deviation, DynamicDeviation
+    from allanite.effects import Model
+    from allanite.fit import Fit
+    from allanite.plots import Figure
+    from allanite.recording import Recording
+    from allanite.spectrum import Spectrum
+    from allanite.statespace import StateSpace
+    from allanite.study import Study
+    from allanite.suggestion import Check
+
+
+def recording_oadev(self: Recording, **options: Any) -> Deviation:
+    """Overlapping Allan deviation; see `allanite.oadev`."""
+    from allanite.deviation import oadev
+
+    return oadev(self, **options)
+
+
+def recording_psd(self: Recording, **options: Any) -> Spectrum:
+    """Power spectral density; see `allanite.psd`."""
+    from allanite.spectrum import psd
+
+    return psd(self, **options)
+
+
+def recording_plot(self: Recording, path: str | Path | None = None, theme: str = "light") -> Figure:
+    """Samples over time, a panel a column; see `allanite.plots.plot_recording`."""
+    from allanite.plots import plot_recording
+
+    return plot_recording(self, path, theme)
+
+
+def deviation_plot(self: Deviation, path: str | Path | None = None, theme: str = "light") -> Figure:
+    """Figure of the deviation with its interval; see `allanite.plots.plot_deviation`."""
+    from allanite.plots import plot_deviation
+
+    return plot_deviation(self, path, theme)
+
+
+def dynamic_plot(
+    self: DynamicDeviation, path: str | Path | None = None, theme: str = "light"
+) -> Figure:
+    """Figure of the deviations over time; see `allanite.plots.plot_dynamic`."""
+    from allanite.plots import plot_dynamic
+
+    return plot_dynamic(self, path, theme)
+
+
+def model_fit(self: Model, recording: Recording, **options: Any) -> Fit:
+    """Fit the model to a recording: `allanite.fit_model`."""
+    from allanite.fit import fit_model
+
+    return fit_model(recording, self, **options)
+
+
+def model_simulate(self: Model, **options: Any) -> Recording:
+    """Samples of the model: `allanite.simulate.simulate`."""
+    from allanite.simulate import simulate
+
+    return simulate(self, **options)
+
+
+def model_simulate_chunks(self: Model, **options: Any) -> Iterator[Recording]:
+    """The same samples in consecutive pieces of `size`: `allanite.simulate.simulate_chunks`."""
+    from allanite.simulate import simulate_chunks
+
+    return simulate_chunks(self, **options)
+
+
+def model_state_space(self: Model, rate: float, **options: Any) -> StateSpace:
+    """F, Q, H, R, P0 of the random part: `allanite.statespace.state_space` (``states=8`` reduces it)."""
+    from allanite.statespace import state_space
+
+    return state_space(self, rate, **options)
+
+
+def fit_check(self: Fit, **options: Any) -> Check:
+    """Where the model fails and what is missing: `allanite.suggestion.check_fit`."""
+    from allanite.suggestion import check_fit
+
+    return check_fit(self, **options)
+
+
+def fit_plot(self: Fit, path: str | Path | None = None) -> Figure:
+    """Allan curve and spectrum with the model; written to `path` (SVG, PNG, PDF) if given."""
+    from allanite.plots import plot_fit
+
+    return plot_fit(self, path)
+
+
+def check_plot(self: Check, path: str | Path | None = None) -> Figure:
+    """As `Fit.plot`, with the failing ranges shaded."""
+    from allanite.plots import plot_check
+
+    return plot_check(self, path)
+
+
+def study_plot(self: Study, path: str | Path | None = None) -> Figure:
+    """The ladder as falling error; written to `path` if given."""
+    from allanite.plots import plot_study
+
+    return plot_study(self, path)

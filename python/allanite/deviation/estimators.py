@@ -1,0 +1,318 @@
+"""The table of estimators: one row each, which makes the function of that name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.deviation import bias
+from allanite.deviation.averaging import Taus, samples_of
+from allanite.deviation.estimation import estimate
+from allanite.deviation.table import ESTIMATORS, Estimator
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from allanite.deviation.result import Deviation
+
+TEXT = """{title}: {source}.
+
+    {more}
+
+    Parameters
+    ----------
+    x : array_like of shape (n,) or Recording
+        Samples; a recording brings its own rate, unit and quantity. NaN samples cost only the terms that touch
+        them; integers are used exactly.
+    rate : float
+        Sampling rate, Hz.
+    taus : {{"octave", "decade", "all"}} or int or sequence of float
+        Averaging times: 1, 2, 4, 8, …; 1, 2, 4, 10, 20, 40, …; every one; so many per decade; or
+        in seconds (rounded to multiples of the sampling interval).
+    factors : array_like of int, optional
+        Averaging factors instead of `taus`.
+    quantity : {{"rate", "increment", "angle"}}
+        What the samples are: the rate, its integral over one sample, or from the start (the phase
+        of a clock).{unbiased}
+
+    Returns
+    -------
+    Deviation
+        Shape (k,), in the unit of the rate{unit};
+        {interval}.
+
+    Raises
+    ------
+    InputError
+        Samples, rate, taus or quantity that cannot be used.
+    TooShortError
+        Fewer than 3 samples, or no averaging time that fits.
+    """
+UNBIASED = """
+    unbiased : bool
+        Whether the published bias is divided out."""
+
+
+class Deviate(Protocol):
+    """A function of the family."""
+
+    __name__: str
+
+    def __call__(
+        self,
+        x: object,
+        rate: float = 1.0,
+        taus: Taus = "octave",
+        factors: ArrayLike | None = None,
+        quantity: str = "rate",
+    ) -> Deviation:
+        """Deviation of a record."""
+
+
+class Correctable(Protocol):
+    """A function of those whose bias is published."""
+
+    __name__: str
+
+    def __call__(
+        self,
+        x: object,
+        rate: float = 1.0,
+        taus: Taus = "octave",
+        factors: ArrayLike | None = None,
+        quantity: str = "rate",
+        unbiased: bool = ...,
+    ) -> Deviation:
+        """Deviation of a record."""
+
+
+def _row(**what: Any) -> Estimator:
+    row = Estimator(**what)
+    ESTIMATORS[row.name] = row
+    return row
+
+
+def _described(function: Any, row: Estimator, more: str) -> Any:
+    function.__name__ = function.__qualname__ = row.name
+    function.__module__ = "allanite.deviation"
+    function.__doc__ = TEXT.format(
+        title=row.title[:1].upper() + row.title[1:],
+        source=row.source,
+        more=more,
+        unbiased=UNBIASED if row.bias else "",
+        unit=" times s (deg of deg/s, s of a frequency)" if row.gain else "",
+        interval="95 % intervals from the noise identified at each τ"
+        if row.edf
+        else "no interval is known",
+    )
+    return function
+
+
+def _deviation(more: str, **what: Any) -> Deviate:
+    """Make a row, and its function."""
+    row = _row(**what)
+
+    def deviation(
+        x: object,
+        rate: float = 1.0,
+        taus: Taus = "octave",
+        factors: ArrayLike | None = None,
+        quantity: str = "rate",
+    ) -> Deviation:
+        return estimate(row, samples_of(x, rate, quantity), taus, factors)
+
+    function: Deviate = _described(deviation, row, more)
+    return function
+
+
+def _corrected(more: str, **what: Any) -> Correctable:
+    """The same where a bias is published."""
+    row = _row(**what)
+
+    def deviation(
+        x: object,
+        rate: float = 1.0,
+        taus: Taus = "octave",
+        factors: ArrayLike | None = None,
+        quantity: str = "rate",
+        unbiased: bool = row.unbiased,
+    ) -> Deviation:
+        return estimate(row, samples_of(x, rate, quantity), taus, factors, unbiased)
+
+    function: Correctable = _described(deviation, row, more)
+    return function
+
+
+def _allan(
+    kernel: Any, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
+) -> tuple[Any, Any, Any, int]:
+    variance, *rest = kernel(samples, m, angle)
+    return (variance / m**2 if angle else variance, *rest)
+
+
+def _core(name: str) -> Any:
+    return partial(_kernels.family_variance, name)
+
+
+def _time(scale: float, tau: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+    return scale * tau / np.sqrt(3.0)
+
+
+oadev = _deviation(
+    "σ²(m τ0) = 1/(2 τ² M) Σ_k (θ[k+2m] − 2 θ[k+m] + θ[k])², all M = L − 2m of them.",
+    name="oadev",
+    title="overlapping Allan deviation",
+    source="NIST SP 1065 eq. 11",
+    kernel=partial(_allan, _kernels.overlapping_allan),
+    most=lambda points: (points - 1) // 2,
+    terms=lambda m, points: points - 2 * m,
+    edf=bias.allan_edf,
+)
+adev = _deviation(
+    "Of adjacent averages, not overlapping.",
+    name="adev",
+    title="Allan deviation",
+    source="NIST SP 1065 eq. 9",
+    kernel=partial(_allan, _kernels.adjacent_allan),
+    most=lambda points: (points - 1) // 2,
+    terms=lambda m, points: -((2 * m - points) // m),
+    edf=lambda alpha, m, count, points: bias.allan_edf(alpha, m, count, points, stride=m),
+)
+mdev = _deviation(
+    "Tells white from flicker phase noise.",
+    name="mdev",
+    title="modified Allan deviation",
+    source="NIST SP 1065 eq. 14",
+    kernel=_core("mdev"),
+    most=lambda points: points // 3,
+    terms=lambda m, points: points - 3 * m + 1,
+    edf=bias.modified_edf,
+)
+hdev = _deviation(
+    "Of adjacent averages, not overlapping; blind to a drift of the rate.",
+    name="hdev",
+    title="Hadamard deviation",
+    source="NIST SP 1065 eq. 18",
+    kernel=_core("hdev"),
+    most=lambda points: (points - 1) // 3,
+    terms=lambda m, points: -((3 * m - points) // m),
+    edf=lambda alpha, m, count, points: bias.hadamard_edf(alpha, m, count, points, stride=m),
+)
+ohdev = _deviation(
+    "Blind to a drift of the rate.",
+    name="ohdev",
+    title="overlapping Hadamard deviation",
+    source="NIST SP 1065 eq. 20",
+    kernel=_core("ohdev"),
+    most=lambda points: (points - 1) // 3,
+    terms=lambda m, points: points - 3 * m,
+    edf=bias.hadamard_edf,
+)
+tdev = _deviation(
+    "τ/√3 times the modified Allan deviation.",
+    name="tdev",
+    title="time deviation",
+    source="NIST SP 1065 eq. 16",
+    kernel=_core("mdev"),
+    most=lambda points: points // 3,
+    terms=lambda m, points: points - 3 * m + 1,
+    edf=bias.modified_edf,
+    gain=_time,
+)
+totdev = _corrected(
+    "Of the record reflected at its ends. The published bias of flicker and random-walk FM is 1 − a τ/T in\n"
+    "    variance, up to half of the record.",
+    name="totdev",
+    title="total deviation",
+    source="NIST SP 1065 eq. 25",
+    kernel=_core("totdev"),
+    most=lambda points: points - 1,
+    terms=lambda m, points: np.full_like(m, points - 2),
+    edf=bias.total_edf,
+    bias=bias.total_bias,
+)
+pdev = _deviation(
+    "Of slopes fitted to the phase. The interval uses the degrees of freedom of `mdev`, which are fewer.",
+    name="pdev",
+    title="parabolic deviation",
+    source="Vernotte et al. 2016 eq. 9",
+    kernel=_core("pdev"),
+    most=lambda points: (points - 1) // 2,
+    terms=lambda m, points: points - 2 * m,
+    edf=bias.modified_edf,
+)
+mtotdev = _corrected(
+    "The published bias is 0.73 of white FM in variance; Stable32 1.60 leaves it in, as is done by default. O(n).",
+    name="mtotdev",
+    title="modified total deviation",
+    source="NIST SP 1065 eq. 27",
+    kernel=_core("mtotdev"),
+    most=lambda points: points // 3,
+    terms=lambda m, points: points - 3 * m + 1,
+    edf=bias.modified_total_edf,
+    bias=bias.modified_total_bias,
+    unbiased=False,
+)
+ttotdev = _corrected(
+    "τ/√3 times the modified total deviation; its bias is left in by default, too.",
+    name="ttotdev",
+    title="time total deviation",
+    source="NIST SP 1065 eq. 28",
+    kernel=_core("mtotdev"),
+    most=lambda points: points // 3,
+    terms=lambda m, points: points - 3 * m + 1,
+    edf=bias.modified_total_edf,
+    bias=bias.modified_total_bias,
+    unbiased=False,
+    gain=_time,
+)
+htotdev = _corrected(
+    "At m = 1 the overlapping Hadamard deviation. The published bias at m > 1 is 0.995 of white FM in variance. O(n).",
+    name="htotdev",
+    title="Hadamard total deviation",
+    source="NIST SP 1065 eq. 29",
+    kernel=_core("htotdev"),
+    most=lambda points: (points - 1) // 3,
+    terms=lambda m, points: points - 3 * m,
+    edf=bias.hadamard_total_edf,
+    bias=bias.hadamard_total_bias,
+)
+# The functions of these two choose averaging times of their own: `theo.py`.
+THEO1 = _row(
+    name="theo1",
+    title="Theo1 deviation",
+    source="NIST SP 1065 eq. 30",
+    kernel=_core("theo1"),
+    most=lambda points: points - 1,
+    terms=lambda m, points: points - m,
+    edf=bias.theo1_edf,
+)
+THEOH = replace(THEO1, name="theoh", title="TheoH deviation", source="NIST SP 1065 eq. 33")
+ESTIMATORS[THEOH.name] = THEOH
+tierms = _deviation(
+    "What the phase gains in τ beyond the mean rate.",
+    name="tierms",
+    title="root mean square time interval error",
+    source="ITU-T G.810",
+    kernel=_core("tierms"),
+    most=lambda points: points - 1,
+    terms=lambda m, points: points - m,
+    gain=lambda scale, tau, rate: scale / rate,
+)
+mtie = _deviation(
+    "Largest range of the phase within τ.",
+    name="mtie",
+    title="maximum time interval error",
+    source="ITU-T G.810",
+    kernel=_core("mtie"),
+    most=lambda points: points - 1,
+    terms=lambda m, points: points - m,
+    gain=lambda scale, tau, rate: scale / rate,
+)
+
+#: The row that others are built with.
+OADEV = ESTIMATORS["oadev"]

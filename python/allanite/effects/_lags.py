@@ -1,0 +1,167 @@
+"""Sums over the lags of exponentials and power laws, from which their terms take their variances."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "allan_of_lags",
+    "exponential_allan",
+    "exponential_cosine",
+    "power_law_allan",
+    "power_law_lags",
+    "power_law_ratio",
+]
+
+Array = NDArray[np.float64]
+
+# Sums over lags are done term by term up to here; beyond, closed forms no longer lose digits.
+DIRECT = 256
+
+
+def allan_of_lags(covariance: Array, m: int) -> float:
+    """(4V(m) − V(2m))/(2m²), V(m) = Σ_{|h|<m} (m−|h|) r(h), for r that ends after a few lags."""
+
+    def total(width: int) -> float:
+        lags = np.arange(min(width, covariance.size))
+        weights = np.where(lags == 0, 1.0, 2.0) * (width - lags)
+        return float(weights @ covariance[: lags.size])
+
+    return (4.0 * total(m) - total(2 * m)) / (2.0 * m * m)
+
+
+def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
+    """Allan variance of r(h) = Re(a φ^h): exact lag sums for small m, the closed form above.
+
+    METHODS: σ² = s²[m−3φ−mφ²+4φ^{m+1}−φ^{2m+1}]/[m²(1−φ)²(1−φ²)] loses all digits for m(1−φ) → 0;
+    there the process is a random walk of step variance 2 Re(a(1−φ)).
+    """
+    out = np.empty(np.shape(m))
+    m = np.asarray(m)
+    small = m <= DIRECT
+    log_phi = np.log(phi) if phi != 0 else complex(-1e4)
+    if small.any():
+        h = np.arange(2 * int(m[small].max()))
+        # Second differences see only the variogram g(h) = r(0) − r(h), free of cancellation.
+        g = -(a * np.expm1(h * log_phi)).real
+        s0, s1 = np.cumsum(g), np.cumsum(h * g)
+        k = m[small].astype(int)
+        out[small] = (
+            2 * (2 * k * s0[2 * k - 1] - s1[2 * k - 1]) - 8 * (k * s0[k - 1] - s1[k - 1])
+        ) / (2.0 * k**2)
+    large = ~small
+    if large.any():
+        k = m[large].astype(np.longdouble)
+        p, x = np.clongdouble(phi), np.clongdouble(-np.expm1(log_phi))
+        pm = np.exp(k * np.clongdouble(log_phi))
+        value = np.clongdouble(a) * (
+            k * x * (1 + p) - 3 * p + p * p + 4 * p * pm - p * pm**2 - p**2
+        )
+        # m(1−φ²) − 3φ + 4φ^{m+1} − φ^{2m+1}, over m²(1−φ)².
+        closed = (value / (k * x) ** 2).real.astype(float)
+        walk = 2.0 * (a * complex(x)).real * (2.0 * m[large] ** 2 + 1.0) / (6.0 * m[large])
+        out[large] = np.where(np.abs(complex(x)) * m[large] > 1e-4, closed, walk)
+    return out
+
+
+@lru_cache(maxsize=256)
+def power_law_lags(exponent: float, count: int) -> Array:
+    """Variogram r(0) − r(h) of the spectrum (2 sin(w/2))^a, h = 0…count−1.
+
+    Fractional noise of order d = −a/2 (Hosking 1981): r(h) = Γ(1−2d)Γ(h+d)/(Γ(d)Γ(1−d)Γ(h+1−d)), continued
+    beyond d = ½, where only differences of r have a meaning. At d = ½ it is (2/π) Σ 1/(2k−1).
+    """
+    h = np.arange(count)
+    if abs(exponent + 1.0) < 1e-6:
+        return np.concatenate([[0.0], np.cumsum(1.0 / (2.0 * h[1:] - 1.0))]) * (2.0 / np.pi)
+    if abs(exponent + 2.0) < 1e-6:
+        return h / 2.0
+    if abs(exponent) < 1e-9:
+        return (h > 0).astype(float)
+    from scipy.special import gamma
+
+    d = -exponent / 2.0
+    ratio = np.concatenate([[1.0], np.cumprod((h[1:] - 1 + d) / (h[1:] - d))])
+    return np.asarray(gamma(1 - 2 * d) / gamma(1 - d) ** 2 * (1.0 - ratio))
+
+
+def power_law_allan(exponent: float, m: Array) -> Array:
+    """Allan variance of (2 sin(w/2))^a: exact to 4·DIRECT, then its two leading powers of m."""
+    m = np.asarray(m, dtype=float)
+    reference = 4 * DIRECT
+    g = power_law_lags(round(exponent, 9), 2 * reference)
+    h = np.arange(g.size)
+    s0, s1 = np.cumsum(g), np.cumsum(h * g)
+
+    def exact(k: NDArray[np.int64]) -> Array:
+        return np.asarray(
+            (2 * (2 * k * s0[2 * k - 1] - s1[2 * k - 1]) - 8 * (k * s0[k - 1] - s1[k - 1]))
+            / (2.0 * k**2)
+        )
+
+    small = m <= reference
+    out = np.empty(m.shape)
+    out[small] = exact(m[small].astype(np.int64))
+    # Beyond, V(m) = A m^{1−a} + D + …: a second power m^{a−1} (or the discreteness, m^{−2}) beside the first.
+    second = max(exponent - 1.0, -2.0)
+    top = np.array([reference // 2, reference])
+    scaled_top = exact(top) * top ** (1.0 + exponent)
+    bend = (scaled_top[0] - scaled_top[1]) / (float(top[0]) ** second - float(top[1]) ** second)
+    limit = scaled_top[1] - bend * float(top[1]) ** second
+    large = ~small
+    out[large] = (limit + bend * m[large] ** second) * m[large] ** (-1.0 - exponent)
+    return out
+
+
+@lru_cache(maxsize=256)
+def power_law_ends(exponent: float, n: int) -> Array:
+    """E c_j²/s(w_j) of a power law at j = 1…64 of n ordinates: what the ends of the record do to it."""
+    j = np.arange(1, min(n, 65))
+    lags = power_law_lags(exponent, n)
+    h = np.arange(1, n)
+    angle = np.pi * j[:, None] / n
+    weights = (n - h) * np.cos(angle * h) - np.sin(angle * h) / np.sin(angle)
+    return np.asarray(
+        -(2.0 / n) * (weights @ lags[1:]) / (2 * np.sin(np.pi * j / (2 * n))) ** exponent
+    )
+
+
+def power_law_ratio(exponent: float, j: NDArray[np.int64], n: int) -> Array:
+    """E c_j²/s(w_j); what the ends do depends on j alone once n is large: 2048 samples show it to 1e-4."""
+    ends = power_law_ends(exponent, min(n, 2048))
+    ratio = np.interp(j, np.arange(1, ends.size + 1), ends)
+    beyond = j > ends.size
+    ratio[beyond] = 1.0 + (ends[-1] - 1.0) * ends.size / j[beyond]
+    return np.asarray(ratio)
+
+
+def exponential_cosine(a: complex, phi: complex, w: Array, n: int) -> Array:
+    """Geometric sums of the formula in `Term.cosine_variance` for r(h) = Re(a φ^h)."""
+    tail = phi**n
+    sign = np.where(np.round(w * n / np.pi).astype(np.int64) % 2 == 0, 1.0, -1.0)
+
+    def sums(z: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        end = tail * sign  # z^n: e^{±iwn} = (−1)^j
+        plain = (z - end) / (1 - z)
+        weighted = (z - n * end + (n - 1) * end * z) / (1 - z) ** 2
+        return plain, weighted
+
+    up, down = sums(phi * np.exp(1j * w)), sums(phi * np.exp(-1j * w))
+    cosines = n * (up[0] + down[0]) / 2 - (up[1] + down[1]) / 2
+    sines = (up[0] - down[0]) / 2j
+    return np.asarray((a * (1 + (2.0 / n) * (cosines - sines / np.sin(w)))).real)
+
+
+def lags_cosine(lags: Array, w: Array, n: int) -> Array:
+    """Expectation of c_j² of an autocovariance that ends, r(0), r(1), …, at w = πj/n."""
+    c = np.cos(w)
+    h = np.arange(1, lags.size)
+    series = np.concatenate([lags[:1], 2.0 * lags[1:] * (1.0 - h / n)])
+    # Σ r(h) sin(hw)/sin(w): polynomials of the second kind, by Clenshaw's recurrence.
+    here, after = np.zeros(c.shape), np.zeros(c.shape)
+    for r in lags[:0:-1]:
+        here, after = r + 2.0 * c * here - after, here
+    return np.asarray(np.polynomial.chebyshev.chebval(c, series) - (2.0 / n) * here)

@@ -1,0 +1,1 @@
+"""Targets that are filters and their calibrators: one a file."""

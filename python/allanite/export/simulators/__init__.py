@@ -1,0 +1,1 @@
+"""Targets that are simulators: one a file."""

@@ -1,0 +1,18 @@
+"""What the fields of the page are called in a remedy."""
+
+from __future__ import annotations
+
+__all__ = ["WORDS"]
+
+WORDS = {
+    "rate": "the rate",
+    "unit": "the unit",
+    "quantity": "the quantity {}",
+    "column": "the column",
+    "piece": "another piece",
+    "time_column": "the time column",
+    "to": "another unit",
+    "decimate": "averaging {} samples",
+    "trim": "trimming",
+    "quiet": "trimming to it",
+}

@@ -1,0 +1,169 @@
+"""MATLAB files up to version 7.2, by their published format: numeric arrays and structures of them.
+
+Every length is checked against what is there before it is used: a damaged file is an error, not a crash. Cells, texts,
+sparse matrices and objects are passed over. "MAT-File Format", The MathWorks, R2023a; of version 4 chapter 2.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import zlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.memory import require
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+__all__ = ["arrays"]
+
+# miINT8 … miUINT64: how numbers lie in the file.
+STORED = {
+    1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8",
+}  # fmt: skip
+MATRIX, COMPRESSED = 14, 15
+# mxDOUBLE … mxUINT64: what they are.
+CLASSES = {
+    6: "f8", 7: "f4", 8: "i1", 9: "u1", 10: "i2", 11: "u2", 12: "i4", 13: "u4", 14: "i8", 15: "u8",
+}  # fmt: skip
+STRUCT = 2
+DEEPEST = 16  # structures within structures
+VERSION_4 = {0: "f8", 1: "f4", 2: "i4", 3: "i2", 4: "u2", 5: "u1"}
+
+Named = tuple[str, "NDArray[Any]"]
+
+
+def arrays(content: bytes) -> Iterator[Named]:
+    """Names and numeric arrays, those of structures as ``structure.field``.
+
+    Raises
+    ------
+    ValueError
+        A length that the file does not have, or what no writer of MATLAB files writes.
+    """
+    if len(content) >= 128 and content[126:128] in (b"IM", b"MI"):
+        order = "<" if content[126:128] == b"IM" else ">"
+        yield from _elements(memoryview(content)[128:], order)
+    else:
+        yield from _version_4(memoryview(content))
+
+
+class _Reader:
+    """Data elements one after another."""
+
+    def __init__(self, content: memoryview, order: str) -> None:
+        self.content, self.order, self.at = content, order, 0
+
+    def more(self) -> bool:
+        return self.at + 8 <= len(self.content)
+
+    def take(self, count: int) -> memoryview:
+        if count < 0 or self.at + count > len(self.content):
+            raise ValueError(f"{count} bytes are not there")
+        self.at += count
+        return self.content[self.at - count : self.at]
+
+    def element(self) -> tuple[int, memoryview]:
+        """Type and contents of the next element."""
+        first, size = struct.unpack(f"{self.order}II", self.take(8))
+        if first >> 16:  # a small one: up to four bytes beside its tag
+            kind, size = first & 0xFFFF, first >> 16
+            if size > 4:
+                raise ValueError("a small element of more than 4 bytes")
+            return kind, self.content[self.at - 4 : self.at - 4 + size]
+        data = self.take(size)
+        if first != COMPRESSED:
+            self.at = min(self.at + -size % 8, len(self.content))
+        return first, data
+
+    def numbers(self) -> NDArray[Any]:
+        """Contents of the next element as numbers."""
+        kind, data = self.element()
+        if kind not in STORED:
+            raise ValueError(f"numbers of unknown type {kind}")
+        dtype = np.dtype(self.order + STORED[kind])
+        return np.frombuffer(data, dtype, len(data) // dtype.itemsize)
+
+
+def _elements(content: memoryview, order: str) -> Iterator[Named]:
+    reader = _Reader(content, order)
+    while reader.more():
+        kind, data = reader.element()
+        if kind == COMPRESSED:
+            data = _unpacked(data, order)
+            kind, data = _Reader(data, order).element()
+        if kind == MATRIX:
+            yield from _matrix(data, order, None, 0)
+
+
+def _unpacked(data: memoryview, order: str) -> memoryview:
+    """Decompressed, the size first looked at in its tag."""
+    unpacker = zlib.decompressobj()
+    try:
+        head = unpacker.decompress(data, 8)
+        size = max(struct.unpack(f"{order}II", head)[1], 8) if len(head) == 8 else 8
+        size = min(size, 1032 * len(data))  # nothing is packed closer
+        require(2.0 * size, "a packed array")
+        return memoryview(head + unpacker.decompress(unpacker.unconsumed_tail, size))
+    except zlib.error as error:
+        raise ValueError(str(error)) from None
+
+
+def _matrix(data: memoryview, order: str, name: str | None, depth: int) -> Iterator[Named]:
+    if len(data) == 0:
+        return
+    reader = _Reader(data, order)
+    flags = reader.numbers()
+    if flags.size < 1:
+        raise ValueError("an array without flags")
+    kind, is_complex = int(flags[0]) & 0xFF, bool(int(flags[0]) & 0x800)
+    shape = tuple(int(length) for length in reader.numbers())
+    if len(shape) > 32 or any(length < 0 for length in shape):
+        raise ValueError(f"an array of shape {shape[:4]}")
+    own = bytes(reader.element()[1]).decode("utf-8", "replace")
+    name = own if name is None else name
+    if kind == STRUCT and math.prod(shape) == 1 and depth < DEEPEST:
+        yield from _fields(reader, name, depth)
+    elif kind in CLASSES and not is_complex:
+        found = reader.numbers()
+        if found.size != math.prod(shape):
+            raise ValueError(f"{found.size} numbers for an array of shape {shape[:4]}")
+        values = found.astype(CLASSES[kind], copy=False).reshape(shape, order="F")
+        yield name, np.squeeze(values)
+
+
+def _fields(reader: _Reader, name: str, depth: int) -> Iterator[Named]:
+    length = reader.numbers()
+    names = bytes(reader.element()[1])
+    each = int(length[0]) if length.size == 1 else 0
+    if each < 1:
+        raise ValueError("a structure without the length of its names")
+    for at in range(0, len(names) // each * each, each):
+        field = names[at : at + each].split(b"\0")[0].decode("utf-8", "replace")
+        kind, data = reader.element()
+        if kind != MATRIX:
+            raise ValueError("a field that is no array")
+        yield from _matrix(data, reader.order, f"{name}.{field}", depth + 1)
+
+
+def _version_4(content: memoryview) -> Iterator[Named]:
+    order = "<"
+    if len(content) >= 4 and not 0 <= struct.unpack("<i", content[:4])[0] < 5000:
+        order = ">"
+    reader = _Reader(content, order)
+    while reader.at < len(content):
+        kind, rows, columns, is_complex, length = struct.unpack(f"{order}5i", reader.take(20))
+        thousands, number, form = kind // 1000, kind // 10 % 10, kind % 10
+        if thousands not in (0, 1) or number not in VERSION_4 or min(rows, columns, length) < 0:
+            raise ValueError("not the header of an array")
+        name = bytes(reader.take(length)).split(b"\0")[0].decode("latin-1")
+        dtype = np.dtype(order + VERSION_4[number])
+        data = reader.take(rows * columns * dtype.itemsize * (2 if is_complex else 1))
+        if form == 0 and not is_complex:
+            values = np.frombuffer(data, dtype).reshape((rows, columns), order="F")
+            yield name, np.squeeze(values.astype(VERSION_4[number], copy=False))

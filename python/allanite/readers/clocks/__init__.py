@@ -1,0 +1,1 @@
+"""Files of clocks: RINEX clock files, Stable32."""

@@ -1,0 +1,1 @@
+"""Logs that have topics: ROS bags, ULog, ArduPilot."""

@@ -1,0 +1,96 @@
+"""ArduPilot's DataFlash logs (.bin), by pymavlink: one kind of message, one instance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.readers._table import Table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from allanite.readers._table import Picker
+
+__all__ = ["read"]
+
+#: Messages with inertial samples, best first.
+TOPICS = ("IMU", "GYR", "ACC", "IMU2", "IMU3")
+#: Names of the fields, and ours with their units, as ArduPilot documents its log messages.
+FIELDS = {f"Gyr{axis.upper()}": (f"gyro_{axis}", "rad/s") for axis in "xyz"}
+FIELDS |= {f"Acc{axis.upper()}": (f"acc_{axis}", "m/s^2") for axis in "xyz"}
+FIELDS |= {"T": ("temperature", "degC")}
+
+
+def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
+    """Read ``IMU`` messages of the first instance, or those asked for; ``IMU.1`` is the second instance.
+
+    Raises
+    ------
+    InputError
+        No DataFlash log, or no inertial message in it; the messages are listed.
+    """
+    with path.open("rb") as stream:
+        if stream.read(2) != b"\xa3\x95":
+            raise InputError("not an ArduPilot log: no message at its start")
+    if len(topics) > 1:
+        raise InputError("messages have rates of their own: give one")
+    from pymavlink import DFReader
+
+    rows: dict[tuple[str, int], list[tuple[float, ...]]] = {}
+    names: dict[str, tuple[str, ...]] = {}
+    wanted = topics[0].partition(".")[0] if topics else None
+    log = None
+    try:
+        log = DFReader.DFReader_binary(str(path), zero_time_base=True)
+        known = [name for name in log.name_to_id if name != "FMT"]
+        kinds = [wanted] if wanted else [name for name in TOPICS if name in known]
+        while kinds and (message := log.recv_match(type=kinds)) is not None:
+            kind = message.get_type()
+            names.setdefault(kind, tuple(message.get_fieldnames()))
+            values = tuple(_number(getattr(message, field)) for field in names[kind])
+            at = names[kind].index("I") if "I" in names[kind] else None
+            rows.setdefault((kind, 0 if at is None else int(values[at])), []).append(values)
+    except Exception as error:  # pymavlink raises whatever the bytes lead it to
+        raise InputError(f"damaged or not an ArduPilot log ({error})") from None
+    finally:
+        if log is not None and hasattr(log, "close"):
+            log.close()
+    chosen = _chosen(rows, topics)
+    if chosen is None:
+        what = f"no message {topics[0]}" if topics else "no inertial message"
+        raise InputError(f"{what} among {', '.join(sorted(known)) or 'none at all'}")
+    data = np.array(rows[chosen])
+    fields = names[chosen[0]]
+    stamp = next((i for i, f in enumerate(fields) if f in ("SampleUS", "TimeUS")), None)
+    if "SampleUS" in fields:
+        stamp = fields.index("SampleUS")
+    if stamp is None:
+        raise InputError(f"messages {chosen[0]} have no time: its fields are {', '.join(fields)}")
+    kept = [i for i, field in enumerate(fields) if field in FIELDS or (topics and i != stamp)]
+    shown = [FIELDS.get(fields[i], (fields[i], None)) for i in kept]
+    others = sorted(f"{kind}.{at}" for kind, at in rows if (kind, at) != chosen)
+    return Table(
+        tuple(name for name, _ in shown),
+        tuple(np.ascontiguousarray(data[:, i]) for i in kept),
+        tuple(unit for _, unit in shown),
+        time=data[:, stamp].astype(np.int64).astype("datetime64[us]"),
+        notes=(f"messages not read: {', '.join(others)} (naming one reads it)",) if others else (),
+    )
+
+
+def _number(value: Any) -> float:
+    return float(value) if isinstance(value, int | float) else float("nan")
+
+
+def _chosen(
+    rows: dict[tuple[str, int], list[tuple[float, ...]]], topics: Sequence[str]
+) -> tuple[str, int] | None:
+    if topics:
+        kind, _, at = topics[0].partition(".")
+        found = (kind, int(at) if at.isdigit() else 0)
+        return found if found in rows else None
+    return next((key for kind in TOPICS for key in sorted(rows) if key[0] == kind), None)

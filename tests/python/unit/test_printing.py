@@ -1,0 +1,98 @@
+"""Units of tables: a data sheet's, or relatives of the unit that was asked for; every spelling of it."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from allanite.cli import cli
+from allanite.common.errors import InputError
+from allanite.common.printing import ASKED, printed, sample_unit, table_unit
+from allanite.common.units import conversion, parse_unit
+from allanite.effects.files import parse_model
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("deg/sqrt(h)", "deg/h"), ("°/√h", "deg/h"), ("deg/√hr", "deg/h"), ("°/h/√h", "deg/h"),
+        ("deg/s/√Hz", "deg/s"), ("dps/√Hz", "deg/s"), ("mdps/sqrt(Hz)", "mdeg/s"),
+        ("rad/s/sqrt(Hz)", "rad/s"), ("ug/sqrt(Hz)", "ug"), ("µg/√Hz", "ug"), ("m/s/√h", "m/s^2"),
+        ("m/s/sqrt(h)", "m/s^2"), ("deg/h^2", "deg/h"), ("deg/h", "deg/h"), ("mg", "mg"), ("1", "1"),
+    ],
+)  # fmt: skip
+def test_units_of_coefficients_lead_to_those_of_samples(text, expected):
+    assert sample_unit(text) == expected
+
+
+def test_what_is_no_unit_is_refused():
+    for text in ("parsec", "deg/m", "m/s/sqrt"):
+        with pytest.raises(InputError, match=r"unit"):
+            sample_unit(text)
+
+
+@pytest.mark.parametrize("sample", ["deg/h", "deg/s", "rad/s", "mg", "m/s^2", "ug"])
+@pytest.mark.parametrize("power", [1.0, 0.5, 0.0, -0.5, -1.0])
+def test_relatives_have_the_dimension(sample, power):
+    token = ASKED.set(True)
+    try:
+        unit = table_unit(sample, power, {})
+    finally:
+        ASKED.reset(token)
+    root = {1.0: "s", 0.5: "sqrt(s)", 0.0: "1", -0.5: "1/sqrt(s)", -1.0: "1/s"}[power]
+    factor = conversion(f"({sample})*{root}", unit)
+    # Per hour instead of per second: 60^(2·power); the number is the same where no hour is in it.
+    assert factor == pytest.approx(3600.0**-power if sample == "deg/h" and power else 1.0)
+    assert parse_unit(sample)
+
+
+def test_printed():
+    assert printed("deg/sqrt(h)") == "°/√h"
+    assert printed("ug/sqrt(Hz)") == "µg/√Hz"
+    assert printed("deg/h^2") == "°/h²"
+    assert printed("rad/s/sqrt(s)") == "rad/s/√s"
+    assert printed("s^(1/2)") == "√s"
+
+
+@pytest.fixture
+def log(tmp_path):
+    recording = parse_model("N(N=0.01)+K(K=1e-3)").simulate(
+        n=20_000, rate=10.0, seed=1, unit="deg/s"
+    )
+    path = tmp_path / "gyro.csv"
+    np.savetxt(path, recording.samples, header="gyro_x", comments="")
+    return [str(path), "--rate", "10", "--unit", "deg/s", "--model", "N+K"]
+
+
+def run(*arguments):
+    return CliRunner().invoke(cli, ["fit", *arguments], catch_exceptions=False).output
+
+
+def test_data_sheet_units_are_the_default_and_others_are_asked_for(log):
+    # 0.01 deg/s·√s = 0.6 °/√h; 10⁻³ deg/s/√s = 216 °/h/√h.
+    table = run(*log)
+    assert " °/√h" in table
+    assert " °/h/√h" in table
+    assert float(table.split("  N  ")[1].split()[0]) == pytest.approx(0.6, rel=0.05)
+    for unit in ("deg/h", "deg/sqrt(h)", "°/√h"):
+        assert " °/√h" in run(*log, "--output-unit", unit)
+    assert " rad/s/√Hz" in run(*log, "--output-unit", "rad/s")
+    assert " °/s/√Hz" in run(*log, "--output-unit", "dps/√Hz")
+    assert not ASKED.get()
+
+
+def test_json_keeps_the_unit_of_the_samples(log):
+    document = json.loads(run(*log, "--json"))
+    assert document["effects"][0]["parameters"]["N"]["unit"] == "deg/s·s^½"
+    document = json.loads(run(*log, "--json", "--output-unit", "deg/sqrt(h)"))
+    assert document["recording"]["unit"] == "deg/h"
+
+
+def test_clocks_have_names_and_units_of_their_own():
+    recording = parse_model("N(N=1e-9)+K(K=1e-12)").simulate(n=4000, rate=1.0, seed=1, unit="1")
+    table = str(parse_model("N+B+K").fit(recording))
+    assert "white FM" in table
+    assert "flicker FM" in table
+    assert "random-walk FM" in table
+    assert " √s" in table
