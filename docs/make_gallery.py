@@ -124,8 +124,7 @@ def ladder(study: al.Study) -> str:
     rows = []
     for rung, misfit in zip(study.ladder, study.misfit_left, strict=True):
         fit, e = rung.fit, rung.fit.error
-        added = "start" if rung.added is None else f"+ {rung.fit.display_name(rung.added)}"
-        added += "".join(f", − {kind.replace('_', ' ')}" for kind in rung.removed)
+        added = ", ".join(rung.changes) or "start"
         worst = "–"
         if e.adev_worst is not None:
             worst = f"×{number(e.adev_worst[0], 3)} at {number(e.adev_worst[1], 3)} s"

@@ -320,11 +320,9 @@ class Tab:
                 rung = next_rung(rungs, check)
                 if rung is None:
                     raise InputError(
-                        "nothing of the catalogue helps on the half of the record that was not fitted"
+                        "nothing of the catalogue helps without raising an error or predicting worse"
                     )
-                assert rung.added is not None
-                gone = "".join(f" − {k.replace('_', ' ')}" for k in rung.removed)
-                self._climb(job, Step(f"+ {rung.fit.display_name(rung.added)}{gone}", rung))
+                self._climb(job, Step(" ".join(rung.changes), rung))
             self.finish(job, self.step)
 
         self.run("improving", work)

@@ -61,17 +61,13 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
 
 
 def _rung_text(rung: Rung) -> str:
-    if rung.added is None and not rung.removed:
+    if not rung.changes:
         return f"start\n{rung.fit.model.name}"
-    lines = []
-    if rung.added is not None:
-        name = effect_text(rung.fit, rung.added)
-        lines.append(f"+ {name}")
-        numbers = values_text(rung.fit.model.effects[-1], rung.fit.estimates[-1], most=1)
-        if numbers and not rung.removed:
-            lines.append(numbers)
-    lines += [f"− {kind.replace('_', ' ')}" for kind in rung.removed]
-    return "\n".join(lines)
+    lines = list(rung.changes)
+    if rung.added is not None and not rung.removed:
+        lines[0] = f"+ {effect_text(rung.fit, rung.added)}"
+        lines.append(values_text(rung.fit.model.effects[-1], rung.fit.estimates[-1], most=1))
+    return "\n".join(line for line in lines if line)
 
 
 def _colors(rungs: int) -> tuple[str, ...]:

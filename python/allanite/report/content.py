@@ -298,12 +298,10 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     rows: list[tuple[Cell, ...]] = []
     for i, (rung, told) in enumerate(zip(entry.study.ladder, ladder, strict=True)):
         where = f"{at}improve.ladder.{i}"
-        added = [] if rung.added is None else [f"+ {rung.fit.display_name(rung.added)}"]
-        added += [f"− {kind.replace('_', ' ')}" for kind in told.get("removed", ())]
         error = told["error"]
         rows.append(
             (
-                ", ".join(added) or ("values changed by hand" if i else "start"),
+                ", ".join(rung.changes) or ("values changed by hand" if i else "start"),
                 told["model"].replace("+", "+\u200b"),  # a place to break a long sum
                 exact(error["misfit_left_percent"], f"{where}.error.misfit_left_percent", 3),
                 exact(told["misfit"]["reduced"], f"{where}.misfit.reduced"),
@@ -348,7 +346,8 @@ def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         )
         return out
     why = {
-        "nothing helps": "No further effect of the catalogue lowers the error, also on the half that did not choose it.",
+        "nothing helps": "No further effect of the catalogue helps without predicting unseen data worse.",
+        "within tolerance": "The ladder ended at the tolerance that was asked for.",
         "limit": "The ladder was stopped at its longest.",
     }
     out.append(Paragraph(why.get(study.stopped_because, study.stopped_because)))

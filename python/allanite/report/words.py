@@ -11,6 +11,8 @@ from allanite.plots.words import duration_text, effect_text, unit_text, values_t
 from allanite.report.blocks import Cell, Number
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from allanite.effects import Parameter
 
 __all__ = [
@@ -114,10 +116,12 @@ def verdict(study: Any) -> tuple[str, str]:
     """(tone, sentences): whether the model agrees, what had to be added, how far the error fell."""
     first, last = study.ladder[0].fit, study.fit
     start = first.model.name
-    added = _all_added([r for r in study.ladder[1:] if r.added is not None])
+    added = _all_added(study.ladder[1:])
     if not added:
         if study.adequate:
             return "good", f"{start} describes this record; nothing is significantly missing."
+        if study.verdict == "within tolerance":
+            return "good", f"{start} describes this record {study.ending}."
         return (
             "bad",
             (
@@ -129,6 +133,8 @@ def verdict(study: Any) -> tuple[str, str]:
     words = f"{start} does not describe this record. Added: {what}. {_removed(study)}{_fall(first, last)}"
     if study.adequate:
         return "good", f"{words} Nothing significant is left."
+    if study.verdict == "within tolerance":
+        return "good", f"{words} The model is {study.ending}."
     return "bad", f"{words} Something is left that no effect of the catalogue explains."
 
 
@@ -141,27 +147,28 @@ def _removed(study: Any) -> str:
     return f"Made needless and taken out: {names}. " if names else ""
 
 
-def _all_added(rungs: list[Any]) -> list[str]:
+def _all_added(rungs: Sequence[Any]) -> list[str]:
     """Each effect with its numbers; several of a kind together, by their count."""
-    together: dict[str, list[Any]] = {}
+    together: dict[str, list[tuple[Any, Any]]] = {}
     for rung in rungs:
-        together.setdefault(rung.added.kind, []).append(rung)
+        for effect in (rung.added, rung.brought):
+            if effect is not None:
+                together.setdefault(effect.kind, []).append((rung.fit, effect))
     return [
-        _added(same[0])
-        if len(same) == 1
-        else f"{len(same)} × {same[0].fit.display_name(same[0].added)}"
+        _added(*same[0]) if len(same) == 1 else f"{len(same)} × {fit.display_name(effect)}"
         for same in together.values()
+        for fit, effect in same[:1]
     ]
 
 
-def _added(rung: Any) -> str:
-    kinds = [e.kind for e in rung.fit.model.effects]
-    if rung.added.kind not in kinds:
-        return str(rung.added.title)
+def _added(fit: Any, effect: Any) -> str:
+    kinds = [e.kind for e in fit.model.effects]
+    if effect.kind not in kinds:
+        return str(effect.title)
     # The last of its kind: there may be several lines.
-    place = len(kinds) - 1 - kinds[::-1].index(rung.added.kind)
-    numbers = values_text(rung.fit.model.effects[place], rung.fit.estimates[place])
-    name = effect_text(rung.fit, rung.added)
+    place = len(kinds) - 1 - kinds[::-1].index(effect.kind)
+    numbers = values_text(fit.model.effects[place], fit.estimates[place])
+    name = effect_text(fit, effect)
     return f"{name} ({numbers})" if numbers else name
 
 

@@ -35,6 +35,8 @@ class Rung:
         Rise of logL by this step; None where that of the two fits says it.
     dropped_start : int
         How many of `removed` were in the first model.
+    brought : Effect or None
+        What took the place of the last of `removed`, beside `added`.
     """
 
     fit: Fit
@@ -42,6 +44,14 @@ class Rung:
     removed: tuple[str, ...] = ()
     risen: float | None = None
     dropped_start: int = 0
+    brought: Effect | None = None
+
+    @property
+    def changes(self) -> tuple[str, ...]:
+        """What was done, one text an effect: ``+ sinusoid``, ``− rate random walk``."""
+        new = [e for e in (self.added, self.brought) if e is not None]
+        gone = tuple(f"− {kind.replace('_', ' ')}" for kind in self.removed)
+        return (*(f"+ {self.fit.display_name(e)}" for e in new), *gone)
 
     def __repr__(self) -> str:
         added = "start" if self.added is None else f"+ {self.added.kind}"
@@ -53,6 +63,7 @@ class Rung:
         return {
             "added": None if self.added is None else self.added.kind,
             "removed": list(self.removed),
+            "brought": None if self.brought is None else self.brought.kind,
             **body,
             "error": {"misfit_left_percent": misfit_left, **body["error"]},
         }
@@ -145,8 +156,7 @@ class Study:
         out: list[tuple[str, ...]] = []
         for rung, left in zip(self.ladder, self.misfit_left, strict=True):
             e = rung.fit.error
-            added = "(start)" if rung.added is None else "+ " + rung.fit.display_name(rung.added)
-            added += "".join(f" − {kind}" for kind in rung.removed)
+            added = " ".join(rung.changes) or "(start)"
             worst = (
                 "–"
                 if e.adev_worst is None
@@ -208,5 +218,7 @@ def misfit_left(ladder: Sequence[Rung]) -> tuple[float, ...]:
             fits = before.fit.solution, rung.fit.solution
             risen = fits[1].log_likelihood - fits[0].log_likelihood
         left.append(left[-1] + risen)
-    whole = max(left[-1], 1e-300)
-    return tuple(100.0 * value / whole for value in reversed(left))
+    whole = max(left)
+    return tuple(
+        100.0 * max(value, 0.0) / whole if whole > 0.0 else 100.0 for value in reversed(left)
+    )

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 __all__ = ["Alternative", "alternatives", "numbers", "pruned", "refitted", "swapped"]
 
 #: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
-#: showed once, while it is detected (1 % of ½χ²₁).
-KEEP, DETECTED = 0.5, 2.706
+#: showed once, while it explains more than what is not there does by chance.
+KEEP, NEEDLESS = 0.5, 0.5
 #: Rise of ln(evidence) for which one effect takes the place of another.
-CLEARLY = 1.0
+CLEARLY = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ def pruned(fit: Fit, before: Fit, asked: int, gone: set[str]) -> tuple[Fit, list
             and effect.kind not in gone
             and not (own and not _shown(before, place))
         ):
-            least = DETECTED if own else max(KEEP * numbers(effect) * price(fit), DETECTED)
+            least = NEEDLESS if own else KEEP * numbers(effect) * price(fit)
             without = _without(fit, place, least)
             if without is not None:
                 removed.append(effect.kind)
@@ -113,6 +113,12 @@ def _may_leave(effect: Effect) -> bool:
     white = isinstance(effect, Stochastic) and effect.white
     removes = isinstance(effect, Modifier) and effect.removes
     return not (white or removes or effect.held)
+
+
+def _may_come(effect: Effect) -> bool:
+    """Whether an effect may take another's place unasked: what happens once, filters and a last resort are suggested."""
+    once = isinstance(effect, Deterministic) and effect.happens_once
+    return not (once or effect.last_resort or isinstance(effect, Modifier))
 
 
 def _without(fit: Fit, place: int, least: float) -> Fit | None:
@@ -204,7 +210,7 @@ def swapped(
             continue
         for found in alternatives(fit, place):
             pair = (effect.kind, found.effect.kind)
-            if pair[::-1] in tried or found.evidence < CLEARLY or found.effect.last_resort:
+            if pair[::-1] in tried or found.evidence < CLEARLY or not _may_come(found.effect):
                 continue
             if best is None or found.evidence > best[0]:
                 best = found.evidence, found, effect.kind

@@ -95,6 +95,7 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         better, removed = pruned(better, fit, asked, gone)
         added = suggestion.effect
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
+        brought: Effect | None = None
         own = set(range(asked - len(removed))) | {len(better.model) - 1}
         swap = swapped(better, own, tried)
         if swap is not None and swap[2].kind not in gone and _errors_fall(better, swap[0]):
@@ -102,10 +103,11 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
             if kind == added.kind:
                 added = new
             else:
+                brought = new
                 removed.append(kind)
         risen += better.solution.log_likelihood - before
         start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
-        return Rung(better, added, tuple(removed), risen, start)
+        return Rung(better, added, tuple(removed), risen, start, brought)
     return None
 
 

@@ -311,7 +311,7 @@ def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
     for pair in combinations(alone, 2):
         both = solve(fit.data, Model((*fit.model.effects, *(type(s.effect)() for s in pair))))
         gain = both.log_likelihood - fit.solution.log_likelihood
-        bic = 2.0 * gain - 2.0 * np.log(fit.data.bins.count.size)
+        bic = 2.0 * gain - 2.0 * np.log(max(float(fit.solution.weight.sum()), 2.0))
         if bic > best[0] and (both.theta[-2:] > 0.0).all():
             best = (bic, [s for s in pair if s.significant])
     return [*best[1], *(s for s in ranked if s not in best[1])]

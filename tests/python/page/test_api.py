@@ -65,6 +65,9 @@ def test_improve_runs_rung_by_rung(client):
     assert len(state["ladder"]) >= 2
     assert {"gauss_markov", "sinusoid"} <= {c["kind"] for c in state["chips"]}
     assert all(r["label"].startswith("+ ") for r in state["ladder"][1:])
+    told = " ".join(r["label"] for r in state["ladder"])
+    assert "+ Gauss-Markov process" in told
+    assert "+ sinusoid" in told
 
 
 def test_a_tried_value_changes_the_misfit_and_no_rung(client):
