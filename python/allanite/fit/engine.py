@@ -128,7 +128,8 @@ def solve(
         model = with_coefficients(model, best.theta)
         if not model.deterministic:
             break
-        level = levels(part.power, part.count, best.spectrum, best.scale)
+        # What known functions add to their cells is no discrepancy: it is looked at once they are taken out.
+        level = levels(part.power, part.count, best.spectrum, best.scale if turn else None)
         noise = Noise(data.terms(model), bins, level)
         model = fit_deterministic_shapes(model, noise, data, slow=polish and turn < 2)
         design = design_of(model.deterministic, data)

@@ -90,8 +90,13 @@ def pruned(fit: Fit, before: Fit, asked: int, gone: set[str]) -> tuple[Fit, list
         Kinds that were taken out on an earlier rung and came back: needed.
     """
     removed: list[str] = []
+    # The interval of a function of time counts on the slow noise that the start asked for.
+    if isinstance(fit.model.effects[-1], Deterministic):
+        asked, first = 0, asked
+    else:
+        first = 0
     place = len(fit.model.effects) - 2
-    while place >= 0:
+    while place >= first:
         effect = fit.model.effects[place]
         own = place < asked
         if (
