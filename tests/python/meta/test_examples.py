@@ -27,8 +27,8 @@ def test_mathworks_example_finds_what_its_last_paragraph_misses(capsys):
     for name, truth in (("N", 0.0126), ("Q", 1.5e-4)):
         found = study.fit[name]
         assert abs(found.value - truth) < 4 * found.std_error, found
-    # Quantization is 3Q²/τ² / (N²/τ) = 4.3 % of the variance at one sample, 2.1 % of the deviation, where 720 000 samples have
-    # a scatter of 0.1 %. N+B+K has no room for it but in N, which the discrepancy keeps within 0.6 % (without it N was 1.5 %
+    # Quantization is 3Q²/τ² / (N²/τ) = 4.3 % of the variance at one sample, 2.1 % of the deviation; 720 000 samples scatter
+    # by 0.1 % there. N+B+K has no room for it but in N, which the discrepancy keeps within 0.6 % (without it N was 1.5 %
     # too high): the sensor lies 1.5 … 2.1 % above the twin there, said to whole per cents.
     # With Q they agree. At 0.3 s and beyond, sensor and twin have a standard error of 0.7 % together.
     said = re.findall(r"twin[^:]*: ([+-][\d.]+) % at τ = ([\d.]+)", words)
