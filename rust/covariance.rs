@@ -75,6 +75,9 @@ impl Kind {
     }
 }
 
+/// Distance of the kinks of an autocovariance that ends.
+const NEAR: usize = 20;
+
 /// A named primitive process with its numbers per sample.
 pub type Term = (String, Vec<f64>);
 
@@ -136,19 +139,16 @@ impl Process {
                     self.exponentials.push(Exponential::new(a, phi, level));
                 }
             }
-            ("moving_average", &[v, length]) if length >= 1.0 => {
-                let length = length.round() as usize;
-                if length == 1 {
-                    fractional(0.0, v);
-                } else {
-                    self.powers.push(powers::boxcar(v, length, level));
-                    self.kinks.push(length);
-                }
+            ("lags", lags) if !lags.is_empty() => {
+                self.powers.push(powers::finite(lags, level));
+                // Near every one each lag is taken: between them nothing is smooth.
+                self.kinks.extend((NEAR..lags.len()).step_by(NEAR));
+                self.kinks.push(lags.len());
             }
             _ => {
                 return Err(Error::Input(format!(
                     "term {name:?} with {} values is unknown; known are white 1, blue 1, random_walk 1, flicker 1, \
-                     power_law 2, exponential 4, moving_average 2",
+                     power_law 2, exponential 4, lags 1 or more",
                     values.len()
                 )));
             }

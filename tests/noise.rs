@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use allanite::noise::Generator;
 use proptest::prelude::*;
 
-const PROCESSES: [(&str, &[f64]); 9] = [
+const PROCESSES: [(&str, &[f64]); 11] = [
     ("white", &[1.0]),
     ("blue", &[0.3]),
     ("random_walk", &[0.1]),
@@ -13,6 +13,8 @@ const PROCESSES: [(&str, &[f64]); 9] = [
     ("power_law", &[-2.4, 0.01]),
     ("gauss_markov", &[1.0, 0.999]),
     ("filtered", &[1.0, 0.02, 0.04, 0.02, -1.56, 0.64]),
+    ("filtered", &[1.0, 1.0, 0.0, 0.0, -0.9, 0.0, 0.02, 0.04, 0.02, -1.56, 0.64]),
+    ("finite", &[0.2, 0.5, 0.2, -0.1]),
     ("moving_average", &[1.0, 5000.0]),
     ("telegraph", &[1.0, 0.01]),
 ];

@@ -88,7 +88,7 @@ fn threads_share_a_phase() {
 #[test]
 fn every_noise_process_stays_within_its_samples() {
     let key = StreamKey { seed: 1, replicate: 2, effect: 3, axis: 4 };
-    let all: [(&str, &[f64]); 9] = [
+    let all: [(&str, &[f64]); 11] = [
         ("white", &[1.0]),
         ("blue", &[0.3]),
         ("random_walk", &[0.1]),
@@ -96,6 +96,8 @@ fn every_noise_process_stays_within_its_samples() {
         ("power_law", &[-2.4, 0.01]),
         ("gauss_markov", &[1.0, 0.9]),
         ("filtered", &[1.0, 0.02, 0.04, 0.02, -1.56, 0.64]),
+        ("filtered", &[1.0, 1.0, 0.0, 0.0, -0.9, 0.0, 0.02, 0.04, 0.02, -1.56, 0.64]),
+        ("finite", &[0.2, 0.5, 0.2, -0.1]),
         ("moving_average", &[1.0, 5.0]),
         ("telegraph", &[1.0, 0.01]),
     ];

@@ -31,29 +31,26 @@ SAMPLES = 2**53
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
-    """One exponential (and perhaps a white rest) as white noise through a second-order section: σ, b (3), a (2).
+    """Exponentials and a white rest as white noise through one filter: σ, b (with b0 = 1), a (without a0 = 1).
 
-    The autocovariance Re(a φ^h) + rest has the spectrum of an ARMA(2, ≤2): the numerator b is the minimum-phase
-    factor of the moving average that remains after the poles are taken out.
+    Their spectrum without their poles is that of a moving average, of which b is the minimum-phase factor.
     """
-    exponential = next(t for t in terms if isinstance(t, Exponential))
-    white = sum(t.variance for t in terms if isinstance(t, White))
-    a, phi = complex(exponential.a), complex(exponential.phi)
-    real = phi.imag == 0.0
-    poles = [1.0, -phi.real, 0.0] if real else [1.0, -2.0 * phi.real, abs(phi) ** 2]
-    lags = np.array([(a * phi**h).real for h in range(5)])
-    r = np.concatenate([lags[:0:-1], lags])
-    r[4] += white
-    # Autocovariance of a(z)x: convolve r with a(z)a(1/z); beyond lag 2 it is zero.
-    moving = np.convolve(r, np.convolve(poles, poles[::-1]))
-    middle = moving.size // 2
-    g = moving[middle - 2 : middle + 3]
-    roots = np.roots(np.trim_zeros(np.where(np.abs(g) < 1e-12 * abs(g[2]), 0.0, g)))
+    phi = np.array([complex(t.phi) for t in terms if isinstance(t, Exponential)])
+    poles = np.concatenate([phi, phi[phi.imag != 0.0].conj()])
+    order = poles.size
+    w = np.pi * np.arange(1, 4 * order + 2, 2) / (4 * order + 2)
+    moving = np.sum([t.spectrum(w) for t in terms], axis=0)
+    for p in poles:
+        moving = moving * np.abs(np.exp(1j * w) - p) ** 2
+    # r(h) of a series of cosines that ends at the order, from the middles of as many bands.
+    g = np.cos(np.outer(np.arange(order + 1), w)) @ moving / w.size
+    g = np.where(np.abs(g) < 1e-12 * g[0], 0.0, g)
+    roots = np.roots(np.trim_zeros(np.concatenate([g[:0:-1], g])))
     inside = sorted(roots, key=abs)[: roots.size // 2]
-    b = np.real(np.poly(inside)) if inside else np.array([1.0])
-    gain = np.sqrt(g[2] / float(b @ b))
-    b = np.concatenate([b, np.zeros(3 - b.size)])
-    return float(gain), list(map(float, b)), list(map(float, poles[1:]))
+    b = np.real(np.poly(inside)) if inside else np.ones(1)
+    gain = float(np.sqrt(g[0] / float(b @ b)))
+    b = np.pad(b, (0, order + 1 - b.size))
+    return gain, list(map(float, b)), list(map(float, np.real(np.poly(poles))[1:]))
 
 
 def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[float]]]:
@@ -68,6 +65,11 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
     own = effect.generator(rate)
     if own is not None:
         return [own]
+    if effect.white:
+        level = Model((effect,)).terms(rate)[0].numbers[0]
+        found = [g for m in model.modifiers if (g := m.generators(level, rate)) is not None]
+        if found:
+            return found[0]
     lags = [t for t in terms if isinstance(t, Exponential)]
     white = [t for t in terms if isinstance(t, White)]
     if len(lags) == 1 and (white or lags[0].generator is None):
@@ -82,7 +84,7 @@ def _generator(term: Term) -> tuple[str, list[float]]:
 
 def _section(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
     gain, b, a = arma(terms)
-    return "filtered", [gain, *b, *a]
+    return "filtered", [gain, *b, *[0.0] * (3 - len(b)), *a, *[0.0] * (2 - len(a))]
 
 
 def simulate(

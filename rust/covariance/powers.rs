@@ -169,18 +169,31 @@ fn generic(b: f64, scale: f64) -> Powers {
     out
 }
 
-/// White noise of unit long-run level through a boxcar of `length`, summed `level` times.
-pub fn boxcar(variance: f64, length: usize, level: usize) -> Powers {
-    let l = length as f64;
-    let outer = whole(-2.0 - 2.0 * level as f64, 1.0).expect("even exponents are polynomials");
-    let at = |h: f64| -variance / (l * l) * (outer.at(h + l) - 2.0 * outer.at(h) + outer.at(h - l));
-    let table: Vec<f64> = (0..=length).map(|h| at(h as f64)).collect();
-    let mut out = match level {
-        1 => polynomial(1.0, &[-0.5 * variance]),
-        _ => polynomial(3.0, &[variance / 12.0, variance * (l * l - 3.0) / 24.0]),
+/// An autocovariance that ends, r(0), r(1), …, summed `level` times.
+pub fn finite(lags: &[f64], level: usize) -> Powers {
+    let sum = |power: i32| -> f64 {
+        lags.iter().enumerate().skip(1).map(|(h, r)| 2.0 * r * (h as f64).powi(power)).sum()
     };
-    out.table = table;
-    out
+    let total = lags[0] + sum(0);
+    let once = led_back(polynomial(1.0, &[-0.5 * total]), lags.len(), |h| lags[h]);
+    if level == 1 {
+        return once;
+    }
+    led_back(polynomial(3.0, &[total / 12.0, 0.25 * sum(2) - total / 12.0]), lags.len(), |h| {
+        once.at(h as f64)
+    })
+}
+
+/// A kernel whose polynomial holds from `length` − 1 on, with a table below: its second difference is minus `less`.
+fn led_back(mut kernel: Powers, length: usize, less: impl Fn(usize) -> f64) -> Powers {
+    let mut table = vec![0.0; length];
+    let (mut here, mut next) = (kernel.beyond(length as f64 - 1.0), kernel.beyond(length as f64));
+    for h in (0..length).rev() {
+        table[h] = here;
+        (here, next) = (2.0 * here - next - less(h), here);
+    }
+    kernel.table = table;
+    kernel
 }
 
 /// Γ(x) for x in (0, 10], Lanczos (g = 7, nine terms), 1e-15.

@@ -8,7 +8,8 @@
 //! | `flicker` | B | B²/(2 sin(w/2)) | [`power_law`] |
 //! | `power_law` | exponent a in (−3, 1], level | level² (2 sin(w/2))^a | [`power_law`] |
 //! | `gauss_markov` | σ, φ | `σ²(1−φ²)/(1−2φ cos w+φ²)` | [`section`] |
-//! | `filtered` | sd, `b0, b1, b2, a1, a2` | sd² of the section's gain | [`section`] |
+//! | `filtered` | sd, `b0, b1, b2, a1, a2` of each section | sd² of the sections' gain | [`section`] |
+//! | `finite` | `c0, c1, …` | `\|Σ c_j e^{−ijw}\|²` | [`finite`] |
 //! | `moving_average` | sd, length | sd² (sin(Lw/2)/(L sin(w/2)))² | [`boxcar`] |
 //! | `telegraph` | amplitude, p | `gauss_markov` with σ = amplitude, φ = 1−2p | [`simple`] |
 //!
@@ -17,6 +18,7 @@
 
 pub mod bank;
 pub mod boxcar;
+pub mod finite;
 mod generator;
 mod least_squares;
 pub mod power_law;
@@ -78,8 +80,11 @@ pub fn process(name: &str, values: &[f64], n: usize, key: StreamKey) -> Result<B
         ("flicker", &[level]) => power_law::new(-1.0, level, n, start)?,
         ("power_law", &[exponent, level]) => power_law::new(exponent, level, n, start)?,
         ("gauss_markov", &[sigma, phi]) => Box::new(section::Lag::gauss_markov(sigma, phi, start)?),
-        ("filtered", &[sd, b0, b1, b2, a1, a2]) => {
-            Box::new(section::Filtered::new(sd, [b0, b1, b2], [a1, a2], start)?)
+        ("filtered", [sd, sections @ ..]) if !sections.is_empty() && sections.len() % 5 == 0 => {
+            Box::new(section::Filtered::new(*sd, sections, start)?)
+        }
+        ("finite", coefficients) if !coefficients.is_empty() => {
+            Box::new(finite::Finite::new(coefficients, start))
         }
         ("moving_average", &[sd, length]) => Box::new(boxcar::MovingAverage::new(sd, length, start)?),
         ("telegraph", &[amplitude, p]) => Box::new(simple::Telegraph::new(amplitude, p, start)?),
@@ -88,16 +93,17 @@ pub fn process(name: &str, values: &[f64], n: usize, key: StreamKey) -> Result<B
 }
 
 fn unknown(name: &str, found: usize) -> Error {
-    const COUNTS: [(&str, usize); 9] = [
-        ("white", 1),
-        ("blue", 1),
-        ("random_walk", 1),
-        ("flicker", 1),
-        ("power_law", 2),
-        ("gauss_markov", 2),
-        ("filtered", 6),
-        ("moving_average", 2),
-        ("telegraph", 2),
+    const COUNTS: [(&str, &str); 10] = [
+        ("white", "1"),
+        ("blue", "1"),
+        ("random_walk", "1"),
+        ("flicker", "1"),
+        ("power_law", "2"),
+        ("gauss_markov", "2"),
+        ("filtered", "1, and 5 a section"),
+        ("finite", "at least 1"),
+        ("moving_average", "2"),
+        ("telegraph", "2"),
     ];
     Error::Input(if let Some((_, count)) = COUNTS.iter().find(|(known, _)| *known == name) {
         format!("noise process {name}: found {found} values, needs {count}")

@@ -1,4 +1,4 @@
-//! White noise through one section of first or second order, started in its stationary state.
+//! White noise through sections of first or second order, started in their stationary state.
 
 use super::Process;
 use crate::rng::Stream;
@@ -83,70 +83,122 @@ impl Process for Lag {
     }
 }
 
-/// White noise through (b0 + b1 z⁻¹ + b2 z⁻²)/(1 + a1 z⁻¹ + a2 z⁻²), transposed direct form II.
+/// White noise through sections (b0 + b1 z⁻¹ + b2 z⁻²)/(1 + a1 z⁻¹ + a2 z⁻²) one after the other, transposed direct form II.
 pub struct Filtered {
-    b: [f64; 3],
-    a: [f64; 2],
-    z: [f64; 2],
+    /// b0, b1, b2, a1, a2 of each section.
+    sections: Vec<[f64; 5]>,
+    state: Vec<[f64; 2]>,
 }
 
 impl Filtered {
-    /// Standard deviation of the white noise, and the coefficients.
-    pub fn new(sd: f64, b: [f64; 3], a: [f64; 2], start: &mut Stream) -> Result<Self> {
-        let [a1, a2] = a;
-        // The stability triangle (Oppenheim & Schafer §6.9).
-        if !(a2 < 1.0 && a1.abs() < 1.0 + a2) {
-            return Err(Error::Input(format!(
-                "noise process filtered: the section a1 = {a1}, a2 = {a2} is unstable; \
-                 it needs a2 < 1 and |a1| < 1 + a2"
-            )));
-        }
-        let b = b.map(|value| sd * value);
-        let [p11, p12, p22] = stationary([b[1] - a1 * b[0], b[2] - a2 * b[0]], a);
-        let mut normal = [0.0; 2];
-        start.normals(&mut normal);
-        let l11 = p11.max(0.0).sqrt();
-        let l21 = if l11 > 0.0 { p12 / l11 } else { 0.0 };
-        let l22 = (p22 - l21 * l21).max(0.0).sqrt();
-        Ok(Self { b, a, z: [l11 * normal[0], l21 * normal[0] + l22 * normal[1]] })
-    }
-}
-
-/// Covariance [p11, p12, p22] of z in z' = F z + g w, F = [[−a1, 1], [−a2, 0]]: the sum of F^k g gᵀ F^kᵀ by
-/// doubling, which stays positive however near the poles are to the unit circle.
-fn stationary(g: [f64; 2], a: [f64; 2]) -> [f64; 3] {
-    let mut f = [[-a[0], 1.0], [-a[1], 0.0]];
-    let mut p = [[g[0] * g[0], g[0] * g[1]], [g[0] * g[1], g[1] * g[1]]];
-    for _ in 0..64 {
-        let fp = product(f, p);
-        let transposed = [[f[0][0], f[1][0]], [f[0][1], f[1][1]]];
-        let more = product(fp, transposed);
-        for (row, extra) in p.iter_mut().zip(more) {
-            for (value, addend) in row.iter_mut().zip(extra) {
-                *value += addend;
+    /// Standard deviation of the white noise, and five coefficients of each section.
+    pub fn new(sd: f64, values: &[f64], start: &mut Stream) -> Result<Self> {
+        let (sections, rest) = values.as_chunks::<5>();
+        debug_assert!(rest.is_empty(), "five numbers a section");
+        let mut sections = sections.to_vec();
+        for [.., a1, a2] in &sections {
+            // The stability triangle (Oppenheim & Schafer §6.9).
+            if !(*a2 < 1.0 && a1.abs() < 1.0 + a2) {
+                return Err(Error::Input(format!(
+                    "noise process filtered: the section a1 = {a1}, a2 = {a2} is unstable; \
+                     it needs a2 < 1 and |a1| < 1 + a2"
+                )));
             }
         }
-        f = product(f, f);
+        for b in &mut sections[0][..3] {
+            *b *= sd;
+        }
+        let mut this = Self { state: vec![[0.0; 2]; sections.len()], sections };
+        let root = cholesky(this.stationary());
+        let mut normals = vec![0.0; root.len()];
+        start.normals(&mut normals);
+        for (i, row) in root.iter().enumerate() {
+            this.state[i / 2][i % 2] = row.iter().zip(&normals).map(|(l, normal)| l * normal).sum();
+        }
+        Ok(this)
     }
-    [p[0][0], p[0][1], p[1][1]]
+
+    /// The sample that a deviate becomes.
+    fn step(&mut self, mut x: f64) -> f64 {
+        for ([b0, b1, b2, a1, a2], z) in self.sections.iter().zip(&mut self.state) {
+            let y = b0 * x + z[0];
+            z[0] = b1 * x - a1 * y + z[1];
+            z[1] = b2 * x - a2 * y;
+            x = y;
+        }
+        x
+    }
+
+    /// Covariance of the state z in z' = F z + g w: the sum of F^k g gᵀ F^kᵀ by doubling, which stays positive however
+    /// near the poles are to the unit circle.
+    fn stationary(&mut self) -> Matrix {
+        let size = 2 * self.sections.len();
+        let mut moved = |place: Option<usize>| -> Vec<f64> {
+            self.state.fill([0.0; 2]);
+            if let Some(i) = place {
+                self.state[i / 2][i % 2] = 1.0;
+            }
+            self.step(if place.is_none() { 1.0 } else { 0.0 });
+            self.state.as_flattened().to_vec()
+        };
+        let g = moved(None);
+        let columns: Vec<_> = (0..size).map(|i| moved(Some(i))).collect();
+        let mut f: Matrix = transposed(&columns);
+        let mut p: Matrix = g.iter().map(|a| g.iter().map(|b| a * b).collect()).collect();
+        for _ in 0..64 {
+            let more = product(&product(&f, &p), &transposed(&f));
+            for (value, addend) in p.iter_mut().flatten().zip(more.iter().flatten()) {
+                *value += addend;
+            }
+            f = product(&f, &f);
+        }
+        p
+    }
 }
 
-fn product(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    let entry = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j];
-    [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]
+/// Rows.
+type Matrix = Vec<Vec<f64>>;
+
+fn transposed(a: &Matrix) -> Matrix {
+    (0..a.len()).map(|j| a.iter().map(|row| row[j]).collect()).collect()
+}
+
+fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    let columns = transposed(b);
+    a.iter()
+        .map(|row| columns.iter().map(|column| row.iter().zip(column).map(|(x, y)| x * y).sum()).collect())
+        .collect()
+}
+
+/// Lower L with L Lᵀ = p; a direction of no variance gets none.
+fn cholesky(mut p: Matrix) -> Matrix {
+    for j in 0..p.len() {
+        let pivot = (p[j][j] - p[j][..j].iter().map(|x| x * x).sum::<f64>()).max(0.0).sqrt();
+        p[j][j] = pivot;
+        for i in j + 1..p.len() {
+            let rest = p[i][j] - p[i][..j].iter().zip(&p[j][..j]).map(|(x, y)| x * y).sum::<f64>();
+            p[i][j] = if pivot > 0.0 { rest / pivot } else { 0.0 };
+        }
+        for value in &mut p[j][j + 1..] {
+            *value = 0.0;
+        }
+    }
+    p
 }
 
 impl Process for Filtered {
     fn run(&mut self, samples: &mut [f64]) {
-        let ([b0, b1, b2], [a1, a2], [mut z1, mut z2]) = (self.b, self.a, self.z);
-        for x in samples {
-            let w = *x;
-            let y = b0 * w + z1;
-            z1 = b1 * w - a1 * y + z2;
-            z2 = b2 * w - a2 * y;
-            *x = y;
+        for ([b0, b1, b2, a1, a2], [first, second]) in self.sections.iter().zip(&mut self.state) {
+            let (mut z1, mut z2) = (*first, *second);
+            for x in &mut *samples {
+                let w = *x;
+                let y = b0 * w + z1;
+                z1 = b1 * w - a1 * y + z2;
+                z2 = b2 * w - a2 * y;
+                *x = y;
+            }
+            (*first, *second) = (z1, z2);
         }
-        self.z = [z1, z2];
     }
 }
 

@@ -25,8 +25,7 @@ def variogram(term, count):
         return v[1] * gamma(1 - 2 * d) / gamma(1 - d) ** 2 * (1 - ratio)
     if name == "exponential":
         return -(complex(v[0], v[1]) * complex(v[2], v[3]) ** np.arange(count)).real
-    length = int(v[1])
-    return -v[0] * np.maximum(length - h, 0) / length**2
+    return -np.pad(v, (0, count))[:count]
 
 
 def summed(g):
@@ -49,7 +48,16 @@ MIXTURES = {
     "gauss-markov fast": [("exponential", [1.0, 0.0, 0.1, 0.0])],
     "alternating": [("exponential", [1.0, 0.0, -0.6, 0.0])],
     "resonance": [("exponential", [1.0, 0.2, RESONANCE.real, RESONANCE.imag])],
-    "moving average": [("moving_average", [1.0, 5])],
+    "moving average": [("lags", [0.2, 0.16, 0.12, 0.08, 0.04])],
+    "decimated": [
+        (
+            "lags",
+            [
+                float(r)
+                for r in np.sinc(0.31 * np.arange(70)) * np.cos(np.pi * np.arange(70) / 140) ** 2
+            ],
+        )
+    ],
     "all": [
         ("white", [1.0]),
         ("blue", [1.0]),
@@ -64,12 +72,13 @@ def term_of(name, values):
     """The package's term of what the core takes."""
     if name == "exponential":
         return terms.Exponential(complex(*values[:2]), complex(*values[2:]))
+    if name == "lags":
+        return terms.Lags(tuple(values))
     sorts = (
         terms.White,
         terms.Blue,
         terms.RandomWalk,
         terms.Flicker,
         terms.PowerLaw,
-        terms.MovingAverage,
     )
     return next(sort for sort in sorts if sort.name == name)(*values)

@@ -332,6 +332,13 @@ class Modifier(Effect):
         """
         raise NotImplementedError
 
+    def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]] | None:
+        """The core's generators of white noise of this variance once the effect acts on it.
+
+        None, as here, where the terms say all.
+        """
+        return None
+
     def gain(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """By what the white samples at these times (s) are multiplied, where it is `passing`."""
         return np.ones(time.shape)

@@ -153,3 +153,15 @@ def exponential_cosine(a: complex, phi: complex, w: Array, n: int) -> Array:
     cosines = n * (up[0] + down[0]) / 2 - (up[1] + down[1]) / 2
     sines = (up[0] - down[0]) / 2j
     return np.asarray((a * (1 + (2.0 / n) * (cosines - sines / np.sin(w)))).real)
+
+
+def lags_cosine(lags: Array, w: Array, n: int) -> Array:
+    """Expectation of c_j² of an autocovariance that ends, r(0), r(1), …, at w = πj/n."""
+    c = np.cos(w)
+    h = np.arange(1, lags.size)
+    series = np.concatenate([lags[:1], 2.0 * lags[1:] * (1.0 - h / n)])
+    # Σ r(h) sin(hw)/sin(w): polynomials of the second kind, by Clenshaw's recurrence.
+    here, after = np.zeros(c.shape), np.zeros(c.shape)
+    for r in lags[:0:-1]:
+        here, after = r + 2.0 * c * here - after, here
+    return np.asarray(np.polynomial.chebyshev.chebval(c, series) - (2.0 / n) * here)

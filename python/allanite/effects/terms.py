@@ -11,7 +11,7 @@ the covariance of the estimates and the simulation:
 | `Flicker` | B² | s = B²/(2 sin(w/2)) |
 | `PowerLaw` | exponent a, level² L | s = L (2 sin(w/2))^a |
 | `Exponential` | complex a, φ | r(h) = Re(a φ^h) |
-| `MovingAverage` | variance v, length L | white of variance v through a boxcar mean of L samples |
+| `Lags` | r(0), r(1), …, r(L) | what they say, 0 beyond: a filter that ends |
 
 A two-sided density in U²/Hz is s(w)·τ0.
 """
@@ -28,6 +28,7 @@ from allanite.effects._lags import (
     allan_of_lags,
     exponential_allan,
     exponential_cosine,
+    lags_cosine,
     power_law_allan,
     power_law_lags,
     power_law_ratio,
@@ -37,7 +38,7 @@ __all__ = [
     "Blue",
     "Exponential",
     "Flicker",
-    "MovingAverage",
+    "Lags",
     "PowerLaw",
     "RandomWalk",
     "Term",
@@ -310,46 +311,46 @@ class Exponential(Term):
 
 
 @dataclass(frozen=True)
-class MovingAverage(_Sized):
-    """White noise of variance v through a boxcar mean of L samples."""
+class Lags(Term):
+    """White noise through a filter that ends: an autocovariance of a few lags."""
 
-    length: float
+    covariance: tuple[float, ...]
 
-    name = "moving_average"
+    name = "lags"
 
     @property
     def power(self) -> float:
-        """v/L."""
-        return self.variance / self.length
+        """r(0)."""
+        return self.covariance[0]
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """Variance, length."""
-        return self.variance, self.length
+        """r(0), r(1), …, r(L)."""
+        return self.covariance
 
-    def _lags(self, h: NDArray[np.int64]) -> Array:
-        length = round(self.length)
-        return np.asarray(self.variance * (1.0 - h / length) / length)
+    def scaled(self, factor: float) -> Self:
+        """Every lag times `factor`."""
+        return replace(self, covariance=tuple(r * factor for r in self.covariance))
 
     def spectrum(self, w: Array) -> Array:
-        """With its zeros."""
-        ratio = np.sin(w * self.length / 2) / (self.length * np.sin(w / 2))
-        return np.asarray(self.variance * ratio**2)
+        """Σ r(h) cos hw."""
+        series = [self.covariance[0], *(2.0 * r for r in self.covariance[1:])]
+        return np.asarray(np.polynomial.chebyshev.chebval(np.cos(w), series))
 
     def allan_variance(self, m: Array) -> Array:
         """From its few lags."""
-        covariance = self._lags(np.arange(round(self.length)))
+        covariance = np.array(self.covariance)
         return np.array([allan_of_lags(covariance, int(k)) for k in m])
 
     def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
         """Without the ends the zeros of the filter would be deeper than any record shows them."""
-        w = np.pi * j / n
-        h = np.arange(1, min(round(self.length), n))
-        angle = np.multiply.outer(w, h)
-        ends = (n - h) * np.cos(angle) - np.sin(angle) / np.sin(w)[:, None]
-        return self.variance / round(self.length) + (2.0 / n) * (ends @ self._lags(h))
+        return lags_cosine(np.array(self.covariance[:n]), np.pi * j / n, n)
 
     def variogram(self, count: int) -> Array:
-        """Linear up to the length."""
-        h = np.arange(count)
-        return np.asarray(self.variance / self.length * np.minimum(h / self.length, 1.0))
+        """R(0) − r(h)."""
+        return self.covariance[0] - np.pad(self.covariance, (0, count))[:count]
+
+    @property
+    def generator(self) -> None:
+        """Its filter is known to who made it."""
+        return

@@ -19,8 +19,10 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.random_part import RandomPart
 
-__all__ = ["added"]
+__all__ = ["added", "worth_polishing"]
 
+#: Points of one design from which shapes are polished.
+POLISHED = 2
 #: Fisher steps of a scan: enough to rank points.
 ROUNDS = 12
 
@@ -88,3 +90,25 @@ def _smooth(excess: NDArray[np.float64], count: NDArray[np.float64]) -> NDArray[
     window = np.ones(5)
     total = np.convolve(excess * count, window, mode="same")
     return np.asarray(total / np.convolve(count, window, mode="same"))
+
+
+def worth_polishing(scanned: list[tuple[Maximum, Model]]) -> list[tuple[Maximum, Model]]:
+    """Of a scan of the last effect, best first: the best point of every design, and `POLISHED` that differ otherwise.
+
+    Neighbours on the grid of the first shape end in the same place. But the grid is coarse beside what a long record
+    tells: a design whose best cutoff lies between two points would lose to a worse one that has a point at its own.
+    """
+    seen: set[tuple[object, ...]] = set()
+    designs: set[tuple[object, ...]] = set()
+    out = []
+    for found, model in scanned:
+        effect = model.effects[-1]
+        first = next((p.name for p in effect.parameters if p.role == "shape"), None)
+        apart = [p for p in effect.parameters if p.name != first and p.role != "derived"]
+        key = tuple(effect.values[p.name] for p in apart)
+        design = tuple(effect.values[p.name] for p in apart if p.role == "choice")
+        if key not in seen and (design not in designs or len(seen) < POLISHED):
+            out.append((found, model))
+            seen.add(key)
+            designs.add(design)
+    return out

@@ -6,11 +6,11 @@
 | ``blue`` | 2 | this deviate less the last |
 | ``random_walk`` | 1 | its first level is unknown |
 | ``exponential`` | 1, or 2 for a complex pole | a lag, a turning pair |
-| exponential and negative white | 2 or 3 | the ARMA process of that spectrum |
+| exponentials and white, one of them negative | 2 or more | the ARMA process of that spectrum |
 | ``flicker``, ``power_law`` in [−2, 0] | one a lag | a non-negative sum of lags (two a decade) |
 | ``power_law`` above 0 | 2 a lag | differences of such a sum |
 | ``power_law`` below −2 | 2 a lag | running sums of such a sum |
-| ``moving_average`` | its length | a shift register |
+| ``lags`` | as many | the moving average of that spectrum |
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from allanite.effects.terms import (
     Blue,
     Exponential,
     Flicker,
-    MovingAverage,
+    Lags,
     PowerLaw,
     RandomWalk,
     White,
@@ -92,8 +92,6 @@ def of_terms(terms: Iterable[Term], n: int) -> list[Section]:
     out: list[Section] = []
     apart = [_exponential(t) for t in lags]
     if white < 0.0 or None in apart:
-        if len(lags) != 1:
-            raise InputError("a negative density beside several lags has no state space")
         out.append(_arma((*lags, White(white))))
     else:
         out += [s for s in apart if s is not None]
@@ -110,8 +108,8 @@ def of_terms(terms: Iterable[Term], n: int) -> list[Section]:
             out += _power_law(-1.0, term.variance, n)
         elif isinstance(term, PowerLaw):
             out += _power_law(term.exponent, term.level, n)
-        elif isinstance(term, MovingAverage):
-            out.append(_shift_register(term.variance, round(term.length)))
+        elif isinstance(term, Lags):
+            out.append(_moving(term.covariance))
         else:
             raise InputError(f"no state space for a process {term.name!r}")
     return out
@@ -177,17 +175,41 @@ def _exponential(term: Exponential) -> Section | None:
 
 
 def _arma(terms: tuple[Term, ...]) -> Section:
-    """Harvey's form of the ARMA process with the spectrum of one exponential and a white rest."""
+    """The ARMA process with the spectrum of exponentials and a white rest."""
     from allanite.simulate import arma
 
-    gain, b, a = arma(terms)
-    d = 3 if a[1] or b[2] else 2
+    return _harvey(*arma(terms), terms)
+
+
+def _harvey(gain: float, b: list[float], a: list[float], terms: tuple[Term, ...]) -> Section:
+    """Harvey's form of an ARMA process driven by b, with a(z) = 1 + a1/z + …."""
+    d = max(1 + max((i for i, value in enumerate(b) if value), default=0), len(a))
     F = np.eye(d, k=1)
-    F[: d - 1, 0] = [-a[0], -a[1]][: d - 1]
-    drive = gain * np.array(b[:d])
+    F[: len(a), 0] = -np.array(a)
+    drive = gain * np.array(b[:d] + [0.0] * (d - len(b)))
     Q = np.outer(drive, drive)
-    P0 = np.linalg.solve(np.eye(d * d) - np.kron(F, F), Q.ravel()).reshape(d, d)
+    # Σ F^k Q F^kᵀ by doubling.
+    P0, step = Q, F
+    for _ in range(64):
+        P0, step = P0 + step @ P0 @ step.T, step @ step
     return Section(F, Q, np.eye(d)[0], 0.5 * (P0 + P0.T), terms)
+
+
+def _moving(lags: tuple[float, ...]) -> Section:
+    """The moving average of autocovariance r(0), r(1), …: its coefficients are the gains of the filter of its own state.
+
+    Bauer (1955); where the spectrum has a zero the k-th step is right to about 1/k.
+    """
+    order = len(lags) - 1
+    if order == 0:
+        return _white(lags[0])
+    r = np.array(lags[1:])
+    P = np.zeros((order, order))
+    for _ in range(max(1000, 40 * order)):
+        left = lags[0] - P[0, 0]
+        gain = (r - np.append(P[1:, 0], 0.0)) / left
+        P = np.pad(P[1:, 1:], ((0, 1), (0, 1))) + left * np.outer(gain, gain)
+    return _harvey(float(np.sqrt(left)), [1.0, *map(float, gain)], [], (Lags(lags),))
 
 
 def _difference(phi: float, variance: float, terms: tuple[Term, ...] = ()) -> Section:
@@ -230,20 +252,6 @@ def _power_law(exponent: float, level: float, n: int) -> list[Section]:
         return [_running_sum(phi, v * level, t) for (phi, v), t in zip(bank, terms, strict=True)]
     bank = _kernels.power_law_bank(exponent, n)
     return [lag(phi, v * level) if phi else _white(v * level) for phi, v in bank]
-
-
-def _shift_register(variance: float, length: int) -> Section:
-    if length <= 1:
-        return _white(variance)
-    Q = np.zeros((length, length))
-    Q[0, 0] = variance
-    return Section(
-        np.eye(length, k=-1),
-        Q,
-        np.full(length, 1.0 / length),
-        variance * np.eye(length),
-        (MovingAverage(variance, float(length)),),
-    )
 
 
 def resized(section: Section, factor: float) -> Section:

@@ -14,7 +14,7 @@ from allanite.fit.matched import grid_points, matched_gains
 from allanite.fit.polish import polish
 from allanite.fit.random_part import RandomPart
 from allanite.fit.result import Fit
-from allanite.fit.scan import added
+from allanite.fit.scan import added, worth_polishing
 from allanite.fit.shape import free_places, grid_models
 
 if TYPE_CHECKING:
@@ -172,9 +172,13 @@ def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | 
     if cls.screened == "spectral":
         place = len(base.model)
         points = [m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)]
-        found, model = added(base.model, points, base.best, part)[0]
-        own = [p for p in free_places(model) if p[0] == place]
-        model, found = polish(model, own, found, part, roughly=True)
+        ends = [
+            polish(
+                model, [p for p in free_places(model) if p[0] == place], found, part, roughly=True
+            )
+            for found, model in worth_polishing(added(base.model, points, base.best, part))
+        ]
+        model, found = max(ends, key=lambda end: end[1].log_likelihood)
         model = with_coefficients(model, found.theta)
         return solve(data, model, start=found, rounds=3, polish=False)
     if cls.screened == "slow":

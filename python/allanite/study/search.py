@@ -90,7 +90,7 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         better = fit.add(suggestion)
         if not _accepted(fit, better, suggestion):
             continue
-        risen = suggestion.delta_log_likelihood
+        risen = suggestion.delta_log_likelihood - suggestion.surplus
         before = better.solution.log_likelihood
         better, removed = pruned(better, fit, asked, gone)
         added = suggestion.effect

@@ -50,6 +50,9 @@ def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | 
     found = next((c for c in candidates if isinstance(c.effect, GaussMarkov)), None)
     if found is None or found.solution is None or found.gain < LEAST:
         return None
+    if max(c.gain for c in candidates) - found.gain > DECIDED:
+        # The spectrum is not that of a lag: the Gaussian law would be refuted by its shape, not by two levels.
+        return None
     if found.effect.values["correlation_time"] * data.rate < SHORTEST:
         return None
     odds = _log_odds(found.solution, data)

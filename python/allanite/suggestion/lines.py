@@ -85,11 +85,13 @@ def screen_lines(
             frequency = polish_line(start, solution.ordinates, noise, data, multiples)
             effect = effect.with_values(frequency=frequency)
             refitted = solve(data, solution.model + effect, polish=False, rounds=3)
+            # What the line itself adds to its cell is no discrepancy.
+            without = refitted.noise(data)
             gains = []
             for m in multiples:
                 j = window(m * frequency, data, ZOOM)
                 line = line_ordinates(m * frequency, j, data)
-                gain = regress(line, solution.ordinates[j], noise.variance(j)).gain
+                gain = regress(line, solution.ordinates[j], without.variance(j)).gain
                 gains.append(gain)
             whole = min(sum(gains), refitted.log_likelihood - solution.log_likelihood)
             if whole > 0.0:

@@ -20,18 +20,17 @@ from allanite.fit.data import column
 from allanite.fit.engine import Solution, solve, with_coefficients
 from allanite.fit.polish import polish
 from allanite.fit.random_part import RandomPart
-from allanite.fit.scan import added
+from allanite.fit.scan import added, worth_polishing
 from allanite.fit.shape import free_places
 from allanite.suggestion.evidence import arc_length
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
-    from allanite.fit.whittle import Maximum
 
 __all__ = ["Candidate", "Screen", "directions", "screen_spectral"]
 
-#: A candidate that raises logL by less is not refitted; points of a grid from which shapes are polished.
-LEAST, POLISHED = 0.5, 2
+#: A candidate that raises logL by less is not refitted.
+LEAST = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,7 +142,7 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
     last = len(base.model)
     ends = [
         polish(model, [p for p in free_places(model) if p[0] == last], found, part, roughly=True)
-        for found, model in _apart(scanned)[:POLISHED]
+        for found, model in worth_polishing(scanned)
     ]
     model, best = max(ends, key=lambda end: end[1].log_likelihood)
     # Steps and lines are found again beside the best; other shapes follow when it is added.
@@ -155,18 +154,3 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
         return None
     count = sum(p.role in {"coefficient", "shape"} for p in fitted.parameters)
     return Candidate(fitted, gain, fitted.family, solution, count)
-
-
-def _apart(scanned: list[tuple[Maximum, Model]]) -> list[tuple[Maximum, Model]]:
-    """The best of each design or damping first: neighbours on the grid end in the same place."""
-    seen: dict[tuple[object, ...], tuple[Maximum, Model]] = {}
-    for found, model in scanned:
-        effect = model.effects[-1]
-        first = next((p.name for p in effect.parameters if p.role == "shape"), None)
-        key = tuple(
-            v
-            for n, v in effect.values.items()
-            if n != first and effect.parameter(n).role != "derived"
-        )
-        seen.setdefault(key, (found, model))
-    return sorted(seen.values(), key=lambda pair: -pair[0].log_likelihood)

@@ -65,6 +65,8 @@ class Suggestion:
         With the effect and without it.
     note : str
         What else there is to say of it, a clause.
+    surplus : float
+        The part of the rise that a discrepancy explained before: counted where the model with the effect needs none.
     """
 
     effect: Effect
@@ -78,6 +80,12 @@ class Suggestion:
     found: Fit
     before: Fit
     note: str = ""
+    surplus: float = 0.0
+
+    @property
+    def rank(self) -> float:
+        """ΔBIC against the model with its discrepancy, by which candidates are compared."""
+        return self.delta_bic - 2.0 * self.surplus
 
     @property
     def solution(self) -> Solution:
@@ -217,7 +225,7 @@ def suggest(
 def _rank(found: Suggestion) -> tuple[bool, bool, float]:
     """Significant ones first; what takes samples out explains none of them and comes after what does."""
     cleans = isinstance(found.effect, Modifier) and found.effect.removes
-    return found.significant, not cleans, found.delta_bic
+    return found.significant, not cleans, found.rank
 
 
 def _suggestion(
@@ -229,9 +237,10 @@ def _suggestion(
     assert solution is not None
     x = candidate.gain
     judged = x if candidate.judged is None else candidate.judged
-    if solution.best.scale is None:
-        # With it the model is taken for true: the chance that is asked about is that of a true model without it.
-        judged += surplus
+    if solution.best.scale is not None:
+        surplus = 0.0
+    # Where it makes the model true, the chance that is asked about is that of a true model without it.
+    judged += surplus
     family = families[candidate.family]
     chance = candidate.log_chance
     if chance is None:
@@ -245,8 +254,8 @@ def _suggestion(
     return Suggestion(
         effect,
         bool(log_p < np.log(FALSE_ALARM)),
-        float(x),
-        float(2.0 * x - penalty),
+        float(x + surplus),
+        float(2.0 * (x + surplus) - penalty),
         float(log_p / np.log(10.0)),
         float(np.exp(min(log_p - single, 700.0))),
         _removed(fit, candidate),
@@ -254,6 +263,7 @@ def _suggestion(
         found,
         fit,
         candidate.note,
+        float(surplus),
     )
 
 
@@ -287,8 +297,7 @@ def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
         if (
             other.effect.standard
             and other.significant == top.significant
-            and top.delta_bic - other.delta_bic < RIVAL
-            and (other.kind in top.effect.rivals or top.kind in other.effect.rivals)
+            and top.rank - other.rank < RIVAL
         ):
             return [other, *(s for s in ranked if s is not other)]
     return ranked
@@ -307,7 +316,7 @@ def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
         for s in ranked[1:]
         if s.effect.standard and s.kind not in present and isinstance(s.effect, Stochastic)
     ]
-    best: tuple[float, list[Suggestion]] = (top.delta_bic - RIVAL, [])
+    best: tuple[float, list[Suggestion]] = (top.rank - RIVAL, [])
     for pair in combinations(alone, 2):
         both = solve(fit.data, Model((*fit.model.effects, *(type(s.effect)() for s in pair))))
         gain = both.log_likelihood - fit.solution.log_likelihood
@@ -326,7 +335,7 @@ def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
                 for other in ranked
                 if other is not one
                 and other.kind != one.kind
-                and abs(other.delta_bic - one.delta_bic) < RIVAL
+                and abs(other.rank - one.rank) < RIVAL
                 and (other.kind in one.effect.rivals or one.kind in other.effect.rivals)
             )
         )

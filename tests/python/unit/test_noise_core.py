@@ -39,6 +39,14 @@ PROCESSES = {
     "gauss_markov": (("gauss_markov", [1.5, 0.97]), lambda w: lag(w, 1.5, 0.97)),
     "gauss_markov-": (("gauss_markov", [1.5, -0.5]), lambda w: lag(w, 1.5, -0.5)),
     "filtered": (("filtered", [1.5, *SECTION]), lambda w: 2.25 * section_gain(w)),
+    "filtered twice": (
+        ("filtered", [1.5, 0.3, 0.0, 0.0, -0.7, 0.0, *SECTION]),
+        lambda w: 0.2025 * section_gain(w) / np.abs(1 - 0.7 * np.exp(-1j * w)) ** 2,
+    ),
+    "finite": (
+        ("finite", [0.5, 0.9, 0.2]),
+        lambda w: np.abs(0.5 + 0.9 * np.exp(-1j * w) + 0.2 * np.exp(-2j * w)) ** 2,
+    ),
     "moving_average": (("moving_average", [1.5, 7]), lambda w: 2.25 * boxcar(w, 7)),
     "telegraph": (("telegraph", [1.5, 0.02]), lambda w: lag(w, 1.5, 0.96)),
 }
@@ -101,6 +109,8 @@ def test_spectrum_is_the_declared_one(name):
         ("power_law+1", 256, (1, 16, 64)),
         ("gauss_markov", 256, (1, 16, 64)),
         ("filtered", 256, (1, 16, 64)),
+        ("filtered twice", 256, (1, 16, 64)),
+        ("finite", 256, (1, 16, 64)),
         ("moving_average", 256, (1, 16, 64)),
         ("telegraph", 256, (1, 16, 64)),
     ],
@@ -194,6 +204,8 @@ def test_nothing_and_no_samples():
         (("power_law", [1.1, 1.0]), "outside"),
         (("gauss_markov", [1.0, 1.0]), "between -1 and 1"),
         (("filtered", [1.0, 1.0, 0.0, 0.0, -2.0, 1.0]), "unstable"),
+        (("filtered", [1.0, 1.0]), "5 a section"),
+        (("finite", []), "at least 1"),
         (("moving_average", [1.0, 2.5]), "whole number"),
         (("telegraph", [1.0, 1.5]), "outside"),
     ],

@@ -1,0 +1,139 @@
+"""Filters hidden in N+B+K: is the first rung of a ladder the filter, how many effects follow, is N right?
+
+The records are made by scipy.signal alone: 1800 s at 100 Hz, N = 0.0126, B = 0.002, K = 9.07e-5 (rad/s), the white part
+behind each filter at cutoffs of 0.1 to 0.4 of the rate.
+
+    python benches/python/filters.py [--seeds 3] [--only butterworth]
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+import numpy as np
+from scipy import signal
+
+import allanite as al
+
+RATE, LENGTH = 100.0, 180_000
+N, B, K = 0.0126, 0.002, 9.07e-5
+CUTOFFS = (0.1, 0.2, 0.3, 0.4)
+SETTLED = 4096
+
+
+def _iir(b, a, times=1):
+    def run(rng, count):
+        x = rng.standard_normal(count + SETTLED)
+        for _ in range(times):
+            x = signal.lfilter(b, a, x)
+        return x[SETTLED:]
+
+    return run
+
+
+def _decimated(taps, factor):
+    def run(rng, count):
+        x = rng.standard_normal(factor * count + len(taps) - 1)
+        # Of the same density at frequency 0: a mean of `factor` samples has a `factor`-th of the variance.
+        return np.sqrt(factor) * signal.fftconvolve(x, taps, "valid")[::factor]
+
+    return run
+
+
+def _smoother(cutoff, sections):
+    """Pole of y += α(x − y), so that `sections` of them are at half power at the cutoff."""
+    share = 0.5 ** (1 / sections)
+    middle = (1 - share * np.cos(2 * np.pi * cutoff)) / (1 - share)
+    return middle - np.sqrt(middle**2 - 1)
+
+
+def designs():
+    """Name and source of every filter."""
+    out = {}
+    for c in CUTOFFS:
+        for order in (1, 2, 3, 4):
+            out[f"butterworth {order}, {c}"] = _iir(*signal.butter(order, 2 * c))
+        # Made at 8 times the rate: what an analogue filter leaves, aliases included.
+        b, a = signal.butter(2, 2 * c / 8)
+        out[f"analogue 2, {c}"] = _analogue(b, a, 8)
+        p = _smoother(c, 2)
+        out[f"smoothers 2, {c}"] = _iir([1 - p], [1, -p], 2)
+        k = np.tan(np.pi * c) / np.sqrt(np.sqrt(2) - 1)
+        out[f"bilinear 2, {c}"] = _iir([k / (1 + k)] * 2, [1, -(1 - k) / (1 + k)], 2)
+        for taps in (32, 64):
+            out[f"fir {taps} at 4x, {c}"] = _decimated(signal.firwin(taps, c, fs=4), 4)
+            out[f"fir {taps}, {c}"] = _decimated(signal.firwin(taps, c, fs=1), 1)
+    for length in (2, 3, 4, 5):
+        out[f"mean of {length}"] = _decimated(np.full(length, 1 / length), 1)
+    for factor in (4, 5, 6, 8):
+        box = np.full(factor, 1 / factor)
+        cic = np.convolve(np.convolve(box, box), box)
+        out[f"cic 3, {factor} at {factor}x"] = _decimated(cic, factor)
+        if factor == 8:
+            out[f"cic 3, {factor} at 4x"] = _decimated(cic, 4)
+    return out
+
+
+def _analogue(b, a, factor):
+    def run(rng, count):
+        x = rng.standard_normal(factor * (count + SETTLED))
+        return np.sqrt(factor) * signal.lfilter(b, a, x)[factor * SETTLED :: factor]
+
+    return run
+
+
+def record(source, seed, name):
+    """Samples in rad/s: the filtered white part, flicker (as its discrete spectrum says) and a random walk."""
+    rng = np.random.default_rng([seed, *name.encode()])
+    white = N * np.sqrt(RATE) * source(rng, LENGTH)
+    size = signal.fftconvolve(rng.standard_normal(2 * LENGTH), _flicker(2 * LENGTH))
+    flicker = B * size[LENGTH : 2 * LENGTH]
+    walk = np.cumsum(K / np.sqrt(RATE) * rng.standard_normal(LENGTH))
+    return white + flicker + walk
+
+
+def _flicker(count):
+    """Impulse response of (1 − z⁻¹)^{−1/2}, of the spectrum 1/(2 sin(w/2)) (Hosking 1981)."""
+    k = np.arange(1, count)
+    return np.concatenate([[1.0], np.cumprod((k - 0.5) / k)])
+
+
+def climb(name, seed):
+    """Kinds that a ladder added, N over the truth, verdict, seconds of CPU."""
+    samples = record(designs()[name], seed, name)
+    began = time.process_time()
+    study = al.improve(al.Recording(samples, rate=RATE, unit="rad/s"), "N+B+K")
+    spent = time.process_time() - began
+    added = [r.added for r in study.ladder[1:] if r.added is not None]
+    level = next((e.N for e in study.fit.model if e.kind == "angle_random_walk"), np.nan)
+    return added, level / N, study.adequate, spent, study
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--only", default="")
+    options = parser.parse_args()
+    first, few, right, total = 0, 0, 0, 0
+    for name in designs():
+        if options.only not in name:
+            continue
+        for seed in range(options.seeds):
+            added, level, adequate, spent, _ = climb(name, seed)
+            kinds = [e.kind for e in added]
+            total += 1
+            first += kinds[:1] == ["bandwidth"]
+            few += len(kinds) <= 2
+            right += abs(level - 1) < 0.03
+            told = " → ".join(str(e) for e in added) or "nothing"
+            print(
+                f"{name:22} {seed}  N {100 * (level - 1):+5.1f} %  {'adequate' if adequate else '-':8}"
+                f" {spent:5.1f} s  {told}",
+                flush=True,
+            )
+    print(f"first {first}, at most one more {few}, N within 3 % {right}, of {total}")
+
+
+if __name__ == "__main__":
+    main()
