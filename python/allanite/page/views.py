@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.errors import InputError
 from allanite.plots.curves import allan_panels, parts, spectrum_panels
 from allanite.plots.deviation import plot_deviation
+from allanite.plots.plotly_painter import words
 from allanite.plots.recording import samples_panel
 from allanite.plots.spec import Figure
 from allanite.plots.themes import theme_of
@@ -157,13 +158,14 @@ def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
     for effect, part in zip(order, parts(fit), strict=True):
         place = next(i for i, e in enumerate(fit.model.effects) if e is effect)
         for trace in data:
-            if trace.get("name") == part.label:
+            if trace.get("name") == words(part.label):
                 trace["meta"] = f"effect-{place}"
 
 
 def _is_title(annotation: dict[str, Any], figure: Figure) -> bool:
     return any(
-        panel.title and annotation["text"] == f"<b>{panel.title}</b>" for panel in figure.panels
+        panel.title and annotation["text"] == f"<b>{words(panel.title)}</b>"
+        for panel in figure.panels
     )
 
 

@@ -13,6 +13,7 @@ from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.spec import Axis, Band, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS
 from allanite.plots.words import bracket, density_unit, effect_text, in_unit, values_text
+from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
@@ -175,11 +176,15 @@ def _shown(marks: list[Mark]) -> list[Array]:
 
 
 def _merge(count: Array) -> tuple[NDArray[np.int64], Array]:
-    """First bin and degrees of freedom of each point: neighbours together until they have `FEWEST`."""
+    """First bin and degrees of freedom of each point: whole cells, neighbours together until they have `FEWEST`.
+
+    The bins of a cell are drawn as one: more than a screen can tell apart, and each of them less certain.
+    """
+    cells = cells_of(count.size)
     first, total = [0], 0.0
-    for i, value in enumerate(count):
+    for cell, value in zip(cells, np.add.reduceat(count, cells), strict=True):
         if total >= FEWEST:
-            first.append(i)
+            first.append(cell)
             total = 0.0
         total += value
     if total < FEWEST and len(first) > 1:

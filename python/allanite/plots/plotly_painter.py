@@ -24,7 +24,7 @@ from allanite.plots.spec import (
 )
 from allanite.plots.themes import Theme, theme_of
 
-__all__ = ["paint"]
+__all__ = ["paint", "words"]
 
 FONT = "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif"
 DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
@@ -73,7 +73,7 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
         if panel.title:
             layout["annotations"].append(
                 {
-                    "text": f"<b>{_words(panel.title)}</b>",
+                    "text": f"<b>{words(panel.title)}</b>",
                     "x": across[0],
                     "y": upright[1],
                     "xref": "paper",
@@ -90,8 +90,8 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
 
 
 def _title(figure: Figure, look: Theme) -> dict[str, Any]:
-    rest = _words(figure.subtitle)
-    text = f"<b>{_words(figure.title)}</b>" + (
+    rest = words(figure.subtitle)
+    text = f"<b>{words(figure.title)}</b>" + (
         f"<br><span style='font-size:12px'>{rest}</span>" if rest else ""
     )
     return {
@@ -139,9 +139,9 @@ def _axis(
         "range": ends[::-1] if axis.reverse else ends,
         "tickmode": "array",
         "tickvals": [v for v, _ in axis.ticks],
-        "ticktext": [_words(t) for _, t in axis.ticks],
+        "ticktext": [words(t) for _, t in axis.ticks],
         "showticklabels": show,
-        "title": {"text": _words(axis.label) if show else "", "standoff": 8},
+        "title": {"text": words(axis.label) if show else "", "standoff": 8},
         "showgrid": panel.grid,
         "gridcolor": look.grid,
         "linecolor": look.faint,
@@ -153,7 +153,7 @@ def _axis(
     }
 
 
-def _words(text: str) -> str:
+def words(text: str) -> str:
     """Text as plotly takes it: as HTML."""
     return escape(text, quote=False).replace("\n", "<br>")
 
@@ -205,7 +205,7 @@ def _draw(
                     "orientation": "h",
                     "x": _numbers(mark.values),
                     "y": list(range(mark.values.size)),
-                    "text": [_words(text) for text in mark.texts],
+                    "text": [words(text) for text in mark.texts],
                     "textposition": "outside",
                     "cliponaxis": False,
                     "width": 0.5,
@@ -226,7 +226,7 @@ def _draw(
             }
             font = {"color": look.color(mark.color), "size": 14}
             layout["annotations"].append(
-                {"text": _words(mark.text), "showarrow": False, "font": font, **place}
+                {"text": words(mark.text), "showarrow": False, "font": font, **place}
             )
 
 
@@ -236,9 +236,9 @@ def _trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:
         "type": "scatter",
         "x": plain[0],
         "y": plain[1],
-        "name": _words(label),
+        "name": words(label),
         "showlegend": bool(label),
-        **({"legendgroup": _words(label)} if label else {}),
+        **({"legendgroup": words(label)} if label else {}),
         **axes,
     }
 
@@ -303,9 +303,9 @@ def _heat(
             "zmax": mark.limit,
             "colorscale": [[0, low], [0.5, middle], [1, high]],
             "colorbar": {
-                "title": {"text": _words(mark.label), "side": "right"},
+                "title": {"text": words(mark.label), "side": "right"},
                 "tickvals": [v for v, _ in mark.ticks],
-                "ticktext": [_words(t) for _, t in mark.ticks],
+                "ticktext": [words(t) for _, t in mark.ticks],
                 "outlinewidth": 0,
             },
             "hovertemplate": "2^%{z:.2f} × expected<extra></extra>",

@@ -233,7 +233,8 @@ def looks_like_time(table: Table) -> bool:
     """Whether the first of several nameless columns advances in every row, as no sensor does."""
     if len(table.names) < 2 or table.n < 100:
         return False
-    steps = np.diff(table[0])
+    with np.errstate(invalid="ignore"):  # infinities and NaN are no time
+        steps = np.diff(table[0])
     return bool(np.all(steps > 0) and np.median(np.abs(steps / np.median(steps) - 1)) < 0.5)
 
 

@@ -33,6 +33,9 @@ TILT = 10.0
 #: Activity against that of the quietest quarter of the record, above which a window is not quiet, but
 #: for less than this share of what motion shows.
 LOUD, LEAST = 6.0, 0.2
+#: Relative scatter of an activity found from k changes is this over √k: the median of k normal magnitudes has a standard
+#: error of 0.787/√k of their deviation, and lies at 0.6745 of it.
+SCATTER = 1.17
 #: Share of the windows in motion above which the record is said to move.
 SHARE = 0.2
 
@@ -48,8 +51,8 @@ class Rest:
     share : float
         Share of the windows that move more than any noise.
     activity, limit : float
-        Usual change between averages of the column that moves most, and that of the worst sensor at
-        rest, in `unit`.
+        Usual change between averages of the column that moves most, where it moves, and that of the worst
+        sensor at rest, in `unit`.
     column, unit : str
         That column.
     tilt : float
@@ -89,19 +92,24 @@ def rest_of(recording: Recording) -> Rest | None:
         if kind not in LIMITS:
             continue
         x = _column(recording, at)
-        excess = np.zeros(0)
+        excess = sure = np.zeros(1)
         for average, limits in ((AVERAGE, LIMITS), (1.0, SLOW)):
             level, si = limits[kind]
-            found = _activity(x, max(1, round(average * recording.rate)), length)
-            found = found * conversion(recording.units[at], si)
-            excess = found / level if excess.size == 0 else np.maximum(excess, found / level)
-            if float(np.median(found)) / level >= worst[0]:
-                worst = (float(np.median(found)) / level, float(np.median(found)), level)
+            m = max(1, round(average * recording.rate))
+            found = _activity(x, m, length) * conversion(recording.units[at], si)
+            # Few changes make a noisy window: noise below the limit must not pass it by chance.
+            least = level * (1.0 + 2.0 * SCATTER / math.sqrt(_changes(m, length)))
+            excess = np.maximum(excess, found / level)
+            sure = np.maximum(sure, found / least)
+            over = found[found > least]
+            usual = float(np.median(over if over.size else found))
+            if usual / level >= worst[0]:
+                worst = (usual / level, usual, level)
                 name, unit = recording.columns[at], si
         quieter = float(np.quantile(excess, 0.25))
-        over = (excess > 1.0) | (excess > max(LOUD * quieter, LEAST))
-        loud = over if loud is None else loud | over
-        moving = excess > 1.0 if moving is None else moving | (excess > 1.0)
+        noisy = (sure > 1.0) | (excess > max(LOUD * quieter, LEAST))
+        loud = noisy if loud is None else loud | noisy
+        moving = sure > 1.0 if moving is None else moving | (sure > 1.0)
     assert loud is not None
     assert moving is not None
     tilt = _tilt(recording, kinds)
@@ -117,6 +125,11 @@ def _length(recording: Recording) -> int:
     return max(min(length, recording.n // 10), 4 * max(1, round(recording.rate)), 16)
 
 
+def _changes(m: int, length: int) -> int:
+    """Changes between averages of m samples in a window."""
+    return max(length // m, 3)
+
+
 def _column(recording: Recording, at: int) -> NDArray[Any]:
     x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, at]
     x = x.astype(np.float64, copy=False)
@@ -129,7 +142,7 @@ def _activity(x: NDArray[np.float64], m: int, length: int) -> NDArray[np.float64
     # A few outliers in a group must not move it: the middle of three thirds where there are so many.
     mean = groups.mean(axis=1) if m < 9 else np.median(_thirds(groups), axis=1)
     moves = np.abs(np.diff(mean))
-    per = max(length // m, 3)
+    per = _changes(m, length)
     count = max(moves.size // per, 1)
     moves = moves[: count * per].reshape(count, -1)
     with np.errstate(invalid="ignore"):

@@ -243,7 +243,10 @@ class Steps:
         steps = self.clean
         for _ in range(3):
             ratio = steps / self.usual
-            usual = float(np.mean(steps[(ratio > 0.5) & (ratio < 1.5)]))
+            near = steps[(ratio > 0.5) & (ratio < 1.5)]
+            if near.size == 0:  # repaired until nothing has the interval that was usual before
+                break
+            usual = float(np.mean(near))
             if abs(usual / self.usual - 1) < 1e-9:
                 break
             self.usual = usual

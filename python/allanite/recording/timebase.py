@@ -247,4 +247,5 @@ def fill_gaps(array: NDArray[np.generic], stamps: Stamps) -> NDArray[np.generic]
     if not gaps:
         return array
     rows = np.repeat([after + 1 - first for after, _ in gaps], [count for _, count in gaps])
-    return np.insert(array.astype(np.float64), rows, np.nan, axis=0)
+    with np.errstate(invalid="ignore"):  # a NaN that signals is one like others
+        return np.insert(array.astype(np.float64), rows, np.nan, axis=0)

@@ -77,7 +77,8 @@ def run(target, seconds, seed, calls=10**9, keep=None):
         ]  # fmt: skip
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode == 0:
-            return int(done.stdout), ""
+            # Foreign libraries print what they find; the count is the last word.
+            return int(done.stdout.split()[-1]), ""
         keep = Path(keep or ".") / f"fuzz-{target.replace(' ', '-').replace(',', '')}-{seed}.bin"
         keep.write_bytes((Path(folder) / "input").read_bytes())
     return (

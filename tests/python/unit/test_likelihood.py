@@ -10,27 +10,43 @@ from scipy.special import gammaln
 from allanite.errors import InputError
 from allanite.fit import discrepancy, whittle
 from allanite.fit.discrepancy import EVIDENCE, SCALES
+from allanite.spectrum.spectrum import cells_of
 
 EDGES = np.exp(np.linspace(-2.0, 11.5, 15))
 NODES = np.sqrt(EDGES[1:] * EDGES[:-1])
 WEIGHTS = np.diff([0.0, *np.exp(-1.0 / EDGES[1:-1]), 1.0])
 
 
+def cells(count):
+    """First bin of each cell, its number of bins, and its degrees of freedom."""
+    first = np.array(cells_of(count.size))
+    return first, np.diff([*first, count.size]), np.add.reduceat(count, first)
+
+
+def means(count, values):
+    """Means over each cell, one vote for each degree of freedom."""
+    first, _, total = cells(count)
+    return (np.add.reduceat((count * values.T).T, first).T / total).T
+
+
 def judge(power, count, spectrum, scale):
-    """Marginal logL and weight by the sum over all nodes."""
-    x = np.log(power / spectrum)
-    y = x - np.exp(x)
-    plain = 0.5 * float(count @ np.log(power))
+    """Marginal logL and weight by the sum over all nodes: one discrepancy for the bins of a cell."""
+    _, sizes, total = cells(count)
+    mean = means(count, power / spectrum)
+    y = np.log(mean) - mean
+    # What no discrepancy changes: the bins' spectrum, and the norm of the mean of their cell.
+    plain = -0.5 * float(total @ np.log(mean) + count @ np.log(spectrum))
     if scale is None:
-        return 0.5 * float(count @ y) - plain, count
-    half = count[:, None] / 2.0
+        return 0.5 * float(total @ y) + plain, count
+    half = total[:, None] / 2.0
     k = half / (1.0 + half * SCALES[scale] ** 2 * NODES)
     norm = np.log(WEIGHTS) + k * np.log(k) - gammaln(k) - (half * np.log(half) - gammaln(half))
     log = k * y[:, None] + norm
     top = log.max(axis=1)
     share = np.exp(log - top[:, None])
-    total = share.sum(axis=1)
-    return float(np.sum(top + np.log(total))) - plain, 2.0 * (share * k).sum(axis=1) / total
+    sums = share.sum(axis=1)
+    left = 2.0 * (share * k).sum(axis=1) / sums
+    return float(np.sum(top + np.log(sums))) + plain, count * np.repeat(left / total, sizes)
 
 
 def better_scale(power, count, spectrum, scale, best):
@@ -44,16 +60,29 @@ def better_scale(power, count, spectrum, scale, best):
 
 
 def climb(power, count, columns, theta, scale, offset, rounds):
-    """θ, marginal logL and scale, as `whittle.climb` did it before the core."""
+    """θ, marginal logL and scale by SciPy's non-negative least squares."""
     base = np.zeros_like(power) if offset is None else offset
     floor = 1e-24 * float(np.max(power)) + 1e-300
     units = 1.0 / np.max(columns / power[:, None], axis=0)
     unit, theta = columns * units, theta / units
     spectrum = np.maximum(unit @ theta + base, floor)
     best = judge(power, count, spectrum, scale)
+    first, sizes, total = cells(count)
     for _ in range(rounds):
-        weight = np.sqrt(best[1]) / spectrum
-        goal, _ = nnls(unit * weight[:, None], weight * (power - base), maxiter=1000)
+        # Newton's least squares in ln S: bins against their cell, then cells with what the discrepancy leaves them.
+        share = np.add.reduceat(best[1], first) / total
+        ratio, slopes, held = power / spectrum, unit / spectrum[:, None], base / spectrum
+        mean, middle, middle_held = (means(count, v) for v in (ratio, slopes, held))
+        apart = (1.0 + share * (mean - 1.0)).repeat(sizes) * (ratio / mean.repeat(sizes) - 1.0)
+        # Towards S itself: slopes · goal = slopes · θ + residual, and slopes · θ is 1 less the share of what is held.
+        inside = apart - (held - middle_held.repeat(sizes))
+        root, left = np.sqrt(count), np.sqrt(share * total)
+        rows = [(slopes - middle.repeat(sizes, axis=0)) * root[:, None], middle * left[:, None]]
+        goal, _ = nnls(
+            np.vstack(rows),
+            np.concatenate([inside * root, (mean - middle_held) * left]),
+            maxiter=1000,
+        )
         before = best[0]
         for step in (1.0, 0.5, 0.25, 0.1, 0.03, 0.01):
             tried = theta + step * (goal - theta)
@@ -112,7 +141,8 @@ def test_judges_as_the_full_sum(case, scale):
     twin = better_scale(power, count, spectrum, chosen, judge(power, count, spectrum, chosen))
     assert near[1].log_likelihood == pytest.approx(twin[1][0], abs=size)
     level = discrepancy.levels(power, count, spectrum, scale)
-    np.testing.assert_allclose(level, (power / spectrum) ** (1.0 - weight / count), rtol=1e-6)
+    mean = means(count, power / spectrum).repeat(cells(count)[1])
+    np.testing.assert_allclose(level, mean ** (1.0 - weight / count), rtol=1e-6)
 
 
 def test_profile_and_best_scale_are_those_of_single_judgements():

@@ -61,7 +61,10 @@ def test_a_few_bins_are_judged_as_all_are(scale):
     count = np.array([1.0, 2.0, 7.0, 40.0, 1e5])
     power, spectrum = rng.gamma(2.0, size=(2, 5))
     whole = judge(power, count, spectrum, scale).log_likelihood
-    parts = (_judged(power[p], count[p], spectrum[p], scale) for p in (slice(2), slice(2, 5)))
+    cell = np.arange(5)
+    parts = (
+        _judged(power[p], count[p], spectrum[p], scale, cell[p]) for p in (slice(2), slice(2, 5))
+    )
     assert sum(parts) == pytest.approx(whole, rel=1e-12)
 
 

@@ -84,7 +84,7 @@ def test_several_columns_are_one_document(run, tmp_path):
     path = tmp_path / "log.npz"
     np.savez(
         path,
-        data=RNG.standard_normal((500, 2)),
+        data=RNG.standard_normal((500, 2)) * [1.0, 1e-3],  # 1 g of noise is motion, and said
         rate_hz=10.0,
         channels=["gyro", "acc"],
         unit=["deg/s", "g"],

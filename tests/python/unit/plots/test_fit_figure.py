@@ -8,6 +8,7 @@ from allanite.plots import plot_fit
 from allanite.plots.spec import Band, Line, Points, Rule, label_of
 from allanite.plots.themes import COMPONENTS
 from allanite.plots.words import values_text
+from allanite.spectrum.spectrum import cells_of
 
 
 def marks(panel, kind, color=None):
@@ -59,6 +60,17 @@ def test_spectrum_is_two_sided_in_units_per_hertz(fits):
     assert np.mean(points.y[points.x > 10.0]) == pytest.approx(2e-4, rel=0.05)
     assert "(rad/s)²/Hz" in spectrum.y.label
     assert points.x[-1] == pytest.approx(fits[0].recording.rate / 2, rel=0.1)
+
+
+def test_a_spectrum_has_a_point_a_cell_not_a_bin(fits):
+    fit = fits[2]
+    (measured,) = marks(plot_fit(fit).panels[2], Points, "measured")
+    bins = fit.data.bins
+    assert measured.x.size < len(cells_of(bins.count.size)) < bins.count.size
+    # 24 a decade, and a last cell that the record cuts short.
+    above = measured.x[measured.x > 0.1 * measured.x[-1]]
+    assert 20 <= above.size <= 26
+    assert np.all(np.diff(measured.x) > 0.0)
 
 
 def test_spectrum_components_add_up_to_the_model(fits):

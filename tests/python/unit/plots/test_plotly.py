@@ -1,5 +1,6 @@
 """Figures as documents for plotly: plain, complete, axes linked."""
 
+import html
 import json
 import math
 
@@ -16,7 +17,10 @@ def test_plotly_document_is_plain_and_complete(figures, name, theme):
     assert json.loads(json.dumps(document, allow_nan=False)) == document
     axes = [key for key in document["layout"] if key.startswith("xaxis")]
     assert len(axes) == len(figure.panels)
-    shown = [t["name"] for t in document["data"] if t.get("showlegend")]
+    # plotly reads names as HTML ("B < 0.015 rad/s").
+    names = [t["name"] for t in document["data"] if t.get("showlegend")]
+    shown = [html.unescape(name) for name in names]
+    assert names == [html.escape(name, quote=False) for name in shown]
     assert sorted(shown) == sorted(label_of(m) for m in figure.legend())
     for key in axes:
         low, high = document["layout"][key]["domain"]
