@@ -91,10 +91,7 @@ def pruned(fit: Fit, before: Fit, asked: int, gone: set[str]) -> tuple[Fit, list
     """
     removed: list[str] = []
     # The interval of a function of time counts on the slow noise that the start asked for.
-    if isinstance(fit.model.effects[-1], Deterministic):
-        asked, first = 0, asked
-    else:
-        first = 0
+    first = asked if isinstance(fit.model.effects[-1], Deterministic) else 0
     place = len(fit.model.effects) - 2
     while place >= first:
         effect = fit.model.effects[place]
