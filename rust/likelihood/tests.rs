@@ -96,7 +96,7 @@ fn climbs_to_an_exact_mixture_alone_and_among_many() {
 fn what_does_not_fit_together_is_refused_and_what_is_no_number_ends() {
     let (count, power) = bins();
     let law = Likelihood::new(count.clone(), scales(), (0..count.len()).collect()).unwrap();
-    assert!(Likelihood::new(vec![0.0], scales()).is_err());
+    assert!(Likelihood::new(vec![0.0], scales(), vec![0]).is_err());
     assert!(law.judge(&power, &power[1..], None).is_err());
     assert!(law.judge(&power, &power, Some(57)).is_err());
     let columns = power.clone();
