@@ -37,6 +37,8 @@ SEGMENTS = 32
 FEWEST = 4
 #: Fewest values of a band.
 BAND = 256
+#: Samples at either end of a record of which the time view says nothing, at most; a sixty-fourth of a short one.
+ENDS = 64
 #: Stretches whose scatter is compared with that of χ².
 CELLS = 256
 #: About 0.2 % for the largest of 450 cells.
@@ -66,13 +68,20 @@ class Whitened:
 def whiten(solution: Solution, data: Data) -> Whitened:
     """The whitened residual of a solution, over time and in octaves."""
     white = whitened_ordinates(solution, data, solution.level)
+    # Behind a deep stop band the ends of the transform, not the record, stand out.
+    ends = min(ENDS, data.n // 64)
     bands = []
     high = data.n
     while high - (low := high // 2) >= BAND:
         series = np.concatenate([[0.0], white[low:high]])
-        bands.append((low, high, _kernels.inverse_cosine_transform(series) ** 2))
+        power = _kernels.inverse_cosine_transform(series) ** 2
+        edge = -(-ends * power.size // data.n)
+        power[:edge] = power[power.size - edge :] = power[edge : power.size - edge].mean()
+        bands.append((low, high, power))
         high = low
-    return Whitened(_kernels.inverse_cosine_transform(white), tuple(bands))
+    samples = _kernels.inverse_cosine_transform(white)
+    samples[:ends] = samples[data.n - ends :] = 0.0
+    return Whitened(samples, tuple(bands))
 
 
 def whitened_ordinates(
