@@ -10,10 +10,11 @@ import numpy as np
 from allanite.common.numbers import tidy
 from allanite.common.showing import brief
 from allanite.criticism import over_frequency, over_tau
-from allanite.criticism.over_time import Whitened, time_map
+from allanite.criticism.over_time import time_map
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
+    from allanite.fit.whitened import Whitened
 
 __all__ = ["Where", "criticise"]
 

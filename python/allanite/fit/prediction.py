@@ -22,7 +22,7 @@ from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.fit.discrepancy import SCALES
 from allanite.fit.polish import polish
-from allanite.fit.prediction_in_time import BLOCKS, prices
+from allanite.fit.prediction_in_time import BLOCKS, levels, prices
 from allanite.fit.random_part import RandomPart
 from allanite.fit.shape import free_places
 from allanite.spectrum.spectrum import cells_of
@@ -138,7 +138,7 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
                 power = total[fold][b] / n
                 best = -0.5 * float(n @ (np.log(saturated[fold][b] / n) + 1.0))
                 units[fold, g] = best - _judged(power, n, found.spectrum[b], found.scale, cell[b])
-    blocks = prices(data, solution) + _outliers(data, solution)
+    blocks = prices(data, solution) + levels(data, solution) + _outliers(data, solution)
     losses = np.concatenate([units.ravel(), blocks])
     size = bins.count.size
     return Prediction(losses, float(losses.sum()) / size, _std_error(losses) / size)

@@ -20,13 +20,14 @@ from numpy.typing import NDArray
 from allanite.effects import Periodic
 from allanite.fit.deterministic import window
 from allanite.fit.shape import ZOOM
+from allanite.fit.whitened import expected_level, white_power, whiten
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
 
-__all__ = ["BLOCKS", "prices"]
+__all__ = ["BLOCKS", "levels", "prices"]
 
 Array = NDArray[np.float64]
 #: Blocks of time, each of which is left out once.
@@ -78,6 +79,25 @@ def prices(data: Data, solution: Solution) -> Array:
         j = np.arange(1, min(data.n, LOWEST), dtype=np.int64)
         total += _at_least(unstable(j, own), own.size + sum(shapes for _, shapes in slow))
     return total
+
+
+def levels(data: Data, solution: Solution) -> Array:
+    """What changes of the noise level cost, less what they explain of the power over time, nats, shape (BLOCKS,).
+
+    They happen once, so that no other block tells of them: 1 nat for each fitted number.
+    """
+    total = np.zeros(BLOCKS)
+    changes = [e for e in solution.model.modifiers if e.passing]
+    if not changes:
+        return total
+    power, share, freedom = white_power(solution, data, whiten(solution, data))
+    if power is None:
+        return total
+    edges = np.linspace(data.start, data.start + data.duration, power.size + 1)
+    expected = 1.0 + share * (expected_level(solution, edges) - 1.0)
+    loss = 0.5 * freedom * (power / expected - power + np.log(expected))
+    times = sum(p.role == "time" for e in changes for p in e.parameters)
+    return np.array([float(b.sum()) for b in np.array_split(loss, BLOCKS)]) + times / BLOCKS
 
 
 def _given(effect: Deterministic) -> bool:

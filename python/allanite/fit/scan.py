@@ -19,12 +19,14 @@ if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.random_part import RandomPart
 
-__all__ = ["added", "worth_polishing"]
+__all__ = ["added", "simplest", "worth_polishing"]
 
 #: Points of one design from which shapes are polished.
 POLISHED = 2
 #: Fisher steps of a scan: enough to rank points.
 ROUNDS = 12
+#: Designs of an effect whose logL differ by less say the same.
+ALIKE = 2.0
 
 
 def added(
@@ -92,8 +94,10 @@ def _smooth(excess: NDArray[np.float64], count: NDArray[np.float64]) -> NDArray[
     return np.asarray(total / np.convolve(count, window, mode="same"))
 
 
-def worth_polishing(scanned: list[tuple[Maximum, Model]]) -> list[tuple[Maximum, Model]]:
-    """Of a scan of the last effect, best first: the best point of every design, and `POLISHED` that differ otherwise.
+def worth_polishing(
+    scanned: list[tuple[Maximum, Model]], place: int = -1
+) -> list[tuple[Maximum, Model]]:
+    """Of a scan of one effect, best first: the best point of every design, and `POLISHED` that differ otherwise.
 
     Neighbours on the grid of the first shape end in the same place. But the grid is coarse beside what a long record
     tells: a design whose best cutoff lies between two points would lose to a worse one that has a point at its own.
@@ -102,13 +106,30 @@ def worth_polishing(scanned: list[tuple[Maximum, Model]]) -> list[tuple[Maximum,
     designs: set[tuple[object, ...]] = set()
     out = []
     for found, model in scanned:
-        effect = model.effects[-1]
+        effect = model.effects[place]
         first = next((p.name for p in effect.parameters if p.role == "shape"), None)
         apart = [p for p in effect.parameters if p.name != first and p.role != "derived"]
         key = tuple(effect.values[p.name] for p in apart)
-        design = tuple(effect.values[p.name] for p in apart if p.role == "choice")
+        design = _design(effect)
         if key not in seen and (design not in designs or len(seen) < POLISHED):
             out.append((found, model))
             seen.add(key)
             designs.add(design)
     return out
+
+
+def simplest(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Model, Maximum]:
+    """Of models that differ in the effect at `place`: the best, or a simpler design of it that says the same."""
+    top = max(found.log_likelihood for _, found in ends)
+    alike = [end for end in ends if end[1].log_likelihood >= top - ALIKE]
+    first = type(alike[0][0].effects[place])()
+    ranks = {_design(variant): i for i, variant in reversed([*enumerate(first.variants())])}
+
+    def order(end: tuple[Model, Maximum]) -> tuple[int, float]:
+        return ranks.get(_design(end[0].effects[place]), len(ranks)), -end[1].log_likelihood
+
+    return min(alike, key=order)
+
+
+def _design(effect: Effect) -> tuple[object, ...]:
+    return tuple(effect.values[p.name] for p in effect.parameters if p.role == "choice")

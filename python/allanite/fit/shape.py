@@ -13,6 +13,7 @@ from allanite.effects import Deterministic, Effect, Model, Periodic
 from allanite.fit.deterministic import comb_ordinates, comb_window, design_of, regress
 from allanite.fit.matched import grid_points, matched_gains
 from allanite.fit.polish import polish
+from allanite.fit.scan import simplest, worth_polishing
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data, Noise
@@ -23,8 +24,6 @@ __all__ = ["fit_deterministic_shapes", "fit_shapes", "free_places", "grid_models
 
 #: Ordinates about a line within which its frequency is polished.
 ZOOM = 48
-#: Points of a scan that are polished.
-POLISHED = 2
 
 
 def free_places(model: Model) -> list[tuple[int, str]]:
@@ -63,24 +62,31 @@ def fit_shapes(
 
     `start` is where to look first, a maximum of this model's coefficients.
     """
-    for place, effect in enumerate(model.effects):
-        if isinstance(effect, Deterministic) or not _open(effect):
-            continue
-        # Shapes of later effects that are open as well start from the middle of their grids.
+    blank = model.effects
+    opened = [i for i, e in enumerate(blank) if not isinstance(e, Deterministic) and _open(e)]
+    # Shapes of later effects that are open as well start from the middle of their grids: once more when all are known.
+    for place in opened * (2 if len(opened) > 1 else 1):
         tried = [
             (part.maximise(m), m)
-            for m in map(_filled(part.data), grid_models(model, place, part.data))
+            for m in map(
+                _filled(part.data), grid_models(_with(model, place, blank[place]), place, part.data)
+            )
         ]
         tried.sort(key=lambda pair: -pair[0].log_likelihood)
-        best = [
-            polish(m, free_places(m), found, part)
-            for found, m in tried[: POLISHED if polished else 0]
-        ]
-        best += [(m, found) for found, m in tried[:1]]
-        chosen, start = max(best, key=lambda pair: pair[1].log_likelihood)
-        model = Model((*model.effects[:place], chosen.effects[place], *model.effects[place + 1 :]))
+        ends = [(m, found) for found, m in tried[:1]]
+        if polished:
+            ends += [
+                polish(m, [p for p in free_places(m) if p[0] == place], found, part, roughly=True)
+                for found, m in worth_polishing(tried, place)
+            ]
+        chosen, start = simplest(ends, place)
+        model = _with(model, place, chosen.effects[place])
     found = part.maximise(model, start)
     return polish(model, free_places(model), found, part) if polished else (model, found)
+
+
+def _with(model: Model, place: int, effect: Effect) -> Model:
+    return Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
 
 
 def _open(effect: Effect) -> bool:
@@ -103,7 +109,7 @@ class _filled:  # noqa: N801
                 continue
             points = grid_models(Model((effect,)), 0, self.data)
             middle = points[len(points) // 2].effects[0]
-            model = Model((*model.effects[:place], middle, *model.effects[place + 1 :]))
+            model = _with(model, place, middle)
         return model
 
 
@@ -130,7 +136,7 @@ def fit_deterministic_shapes(model: Model, noise: Noise, data: Data, *, slow: bo
                 line = comb_ordinates(found, multiples, j, data)
                 size = regress(line, ordinates[j], noise.variance(j)).amplitudes
                 placed = effect.with_values(frequency=found).with_amplitudes(size)
-                model = Model((*model.effects[:place], placed, *model.effects[place + 1 :]))
+                model = _with(model, place, placed)
         elif slow or any(effect.values[n] is None for n in effect.free_shapes):
             model = _polish_slow(model, place, others, noise, data)
     return model

@@ -14,7 +14,7 @@ from allanite.fit.matched import grid_points, matched_gains
 from allanite.fit.polish import polish
 from allanite.fit.random_part import RandomPart
 from allanite.fit.result import Fit
-from allanite.fit.scan import added, worth_polishing
+from allanite.fit.scan import added, simplest, worth_polishing
 from allanite.fit.shape import free_places, grid_models
 
 if TYPE_CHECKING:
@@ -180,7 +180,7 @@ def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | 
             )
             for found, model in worth_polishing(added(base.model, points, base.best, part))
         ]
-        model, found = max(ends, key=lambda end: end[1].log_likelihood)
+        model, found = simplest(ends, place)
         model = with_coefficients(model, found.theta)
         return solve(data, model, start=found, rounds=3, polish=False)
     if cls.screened == "slow":

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common import verbs
 from allanite.common.numbers import tidy
 from allanite.criticism import Where, criticise
-from allanite.criticism.over_time import whiten
+from allanite.fit.whitened import whiten
 from allanite.suggestion.suggest import Suggestion, suggest
 
 if TYPE_CHECKING:

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.criticism.over_time import whitened_ordinates
 from allanite.effects import CATALOGUE, Periodic
 from allanite.fit.deterministic import line_ordinates, regress, window
 from allanite.fit.engine import Solution, solve
 from allanite.fit.shape import ZOOM, polish_line
+from allanite.fit.whitened import whitened_ordinates
 from allanite.suggestion.evidence import Family, log_chance, octave_trials
 from allanite.suggestion.spectral import Candidate
 

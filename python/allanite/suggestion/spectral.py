@@ -20,7 +20,7 @@ from allanite.fit.data import column
 from allanite.fit.engine import Solution, solve, with_coefficients
 from allanite.fit.polish import polish
 from allanite.fit.random_part import RandomPart
-from allanite.fit.scan import added, worth_polishing
+from allanite.fit.scan import added, simplest, worth_polishing
 from allanite.fit.shape import free_places
 from allanite.suggestion.evidence import arc_length
 
@@ -144,7 +144,7 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
         polish(model, [p for p in free_places(model) if p[0] == last], found, part, roughly=True)
         for found, model in worth_polishing(scanned)
     ]
-    model, best = max(ends, key=lambda end: end[1].log_likelihood)
+    model, best = simplest(ends, last)
     # Steps and lines are found again beside the best; other shapes follow when it is added.
     model = with_coefficients(model, best.theta)
     solution = solve(part.data, model, start=best, rounds=3, polish=False)

@@ -31,10 +31,10 @@ WORKERS = 2
 RIVAL = 6.0
 
 if TYPE_CHECKING:
-    from allanite.criticism.over_time import Whitened
     from allanite.effects import Effect
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
+    from allanite.fit.whitened import Whitened
 
     Progress = Callable[[int, int], None]
 

@@ -8,18 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.criticism.over_time import expected_level, overdispersion, whiten
+from allanite.criticism.over_time import overdispersion
 from allanite.effects import Model
 from allanite.effects.noise_level_change import NoiseLevelChange
 from allanite.effects.outliers import Outliers
-from allanite.fit.data import density, without_samples
+from allanite.fit.data import without_samples
 from allanite.fit.engine import Solution, solve
+from allanite.fit.whitened import expected_level, white_power, whiten
 from allanite.suggestion.evidence import interval_trials
 from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
-    from allanite.criticism.over_time import Whitened
     from allanite.fit.data import Data
+    from allanite.fit.whitened import Whitened
 
 __all__ = ["screen_levels", "screen_moments", "screen_outliers"]
 
@@ -47,7 +48,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> Candida
 
     logL of two levels against one rises by −½(d_in ln ρ_in + d_out ln ρ_out), ρ the mean powers inside and outside.
     """
-    power, share, freedom = _white_power(solution, data, whitened)
+    power, share, freedom = white_power(solution, data, whitened)
     if power is None:
         return None
     edges = np.linspace(data.start, data.start + data.duration, power.size + 1)
@@ -80,38 +81,6 @@ def _log_tail(gain: float) -> float:
     from scipy.special import log_ndtr
 
     return float(log_ndtr(-np.sqrt(2.0 * gain)) + np.log(2.0))
-
-
-def _white_power(
-    solution: Solution, data: Data, whitened: Whitened
-) -> tuple[NDArray[np.float64] | None, float, float]:
-    """Power over time of the octaves that the white effect dominates, its share in them, and values of all for each."""
-    effects = solution.model.stochastic
-    place = next((i for i, e in enumerate(effects) if e.white), None)
-    if place is None:
-        return None, 0.0, 0.0
-    bands = whitened.bands
-    if not bands:
-        return None, 0.0, 0.0
-    length = bands[0][2].size
-    total, weight, shares = np.zeros(length), 0.0, 0.0
-    for low, high, power in bands:
-        j = np.array([(low + high) // 2])
-        white = (
-            solution.theta[place]
-            * density(data.unit_terms(solution.model, effects[place]), j, data.n)[0]
-        )
-        share = float(white / density(data.terms(solution.model), j, data.n)[0])
-        if share < 0.5:
-            continue
-        # Spread the coarser bands over the finest time axis with their own number of values.
-        index = (np.arange(length) * power.size // length).astype(np.int64)
-        total += power[index] * (power.size / length)
-        weight += power.size / length
-        shares += share * power.size / length
-    if weight == 0.0:
-        return None, 0.0, 0.0
-    return total / weight, shares / weight, weight
 
 
 def _best_interval(

@@ -1,0 +1,142 @@
+"""The residual whitened by the model, over time: in samples, and the power of octave bands.
+
+The residual ordinates, whitened by the model, are cut into octave bands; the inverse cosine transform of a band's ordinates
+alone is a series of as many values as the band has ordinates, each local in time (a Wilson basis): their squares are the
+band's power over time, χ²₁ each where the model holds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.common.showing import brief
+from allanite.fit.data import density
+
+if TYPE_CHECKING:
+    from allanite.fit.data import Data
+    from allanite.fit.engine import Solution
+
+__all__ = [
+    "Whitened",
+    "expected_level",
+    "white_power",
+    "white_share",
+    "whiten",
+    "whitened_ordinates",
+]
+
+#: Fewest values of a band.
+BAND = 256
+#: Samples at either end of a record of which the time view says nothing, at most; a sixty-fourth of a short one.
+ENDS = 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Whitened:
+    """The residual over the root of the density that is probably there: the model's, corrected where it is wrong.
+
+    White of variance 1 at all frequencies, so that what differs between times is a matter of time.
+
+    Attributes
+    ----------
+    samples : ndarray, shape (n,)
+        Over time.
+    bands : tuple
+        (first ordinate, end, power over time) of each octave from the top, while it has `BAND` values.
+    """
+
+    samples: NDArray[np.float64]
+    bands: tuple[tuple[int, int, NDArray[np.float64]], ...]
+
+    __repr__ = brief
+
+
+def whiten(solution: Solution, data: Data) -> Whitened:
+    """The whitened residual of a solution, over time and in octaves."""
+    white = whitened_ordinates(solution, data, solution.level)
+    # Behind a deep stop band the ends of the transform, not the record, stand out.
+    ends = min(ENDS, data.n // 64)
+    bands = []
+    high = data.n
+    while high - (low := high // 2) >= BAND:
+        series = np.concatenate([[0.0], white[low:high]])
+        power = _kernels.inverse_cosine_transform(series) ** 2
+        edge = -(-ends * power.size // data.n)
+        power[:edge] = power[power.size - edge :] = power[edge : power.size - edge].mean()
+        bands.append((low, high, power))
+        high = low
+    samples = _kernels.inverse_cosine_transform(white)
+    samples[:ends] = samples[data.n - ends :] = 0.0
+    return Whitened(samples, tuple(bands))
+
+
+def whitened_ordinates(
+    solution: Solution, data: Data, level: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Residual ordinates over the root of the model's density times the level of each bin, shape (n,)."""
+    bins = data.bins
+    known = np.log(density(data.terms(solution.model), bins.nodes, data.n) * level[bins.owner])
+    j = np.maximum(np.arange(data.n, dtype=np.float64), 1.0)
+    white = np.interp(np.log(j, out=j), np.log(bins.nodes), known)
+    white *= -0.5
+    np.exp(white, out=white)
+    white *= solution.ordinates
+    return white
+
+
+def expected_level(solution: Solution, edges: NDArray[np.float64]) -> NDArray[np.float64]:
+    """White power of each segment over the record's mean, from the level changes of the model."""
+    power = np.ones(edges.size - 1)
+    for effect in solution.model.modifiers:
+        if effect.passing:
+            power *= effect.mean_power(edges[:-1], edges[1:])
+    return np.asarray(power / power.mean())
+
+
+def white_share(solution: Solution, data: Data, ordinate: int) -> float:
+    """Part of the model's density at an ordinate that its white effect makes."""
+    j = np.array([ordinate])
+    total = density(data.terms(solution.model), j, data.n)[0]
+    for effect, theta in zip(solution.model.stochastic, solution.theta, strict=True):
+        if effect.white:
+            return float(
+                theta * density(data.unit_terms(solution.model, effect), j, data.n)[0] / total
+            )
+    return 0.0
+
+
+def white_power(
+    solution: Solution, data: Data, whitened: Whitened
+) -> tuple[NDArray[np.float64] | None, float, float]:
+    """Power over time of the octaves that the white effect dominates, its share in them, and values of all for each."""
+    effects = solution.model.stochastic
+    place = next((i for i, e in enumerate(effects) if e.white), None)
+    if place is None:
+        return None, 0.0, 0.0
+    bands = whitened.bands
+    if not bands:
+        return None, 0.0, 0.0
+    length = bands[0][2].size
+    total, weight, shares = np.zeros(length), 0.0, 0.0
+    for low, high, power in bands:
+        j = np.array([(low + high) // 2])
+        white = (
+            solution.theta[place]
+            * density(data.unit_terms(solution.model, effects[place]), j, data.n)[0]
+        )
+        share = float(white / density(data.terms(solution.model), j, data.n)[0])
+        if share < 0.5:
+            continue
+        # Spread the coarser bands over the finest time axis with their own number of values.
+        index = (np.arange(length) * power.size // length).astype(np.int64)
+        total += power[index] * (power.size / length)
+        weight += power.size / length
+        shares += share * power.size / length
+    if weight == 0.0:
+        return None, 0.0, 0.0
+    return total / weight, shares / weight, weight
