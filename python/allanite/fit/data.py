@@ -47,6 +47,8 @@ class Data:
     bins: Bins
     covariates: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     start: float = 0.0
+    #: Lowest ordinates of functions of time that were looked at, by effect and shapes.
+    functions: dict[Any, NDArray[np.float64]] = field(default_factory=dict, repr=False)
 
     __repr__ = brief
 
@@ -171,7 +173,8 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
     """The same record with more samples missing."""
     filled = bridge_gaps(data.samples, missing)
-    return replace(data, samples=filled, ordinates=_kernels.cosine_transform(filled))
+    ordinates = _kernels.cosine_transform(filled)
+    return replace(data, samples=filled, ordinates=ordinates, functions={})
 
 
 def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArray[np.float64]:

@@ -19,6 +19,8 @@ __all__ = ["grid_points", "matched_gains", "regressor_ordinates"]
 
 #: Ordinates of the filter; a step has all but 1/4096 of its weight there.
 LOW = 4096
+#: Ordinates of a function of time that are remembered, and of how many functions.
+KEPT, MOST = 8192, 512
 
 
 def regressor_ordinates(
@@ -28,8 +30,24 @@ def regressor_ordinates(
     closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
     if closed is not None:
         return closed
-    series = (s for p in points for s in p.regressors(data.time, data.covariates).T)
-    return np.array([_kernels.cosine_transform(np.ascontiguousarray(s))[j] for s in series])
+    return np.concatenate([_transformed(p, j, data) for p in points])
+
+
+def _transformed(effect: Deterministic, j: NDArray[np.int64], data: Data) -> NDArray[np.float64]:
+    """The same of one point; a climb comes back to the same shapes."""
+    kept = j.size == 0 or int(j[-1]) < KEPT
+    fitted = {p.name: p.role == "coefficient" for p in effect.parameters}
+    key = (
+        type(effect),
+        *(v is None if fitted[name] else v for name, v in effect.values.items()),
+    )
+    if kept and key in data.functions:
+        return data.functions[key][:, j]
+    series = effect.regressors(data.time, data.covariates).T
+    out = np.array([_kernels.cosine_transform(np.ascontiguousarray(s)) for s in series])
+    if kept and len(data.functions) < MOST:
+        data.functions[key] = out[:, :KEPT].copy()
+    return out[:, j]
 
 
 def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:

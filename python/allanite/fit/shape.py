@@ -24,6 +24,8 @@ __all__ = ["fit_deterministic_shapes", "fit_shapes", "free_places", "grid_models
 
 #: Ordinates about a line within which its frequency is polished.
 ZOOM = 48
+#: A shape of a slow function is found to this part of its step on the grid.
+FINE = 1e-3
 
 
 def free_places(model: Model) -> list[tuple[int, str]]:
@@ -221,7 +223,10 @@ def _polish_slow(
         low, high = float(grid[max(0, at - 1)]), float(grid[min(grid.size - 1, at + 1)])
         if high > low:
             found = minimize_scalar(
-                loss, bounds=(low, high), method="bounded", options={"maxiter": 20}
+                loss,
+                bounds=(low, high),
+                method="bounded",
+                options={"maxiter": 20, "xatol": FINE * (high - low)},
             )
             if found.fun < loss(known):
                 known = float(found.x)

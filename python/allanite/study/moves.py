@@ -29,6 +29,8 @@ __all__ = ["Alternative", "alternatives", "numbers", "pruned", "refitted", "swap
 KEEP, NEEDLESS = 0.5, 0.5
 #: Rise of ln(evidence) for which one effect takes the place of another.
 CLEARLY = 2.0
+#: Of two that explain the record equally well, the one that leaves this much of the Allan error (of its logarithm).
+NEARER = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,10 +199,20 @@ def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | 
     return None
 
 
+def _nearer(new: Fit, old: Fit) -> bool:
+    """Whether the Allan curve is clearly nearer to the measured one."""
+    a, b = new.curve.rms_percent, old.curve.rms_percent
+    return (
+        a is not None and b is not None and bool(np.log1p(a / 100.0) < NEARER * np.log1p(b / 100.0))
+    )
+
+
 def swapped(
     fit: Fit, places: set[int], tried: set[tuple[str, str]]
 ) -> tuple[Fit, str, Effect] | None:
     """The fit in which another kind stands clearly better where an effect stands, the kind that left, and the new effect.
+
+    One that explains the record as well takes the place if its Allan curve is nearer to the measured one.
 
     `places` are looked at; `tried` remembers (kind, kind that took its place): no swap is taken back.
     """
@@ -212,9 +224,11 @@ def swapped(
             continue
         for found in alternatives(fit, place):
             pair = (effect.kind, found.effect.kind)
-            if pair[::-1] in tried or found.evidence < CLEARLY or not _may_come(found.effect):
+            if pair[::-1] in tried or found.evidence < 0.0 or not _may_come(found.effect):
                 continue
-            if best is None or found.evidence > best[0]:
+            if best is not None and found.evidence <= best[0]:
+                continue
+            if found.evidence >= CLEARLY or _nearer(_of(fit, found.solution), fit):
                 best = found.evidence, found, effect.kind
     if best is None:
         return None
