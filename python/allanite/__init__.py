@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from allanite.axes import Characterization, characterize
     from allanite.common.errors import AllaniteError, InputError, TooShortError
     from allanite.common.parameters import Estimate
     from allanite.comparison import Curves, compare
@@ -64,6 +65,8 @@ if TYPE_CHECKING:
     from allanite.suggestion import Check, Suggestion
 
 _HOME = {
+    "Characterization": "allanite.axes",
+    "characterize": "allanite.axes",
     "Deviation": "allanite.deviation",
     "adev": "allanite.deviation",
     "oadev": "allanite.deviation",
@@ -150,6 +153,7 @@ __all__ = [
     "BiasInstability",
     "BiasStep",
     "BurstNoise",
+    "Characterization",
     "Check",
     "Covariate",
     "Curves",
@@ -185,6 +189,7 @@ __all__ = [
     "WarmUp",
     "__version__",
     "adev",
+    "characterize",
     "compare",
     "compare_datasheet",
     "dynamic_oadev",

@@ -31,6 +31,7 @@ COMMANDS = {
     "fit": "Coefficients of a noise model, with intervals.",
     "check": "Where a model fails to describe a log, and which effects are missing.",
     "improve": "Add the missing effects one by one until nothing helps; prints the ladder.",
+    "characterize": "Every axis at once: one table, what the axes share, figure, report, exports.",
     "report": "One file to hand on: record, model, where it fails, the ladder, what is left.",
     "compare": "Logs, models and data sheets in one table and one figure.",
     "explore": "A local page: see the curves, add what is missing, watch the error fall.",
@@ -67,6 +68,8 @@ def _command(name: str) -> click.Command | None:
             from allanite.cli.commands.check import command
         case "improve":
             from allanite.cli.commands.improve import command
+        case "characterize":
+            from allanite.cli.commands.characterize import command
         case "report":
             from allanite.cli.commands.report import command
         case "compare":

@@ -29,6 +29,7 @@ __all__ = [
     "json_option",
     "log_options",
     "model_option",
+    "recording_of",
 ]
 
 DEFAULT_MODEL = "N+B+K"
@@ -140,6 +141,31 @@ def columns_of(path: str, options: LogOptions) -> list[Recording]:
     TooShortError
         Fewer samples than any command can use.
     """
+    columns = list(recording_of(path, options))
+    for column in columns:
+        if not _varies(column):
+            raise _stuck(path, column)
+    return columns
+
+
+def _stuck(path: str, column: Recording) -> InputError:
+    path = NAME if path == PIPE else path
+    return InputError(
+        f"{path}: column {column.columns[0]} is constant or all NaN: a stuck sensor, or"
+        " the wrong column (--column)"
+    )
+
+
+def recording_of(path: str, options: LogOptions) -> Recording:
+    """Read a log with all columns that the options ask for.
+
+    Raises
+    ------
+    InputError
+        No column in it changes.
+    TooShortError
+        Fewer samples than any command can use.
+    """
     from allanite.readers import read
 
     with log_file(path) as file, named(file, path):
@@ -165,14 +191,9 @@ def columns_of(path: str, options: LogOptions) -> list[Recording]:
             f"{path}: {recording.n} samples are too few: at least {SHORTEST} are needed, and some"
             " thousands for a fit"
         )
-    columns = list(recording)
-    for column in columns:
-        if not _varies(column):
-            raise InputError(
-                f"{path}: column {column.columns[0]} is constant or all NaN: a stuck sensor, or"
-                " the wrong column (--column)"
-            )
-    return columns
+    if not any(_varies(column) for column in recording):
+        raise _stuck(path, recording.column(0))
+    return recording
 
 
 def _say_motion(recording: Recording, options: LogOptions) -> None:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from allanite.cli.options import LogOptions
     from allanite.cli.stream import Stream
     from allanite.recording import Recording
+    from allanite.report import Report
 
 __all__ = [
     "check_target",
@@ -34,6 +35,7 @@ __all__ = [
     "progress",
     "show",
     "whole_file",
+    "write_report",
 ]
 
 
@@ -180,3 +182,17 @@ def progress(label: str, options: LogOptions) -> Iterator[Callable[[int, int], N
             bar.update(done - bar.pos)
 
         yield report
+
+
+def write_report(report: Report, target: Path, interactive: bool = False) -> None:
+    """Write a report whole, as HTML or as Markdown with its figures beside it."""
+    from allanite.report.document import kind_of
+    from allanite.report.markdown import write_figures
+
+    folder = target.with_name(f"{target.stem}_figures")
+    with whole_file(target) as draft:
+        if kind_of(target) == "html":
+            draft.write_text(report.to_html(interactive), encoding="utf-8")
+        else:
+            write_figures(report, folder)
+            draft.write_text(report.to_markdown(folder.name), encoding="utf-8")

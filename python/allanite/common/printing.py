@@ -12,7 +12,9 @@ from allanite.common.units import FREQUENCY, conversion, parse_unit
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["ASKED", "printed", "sample_unit", "table_unit"]
+    from allanite.common.parameters import Estimate
+
+__all__ = ["ASKED", "in_table", "printed", "sample_unit", "table_unit"]
 
 #: Whether the unit of the samples was asked for, and coefficients are printed in its relatives.
 ASKED: ContextVar[bool] = ContextVar("asked", default=False)
@@ -62,6 +64,19 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
         -0.5: f"{name}/sqrt(s)",
         -1.0: f"{name}/s",
     }.get(power, f"({name})*s^{power:g}")
+
+
+def in_table(
+    value: Estimate, power: float | str, sheet: Mapping[str, str], sample: str
+) -> Estimate:
+    """A fitted number in the unit in which tables print it.
+
+    `power` and `sheet` are the parameter's declared ``unit`` and ``sheet``, `sample` is the unit U of the samples; what is
+    no U·s^power stays as it is.
+    """
+    if not isinstance(power, float):
+        return value
+    return value.to(table_unit(sample, power, sheet))
 
 
 def sample_unit(text: str) -> str:

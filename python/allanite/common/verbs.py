@@ -12,11 +12,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from allanite.axes import Characterization
     from allanite.deviation import Deviation, DynamicDeviation
+    from allanite.deviation.columns import Deviations
     from allanite.effects import Model
     from allanite.fit import Fit
     from allanite.plots import Figure
     from allanite.recording import Recording
+    from allanite.report import Report
     from allanite.spectrum import Spectrum
     from allanite.statespace import StateSpace
     from allanite.study import Study
@@ -49,6 +52,16 @@ def deviation_plot(self: Deviation, path: str | Path | None = None, theme: str =
     from allanite.plots import plot_deviation
 
     return plot_deviation(self, path, theme)
+
+
+def deviations_plot(
+    self: Deviations, path: str | Path | None = None, theme: str = "light"
+) -> Figure:
+    """The curves of all columns in one figure, a panel a kind of sensor."""
+    from allanite.comparison.curves import of_deviations
+    from allanite.plots import plot_compare
+
+    return plot_compare(of_deviations(self), path, theme, "Columns")
 
 
 def dynamic_plot(
@@ -114,3 +127,57 @@ def study_plot(self: Study, path: str | Path | None = None) -> Figure:
     from allanite.plots import plot_study
 
     return plot_study(self, path)
+
+
+def characterization_plot(
+    self: Characterization, path: str | Path | None = None, theme: str = "light"
+) -> Figure:
+    """Measured and modelled Allan deviation of every axis in one figure, a panel a kind of sensor."""
+    from allanite.comparison.curves import of_studies
+    from allanite.plots import plot_compare
+
+    return plot_compare(of_studies(self.studies), path, theme, "All axes")
+
+
+def characterization_report(self: Characterization) -> Report:
+    """One report on all axes: the table, what they have in common, then each by itself."""
+    from allanite.report.document import report_of
+
+    return report_of(self)
+
+
+def characterization_export(
+    self: Characterization,
+    target: str,
+    rate: float | None = None,
+    *,
+    overbound: bool = False,
+    until: float | None = None,
+) -> str:
+    """Text of a parameter file for a filter or simulator with every axis in it.
+
+    Parameters
+    ----------
+    target : str
+        ``kalibr``, ``vins``, ``gtsam``, …: a key of `allanite.export.TARGETS`.
+    rate : float, optional
+        Sampling rate in Hz for targets whose numbers are per sample; else the recording's.
+    overbound : bool
+        Whether N and K are the smallest that are above the models' upper limits at every τ of use.
+    until : float, optional
+        Longest τ of use, s; else a tenth of the recording.
+
+    Raises
+    ------
+    InputError
+        Unknown target, or a sensor that the target has no place for.
+    """
+    from allanite.export import export
+    from allanite.export._axis import axes_of
+
+    documents = (
+        {"schema": "allanite/fit/1", "recording": s.recording.describe(), **s.fit.body()}
+        for s in self.studies.values()
+    )
+    axes = axes_of(documents, source="recording")
+    return export(axes, target, rate, overbound=overbound, until=until)

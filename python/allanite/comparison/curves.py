@@ -14,15 +14,17 @@ from allanite.common.units import conversion, parse_unit
 from allanite.common.validation import positive_rate
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
 
+    from allanite.deviation import Deviation
     from allanite.effects import Model
     from allanite.recording import Recording
+    from allanite.study import Study
 
-__all__ = ["Curves", "Drawn", "compare"]
+__all__ = ["Curves", "Drawn", "compare", "of_deviations", "of_studies"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,4 +170,36 @@ def compare(
             variance = item.allan_variance(tau, rate=rate)
             deviation: NDArray[np.float64] = np.sqrt(variance).astype(np.float64)
             curves.append(Drawn(name, "model", parse_unit(own or unit).name, tau, deviation))
+    return Curves(tuple(curves))
+
+
+def of_deviations(found: Mapping[str, Deviation]) -> Curves:
+    """The deviations of some columns, by name; without an interval where none is known."""
+    return Curves(
+        tuple(
+            Drawn(
+                name,
+                "recording",
+                d.unit,
+                d.tau,
+                d.deviation,
+                *((d.low, d.high) if d.has_interval else ()),
+            )
+            for name, d in found.items()
+        )
+    )
+
+
+def of_studies(studies: Mapping[str, Study]) -> Curves:
+    """Measured Allan deviation of some columns, each beside that of its last model."""
+    from allanite.plots.curves import interval
+
+    curves = []
+    for name, study in studies.items():
+        curve, unit = study.fit.curve, study.recording.unit
+        bounds = interval(curve.measured, curve.edf)
+        curves += [
+            Drawn(name, "recording", unit, curve.tau, curve.measured, *bounds),
+            Drawn(name, "model", unit, curve.tau, curve.model),
+        ]
     return Curves(tuple(curves))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.recording import Recording
 
-__all__ = ["ManyFits", "Pooled", "fit_many", "of_fits"]
+__all__ = ["ManyFits", "Pooled", "by_errors", "fit_many", "of_fits"]
 
 #: Below this probability recordings are said to differ, and their mean is one of a population.
 DIFFER = 0.05
@@ -259,7 +259,7 @@ def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
         if place is not None:
             out.append(_common(name, estimates, fits, place))
         elif all(e.std_error is not None for e in estimates):
-            out.append(_by_errors(name, first.unit, estimates))
+            out.append(by_errors(name, first.unit, estimates))
     return tuple(out)
 
 
@@ -370,7 +370,7 @@ def _population(estimates: list[Estimate], spread: float) -> tuple[float, tuple[
     return float(np.exp(mean)), (float(np.exp(mean - half)), float(np.exp(mean + half)))
 
 
-def _by_errors(name: str, unit: str, estimates: list[Estimate]) -> Pooled:
+def by_errors(name: str, unit: str, estimates: list[Estimate]) -> Pooled:
     """Numbers known by their standard errors: in logarithms where all are positive and found."""
     from scipy.special import chdtrc
 

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 __all__ = ["plot_compare"]
 
 
-def plot_compare(curves: Any, path: str | Path | None = None, theme: str = "light") -> Figure:
+def plot_compare(
+    curves: Any, path: str | Path | None = None, theme: str = "light", title: str = "Comparison"
+) -> Figure:
     """Allan curves one upon another: recordings as points with 95 % intervals, models and data sheets as lines.
 
     Parameters
@@ -30,6 +32,7 @@ def plot_compare(curves: Any, path: str | Path | None = None, theme: str = "ligh
     path : str or Path, optional
         SVG, PNG or PDF, written if given.
     theme : {"light", "dark"}
+    title : str
 
     Raises
     ------
@@ -37,17 +40,20 @@ def plot_compare(curves: Any, path: str | Path | None = None, theme: str = "ligh
         Another suffix, a folder that does not exist, matplotlib not installed.
     """
     items = tuple(getattr(curves, "curves", curves))
+    named = list(dict.fromkeys(c.name for c in items))
     kinds = tuple(dict.fromkeys(parse_unit(c.unit).kind for c in items))
     panels = tuple(
         _panel(
-            [(i, c) for i, c in enumerate(items) if parse_unit(c.unit).kind == kind], place, kind
+            [(named.index(c.name), c) for c in items if parse_unit(c.unit).kind == kind],
+            place,
+            kind,
         )
         for place, kind in enumerate(kinds)
     )
     if len(panels) == 1:
         panels = (_plain(panels[0]),)
-    names = " · ".join(c.name for c in items[:3]) + (" · …" if len(items) > 3 else "")
-    figure = Figure("Comparison", names, panels, widths=(1.0,) * len(panels), kind="compare")
+    names = " · ".join(named[:3]) + (" · …" if len(named) > 3 else "")
+    figure = Figure(title, names, panels, widths=(1.0,) * len(panels), kind="compare")
     if path is not None:
         figure.save(path, theme)
     return figure

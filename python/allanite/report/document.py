@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -12,13 +13,14 @@ from allanite import _kernels
 from allanite.common.errors import InputError
 
 if TYPE_CHECKING:
+    from allanite.axes import Characterization
     from allanite.deviation.result import Deviation
     from allanite.effects import Effect, Model
     from allanite.recording import Recording
     from allanite.study import Study
     from allanite.suggestion import Check
 
-__all__ = ["Entry", "Report", "kind_of", "make_report"]
+__all__ = ["Entry", "Report", "kind_of", "make_report", "report_of"]
 
 SUFFIXES = {".html": "html", ".htm": "html", ".md": "markdown", ".markdown": "markdown"}
 
@@ -87,17 +89,21 @@ class Report:
         One a column.
     options : mapping of str to str
         What was asked for, as it is printed under "how it was computed".
+    axes : Characterization, optional
+        All columns at once: told first, if there are several.
     """
 
     entries: tuple[Entry, ...]
     options: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    axes: Characterization | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """``allanite/report/1``, or its columns in a list if there are several."""
         documents = [{**e.to_dict(), "options": dict(self.options)} for e in self.entries]
         if len(documents) == 1:
             return documents[0]
-        return {"schema": "allanite/report/1", "columns": documents}
+        common = {} if self.axes is None else {"common": self.axes.common.to_dict()}
+        return {"schema": "allanite/report/1", "columns": documents, **common}
 
     def to_html(self, interactive: bool = False) -> str:
         """One page with everything inside: figures as SVG, light and dark, nothing fetched.
@@ -188,7 +194,7 @@ def make_report(
     model : Model, Effect or str
         Where the ladder starts.
     on_progress : callable, optional
-        Called with (rungs done, most rungs) of each column.
+        Called with (rungs done, most rungs) of each column, several at a time.
     options : mapping of str to str, optional
         What was asked for, to be printed.
 
@@ -203,15 +209,35 @@ def make_report(
     TooShortError
         Too few of them.
     """
-    from allanite.deviation import oadev
     from allanite.study import improve
 
-    entries = []
-    for column in recording:
-        study = improve(column, model, on_progress=on_progress)
-        # Of a ladder of one rung the last check is the first.
-        alone = len(study.ladder) == 1
-        first = study.check if alone else study.ladder[0].fit.check()
-        entries.append(Entry(study, first, oadev(column)))
     asked = {"model": str(getattr(model, "name", model)), **(options or {})}
-    return Report(tuple(entries), MappingProxyType(asked))
+    if len(recording.columns) > 1:
+        from allanite.axes import characterize
+
+        said = None if on_progress is None else lambda _name, k, n: on_progress(k, n)
+        return report_of(characterize(recording, model, said), asked)
+    study = improve(recording, model, on_progress=on_progress)
+    return Report((_entry(study),), MappingProxyType(asked))
+
+
+def report_of(found: Characterization, options: Mapping[str, str] | None = None) -> Report:
+    """The report on a characterised sensor: all axes at once, then each by itself."""
+    from allanite.axes.threads import side_by_side
+
+    tasks = [partial(_entry, study) for study in found.studies.values()]
+    entries = []
+    for entry in side_by_side(tasks):
+        if not isinstance(entry, Entry):
+            raise entry
+        entries.append(entry)
+    return Report(tuple(entries), MappingProxyType(dict(options or {})), found)
+
+
+def _entry(study: Study) -> Entry:
+    from allanite.deviation import oadev
+
+    # Of a ladder of one rung the last check is the first.
+    alone = len(study.ladder) == 1
+    first = study.check if alone else study.ladder[0].fit.check()
+    return Entry(study, first, oadev(study.recording))

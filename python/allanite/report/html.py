@@ -21,6 +21,7 @@ from allanite.report.blocks import (
 from allanite.report.content import column_title, parts
 from allanite.report.ending import computed, curve_table
 from allanite.report.interactive import PlotlyFigures
+from allanite.report.overview import overview
 from allanite.report.svg import inline
 from allanite.report.words import many
 
@@ -77,6 +78,8 @@ def _content(report: Report, plots: PlotlyFigures | None) -> str:
             for i, e in enumerate(report.entries)
         )
         out.append(f"<nav><ol>{items}</ol></nav>")
+    if several and report.axes is not None:
+        out += [_block(b, f"all-{k}-", plots) for k, b in enumerate(overview(report.axes))]
     for i, (entry, document, place) in enumerate(
         zip(report.entries, documents, places, strict=True)
     ):

@@ -20,6 +20,7 @@ from allanite.report.blocks import (
 )
 from allanite.report.content import column_title, parts
 from allanite.report.ending import computed, curve_table
+from allanite.report.overview import overview
 
 if TYPE_CHECKING:
     from allanite.report.document import Report
@@ -33,7 +34,7 @@ def text(report: Report, figures: str | None = None) -> str:
     out = [f"# {_escape(column_title(report.entries[0]))}" if one else "# Noise report"]
     out.append(f"Noise report · allanite {_kernels.version()}")
     for name, blocks in _columns(report):
-        if not one:
+        if not one and name:
             out.append(f"## {_escape(name)}")
         out += [t for block in blocks if (t := _block(block, name, figures))]
     out += [_block(block, "", figures) for block in computed(report)]
@@ -54,14 +55,17 @@ def write_figures(report: Report, folder: Path) -> None:
 
 def _columns(report: Report) -> list[tuple[str, list[Block]]]:
     documents = report.to_dict().get("columns") or [report.to_dict()]
-    return [
+    # What is said of all axes stands under no column's name.
+    axes = report.axes if len(documents) > 1 else None
+    first: list[tuple[str, list[Block]]] = [] if axes is None else [("", overview(axes))]
+    return first + [
         (entry.recording.columns[0], [*parts(entry, document), *curve_table(document, "")])
         for entry, document in zip(report.entries, documents, strict=True)
     ]
 
 
 def _file(column: str, picture: Picture) -> str:
-    return f"{file_name(column)}-{picture.name}.svg"
+    return f"{file_name(column)}-{picture.name}.svg" if column else f"{picture.name}.svg"
 
 
 def _block(block: Block, column: str, figures: str | None) -> str:

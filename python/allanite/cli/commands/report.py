@@ -35,10 +35,10 @@ def command(
     With --json the same numbers go to standard output, and a file is written only if --output names one.
     """
     from allanite.cli import output as out
-    from allanite.cli.options import columns_of
+    from allanite.cli.options import recording_of
     from allanite.common.errors import InputError
     from allanite.effects.files import parse_model
-    from allanite.report.document import Entry, Report, kind_of, make_report
+    from allanite.report.document import Report, kind_of, make_report
 
     parsed = parse_model(model)
     target = _target(logs[0], output) if output or not options.as_json else None
@@ -47,18 +47,20 @@ def command(
         out.check_target(target)
         if interactive and kind != "html":
             raise InputError(f"{target}: only HTML can be interactive: end the name in .html")
-    columns = [column for log in logs for column in columns_of(log, options)]
-    entries: list[Entry] = []
-    for column in columns:
-        with out.progress(column.columns[0], options) as on_progress:
-            entries += make_report(column, parsed, on_progress).entries
-    report = Report(tuple(entries), _asked(logs, model, options))
+    recordings = [recording_of(log, options) for log in logs]
+    reports = []
+    for recording in recordings:
+        with out.progress(", ".join(recording.columns), options) as on_progress:
+            reports.append(make_report(recording, parsed, on_progress))
+    entries = tuple(entry for one in reports for entry in one.entries)
+    axes = reports[0].axes if len(reports) == 1 else None
+    report = Report(entries, _asked(logs, model, options), axes)
     if target is not None:
-        _write(report, target, interactive)
+        out.write_report(report, target, interactive)
     if options.as_json:
         click.echo(out.dumps(report.to_dict()))
         return
-    out.notes(columns, options)
+    out.notes([entry.recording for entry in report.entries], options)
     for entry in report.entries:
         click.echo(f"{entry.recording.columns[0]}: {entry.study.fit.model.name}")
     click.echo(f"written: {target}")
@@ -68,21 +70,6 @@ def _target(log: str, output: str | None) -> Path:
     if output is not None:
         return Path(output)
     return Path("report.html" if log == PIPE else f"{file_name(Path(log).stem)}-report.html")
-
-
-def _write(report: object, target: Path, interactive: bool) -> None:
-    from allanite.cli.output import whole_file
-    from allanite.report.document import Report, kind_of
-    from allanite.report.markdown import write_figures
-
-    assert isinstance(report, Report)
-    folder = target.with_name(f"{target.stem}_figures")
-    with whole_file(target) as draft:
-        if kind_of(target) == "html":
-            draft.write_text(report.to_html(interactive), encoding="utf-8")
-        else:
-            write_figures(report, folder)
-            draft.write_text(report.to_markdown(folder.name), encoding="utf-8")
 
 
 def _asked(logs: tuple[str, ...], model: str, options: LogOptions) -> dict[str, str]:

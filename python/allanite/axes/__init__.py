@@ -1,0 +1,8 @@
+"""Every axis of a sensor at once: the ladder of each, one table, and what the axes have in common."""
+
+from __future__ import annotations
+
+from allanite.axes.characterization import Characterization, Common, Sensor
+from allanite.axes.run import characterize
+
+__all__ = ["Characterization", "Common", "Sensor", "characterize"]

@@ -1,0 +1,174 @@
+"""Every axis of a sensor, side by side, and what the axes have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from allanite import _kernels
+from allanite.axes.coherence import CrossSpectrum, cross_spectra
+from allanite.axes.forms import Form, common_form
+from allanite.axes.lines import CommonLine, common_lines
+from allanite.axes.threads import side_by_side
+from allanite.axes.triads import NAMES, triads
+from allanite.common import verbs
+from allanite.common.errors import AllaniteError
+from allanite.common.units import parse_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from allanite.recording import Recording
+    from allanite.study import Study
+
+__all__ = ["Characterization", "Common", "Sensor", "common_of"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensor:
+    """The axes of one gyroscope, accelerometer or clock.
+
+    Attributes
+    ----------
+    name : str
+        ``gyroscope``, ``accelerometer`` or ``clock``.
+    columns : tuple of str
+    form : Form or None
+        The one model form that holds for all of them; None where none does, or there is one axis.
+    cross : tuple of CrossSpectrum
+        Of every pair.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    form: Form | None
+    cross: tuple[CrossSpectrum, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {
+            "sensor": self.name,
+            "columns": list(self.columns),
+            "form": None if self.form is None else self.form.to_dict(),
+            "cross_spectra": [c.to_dict() for c in self.cross],
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Common:
+    """What the axes have in common.
+
+    Attributes
+    ----------
+    sensors : tuple of Sensor
+    lines : tuple of CommonLine
+        Lines and resonances that several axes see, of any sensor.
+    """
+
+    sensors: tuple[Sensor, ...]
+    lines: tuple[CommonLine, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """``common`` of the contract."""
+        return {
+            "sensors": [s.to_dict() for s in self.sensors],
+            "lines": [line.to_dict() for line in self.lines],
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Characterization:
+    """Every axis of a recording, characterised.
+
+    Attributes
+    ----------
+    recording : Recording
+        All columns.
+    studies : mapping of str to Study
+        The ladder of each column, by its name.
+    failed : mapping of str to str
+        Why there is none, of columns that are too short or constant.
+    common : Common
+    """
+
+    recording: Recording
+    studies: Mapping[str, Study]
+    failed: Mapping[str, str]
+    common: Common
+
+    def __getitem__(self, column: str) -> Study:
+        return self.studies[column]
+
+    @property
+    def adequate(self) -> bool:
+        """Whether every column was characterised, and no model leaves anything unexplained."""
+        return not self.failed and all(study.adequate for study in self.studies.values())
+
+    def to_dict(self) -> dict[str, Any]:
+        """``allanite/characterize/1`` of the contract; its JSON Schema is in ``allanite/schemas``."""
+        return {
+            "schema": "allanite/characterize/1",
+            "version": _kernels.version(),
+            "columns": [study.to_dict() for study in self.studies.values()],
+            "failed": dict(self.failed),
+            "common": self.common.to_dict(),
+        }
+
+    def save(self, path: str | Path) -> None:
+        """Write `to_dict` as JSON, which `allanite simulate`, `export`, `compare` and `predict` read back."""
+        import json
+        from pathlib import Path
+
+        text = json.dumps(self.to_dict(), indent=1, ensure_ascii=False)
+        Path(path).write_text(text + "\n", encoding="utf-8")
+
+    plot = verbs.characterization_plot
+
+    report = verbs.characterization_report
+
+    export = verbs.characterization_export
+
+    def table(self, width: int = 100) -> str:
+        """One table of all axes, no line longer than `width`: what ``print`` shows."""
+        from allanite.axes.table import table
+
+        return table(self, width)
+
+    def __str__(self) -> str:
+        return self.table()
+
+    def __repr__(self) -> str:
+        models = [f"{name}: {s.fit.model.name}" for name, s in self.studies.items()]
+        return f"Characterization({', '.join([*models, *(f'{n}: failed' for n in self.failed)])})"
+
+    def _repr_html_(self) -> str:
+        from allanite.axes.html import html
+
+        return html(self)
+
+
+def common_of(studies: Mapping[str, Study]) -> Common:
+    """What several characterised columns have in common.
+
+    Parameters
+    ----------
+    studies : mapping of str to Study
+        By the name of the column; all of one recording.
+    """
+    fits = {name: study.fit for name, study in studies.items()}
+    groups = triads(fit.recording for fit in fits.values())
+
+    def sensor(names: tuple[str, ...]) -> Callable[[], Sensor]:
+        own = {name: fits[name] for name in names}
+        kind = parse_unit(own[names[0]].recording.unit).kind
+        return lambda: Sensor(NAMES[kind], names, common_form(own), cross_spectra(own))
+
+    found = side_by_side([sensor(names) for names in groups])
+    sensors: list[Sensor] = []
+    for one in found:
+        if isinstance(one, AllaniteError):
+            raise one
+        sensors.append(one)
+    return Common(tuple(sensors), common_lines(fits))

@@ -1,0 +1,172 @@
+"""Cross-spectra of what the models leave: do the axes of a sensor share noise?
+
+Residuals are whitened by their own models, so that the ordinates of a band are alike and nothing leaks. If two axes are
+independent, the squared coherence of K ordinates has P(> c) = (1 − c)^(K − 1) exactly, whatever one of the two is (Bendat &
+Piersol, Random Data, 4th ed., 9.2.3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite import _kernels
+from allanite.fit.whitened import ENDS, whitened_ordinates
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from allanite.fit.result import Fit
+
+__all__ = ["CrossBand", "CrossSpectrum", "cross_spectra"]
+
+#: Fewest ordinates of a band; octaves from half of the rate down.
+FEWEST = 16
+#: False alarms of all bands of all pairs together.
+LEVEL = 0.01
+NORMAL = 1.959964
+
+
+@dataclass(frozen=True, slots=True)
+class CrossBand:
+    """One octave of a pair of axes.
+
+    Attributes
+    ----------
+    low, high : float
+        Hz.
+    coherence, chance : float
+        Squared coherence, and what chance stays below with 95 %.
+    phase : float
+        Of the second axis against the first, rad.
+    correlation, interval
+        In phase: correlation coefficient and its 95 % interval.
+    p_value : float
+        Of a coherence as large by chance, in this band alone.
+    significant : bool
+        Whether chance does not explain it, counting every band of every pair.
+    """
+
+    low: float
+    high: float
+    coherence: float
+    chance: float
+    phase: float
+    correlation: float
+    interval: tuple[float, float]
+    p_value: float
+    significant: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {
+            "low_hz": self.low,
+            "high_hz": self.high,
+            "coherence": self.coherence,
+            "chance": self.chance,
+            "phase_rad": self.phase,
+            "correlation": self.correlation,
+            "interval": list(self.interval),
+            "p_value": self.p_value,
+            "significant": self.significant,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class CrossSpectrum:
+    """Coherence of two columns in octaves, the lowest first."""
+
+    columns: tuple[str, str]
+    bands: tuple[CrossBand, ...]
+
+    @property
+    def significant(self) -> tuple[CrossBand, ...]:
+        """Bands that chance does not explain, the most coherent first."""
+        return tuple(sorted((b for b in self.bands if b.significant), key=lambda b: -b.coherence))
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {"columns": list(self.columns), "bands": [b.to_dict() for b in self.bands]}
+
+    def __str__(self) -> str:
+        found = self.significant
+        if not found:
+            return f"{self.columns[0]} and {self.columns[1]}: independent"
+        top = found[0]
+        low, high = top.interval
+        where = f"{top.low:.3g}–{top.high:.3g} Hz"
+        more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+        return (
+            f"{self.columns[0]} and {self.columns[1]}: coherence {top.coherence:.2g} (chance {top.chance:.1g}), "
+            f"correlation {top.correlation:.2g} ({low:.2g} … {high:.2g}) at {where}{more}"
+        )
+
+
+def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
+    """Coherence of the residuals of every pair of columns of one length."""
+    sizes = {fit.data.n for fit in fits.values()}
+    if len(fits) < 2 or len(sizes) > 1:
+        return ()
+    n, rate = sizes.pop(), next(iter(fits.values())).data.rate
+    white = {name: _white(fit) for name, fit in fits.items()}
+    edges = _octaves(n // 2)
+    pairs = list(combinations(fits, 2))
+    level = LEVEL / max(1, len(pairs) * len(edges))
+    return tuple(
+        CrossSpectrum((a, b), tuple(_band(white[a], white[b], e, rate / n, level) for e in edges))
+        for a, b in pairs
+    )
+
+
+def _white(fit: Fit) -> NDArray[np.complex128]:
+    white = whitened_ordinates(fit.solution, fit.data, fit.solution.level)
+    samples = _kernels.inverse_cosine_transform(white)
+    # Behind a deep stop band the ends of the transform stand out, on every axis alike.
+    ends = min(ENDS, samples.size // 64)
+    samples[:ends] = samples[samples.size - ends :] = 0.0
+    return np.fft.rfft(samples)
+
+
+def _octaves(last: int) -> list[tuple[int, int]]:
+    """(first ordinate, end) of each octave, the lowest first; 0 and half of the rate are left out."""
+    out = []
+    high = last
+    while high - (low := high // 2) >= FEWEST:
+        out.append((max(low, 1), high))
+        high = low
+    return out[::-1]
+
+
+def _band(
+    x: NDArray[np.complex128],
+    y: NDArray[np.complex128],
+    edge: tuple[int, int],
+    step: float,
+    level: float,
+) -> CrossBand:
+    a, b = x[slice(*edge)], y[slice(*edge)]
+    count = a.size
+    size = float(np.sqrt(np.vdot(a, a).real * np.vdot(b, b).real)) or 1.0
+    shared = complex(np.vdot(a, b)) / size
+    coherence = min(abs(shared) ** 2, 1.0)
+    p = float((1.0 - coherence) ** (count - 1))
+    # In phase there are two real numbers an ordinate: Fisher's z.
+    r = float(np.clip(shared.real, -0.999999, 0.999999))
+    half = NORMAL / float(np.sqrt(2 * count - 3))
+    low, high = (float(np.tanh(np.arctanh(r) + s * half)) for s in (-1.0, 1.0))
+    return CrossBand(
+        edge[0] * step,
+        edge[1] * step,
+        coherence,
+        1.0 - 0.05 ** (1.0 / (count - 1)),
+        float(np.angle(shared)),
+        r,
+        (low, high),
+        p,
+        p < level,
+    )

@@ -1,0 +1,26 @@
+"""All axes as tables of a notebook."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.axes.rows import legend, rows
+from allanite.axes.words import in_common, remarks, title
+from allanite.common.showing import html_list, html_table
+
+if TYPE_CHECKING:
+    from allanite.axes.characterization import Characterization
+
+__all__ = ["html"]
+
+
+def html(found: Characterization) -> str:
+    """A table a sensor, sentences below."""
+    out = [html_list([title(found)])]
+    for sensor in found.common.sensors:
+        studies = {name: found.studies[name] for name in sensor.columns}
+        body = [(row.label, *row.cells) for row in rows(studies)]
+        out.append(html_table(sensor.name, ("", *sensor.columns), body))
+        out.append(html_list([legend(studies), *in_common(sensor)]))
+    out.append(html_list([*map(str, found.common.lines), *remarks(found)]))
+    return "".join(out)

@@ -1,0 +1,123 @@
+"""The numbers of the axes of a sensor as rows of texts: one row a number, one cell a column."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from allanite.common.numbers import number
+from allanite.common.parameters import Estimate
+from allanite.common.printing import printed, table_unit
+from allanite.common.units import ACCELERATION, FREQUENCY, parse_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from allanite.effects import Effect, Parameter
+    from allanite.fit.result import Fit
+    from allanite.study import Study
+
+__all__ = ["Row", "legend", "rows", "with_interval"]
+
+SI = {"angular rate": "rad/s", ACCELERATION: "m/s^2"}
+#: What data sheets of accelerometers say as well.
+ALSO = {("N", ACCELERATION): "ug/sqrt(Hz)"}
+NOT_THERE = "–"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A label, and a text for each column."""
+
+    label: str
+    cells: tuple[str, ...]
+
+
+def rows(studies: Mapping[str, Study]) -> list[Row]:
+    """Model, coefficients in data-sheet units with SI below, shapes, discrepancy and verdict of some columns."""
+    fits = [study.fit for study in studies.values()]
+    out = [Row("model", tuple(fit.model.name for fit in fits))]
+    labelled = [_labelled(fit) for fit in fits]
+    for label in dict.fromkeys(name for table in labelled for name in table):
+        out += _number_rows(label, [table.get(label) for table in labelled], fits)
+    out.append(Row("δ", tuple(_discrepancy(fit) for fit in fits)))
+    out.append(Row("verdict", tuple(study.verdict for study in studies.values())))
+    return out
+
+
+def legend(studies: Mapping[str, Study]) -> str:
+    """``N angle random walk, B bias instability``: the names of the effects for this kind of sensor."""
+    names = {e.short: s.fit.display_name(e) for s in studies.values() for e in s.fit.model}
+    return ", ".join(f"{short} {name}" for short, name in names.items())
+
+
+_Cell = tuple["Effect", "Parameter", Any]
+
+
+def _labelled(fit: Fit) -> dict[str, _Cell]:
+    """What is shown of each effect, by ``N``, ``GM.sigma``, ``SIN2.frequency``."""
+    return dict(_shown(fit))
+
+
+def _shown(fit: Fit) -> Iterator[tuple[str, _Cell]]:
+    for effect, values, label in zip(fit.model, fit.estimates, fit.model.labels, strict=True):
+        for name in effect.shown():
+            value = values.get(name)
+            if isinstance(value, Estimate):
+                parameter = effect.parameter(name)
+                key = name if name == label else f"{label} {parameter.symbol or name}"
+                yield key, (effect, parameter, value)
+
+
+def _number_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit]) -> list[Row]:
+    unit = fits[0].recording.unit
+    kind = parse_unit(unit).kind
+    parameter = next(cell[1] for cell in cells if cell is not None)
+    power = parameter.unit
+    if not isinstance(power, float):
+        own = next(cell[2].unit for cell in cells if cell is not None)
+        shown = "" if own == "1" else printed(own)
+        return [Row(f"{label}  {shown}".rstrip(), tuple(_text(cell) for cell in cells))]
+    units = [table_unit(unit, power, parameter.sheet)]
+    if (label, kind) in ALSO:
+        units.append(ALSO[label, kind])
+    if kind != FREQUENCY:
+        units.append(table_unit(SI[kind], power, {}))
+    out = []
+    for i, target in enumerate(dict.fromkeys(units)):
+        texts = tuple(_text(cell, target, interval=i == 0) for cell in cells)
+        head = label if i == 0 else " " * len(label)
+        out.append(Row(f"{head}  {printed(target)}", texts))
+    return out
+
+
+def _text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True) -> str:
+    """Value and 95 % interval, or the limit of what was not detected."""
+    if cell is None:
+        return NOT_THERE
+    effect, parameter, value = cell
+    value = value if unit is None else value.to(unit)
+    if not value.detected:
+        return NOT_THERE if value.interval is None else f"< {number(value.interval[1], 3)}"
+    if not interval or value.interval is None:
+        held = " (held)" if interval and parameter.name in effect.held else ""
+        return number(float(value), 4) + held
+    return with_interval(float(value), value.interval)
+
+
+def with_interval(value: float, interval: tuple[float, float]) -> str:
+    """``0.5998 (0.594 … 0.606)``: two figures of the interval's width, at least three in all."""
+    low, high = interval
+    size, width = max(abs(low), abs(high)), high - low
+    figures = 3
+    if width > 0.0 and size > 0.0:
+        figures = min(max(3, 1 + math.ceil(math.log10(2.0 * size / width))), 12)
+    ends = f"({number(low, figures)} … {number(high, figures)})"
+    return f"{number(value, max(4, figures))} {ends}"
+
+
+def _discrepancy(fit: Fit) -> str:
+    found = fit.discrepancy
+    low, high = found.interval
+    return f"{found.percent:.2g} % ({low:.2g} … {high:.2g})"

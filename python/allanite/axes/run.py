@@ -1,0 +1,90 @@
+"""From a recording to the characterisation of every axis of it."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from allanite.axes.characterization import Characterization, common_of
+from allanite.axes.threads import side_by_side
+from allanite.common.errors import AllaniteError
+from allanite.study import LIMIT, improve
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from allanite.effects import Effect, Model
+    from allanite.recording import Recording
+    from allanite.study import Study
+
+__all__ = ["characterize"]
+
+
+def characterize(
+    recording: Recording,
+    model: Model | Effect | str = "N+B+K",
+    on_progress: Callable[[str, int, int], None] | None = None,
+    limit: int = LIMIT,
+    tolerance: float | None = None,
+) -> Characterization:
+    """Improve a model of every axis, two at a time, and say what the axes have in common.
+
+    Parameters
+    ----------
+    recording : Recording
+        One or more columns; its covariates are offered to each as an explanation.
+    model : Model, Effect or str
+        Where every ladder starts.
+    on_progress : callable, optional
+        Called with (column, rungs done, most rungs), from the threads that compute; once a column is done, with two equal
+        numbers.
+    limit : int
+        Most additions to a model.
+    tolerance : float, optional
+        Per cent of the deviation: a model whose discrepancy is below it is good enough.
+
+    Returns
+    -------
+    Characterization
+        A column that cannot be characterised says why in `failed`; the rest go on.
+
+    Raises
+    ------
+    InputError, TooShortError
+        No column can be characterised: what was wrong with the first.
+    """
+    columns = list(recording)
+
+    def task(column: Recording) -> Callable[[], Study]:
+        name, most = column.columns[0], limit + 1
+
+        def report(done: int, _total: int) -> None:
+            if on_progress is not None and done < most:
+                on_progress(name, done, most)
+
+        def study() -> Study:
+            _ = column.audit  # kept by the column
+            try:
+                return improve(column, model, report, limit, tolerance)
+            finally:
+                if on_progress is not None:
+                    on_progress(name, most, most)
+
+        return study
+
+    found = side_by_side([task(column) for column in columns])
+    studies: dict[str, Study] = {}
+    failed: dict[str, AllaniteError] = {}
+    for column, result in zip(columns, found, strict=True):
+        if isinstance(result, AllaniteError):
+            failed[column.columns[0]] = result
+        else:
+            studies[column.columns[0]] = result
+    if not studies:
+        raise next(iter(failed.values()))
+    return Characterization(
+        recording,
+        MappingProxyType(studies),
+        MappingProxyType({name: str(error) for name, error in failed.items()}),
+        common_of(studies),
+    )

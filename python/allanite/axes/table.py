@@ -1,0 +1,74 @@
+"""All axes as one table that is read in a terminal."""
+
+from __future__ import annotations
+
+from textwrap import wrap
+from typing import TYPE_CHECKING
+
+from allanite.axes.rows import Row, legend, rows
+from allanite.axes.words import in_common, remarks
+from allanite.axes.words import title as heading
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from allanite.axes.characterization import Characterization, Sensor
+    from allanite.study import Study
+
+__all__ = ["table"]
+
+GAP = "  "
+
+
+def table(found: Characterization, width: int = 100) -> str:
+    """One block a sensor: numbers in rows, axes in columns; what the axes have in common; remarks.
+
+    Parameters
+    ----------
+    found : Characterization
+    width : int
+        Letters of the longest line. Axes that do not fit side by side follow below.
+    """
+    lines = [*wrap(heading(found), width)]
+    for sensor in found.common.sensors:
+        studies = {name: found.studies[name] for name in sensor.columns}
+        lines += ["", *_block(sensor, studies, width)]
+    if found.common.lines:
+        lines += ["", "seen by several axes"]
+        for line in found.common.lines:
+            lines += _wrapped(str(line), width)
+    told = remarks(found)
+    if told:
+        lines += ["", "remarks"]
+        for remark in told:
+            lines += _wrapped(remark, width)
+    return "\n".join(lines)
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    return wrap(text, width, initial_indent="  ", subsequent_indent="    ")
+
+
+def _block(sensor: Sensor, studies: Mapping[str, Study], width: int) -> list[str]:
+    lines = []
+    names = list(studies)
+    while names:
+        # As many axes side by side as fit; one always does.
+        for count in range(len(names), 0, -1):
+            part = {name: studies[name] for name in names[:count]}
+            drawn = _drawn([Row(sensor.name, tuple(part)), *rows(part)])
+            if count == 1 or max(map(len, drawn)) <= width:
+                break
+        lines += [*drawn, ""]
+        names = names[count:]
+    lines += wrap(legend(studies), width, initial_indent="  ", subsequent_indent="  ")
+    for sentence in in_common(sensor):
+        lines += _wrapped(sentence, width)
+    return lines
+
+
+def _drawn(block: Sequence[Row]) -> list[str]:
+    cells = [(row.label, *row.cells) for row in block]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    texts = [GAP.join(map(str.ljust, row, widths)).rstrip() for row in cells]
+    return [texts[0], "─" * max(map(len, texts)), *texts[1:]]

@@ -1,0 +1,57 @@
+"""Work on several columns side by side: threads, since the core and NumPy compute without the interpreter's lock."""
+
+from __future__ import annotations
+
+import contextvars
+import os
+import threading
+from collections import deque
+from queue import SimpleQueue
+from typing import TYPE_CHECKING, TypeVar
+
+from allanite.common.errors import AllaniteError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+__all__ = ["side_by_side"]
+
+T = TypeVar("T")
+
+#: Most at once: each holds the working memory of a whole column.
+WORKERS = 2
+
+
+def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
+    """Results of tasks in their order; what a task refuses (`AllaniteError`) stands in the place of its result.
+
+    An interrupt or any other error ends the wait at once, and tasks that have not begun do not begin.
+    """
+    waiting = deque(enumerate(tasks))
+    done: SimpleQueue[tuple[int, T | BaseException]] = SimpleQueue()
+
+    def work() -> None:
+        while True:
+            try:
+                place, task = waiting.popleft()
+            except IndexError:
+                return
+            try:
+                done.put((place, task()))
+            except BaseException as error:  # raised again where it is waited for
+                done.put((place, error))
+
+    for _ in range(min(WORKERS, os.cpu_count() or 1, len(tasks))):
+        # What was set for the caller (units of tables) holds for its workers.
+        context = contextvars.copy_context()
+        threading.Thread(target=context.run, args=(work,), daemon=True).start()
+    found: dict[int, T | AllaniteError] = {}
+    try:
+        while len(found) < len(tasks):
+            place, result = done.get()
+            if isinstance(result, BaseException) and not isinstance(result, AllaniteError):
+                raise result
+            found[place] = result
+    finally:
+        waiting.clear()
+    return [found[place] for place in range(len(tasks))]

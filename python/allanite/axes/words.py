@@ -1,0 +1,87 @@
+"""Sentences about all axes: what was read, what agrees, what to know before trusting the numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from allanite.axes.rows import with_interval
+from allanite.common.numbers import tidy
+from allanite.common.parameters import Estimate
+from allanite.common.printing import in_table, printed
+
+if TYPE_CHECKING:
+    from allanite.axes.characterization import Characterization, Sensor
+    from allanite.fit.many import Pooled
+
+__all__ = ["in_common", "remarks", "title"]
+
+
+def title(found: Characterization) -> str:
+    """``imu.csv · 6 columns of 360000 samples at 100 Hz (3600 s) · covariate temperature``."""
+    r = found.recording
+    count = len(r.columns)
+    parts = [
+        Path(r.path).name if r.path else "recording",
+        f"{count} column{'s' if count > 1 else ''} of {r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s)",
+    ]
+    if r.covariates:
+        parts.append(f"covariate{'s' if len(r.covariates) > 1 else ''} {', '.join(r.covariates)}")
+    return " · ".join(parts)
+
+
+def in_common(sensor: Sensor) -> list[str]:
+    """Whether one form holds for all axes, which numbers agree, and which axes share noise."""
+    if len(sensor.columns) < 2:
+        return []
+    if sensor.form is None:
+        out = ["no one model form holds for all axes"]
+    else:
+        out = [f"one form holds for all axes: {sensor.form.model}"]
+        agree = [_value(p, sensor) for p in sensor.form.pooled if p.agree]
+        apart = [f"{p.name} (p {_p(p.p_value)})" for p in sensor.form.pooled if not p.agree]
+        if agree:
+            out.append(f"the axes agree in {', '.join(agree)}")
+        if apart:
+            out.append(f"the axes differ in {', '.join(apart)}")
+    shared = [str(cross) for cross in sensor.cross if cross.significant]
+    if shared:
+        out += [f"shared noise: {text}" for text in shared]
+    elif sensor.cross:
+        out.append("what the models leave is independent between axes")
+    return [tidy(sentence) for sentence in out]
+
+
+def _p(value: float) -> str:
+    return f"{value:.1g}" if value >= 1e-99 else "below 1e-99"
+
+
+def _value(pooled: Pooled, sensor: Sensor) -> str:
+    assert sensor.form is not None
+    fit = next(iter(sensor.form.fits.values()))
+    value = Estimate(pooled.value, None, pooled.interval, pooled.unit)
+    label, _, name = pooled.name.rpartition(".")
+    for effect, own in zip(fit.model, fit.model.labels, strict=True):
+        if own == (label or name) or (not label and own == name):
+            declared = effect.parameter(name)
+            value = in_table(value, declared.unit, declared.sheet, fit.recording.unit)
+    unit = "" if value.unit in ("", "1") else f" {printed(value.unit)}"
+    assert value.interval is not None
+    text = with_interval(float(value), value.interval)
+    return f"{pooled.name} = {text}{unit}, p {_p(pooled.p_value)}"
+
+
+def remarks(found: Characterization) -> list[str]:
+    """Columns that failed, what the audits warn of, and what is left unexplained, each once."""
+    out = [f"{name}: not characterised: {why}" for name, why in found.failed.items()]
+    warned: dict[str, str | None] = {}
+    for study in found.studies.values():
+        for finding in study.recording.audit:
+            if finding.severity == "warning":
+                warned.setdefault(finding.message, finding.column)
+    out += list(warned)
+    for name, study in found.studies.items():
+        if not study.adequate:
+            left = study.check.where.sentences() or [study.ending]
+            out.append(f"{name}: {study.ending}; {left[0]}")
+    return [tidy(text) for text in out]

@@ -1,0 +1,164 @@
+"""allanite characterize: every axis at once."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Lock
+from typing import TYPE_CHECKING
+
+import click
+
+from allanite.cli.commands.improve import Percent
+from allanite.cli.options import LogOptions, log_options, model_option, plot_option
+from allanite.export import TARGETS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from allanite.axes import Characterization
+
+
+@click.command("characterize")
+@click.argument("log")
+@model_option
+@click.option(
+    "--tolerance",
+    type=Percent(),
+    help="Stop once a model is within this much of the deviation, e.g. 5%.",
+)
+@plot_option
+@click.option("--report", metavar="FILE", help="Report on all axes: HTML or Markdown.")
+@click.option("--save", metavar="FILE", help="Write the models of all axes as JSON.")
+@click.option(
+    "--export",
+    "target",
+    type=click.Choice((*TARGETS, "all")),
+    help="Parameters of all axes for a filter or simulator; all: a file a target.",
+)
+@click.option("--output", metavar="FILE", help="Where --export writes: a file; of all, a folder.")
+@click.option(
+    "--overbound", is_flag=True, help="Of --export: the smallest numbers above the models' limits."
+)
+@log_options
+def command(
+    log: str,
+    model: str,
+    tolerance: float | None,
+    plot: str | None,
+    report: str | None,
+    save: str | None,
+    target: str | None,
+    output: str | None,
+    overbound: bool,
+    options: LogOptions,
+) -> None:
+    """Improve a model of every axis of LOG: one table, what the axes share, figure, report and exports."""
+    from allanite.axes import characterize
+    from allanite.cli import output as out
+    from allanite.cli.options import recording_of
+    from allanite.effects.files import parse_model
+
+    parsed = parse_model(model)
+    _check(plot, report, save, target, output)
+    recording = recording_of(log, options)
+    with _progress(len(recording.columns), options) as on_progress:
+        found = characterize(recording, parsed, on_progress, tolerance=tolerance)
+    written = []
+    if plot is not None:
+        with out.whole_file(plot) as draft:
+            found.plot(draft)
+        written.append(plot)
+    if report is not None:
+        out.write_report(found.report(), Path(report))
+        written.append(report)
+    if save is not None:
+        with out.whole_file(save) as draft:
+            draft.write_text(out.dumps(found.to_dict()) + "\n", encoding="utf-8")
+        written.append(save)
+    if target is not None and output is not None:
+        written += _export(found, target, Path(output), overbound)
+    if options.as_json:
+        click.echo(out.dumps(found.to_dict()))
+        return
+    click.echo(found.table())
+    if written and not options.quiet:
+        click.echo(f"\nwritten: {', '.join(written)}")
+
+
+def _check(
+    plot: str | None, report: str | None, save: str | None, target: str | None, output: str | None
+) -> None:
+    """Refuse what cannot be written before anything long is computed."""
+    from allanite.cli import output as out
+    from allanite.common.errors import InputError
+    from allanite.report.document import kind_of
+
+    out.check_targets(plot, save)
+    if report is not None:
+        kind_of(Path(report))
+        out.check_target(report)
+    if (target is None) != (output is None):
+        given, other = (
+            ("--output", "--export TARGET") if target is None else ("--export", "--output FILE")
+        )
+        raise InputError(f"{given} needs {other} beside it")
+    if output is None:
+        return
+    if target != "all":
+        out.check_target(output)
+    elif not Path(output).is_dir():
+        raise InputError(f"--output {output}: --export all writes into a folder that exists")
+
+
+def _export(found: Characterization, target: str, output: Path, overbound: bool) -> list[str]:
+    """Write one target, or all that have a place for these axes."""
+    from allanite.cli.output import whole_file
+    from allanite.common.errors import InputError
+
+    if target != "all":
+        with whole_file(output) as draft:
+            draft.write_text(found.export(target, overbound=overbound), encoding="utf-8")
+        return [str(output)]
+    written = []
+    for name in TARGETS:
+        try:
+            text = found.export(name, overbound=overbound)
+        except InputError as error:
+            click.echo(f"! {name}: {error}", err=True)
+            continue
+        path = output / f"{name}.txt"
+        with whole_file(path) as draft:
+            draft.write_text(text, encoding="utf-8")
+        written.append(str(path))
+    return written
+
+
+@contextmanager
+def _progress(
+    columns: int, options: LogOptions
+) -> Iterator[Callable[[str, int, int], None] | None]:
+    """Give a callback that shows what each axis is at, on a terminal."""
+    if options.quiet or not sys.stderr.isatty():
+        yield None
+        return
+    at: dict[str, int] = {}
+    lock = Lock()
+
+    def shown(_item: object) -> str:
+        return " · ".join(f"{name} step {done}" for name, done in at.items())
+
+    with click.progressbar(
+        length=columns, label="axes", file=sys.stderr, item_show_func=shown
+    ) as bar:
+
+        def report(column: str, done: int, total: int) -> None:
+            with lock:
+                ended = done == total
+                at[column] = done
+                if ended:
+                    del at[column]
+                bar.update(int(ended), at)
+
+        yield report

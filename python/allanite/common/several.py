@@ -1,0 +1,64 @@
+"""Results of several columns as one object: a mapping from the name of a column to its result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
+from typing import Any, Generic, TypeVar
+
+__all__ = ["Several", "by_column"]
+
+T = TypeVar("T")
+
+
+class Several(Mapping[str, T], Generic[T]):
+    """One result a column.
+
+    Parameters
+    ----------
+    results : mapping of str to result
+        By the name of the column, in the recording's order.
+    """
+
+    def __init__(self, results: Mapping[str, T]) -> None:
+        self._results = MappingProxyType(dict(results))
+
+    def __getitem__(self, column: str) -> T:
+        return self._results[column]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._results)
+
+    def __len__(self) -> int:
+        return len(self._results)
+
+    def to_dict(self) -> dict[str, Any]:
+        """``{"schema": …, "columns": [document, …]}`` of the contract."""
+        documents = [self.document(column) for column in self]
+        return {"schema": documents[0]["schema"], "columns": documents}
+
+    def document(self, column: str) -> dict[str, Any]:
+        """The document of one column."""
+        result: Any = self[column]
+        found: dict[str, Any] = result.to_dict()
+        return found
+
+    def __str__(self) -> str:
+        return "\n\n".join(f"{column}\n{'─' * len(column)}\n{self[column]}" for column in self)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(self)})"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        parts = ((name, getattr(self[name], "_repr_html_", None)) for name in self)
+        return "".join(
+            f"<h4>{escape(name)}</h4>{f'<pre>{escape(str(self[name]))}</pre>' if html is None else html()}"
+            for name, html in parts
+        )
+
+
+def by_column(recording: Any, compute: Callable[[Any], T]) -> dict[str, T]:
+    """What `compute` makes of each column of a recording, by its name."""
+    return {column.columns[0]: compute(column) for column in recording}

@@ -1,0 +1,46 @@
+"""All axes at once: the first part of a report on several columns."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from allanite.axes.rows import legend, rows
+from allanite.axes.words import in_common, remarks
+from allanite.common.numbers import tidy
+from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
+
+if TYPE_CHECKING:
+    from allanite.axes import Characterization
+
+__all__ = ["overview"]
+
+
+def overview(found: Characterization) -> list[Block]:
+    """A table a sensor, what its axes have in common, all curves in one figure, and remarks."""
+    out: list[Block] = [Heading("All axes", 2)]
+    for sensor in found.common.sensors:
+        studies = {name: found.studies[name] for name in sensor.columns}
+        body = tuple((row.label, *row.cells) for row in rows(studies))
+        out += [
+            Heading(sensor.name[0].upper() + sensor.name[1:]),
+            Table(("", *sensor.columns), body),
+            Paragraph(legend(studies), "quiet"),
+        ]
+        shared = tuple(_sentence(text) for text in in_common(sensor))
+        if shared:
+            out.append(Bullets(shared))
+    if found.common.lines:
+        out.append(Heading("Seen by several axes"))
+        out.append(Bullets(tuple(tidy(str(line)) for line in found.common.lines)))
+    figure = replace(found.plot(), title="", subtitle="")
+    caption = "Allan deviation of every axis: measured, with 95 % intervals, and its last model."
+    out.append(Picture(figure, caption, "axes", 5.4))
+    told = tuple(_sentence(text) for text in remarks(found))
+    if told:
+        out.append(Bullets(told, "bad"))
+    return out
+
+
+def _sentence(text: str) -> str:
+    return text[0].upper() + text[1:] + ("" if text.endswith(".") else ".")

@@ -1,0 +1,68 @@
+"""allanite characterize."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.export import TARGETS
+from command_line import refused, strict
+from six_axes import NAMES, six_axes, write_csv
+
+
+@pytest.fixture(scope="module")
+def six(tmp_path_factory):
+    log = six_axes(4000)
+    path = tmp_path_factory.mktemp("six") / "six.csv"
+    warm = 20 + np.arange(log.n) * 1e-3
+    return write_csv(log, path, temperature=warm)
+
+
+def test_one_command_gives_table_figure_report_models_and_exports(run, six, tmp_path):
+    (tmp_path / "all").mkdir()
+    made = {name: tmp_path / name for name in ("six.svg", "six.html", "six.json", "imu.yaml")}
+    plot, report, save, kalibr = made.values()
+    code, out, err = run(
+        "characterize", six, "--plot", plot, "--report", report, "--save", save,
+        "--export", "kalibr", "--output", kalibr,
+    )  # fmt: skip
+    assert (code, err) == (0, "")
+    assert max(map(len, out.splitlines()[:-1])) <= 100
+    assert all(name in out for name in NAMES)
+    assert "covariate temperature" in out
+    assert all(path.stat().st_size > 300 for path in made.values())
+    assert "gyroscope_noise_density" in kalibr.read_text()
+    # What was saved is read as any file of models is.
+    code, out, _ = run("export", save, "--format", "kalibr")
+    assert code == 0
+    assert out.count("# gyro_") == 3
+    code, out, err = run("characterize", six, "--export", "all", "--output", tmp_path / "all")
+    assert code == 0
+    assert {p.stem for p in (tmp_path / "all").iterdir()} == set(TARGETS)
+
+
+def test_json_is_the_contract(run, six):
+    code, out, err = run("characterize", six, "--json")
+    document = strict(out)
+    assert (code, err) == (0, "")
+    assert document["schema"] == "allanite/characterize/1"
+    assert [d["schema"] for d in document["columns"]] == ["allanite/improve/2"] * 6
+    assert set(document) == {"schema", "version", "columns", "failed", "common"}
+
+
+def test_a_stuck_axis_is_a_remark(run, tmp_path):
+    log = six_axes(3000)
+    samples = log.samples.copy()
+    samples[:, 4] = 9.8
+    stuck = al.Recording(samples, 100, unit=log.units, columns=log.columns)
+    path = write_csv(stuck, tmp_path / "stuck.csv")
+    code, out, _ = run("characterize", path)
+    assert code == 0
+    assert "acc_y: not characterised" in out
+
+
+def test_what_cannot_be_written_is_refused_first(run, six, tmp_path):
+    refused(run("characterize", six, "--export", "kalibr"), 2, "--output")
+    refused(run("characterize", six, "--output", "x"), 2, "--export")
+    refused(run("characterize", six, "--report", "x.pdf"), 2, ".html")
+    refused(run("characterize", six, "--export", "all", "--output", tmp_path / "no"), 2, "folder")
+    refused(run("characterize", six, "--plot", tmp_path / "no" / "x.svg"), 2, "does not exist")

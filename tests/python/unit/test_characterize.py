@@ -1,0 +1,183 @@
+"""Every axis at once: the studies, what the axes share, and what is shown of it."""
+
+import json
+from importlib.resources import files
+
+import numpy as np
+import pytest
+from jsonschema import Draft202012Validator
+from referencing import Registry, Resource
+
+import allanite as al
+from allanite.axes.coherence import cross_spectra
+from allanite.axes.threads import side_by_side
+from allanite.axes.triads import triads
+from six_axes import NAMES, six_axes
+
+
+@pytest.fixture(scope="module")
+def found():
+    return al.characterize(six_axes())
+
+
+def valid(document):
+    schemas = files("allanite") / "schemas"
+    texts = {p.name: json.loads(p.read_text("utf-8")) for p in schemas.iterdir()}
+    resources = [(s["$id"], Resource.from_contents(s)) for s in texts.values()]
+    for schema in texts.values():
+        Draft202012Validator.check_schema(schema)
+    validator = Draft202012Validator(
+        texts["characterize.json"], registry=Registry().with_resources(resources)
+    )
+    plain = json.loads(json.dumps(document, allow_nan=False))
+    errors = [f"{e.json_path}: {e.message}" for e in validator.iter_errors(plain)]
+    assert errors == []
+    return plain
+
+
+def test_every_axis_is_what_improve_says_of_it(found):
+    assert list(found.studies) == list(NAMES)
+    column = found.recording.column("gyro_z")
+    alone = al.improve(column)
+    assert found["gyro_z"].fit.model == alone.fit.model
+
+
+def test_the_document_keeps_its_schema(found):
+    document = valid(found.to_dict())
+    assert [d["recording"]["column"] for d in document["columns"]] == list(NAMES)
+    assert document["failed"] == {}
+
+
+def test_the_table_is_read_at_100_columns(found):
+    text = found.table()
+    assert max(map(len, text.splitlines())) <= 100
+    for word in ("gyroscope", "accelerometer", "°/√h", "°/h", "µg/√Hz", "m/s/√h", "rad/s/√Hz"):
+        assert word in text
+    narrow = found.table(width=60)
+    assert max(map(len, narrow.splitlines())) <= 60
+    assert all(name in narrow for name in NAMES)
+
+
+def test_numbers_of_the_table_are_those_of_the_fits(found):
+    text = next(
+        line for line in found.table().splitlines() if line.startswith("N") and "°/√h" in line
+    )
+    want = [f"{float(found[c].fit['N'].to('deg/sqrt(h)')):.4g}" for c in NAMES[:3]]
+    assert [word for word in text.split() if word in want] == want
+
+
+def test_one_form_holds_and_what_differs_is_named(found):
+    gyroscope, accelerometer = found.common.sensors
+    assert gyroscope.columns == NAMES[:3]
+    assert gyroscope.form is not None
+    assert gyroscope.form.model == "N+K" or "K" in gyroscope.form.model
+    pooled = {p.name: p for p in gyroscope.form.pooled}
+    # 50 % apart, each known to 0.5 %.
+    assert not pooled["N"].agree
+    assert not gyroscope.form.agree
+    assert accelerometer.form is not None
+    alike = {p.name: p for p in accelerometer.form.pooled}
+    assert alike["N"].agree
+    low, high = alike["N"].interval
+    assert low <= 0.001 <= high
+    # Three records of one level know it √3 times better than one.
+    own = found["acc_x"].fit["N"].interval
+    assert (high - low) < 0.7 * (own[1] - own[0])
+
+
+def test_a_line_of_two_axes_is_named_once(found):
+    (line,) = found.common.lines
+    assert line.columns == ("acc_z", "gyro_z") or line.columns == ("gyro_z", "acc_z")
+    assert abs(line.frequency - 7.3) < 4 * line.std_error
+    assert str(line) in found.table().replace("\n    ", " ")
+
+
+def test_what_is_shared_between_axes_is_found_with_its_sign():
+    rng = np.random.default_rng(5)
+    n, shared = 16_384, 0.3
+    common = rng.standard_normal(n)
+    axes = [
+        sign * shared * common + np.sqrt(1 - shared**2) * rng.standard_normal(n)
+        for sign in (1, -1, 0)
+    ]
+    axes[2] = rng.standard_normal(n)
+    recording = al.Recording(np.column_stack(axes), 100, unit="deg/s", columns=("x", "y", "z"))
+    fits = {c.columns[0]: al.fit_model(c, "N") for c in recording}
+    xy, xz, yz = cross_spectra(fits)
+    top = xy.bands[-1]
+    assert top.significant
+    assert top.interval[0] <= -(shared**2) <= top.interval[1]
+    # A squared coherence of 0.09² = 0.0081 over 4096 ordinates, whose chance level is 3/4096.
+    assert 0.002 < top.coherence < 0.02
+    assert not xz.significant
+    assert not yz.significant
+
+
+def test_a_column_that_fails_says_so_and_the_rest_go_on():
+    log = six_axes(4000)
+    samples = log.samples[:, :2].copy()
+    samples[:, 1] = 0.25
+    found = al.characterize(al.Recording(samples, 100, unit="deg/s", columns=("good", "stuck")))
+    assert list(found.studies) == ["good"]
+    assert "constant" in found.failed["stuck"]
+    assert "stuck: not characterised" in found.table()
+    assert not found.adequate
+    valid(found.to_dict())
+    with pytest.raises(al.TooShortError, match="constant"):
+        al.characterize(al.Recording(samples[:, 1:], 100, unit="deg/s", columns=("stuck",)))
+
+
+def test_export_and_report_hold_every_axis(found):
+    assert found.export("kalibr").count("# gyro_") == 3
+    assert all(name in found.export("json") for name in NAMES)
+    with pytest.raises(al.InputError, match="unknown export format"):
+        found.export("nothing")
+    report = found.report()
+    text = report.to_markdown()
+    assert text.index("All axes") < text.index("## gyro\\_x")
+    assert report.to_dict()["common"] == found.common.to_dict()
+
+
+def test_one_figure_has_all_curves(found, tmp_path):
+    figure = found.plot(tmp_path / "all.svg")
+    assert [panel.title for panel in figure.panels] == ["angular rate", "acceleration"]
+    assert (tmp_path / "all.svg").stat().st_size > 1000
+
+
+def test_html_and_repr(found):
+    html = found._repr_html_()
+    assert all(name in html for name in NAMES)
+    assert repr(found).startswith("Characterization(gyro_x: ")
+
+
+def test_progress_tells_the_axis():
+    said = []
+    al.characterize(six_axes(2000), on_progress=lambda *what: said.append(what))
+    ended = {name for name, done, total in said if done == total}
+    assert ended == set(NAMES)
+
+
+@pytest.mark.parametrize(
+    ("names", "units", "groups"),
+    [
+        (("gx", "gy", "az", "ax"), ("deg/s",) * 2 + ("g",) * 2, [("gx", "gy"), ("az", "ax")]),
+        (("a", "b"), ("1", "1"), [("a", "b")]),
+        (
+            ("imu1.gyro.x", "imu1.gyro.y", "imu2.gyro.x", "imu2.gyro.y"),
+            ("deg/s",) * 4,
+            [("imu1.gyro.x", "imu1.gyro.y"), ("imu2.gyro.x", "imu2.gyro.y")],
+        ),
+        (("first", "second"), ("deg/s", "g"), [("first",), ("second",)]),
+    ],
+)
+def test_columns_of_one_sensor_belong_together(names, units, groups):
+    log = al.Recording(np.zeros((20, len(names))), 1, unit=units, columns=names)
+    assert triads(log) == groups
+
+
+def test_an_unexpected_error_is_not_kept_for_a_result():
+    def wrong():
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        side_by_side([lambda: 1, wrong])
