@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from allanite.statespace.growth import Growth, measured_growth, predict
     from allanite.study import Study, improve
     from allanite.suggestion import Check, Suggestion
+    from allanite.summary import Summary, summarise
 
 _HOME = {
     "Characterization": "allanite.axes",
@@ -142,6 +143,8 @@ _HOME = {
     "improve": "allanite.study",
     "Check": "allanite.suggestion",
     "Suggestion": "allanite.suggestion",
+    "Summary": "allanite.summary",
+    "summarise": "allanite.summary",
 }
 
 __all__ = [
@@ -185,6 +188,7 @@ __all__ = [
     "StateSpace",
     "Study",
     "Suggestion",
+    "Summary",
     "TooShortError",
     "WarmUp",
     "__version__",
@@ -217,6 +221,7 @@ __all__ = [
     "read",
     "read_datasheet",
     "register",
+    "summarise",
     "tdev",
     "theo1",
     "theoh",

@@ -181,6 +181,28 @@ class Accumulator:
             lost=lost,
         )
 
+    def state(self) -> dict[str, Any]:
+        """Plain numbers from which `restored` makes the same accumulator."""
+        return {
+            "rate": self.rate,
+            "octaves": self._octaves,
+            "quantity": self.quantity,
+            "unit": self.unit,
+            "base": self._base,
+            "core": self._core.__getstate__(),
+        }
+
+    @classmethod
+    def restored(cls, state: dict[str, Any]) -> Accumulator:
+        """The accumulator whose state that was."""
+        out = cls(
+            state["rate"], state["octaves"], quantity=state["quantity"], unit=state["unit"]
+        )
+        start, samples, gaps, origin, levels = state["core"]
+        out.start, out._base = start, state["base"]
+        out._core.__setstate__((start, samples, gaps, origin, [tuple(one) for one in levels]))
+        return out
+
     def __repr__(self) -> str:
         return f"Accumulator({self.n} samples at {self.rate:g} Hz from sample {self.start})"
 

@@ -1,0 +1,162 @@
+"""A stretch read: what its finished tiles and the two ends of it tell together.
+
+The record goes on beyond its ends as its cosine transform takes it, mirrored, and the segments there end with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.showing import brief
+from allanite.spectrum import bridge_gaps
+from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, hard_block, regridded
+from allanite.summary.level import BANDS, MARGIN, TILE, Level, bands_of, far
+from allanite.summary.sums import Blocks, Sum
+
+__all__ = ["Octave", "Read", "depth_of", "read"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(slots=True, eq=False)
+class Octave:
+    """Power of one level: of each coefficient from `LOW`, over all segments, and over time."""
+
+    power: Sum
+    frames: float
+    blocks: Blocks
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Read:
+    """Octaves from the top, and the samples of the level below them.
+
+    Attributes
+    ----------
+    octaves : tuple of Octave
+    samples : ndarray
+        At 2^−len(octaves) of the rate; NaN where too much is missing.
+    start : int
+        Index of the first of them, at their own rate.
+    """
+
+    octaves: tuple[Octave, ...]
+    samples: Array
+    start: int
+
+    __repr__ = brief
+
+
+def depth_of(level: Level) -> int:
+    """Depth at which a stretch keeps all its samples."""
+    while not level.whole:
+        assert level.deeper is not None
+        level = level.deeper
+    # The ends still to come may make it too long.
+    return level.depth
+
+
+def read(level: Level, depth: int) -> Read:
+    """Read a stretch down to a depth at which it keeps all samples, or deeper."""
+    octaves = []
+    before, after = np.zeros(0), np.zeros(0)
+    here: Level | None = level
+    start, samples = level.start, np.zeros(0)
+    for at in range(depth + 1):
+        if here is not None and not here.whole:
+            assert here.tiles is not None
+            head = np.concatenate([before, here.samples()])
+            tail = np.concatenate([*here.tail, after])
+            start = here.start - before.size
+            tail_at = here.tiles[1] * TILE - MARGIN
+            found = Octave(Sum(here.power.high, here.power.low), here.frames, Blocks.empty(BANDS))
+            found.blocks.merge(here.blocks)
+            if at == depth:
+                raise AssertionError("a level that keeps all samples was asked for")
+            before = _end(found, head, start, (True, False), here)
+            after = _end(found, tail, tail_at, (False, True), here)
+            octaves.append(found)
+            here = here.deeper
+            continue
+        middle = here.samples() if here is not None else np.zeros(0)
+        if here is not None:
+            start = here.start - before.size
+        samples = np.concatenate([before, middle, after])
+        if at == depth:
+            break
+        size = SEGMENT - LOW if at == 0 else LOW
+        found = Octave(Sum.zeros(size), 0.0, Blocks.empty(BANDS))
+        before = _end(found, samples, start, (True, True), level)
+        after, here = np.zeros(0), None
+        start = (start + start % 2) // 2
+        octaves.append(found)
+    return Read(tuple(octaves), samples, start)
+
+
+def _end(
+    found: Octave, x: Array, start: int, hard: tuple[bool, bool], level: Level
+) -> Array:
+    """Add the segments of an end of a level to `found`; returns the halved samples.
+
+    `x` begins at index `start`; at an end that is not hard it has a margin more.
+    """
+    if hard[0] and start % 2:
+        x, start = x[1:], start + 1
+    if hard[1] and (start + x.size) % 2:
+        x = x[:-1]
+    stop = start + x.size
+    low = start if hard[0] else start + MARGIN
+    high = stop if hard[1] else stop - MARGIN
+    if high - low < 2 * REACH:
+        return np.full(max(0, (high - low) // 2), np.nan)
+    gaps = np.isnan(x)
+    if gaps.all():
+        return np.full((high - low) // 2, np.nan)
+    filled = bridge_gaps(x) if gaps.any() else x
+    left = filled[REACH - 1 :: -1] if hard[0] else filled[MARGIN - REACH : MARGIN]
+    right = (
+        filled[: -REACH - 1 : -1]
+        if hard[1]
+        else filled[filled.size - MARGIN : filled.size - MARGIN + REACH]
+    )
+    half = halved(np.concatenate([left, filled[low - start : high - start], right]))
+    if gaps.any():
+        pairs = gaps[low - start : high - start].reshape(-1, 2).all(axis=1)
+        half[pairs & far(pairs)] = np.nan
+    if level.spectral and high - low >= SEGMENT:
+        _add_segments(found, filled, gaps, start, (low, high), hard)
+    return half
+
+
+def _add_segments(
+    found: Octave,
+    x: Array,
+    gaps: NDArray[np.bool_],
+    start: int,
+    span: tuple[int, int],
+    hard: tuple[bool, bool],
+) -> None:
+    low, high = span
+    borders = np.arange(-(-low // SEGMENT), high // SEGMENT + 1) * SEGMENT
+    # What is less than half a segment at a hard end joins its neighbour.
+    if hard[0]:
+        borders = np.append(low, borders[borders >= low + SEGMENT // 2])
+    if hard[1]:
+        borders = np.append(borders[borders <= high - SEGMENT // 2], high)
+    size = found.power.high.size
+    for i, (a, b) in enumerate(zip(borders[:-1], borders[1:], strict=True)):
+        left, right = hard[0] and i == 0, hard[1] and i == borders.size - 2
+        if gaps[a - start : b - start].mean() > 1.0 / 8.0:
+            continue
+        begin, end = a - (0 if left else MARGIN), b + (0 if right else MARGIN)
+        block = hard_block(x[begin - start : end - start], left, right) ** 2
+        power = (block if block.size == SEGMENT else regridded(block))[LOW : LOW + size]
+        frames = (b - a) / SEGMENT
+        found.power.add(power)
+        found.frames += frames
+        found.blocks.add(int((a + b) // 2 // TILE), bands_of(power[:LOW]), frames)

@@ -1,0 +1,250 @@
+"""One level of the pyramid: a stretch of samples at a rate, its power in segments, and the level of half the rate.
+
+All work is done in tiles at fixed places of the stream's sample index, each from the same samples whatever the pieces were:
+a stretch keeps the samples at its ends that a neighbour needs to complete the tiles between them. The last level, short
+enough, keeps all its samples.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.spectrum import bridge_gaps
+from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, segments
+from allanite.summary.sums import Blocks, Sum
+
+__all__ = ["BANDS", "KEEP", "MARGIN", "TILE", "Level", "bands_of", "far", "join", "tile_of"]
+
+Array = NDArray[np.float64]
+#: Samples of a tile, and those beside it that it needs.
+TILE, MARGIN = 16384, SEGMENT // 2
+#: A level with no more samples than this keeps them all.
+KEEP = 1 << 19
+#: Bands of a level in the map over time.
+BANDS = 8
+#: A segment of which more is missing is left out.
+MISSING = 1.0 / 8.0
+
+
+@dataclass(slots=True, eq=False)
+class Level:
+    """Samples `start` … `stop` − 1 of a stream at 2^−depth of its rate.
+
+    Attributes
+    ----------
+    head : list of ndarray
+        The samples up to the margin of the first finished tile; all of them where no tile is finished.
+    tail : list of ndarray
+        The samples from the margin of the last finished tile on.
+    tiles : (int, int)
+        First finished tile and the one after the last.
+    power : Sum, shape (coefficients,)
+        Of the coefficients from `LOW`: to twice that, on the first level to the last.
+    frames : float
+        Segments that were summed.
+    blocks : Blocks
+        The same in `BANDS` bands over time.
+    deeper : Level or None
+    """
+
+    depth: int
+    start: int
+    stop: int
+    spectral: bool = True
+    head: list[Array] = field(default_factory=list)
+    tail: list[Array] = field(default_factory=list)
+    tiles: tuple[int, int] | None = None
+    power: Sum = field(default_factory=lambda: Sum.zeros(0))
+    frames: float = 0.0
+    blocks: Blocks = field(default_factory=lambda: Blocks.empty(BANDS))
+    deeper: Level | None = None
+
+    def __post_init__(self) -> None:
+        if self.power.high.size == 0:
+            self.power = Sum.zeros(SEGMENT - LOW if self.depth == 0 else LOW)
+
+    @property
+    def whole(self) -> bool:
+        """Whether all samples are there."""
+        return self.tiles is None
+
+    def samples(self) -> Array:
+        """Those of the head (all, where `whole`), in one piece."""
+        return _one(self.head)
+
+    def extend(self, x: Array) -> None:
+        """Take the samples that follow."""
+        if x.size == 0:
+            return
+        (self.head if self.whole else self.tail).append(x)
+        self.stop += x.size
+        if not self.whole:
+            assert self.tiles is not None
+            if self.stop >= (self.tiles[1] + 1) * TILE + MARGIN:
+                self._finish_tail(self.tiles[1])
+        elif self.stop - self.start > KEEP:
+            first = -(-(self.start + MARGIN) // TILE)
+            self.tiles, self.tail = (first, first), [_one(self.head)[first * TILE - MARGIN - self.start :]]
+            self.head = [_one(self.head)[: first * TILE + MARGIN - self.start]]
+            self._finish_tail(first)
+
+    def _finish_tail(self, tile: int) -> None:
+        x = _one(self.tail)
+        begin = tile * TILE - MARGIN
+        end = (self.stop - MARGIN) // TILE
+        out = [self.take_tile(t, x[t * TILE - MARGIN - begin :]) for t in range(tile, end)]
+        assert self.tiles is not None
+        self.tiles = self.tiles[0], end
+        self.tail = [x[end * TILE - MARGIN - begin :].copy()]
+        self.deepen(Level(self.depth + 1, tile * TILE // 2, tile * TILE // 2, self.spectral), out)
+
+    def deepen(self, middle: Level, out: list[Array]) -> None:
+        """Give the halved samples of finished tiles to the next level."""
+        if not out:
+            return
+        if self.deeper is None:
+            self.deeper = middle
+        self.deeper.extend(_one(out))
+
+    def take_tile(self, tile: int, x: Array) -> Array:
+        """Add the power of a tile, whose samples `x` begins with the margin; returns the halved samples."""
+        half, power, frames = tile_of(x[: TILE + 2 * MARGIN], self.spectral)
+        if frames:
+            kept = power[LOW : LOW + self.power.high.size]
+            self.power.add(kept)
+            self.frames += frames
+            self.blocks.add(tile, bands_of(kept[:LOW]), frames)
+        return half
+
+    def state(self) -> dict[str, Any]:
+        """Plain parts, this level and the deeper ones."""
+        return {
+            "depth": self.depth,
+            "start": self.start,
+            "stop": self.stop,
+            "spectral": self.spectral,
+            "head": _one(self.head),
+            "tail": _one(self.tail),
+            "tiles": None if self.tiles is None else list(self.tiles),
+            "power": self.power.state(),
+            "frames": self.frames,
+            "blocks": self.blocks.state(),
+            "deeper": None if self.deeper is None else self.deeper.state(),
+        }
+
+    @classmethod
+    def restored(cls, state: dict[str, Any]) -> Level:
+        """The level whose state that was."""
+        blocks, power, tiles = state["blocks"], state["power"], state["tiles"]
+        return cls(
+            state["depth"],
+            state["start"],
+            state["stop"],
+            state["spectral"],
+            [state["head"]],
+            [state["tail"]],
+            None if tiles is None else (tiles[0], tiles[1]),
+            Sum(power["high"].copy(), power["low"].copy()),
+            state["frames"],
+            Blocks(
+                blocks["size"],
+                blocks["first"],
+                Sum(blocks["high"].copy(), blocks["low"].copy()),
+                blocks["frames"].copy(),
+            ),
+            None if state["deeper"] is None else cls.restored(state["deeper"]),
+        )
+
+    def copy(self) -> Level:
+        """Another one that can be changed; samples, which nothing changes, are shared."""
+        return self.restored({**self.state(), "deeper": None}) if self.deeper is None else self._deep()
+
+    def _deep(self) -> Level:
+        out = self.restored({**self.state(), "deeper": None})
+        assert self.deeper is not None
+        out.deeper = self.deeper.copy()
+        return out
+
+
+def join(left: Level, right: Level) -> Level:
+    """Two adjacent stretches as one; both are used up."""
+    if right.whole:
+        left.extend(right.samples())
+        return left
+    assert right.tiles is not None
+    begin = left.start
+    if not left.whole:
+        assert left.tiles is not None
+        begin = left.tiles[1] * TILE - MARGIN
+    x = np.concatenate([_one(left.head if left.whole else left.tail), right.samples()])
+    first = -(-(begin + MARGIN) // TILE)
+    halves = [right.take_tile(t, x[t * TILE - MARGIN - begin :]) for t in range(first, right.tiles[0])]
+    middle = Level(right.depth + 1, first * TILE // 2, first * TILE // 2, right.spectral)
+    middle.extend(_one(halves))
+    deeper = [level for level in (left.deeper, middle, right.deeper) if level is not None]
+    found = deeper[0]
+    for level in deeper[1:]:
+        found = join(found, level)
+    right.deeper = found
+    if left.whole:
+        right.head = [x[: first * TILE + MARGIN - begin]]
+        right.tiles = first, right.tiles[1]
+    else:
+        assert left.tiles is not None
+        right.head = left.head
+        right.tiles = left.tiles[0], right.tiles[1]
+        right.power.add(left.power.high, left.power.low)
+        right.frames += left.frames
+        left.blocks.merge(right.blocks)
+        right.blocks = left.blocks
+    right.start = left.start
+    return right
+
+
+def tile_of(x: Array, spectral: bool) -> tuple[Array, Array, float]:
+    """Halved samples of a tile, power of its segments at every coefficient, and how many segments that is."""
+    gaps = np.isnan(x)
+    lost = None
+    if gaps.any():
+        lost = gaps
+        if gaps.sum() > gaps.size - 16:
+            return np.full((x.size - 2 * MARGIN) // 2, np.nan), np.zeros(SEGMENT), 0.0
+        x = bridge_gaps(x)
+    half = halved(x[MARGIN - REACH : x.size - MARGIN + REACH])
+    if lost is not None:
+        pairs = lost[MARGIN : x.size - MARGIN].reshape(-1, 2).all(axis=1)
+        half[pairs & far(pairs)] = np.nan
+    if not spectral:
+        return half, np.zeros(SEGMENT), 0.0
+    # A large offset would leak; tiles of one record differ little in it.
+    found = segments(x - x.mean())
+    if lost is not None:
+        share = lost[MARGIN : x.size - MARGIN].reshape(-1, SEGMENT).mean(axis=1)
+        found = found[share <= MISSING]
+    np.square(found, out=found)
+    return half, found.sum(axis=0), float(found.shape[0])
+
+
+def far(pairs: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the missing pairs are in runs too long to be bridged within a tile."""
+    change = np.diff(np.concatenate([[0], pairs.astype(np.int8), [0]]))
+    out = np.zeros(pairs.size, dtype=bool)
+    for start, end in zip(np.flatnonzero(change == 1), np.flatnonzero(change == -1), strict=True):
+        out[start:end] = end - start > MARGIN
+    return out
+
+
+def bands_of(power: Array) -> Array:
+    """Sums over the `BANDS` bands of a level's octave."""
+    edges = np.linspace(0, power.size, BANDS + 1).astype(np.int64)
+    return np.add.reduceat(power, edges[:-1])
+
+
+def _one(parts: list[Array]) -> Array:
+    if len(parts) != 1:
+        parts[:] = [np.concatenate(parts)] if parts else [np.zeros(0)]
+    return parts[0]

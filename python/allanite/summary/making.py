@@ -1,0 +1,140 @@
+"""The one pass over a record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.units import rate_unit
+from allanite.common.validation import positive_rate
+from allanite.recording import Recording
+from allanite.recording.samples import column_names
+from allanite.summary.stretch import Stretch
+from allanite.summary.summary import Summary
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["summarise"]
+
+#: Rows taken at a time.
+ROWS = 1 << 18
+
+
+def summarise(
+    chunks: Iterable[ArrayLike | Recording] | ArrayLike | Recording,
+    rate: float | None = None,
+    *,
+    unit: str | Sequence[str] = "1",
+    start: int = 0,
+    columns: Sequence[str] | None = None,
+    path: str | None = None,
+) -> Summary:
+    """Take a record in one pass, a chunk at a time, and keep a few megabytes of it.
+
+    Parameters
+    ----------
+    chunks : iterable of array_like or Recording, or one of these
+        Consecutive samples, shape (n,) or (n, columns) each; NaN marks a missing one. Recordings bring rate, unit, names and
+        covariates. A memory-mapped array is read as it is taken.
+    rate : float, optional
+        Hz; of recordings their own.
+    unit : str or sequence of str
+        Unit of the rate, or of each column.
+    start : int
+        Index of the first sample in its stream: pieces that are to be merged know by it where they belong.
+    columns : sequence of str, optional
+        Names.
+    path : str, optional
+        Where the samples come from.
+
+    Returns
+    -------
+    Summary
+
+    Raises
+    ------
+    InputError
+        No rate, infinite samples, chunks of different columns, angles (difference them first).
+    TooShortError
+        No sample at all.
+    """
+    if start < 0:
+        raise InputError(f"start is {start}: the index of the first sample, from 0")
+    stretch: Stretch | None = None
+    head: dict[str, Any] = {}
+    for chunk in _pieces(chunks):
+        taken, about = _taken(chunk, rate, unit, columns)
+        if stretch is None:
+            head = about
+            stretch = Stretch.begun(
+                start, len(about["columns"]), len(about["covariates_named"]), about["rate"], about["units"]
+            )
+        elif {**about, "path": None} != {**head, "path": None}:
+            raise InputError(
+                f"a chunk with {', '.join(about['columns'])} at {about['rate']:g} Hz follows chunks with"
+                f" {', '.join(head['columns'])} at {head['rate']:g} Hz"
+            )
+        for at in range(0, taken[0].size, ROWS):
+            stretch.update([x[at : at + ROWS] for x in taken])
+    if stretch is None or stretch.stop == stretch.start:
+        raise TooShortError("no samples")
+    head["path"] = path if path is not None else head["path"]
+    return Summary(**head, stretches=(stretch,))
+
+
+def _pieces(chunks: Any) -> Iterable[Any]:
+    """The chunks one after the other: an array, or a list of numbers, is one."""
+    if isinstance(chunks, (Recording, np.ndarray)) or hasattr(chunks, "__array__"):
+        return [chunks]
+    if isinstance(chunks, (list, tuple)) and chunks and np.isscalar(chunks[0]):
+        return [chunks]
+    if not isinstance(chunks, Iterable):
+        raise InputError(f"cannot summarise {type(chunks).__name__}: chunks of samples are needed")
+    return chunks
+
+
+def _taken(
+    chunk: Any, rate: float | None, unit: str | Sequence[str], columns: Sequence[str] | None
+) -> tuple[list[NDArray[Any]], dict[str, Any]]:
+    """A chunk as columns and covariates, and what is known of them."""
+    if isinstance(chunk, Recording):
+        if chunk.quantity == "angle":
+            raise InputError("a summary is of rates: difference the angles first")
+        per = 1.0 if chunk.quantity == "rate" else chunk.rate
+        samples = chunk.samples if per == 1.0 else chunk.samples * per
+        about = {
+            "rate": chunk.rate,
+            "units": chunk.units,
+            "columns": chunk.columns,
+            "covariates_named": tuple(chunk.covariates),
+            "covariate_units": dict(chunk.covariate_units),
+            "path": chunk.path,
+        }
+        table = samples if samples.ndim == 2 else samples[:, None]
+        return [*table.T, *chunk.covariates.values()], about
+    array = chunk if isinstance(chunk, np.ndarray) else np.asarray(chunk)
+    if array.dtype.kind not in "iuf" or array.ndim not in (1, 2):
+        raise InputError(
+            f"a chunk must hold real numbers of shape (n,) or (n, columns), found {array.dtype} of shape {array.shape}"
+        )
+    if rate is None:
+        raise InputError("no sampling rate", missing="rate", remedy=": give {rate}")
+    names = column_names(columns, array)
+    units = (unit,) * len(names) if isinstance(unit, str) else tuple(unit)
+    if len(units) != len(names):
+        raise InputError(f"{len(units)} units for {len(names)} columns")
+    about = {
+        "rate": positive_rate(rate),
+        "units": tuple(rate_unit(text, "rate").name for text in units),
+        "columns": names,
+        "covariates_named": (),
+        "covariate_units": {},
+        "path": None,
+    }
+    return list((array if array.ndim == 2 else array[:, None]).T), about

@@ -1,0 +1,100 @@
+"""A summary as one file: arrays of NumPy, and a header of JSON beside them."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError, about
+from allanite.recording.findings import Finding
+from allanite.summary.stretch import Stretch
+
+if TYPE_CHECKING:
+    from allanite.summary.summary import Summary
+
+__all__ = ["load", "save"]
+
+SCHEMA = "allanite/summary/1"
+
+
+def save(summary: Summary, path: str | Path) -> None:
+    """Write a summary; a file of that name is replaced only once the new one is complete."""
+    target = Path(path)
+    with about(target):
+        if not target.parent.is_dir():
+            raise InputError(f"the folder {target.parent} does not exist")
+        arrays: list[np.ndarray[Any, Any]] = []
+        header = {
+            "schema": SCHEMA,
+            "rate": summary.rate,
+            "units": summary.units,
+            "columns": summary.columns,
+            "covariates_named": summary.covariates_named,
+            "covariate_units": summary.covariate_units,
+            "path": summary.path,
+            "told": [asdict(finding) for finding in summary.told],
+            "stretches": [_plain(one.state(), arrays) for one in summary.stretches],
+        }
+        text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+        new = target.with_name(target.name + ".new")
+        with new.open("wb") as file:
+            np.savez(file, header=text, **{f"a{i}": array for i, array in enumerate(arrays)})
+        new.replace(target)
+
+
+def load(cls: type[Summary], path: str | Path) -> Summary:
+    """Read a summary."""
+    source = Path(path)
+    with about(source):
+        try:
+            with np.load(source, allow_pickle=False) as file:
+                header = json.loads(bytes(file["header"]).decode())
+                if header["schema"] != SCHEMA:
+                    raise InputError(f"{header['schema']} is not {SCHEMA}")
+                stretches = tuple(
+                    Stretch.restored(_full(one, file)) for one in header["stretches"]
+                )
+        except FileNotFoundError:
+            raise InputError("no such file") from None
+        except OSError as error:
+            raise InputError(f"cannot be read ({error.strerror or error})") from None
+        except (KeyError, ValueError, TypeError, AttributeError, zipfile.BadZipFile):
+            raise InputError("damaged, or not a summary") from None
+        return cls(
+            header["rate"],
+            tuple(header["units"]),
+            tuple(header["columns"]),
+            tuple(header["covariates_named"]),
+            header["covariate_units"],
+            header["path"],
+            stretches,
+            tuple(Finding(**finding) for finding in header["told"]),
+        )
+
+
+def _plain(value: Any, arrays: list[np.ndarray[Any, Any]]) -> Any:
+    """The same with each array replaced by its number."""
+    if isinstance(value, np.ndarray):
+        arrays.append(value)
+        return {"array": len(arrays) - 1}
+    if isinstance(value, dict):
+        return {key: _plain(inside, arrays) for key, inside in value.items()}
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return [_plain(inside, arrays) for inside in value]
+    return value
+
+
+def _full(value: Any, arrays: Any) -> Any:
+    """The same with each number of an array replaced by the array."""
+    if isinstance(value, dict):
+        if set(value) == {"array"}:
+            return arrays[f"a{value['array']}"]
+        return {key: _full(inside, arrays) for key, inside in value.items()}
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return [_full(inside, arrays) for inside in value]
+    return value

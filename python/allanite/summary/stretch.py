@@ -1,0 +1,190 @@
+"""One stretch of a stream without a piece missing: pyramid, Allan curve and extremes of every column."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.deviation.accumulator import Accumulator
+from allanite.summary.level import Level, join
+from allanite.summary.sums import Sum
+
+__all__ = ["Extremes", "Stretch"]
+
+#: Averaging times per octave of the curve.
+TAUS = 4
+
+
+@dataclass(slots=True, eq=False)
+class Extremes:
+    """What single samples tell: how many, the smallest and largest and where, and how they step.
+
+    Attributes
+    ----------
+    count, missing, gaps : int
+        Samples that are there, that are missing, and runs of these.
+    low, high : (float, int)
+        Smallest and largest sample and its place in the stream.
+    steps : Sum, shape (4,)
+        Of the differences of neighbours: their number, how many are 0, Σd², Σd⁴.
+    ends : (float, float)
+        First and last sample, NaN where missing.
+    """
+
+    count: int = 0
+    missing: int = 0
+    gaps: int = 0
+    low: tuple[float, int] = (np.inf, -1)
+    high: tuple[float, int] = (-np.inf, -1)
+    steps: Sum = field(default_factory=lambda: Sum.zeros(4))
+    ends: tuple[float, float] | None = None
+
+    def update(self, x: NDArray[np.float64], at: int) -> None:
+        """Take the samples from place `at` on."""
+        if x.size == 0:
+            return
+        holes = np.isnan(x)
+        before = None if self.ends is None else self.ends[1]
+        lost = int(np.count_nonzero(holes))
+        self.missing += lost
+        self.count += x.size - lost
+        if lost:
+            was = False if before is None else bool(np.isnan(before))
+            self.gaps += int(np.count_nonzero(holes & ~np.concatenate([[was], holes[:-1]])))
+        if lost < x.size:
+            low, high = int(np.nanargmin(x)), int(np.nanargmax(x))
+            self.low = min(self.low, (float(x[low]), at + low))
+            self.high = max(self.high, (float(x[high]), at + high), key=lambda v: (v[0], -v[1]))
+        self._step(np.diff(x if before is None else np.concatenate([[before], x])))
+        self.ends = float(x[0]) if self.ends is None else self.ends[0], float(x[-1])
+
+    def _step(self, d: NDArray[np.float64]) -> None:
+        d = d[~np.isnan(d)]
+        square = d * d
+        found = [d.size, d.size - np.count_nonzero(d), square.sum(), square @ square]
+        self.steps.add(np.array(found, dtype=np.float64))
+
+    def merge(self, other: Extremes) -> None:
+        """Take the stretch that follows."""
+        if other.ends is None:
+            return
+        if self.ends is not None:
+            self.gaps -= bool(np.isnan(self.ends[1]) and np.isnan(other.ends[0]))
+            self._step(np.array([other.ends[0] - self.ends[1]]))
+        self.count += other.count
+        self.missing += other.missing
+        self.gaps += other.gaps
+        self.low = min(self.low, other.low)
+        self.high = max(self.high, other.high, key=lambda v: (v[0], -v[1]))
+        self.steps.add(other.steps.high, other.steps.low)
+        self.ends = other.ends if self.ends is None else (self.ends[0], other.ends[1])
+
+    def state(self) -> dict[str, Any]:
+        """Plain parts."""
+        return {
+            "numbers": [self.count, self.missing, self.gaps],
+            "low": list(self.low),
+            "high": list(self.high),
+            "steps": self.steps.state(),
+            "ends": None if self.ends is None else list(self.ends),
+        }
+
+    @classmethod
+    def restored(cls, state: dict[str, Any]) -> Extremes:
+        """What had that state."""
+        steps, ends = state["steps"], state["ends"]
+        return cls(
+            *state["numbers"],
+            (state["low"][0], state["low"][1]),
+            (state["high"][0], state["high"][1]),
+            Sum(steps["high"].copy(), steps["low"].copy()),
+            None if ends is None else (ends[0], ends[1]),
+        )
+
+
+@dataclass(slots=True, eq=False)
+class Stretch:
+    """Samples `start` … `stop` − 1 of a stream: one level, curve and extremes a column; of covariates a level."""
+
+    start: int
+    stop: int
+    levels: list[Level]
+    curves: list[Accumulator]
+    extremes: list[Extremes]
+
+    @classmethod
+    def begun(cls, start: int, columns: int, covariates: int, rate: float, units: tuple[str, ...]) -> Stretch:
+        """Nothing taken yet."""
+        return cls(
+            start,
+            start,
+            [Level(0, start, start, i < columns) for i in range(columns + covariates)],
+            [Accumulator(rate, TAUS, unit=unit, start=start) for unit in units],
+            [Extremes() for _ in range(columns)],
+        )
+
+    def update(self, columns: list[NDArray[Any]]) -> None:
+        """Take the samples that follow, an array a column and covariate."""
+        size = columns[0].size
+        for curve, x in zip(self.curves, columns, strict=False):
+            curve.update(x)
+        for i, x in enumerate(columns):
+            # A copy: the caller may use the memory again.
+            values = np.array(x, dtype=np.float64)
+            if i < len(self.extremes):
+                self.extremes[i].update(values, self.stop)
+            self.levels[i].extend(values)
+        self.stop += size
+
+    def merge(self, other: Stretch) -> None:
+        """Take the stretch that begins where this one ends; it is used up."""
+        self.levels = [join(a, b) for a, b in zip(self.levels, other.levels, strict=True)]
+        for curve, theirs in zip(self.curves, other.curves, strict=True):
+            curve.merge(theirs)
+        for mine, others in zip(self.extremes, other.extremes, strict=True):
+            mine.merge(others)
+        self.stop = other.stop
+
+    def of(self, place: int, covariates: slice) -> Stretch:
+        """One column, with the covariates."""
+        return Stretch(
+            self.start,
+            self.stop,
+            [self.levels[place], *self.levels[covariates]],
+            [self.curves[place]],
+            [self.extremes[place]],
+        )
+
+    def copy(self) -> Stretch:
+        """Another one that can be changed."""
+        return Stretch(
+            self.start,
+            self.stop,
+            [level.copy() for level in self.levels],
+            [curve.__copy__() for curve in self.curves],
+            [Extremes.restored(one.state()) for one in self.extremes],
+        )
+
+    def state(self) -> dict[str, Any]:
+        """Plain parts."""
+        return {
+            "start": self.start,
+            "stop": self.stop,
+            "levels": [level.state() for level in self.levels],
+            "curves": [curve.state() for curve in self.curves],
+            "extremes": [one.state() for one in self.extremes],
+        }
+
+    @classmethod
+    def restored(cls, state: dict[str, Any]) -> Stretch:
+        """The stretch whose state that was."""
+        return cls(
+            state["start"],
+            state["stop"],
+            [Level.restored(one) for one in state["levels"]],
+            [Accumulator.restored(one) for one in state["curves"]],
+            [Extremes.restored(one) for one in state["extremes"]],
+        )

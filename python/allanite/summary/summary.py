@@ -1,0 +1,326 @@
+"""A record of any length in a few megabytes: made in one pass, mergeable, and enough for a fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.recording import Recording
+from allanite.recording.findings import Finding
+from allanite.recording.recording import find_column
+from allanite.summary import storage
+from allanite.summary.reading import Reading, read_column
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from allanite.deviation import Deviation
+    from allanite.summary.stretch import Extremes, Stretch
+
+__all__ = ["Summary"]
+
+#: Fourth moment of the steps over three times the square of their second from which single samples stand out.
+HEAVY = 1.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Summary:
+    """What one pass over a record keeps: a few megabytes a column, whatever its length.
+
+    A fit, a check and a ladder take it where they take a recording. Up to 2^19 samples it keeps them all and is read as the
+    recording; of longer records it keeps the low frequencies as samples of a lower rate, the power of all higher ones in
+    segments of 2048 samples of each octave, and the Allan curve.
+
+    Attributes
+    ----------
+    rate : float
+        Hz.
+    units, columns : tuple of str
+        A unit and a name a column.
+    covariates_named : tuple of str
+        Columns offered as an explanation; only their low frequencies are kept.
+    covariate_units : dict of str to str
+    path : str or None
+    stretches : tuple of Stretch
+        Pieces that have not met yet, in the order of time; what is between them is missing.
+
+    Examples
+    --------
+    >>> import allanite as al
+    >>> whole = al.summarise(al.parse_model("N(N=1)+K(K=0.01)").simulate(rate=10.0, duration=1e4, seed=1))
+    >>> print(whole)
+    Summary(x: 100000 samples at 10 Hz (10000 s) in 1)
+    """
+
+    rate: float
+    units: tuple[str, ...]
+    columns: tuple[str, ...]
+    covariates_named: tuple[str, ...]
+    covariate_units: dict[str, str]
+    path: str | None
+    stretches: tuple[Stretch, ...]
+    told: tuple[Finding, ...] = ()
+
+    #: Samples are rates.
+    quantity = "rate"
+
+    # -- size ------------------------------------------------------------------------------------
+
+    @property
+    def start(self) -> int:
+        """Index of the first sample in its stream."""
+        return self.stretches[0].start
+
+    @property
+    def n(self) -> int:
+        """Samples from the first to the last, missing ones included."""
+        return self.stretches[-1].stop - self.stretches[0].start
+
+    @property
+    def duration(self) -> float:
+        """Length, s."""
+        return self.n / self.rate
+
+    @property
+    def tau0(self) -> float:
+        """Sampling interval, s."""
+        return 1.0 / self.rate
+
+    @property
+    def unit(self) -> str:
+        """Unit of the rate; of several units all are named."""
+        return ", ".join(dict.fromkeys(self.units))
+
+    @property
+    def missing(self) -> int:
+        """Samples that are missing, of the first column; pieces that never came included."""
+        return self.n - self.extremes.count
+
+    @property
+    def gaps(self) -> int:
+        """Runs of missing samples, of the first column."""
+        return self.extremes.gaps + len(self.stretches) - 1
+
+    @property
+    def whole(self) -> bool:
+        """Whether all samples are kept: then it is read as the recording that it is of."""
+        return all(level.whole for one in self.stretches for level in one.levels) and (
+            len(self.reading().octaves) == 0
+        )
+
+    @property
+    def extremes(self) -> Extremes:
+        """Extremes and steps of the first column."""
+        out = self.stretches[0].copy().extremes[0]
+        for one in self.stretches[1:]:
+            out.merge(one.extremes[0])
+        return out
+
+    # -- parts -----------------------------------------------------------------------------------
+
+    def column(self, name: str | int) -> Summary:
+        """The summary of one column, by name or index, with the covariates.
+
+        Raises
+        ------
+        InputError
+            There is no such column; the names are listed.
+        """
+        at = find_column(name, self.columns)
+        extra = slice(len(self.columns), None)
+        return replace(
+            self,
+            units=(self.units[at],),
+            columns=(self.columns[at],),
+            stretches=tuple(one.of(at, extra) for one in self.stretches),
+        )
+
+    def __iter__(self) -> Iterator[Summary]:
+        """Yield the columns, each a summary of its own."""
+        return (self.column(i) for i in range(len(self.columns)))
+
+    def merge(self, *others: Summary) -> Summary:
+        """Join with pieces of the same stream, in any order; adjacent ones become one.
+
+        Raises
+        ------
+        InputError
+            Pieces of another rate, unit or set of columns, or that overlap.
+        """
+        pieces = [(self, one) for one in self.stretches]
+        for other in others:
+            if not isinstance(other, Summary):
+                raise InputError(f"cannot merge {other!r}: another Summary is needed")
+            mine = (self.rate, self.units, self.columns, self.covariates_named)
+            theirs = (other.rate, other.units, other.columns, other.covariates_named)
+            if mine != theirs:
+                raise InputError(
+                    f"cannot merge {', '.join(theirs[2])} at {other.rate:g} Hz in {other.unit} into"
+                    f" {', '.join(mine[2])} at {self.rate:g} Hz in {self.unit}"
+                )
+            pieces += [(other, one) for one in other.stretches]
+        pieces.sort(key=lambda pair: (pair[1].start, pair[1].stop))
+        joined: list[Stretch] = []
+        fresh: list[bool] = []
+        for _, one in pieces:
+            if joined and one.start < joined[-1].stop:
+                raise InputError(
+                    f"two pieces hold sample {one.start}: give each its own start, the index of its first sample"
+                )
+            if joined and one.start == joined[-1].stop:
+                if not fresh[-1]:
+                    joined[-1], fresh[-1] = joined[-1].copy(), True
+                joined[-1].merge(one.copy())
+            elif one.stop > one.start or not joined:
+                joined.append(one)
+                fresh.append(False)
+        told = tuple(dict.fromkeys([*self.told, *(f for other in others for f in other.told)]))
+        return replace(self, stretches=tuple(joined), told=told)
+
+    # -- what it tells ---------------------------------------------------------------------------
+
+    def reading(self) -> Reading:
+        """Octaves and low-rate samples of the only column."""
+        self._one()
+        return read_column([one.levels[0] for one in self.stretches])
+
+    def _one(self) -> None:
+        if len(self.columns) != 1:
+            raise InputError(
+                f"one column is needed, found {', '.join(self.columns)}: choose with column(name)"
+            )
+
+    def low_rate(self, depth: int) -> dict[str, NDArray[np.float64]]:
+        """Covariates at 2^−depth of the rate, where `reading` has its samples."""
+        first = len(self.columns)
+        return {
+            name: read_column([one.levels[first + i] for one in self.stretches], depth).samples
+            for i, name in enumerate(self.covariates_named)
+        }
+
+    def recording(self) -> Recording:
+        """The recording itself, where all samples are kept.
+
+        Raises
+        ------
+        InputError
+            They are not.
+        """
+        if not self.whole:
+            raise InputError(
+                f"the summary of {self.n} samples does not keep them: read the piece that is needed"
+            )
+        return Recording(
+            self.reading().samples,
+            self.rate,
+            unit=self.units,
+            columns=self.columns,
+            covariates=self.low_rate(0),
+            covariate_units=self.covariate_units,
+            path=self.path,
+        )
+
+    def rate_samples(self) -> NDArray[np.float64]:
+        """Samples of the only column, where all are kept; see `recording`."""
+        return np.asarray(self.recording().rate_samples())
+
+    def oadev(self) -> Deviation:
+        """Overlapping Allan deviation of the only column, four averaging times an octave.
+
+        Raises
+        ------
+        TooShortError
+            Fewer than 3 samples.
+        """
+        from allanite.summary.curve import curve_of
+
+        self._one()
+        return curve_of([one.curves[0] for one in self.stretches])
+
+    @property
+    def covariates(self) -> dict[str, NDArray[np.float64]]:
+        """Covariates at the rate of the samples that are kept."""
+        return self.low_rate(len(self.column(0).reading().octaves)) if self.covariates_named else {}
+
+    @property
+    def audit(self) -> list[Finding]:
+        """What is odd about the samples, as far as one pass tells."""
+        out = list(self.told)
+        for name, unit, one in zip(self.columns, self.units, self, strict=True):
+            found = one.extremes
+            if one.missing:
+                out.append(
+                    Finding(
+                        "gaps",
+                        "warning",
+                        f"{name}: {one.missing} of {one.n} samples are missing, in {one.gaps} gaps",
+                        name,
+                        {"missing": float(one.missing)},
+                    )
+                )
+            count, still, square, fourth = found.steps.value
+            if count and still > 0.5 * count:
+                out.append(
+                    Finding(
+                        "quantisation",
+                        "warning",
+                        f"{name}: {100 * still / count:.3g} % of the samples repeat the one before",
+                        name,
+                    )
+                )
+            if square > 0.0 and fourth * count > HEAVY * 3.0 * square**2:
+                at = max(found.low, found.high, key=lambda v: abs(v[0]))
+                out.append(
+                    Finding(
+                        "outliers",
+                        "warning",
+                        f"{name}: steps from sample to sample have heavy tails (kurtosis"
+                        f" {fourth * count / square**2:.3g}, normal noise has 3); the extremes are"
+                        f" {found.low[0]:g} and {found.high[0]:g} {unit}",
+                        name,
+                        {"time_s": (at[1] - self.start) / self.rate},
+                    )
+                )
+        return out
+
+    def describe(self) -> dict[str, Any]:
+        """JSON form: as that of a recording."""
+        return {
+            "path": self.path,
+            "column": ", ".join(self.columns),
+            "n": self.n,
+            "rate_hz": self.rate,
+            "duration_s": self.duration,
+            "unit": self.unit,
+            "gaps": self.column(0).gaps,
+            "audit": [finding.to_dict() for finding in self.audit],
+        }
+
+    def save(self, path: str | Path) -> None:
+        """Write the summary as one file, which `load` reads back; the name is kept as it is."""
+        storage.save(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Summary:
+        """Read a summary that `save` has written.
+
+        Raises
+        ------
+        InputError
+            No such file, or none of these.
+        """
+        return storage.load(cls, path)
+
+    def __str__(self) -> str:
+        extra = f"; covariates {', '.join(self.covariates_named)}" if self.covariates_named else ""
+        parts = f"; {len(self.stretches)} pieces" if len(self.stretches) > 1 else ""
+        what = f"{self.n} samples at {self.rate:g} Hz ({self.duration:g} s) in {self.unit}"
+        return f"Summary({', '.join(self.columns)}: {what}{extra}{parts})"
+
+    __repr__ = __str__

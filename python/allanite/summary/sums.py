@@ -1,0 +1,129 @@
+"""Sums that do not depend on the order in which they were made: two doubles a number."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Blocks", "Sum"]
+
+Array = NDArray[np.float64]
+#: Most blocks of the time axis; at twice as few they are split no further.
+MOST = 512
+
+
+@dataclass(slots=True, eq=False)
+class Sum:
+    """An array of sums, kept as `high + low`: some 106 bits, of which the order of adding moves the last few."""
+
+    high: Array
+    low: Array
+
+    @classmethod
+    def zeros(cls, shape: int | tuple[int, ...]) -> Sum:
+        """Nothing added yet."""
+        return cls(np.zeros(shape), np.zeros(shape))
+
+    def add(self, value: Array, low: Array | float = 0.0) -> None:
+        """Add an array, or one of two doubles (Knuth's two-sum)."""
+        total = self.high + value
+        back = total - self.high
+        lost = (self.high - (total - back)) + (value - back)
+        rest = self.low + (lost + low)
+        self.high = total + rest
+        self.low = rest - (self.high - total)
+
+    @property
+    def value(self) -> Array:
+        """The sums as doubles."""
+        return self.high + self.low
+
+    def state(self) -> dict[str, Any]:
+        """Plain parts."""
+        return {"high": self.high, "low": self.low}
+
+
+@dataclass(slots=True, eq=False)
+class Blocks:
+    """Power over time: sums of 2^size consecutive tiles, on a grid anchored at sample 0 of the stream.
+
+    Attributes
+    ----------
+    size : int
+        Exponent of two of the tiles in a block; it grows so that there are at most `MOST` blocks.
+    first : int
+        Number of the first block.
+    sums : Sum, shape (blocks, bands)
+    frames : ndarray, shape (blocks,)
+        Segments in each block.
+    """
+
+    size: int
+    first: int
+    sums: Sum
+    frames: Array
+
+    @classmethod
+    def empty(cls, bands: int) -> Blocks:
+        """No block yet."""
+        return cls(0, 0, Sum.zeros((0, bands)), np.zeros(0))
+
+    def add(self, tile: int, power: Array, frames: float) -> None:
+        """Add the band powers of one tile."""
+        self._make_room(tile >> self.size, (tile >> self.size) + 1)
+        at = (tile >> self.size) - self.first
+        row = Sum(self.sums.high[at], self.sums.low[at])
+        row.add(power)
+        self.sums.high[at], self.sums.low[at] = row.high, row.low
+        self.frames[at] += frames
+
+    def merge(self, other: Blocks) -> None:
+        """Add the blocks of another stretch of the same stream."""
+        if other.frames.size == 0:
+            return
+        while self.size < other.size:
+            self._coarsen()
+        theirs = Blocks(other.size, other.first, other.sums, other.frames)
+        while theirs.size < self.size:
+            theirs._coarsen()
+        self._make_room(theirs.first, theirs.first + theirs.frames.size)
+        while theirs.size < self.size:
+            theirs._coarsen()
+        place = slice(theirs.first - self.first, theirs.first - self.first + theirs.frames.size)
+        part = Sum(self.sums.high[place], self.sums.low[place])
+        part.add(theirs.sums.high, theirs.sums.low)
+        self.sums.high[place], self.sums.low[place] = part.high, part.low
+        self.frames[place] += theirs.frames
+
+    def _make_room(self, first: int, end: int) -> None:
+        """Extend the time axis to blocks first … end − 1 of the present size, and coarsen while they are too many."""
+        if self.frames.size == 0:
+            self.first = first
+        low, high = min(first, self.first), max(end, self.first + self.frames.size)
+        before, after = self.first - low, high - self.first - self.frames.size
+        if before or after:
+            pad = ((before, after), (0, 0))
+            self.sums = Sum(np.pad(self.sums.high, pad), np.pad(self.sums.low, pad))
+            self.frames = np.pad(self.frames, (before, after))
+            self.first = low
+        while self.frames.size > MOST:
+            self._coarsen()
+
+    def _coarsen(self) -> None:
+        count = self.frames.size
+        odd = self.first % 2
+        pad = ((odd, (odd + count) % 2), (0, 0))
+        high, low = np.pad(self.sums.high, pad), np.pad(self.sums.low, pad)
+        pair = Sum(high[0::2].copy(), low[0::2].copy())
+        pair.add(high[1::2], low[1::2])
+        self.sums = pair
+        self.frames = np.pad(self.frames, pad[0]).reshape(-1, 2).sum(axis=1)
+        self.first >>= 1
+        self.size += 1
+
+    def state(self) -> dict[str, Any]:
+        """Plain parts."""
+        return {"size": self.size, "first": self.first, "frames": self.frames, **self.sums.state()}
