@@ -80,11 +80,11 @@ def time_map(solution: Solution, data: Data, whitened: Whitened) -> TimeMap:
     half = data.rate / (2.0 * data.n)
     expected = expected_level(solution, edges)
     ratio, z = [], []
-    for low, high, power in bands:
+    for low, high, power, each in bands:
         place = np.floor((np.arange(power.size) + 0.5) * SEGMENTS / power.size).astype(int)
         count = np.bincount(place, minlength=SEGMENTS).astype(float)
         mean = np.bincount(place, weights=power, minlength=SEGMENTS) / count
-        count = count / overdispersion(power)
+        count = count * each / overdispersion(power, each)
         share = white_share(solution, data, (low + high) // 2)
         mean = mean / (1.0 + share * (expected - 1.0))
         ratio.append(mean)
@@ -99,11 +99,11 @@ def time_map(solution: Solution, data: Data, whitened: Whitened) -> TimeMap:
     )
 
 
-def overdispersion(power: NDArray[np.float64]) -> float:
+def overdispersion(power: NDArray[np.float64], each: float = 1.0) -> float:
     """By how much the power of neighbouring stretches scatters more than χ² does, at least 1.
 
     Heavy tails and bands narrower than an octave leave fewer independent values than there are; differences of
-    neighbours see no change of level.
+    neighbours see no change of level. Each value is the mean of `each` squares.
     """
     found = 1.0
     cells = min(CELLS, power.size // FEWEST)
@@ -112,6 +112,6 @@ def overdispersion(power: NDArray[np.float64]) -> float:
         means = power[: cells * size].reshape(cells, size).mean(axis=1)
         # The median of squares: a few changes of level are no scatter.
         scatter = 0.5 * float(np.median(np.diff(means) ** 2)) / 0.4549 / float(np.mean(means)) ** 2
-        found = max(found, scatter * size / 2.0 / (1.0 + 4.0 / np.sqrt(cells)))
+        found = max(found, scatter * size * each / 2.0 / (1.0 + 4.0 / np.sqrt(cells)))
         cells //= 2
     return found

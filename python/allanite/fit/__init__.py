@@ -9,6 +9,8 @@ from allanite.effects import Periodic
 from allanite.fit.data import prepare
 from allanite.fit.engine import solve
 from allanite.fit.result import Error, Fit, Misfit
+from allanite.fit.summarised import of_summary, refused
+from allanite.summary import Summary
 
 if TYPE_CHECKING:
     from allanite.effects import Effect, Model
@@ -19,12 +21,14 @@ __all__ = ["METHODS", "Error", "Fit", "Misfit", "fit_model"]
 METHODS = ("whittle", "gls", "lines")
 
 
-def fit_model(recording: Recording, model: Model | Effect | str, method: str = "whittle") -> Fit:
+def fit_model(
+    recording: Recording | Summary, model: Model | Effect | str, method: str = "whittle"
+) -> Fit:
     """Fit a model to a recording of one column.
 
     Parameters
     ----------
-    recording : Recording
+    recording : Recording or Summary
         One column; see `Recording.column`.
     model : Model, Effect or str
         Values are starting values, held ones stay, None is found.
@@ -52,6 +56,8 @@ def fit_model(recording: Recording, model: Model | Effect | str, method: str = "
         model = _Model((model,))
     if method not in METHODS:
         raise InputError(f"method {method!r} is unknown (known: {', '.join(METHODS)})")
+    if isinstance(recording, Summary) and recording.whole:
+        recording = recording.recording()
     if len(recording.columns) != 1:
         raise InputError(
             f"a fit needs one column, the recording has {', '.join(recording.columns)}: choose with .column(name)"
@@ -69,9 +75,13 @@ def fit_model(recording: Recording, model: Model | Effect | str, method: str = "
                 f"{line.kind}: frequency = {line.frequency:g} Hz is beyond half of the sampling rate,"
                 f" {recording.rate / 2:g} Hz: give the one at which the samples show it"
             )
-    # Angles have one difference fewer than samples.
-    n = recording.n - (recording.quantity == "angle")
-    data = prepare(recording, model.missing(n, recording.rate))
+    if isinstance(recording, Summary):
+        refused(recording, model, method)
+        data = of_summary(recording)
+    else:
+        # Angles have one difference fewer than samples.
+        n = recording.n - (recording.quantity == "angle")
+        data = prepare(recording, model.missing(n, recording.rate))
     solution = solve(data, model)
     fit = Fit(recording, solution.model, "whittle", data, solution)
     if method == "whittle":

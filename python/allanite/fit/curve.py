@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.showing import brief
-from allanite.deviation import oadev
 from allanite.fit.bands import bands
 from allanite.fit.whittle import normal_scores
 
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ChanceBand", "Curve", "chance_band", "compare_curves", "expected_variance"]
 
-PER_DECADE = 8
 #: Below this the deviation itself is uncertain by 22 %; its error says nothing of the model.
 FEWEST_EDF = 10.0
 #: |z| beyond which the curve leaves the model: neighbouring τ share most of their samples, about 0.2 % for the largest.
@@ -159,14 +157,6 @@ def expected_variance(terms: tuple[Term, ...], factors: NDArray[np.int64]) -> ND
     return np.asarray(sum((t.allan_variance(m) for t in terms), np.zeros(m.size)))
 
 
-def grid(n: int) -> NDArray[np.int64]:
-    """Eight averaging factors a decade, to a third of the record."""
-    top = max(1, n // 3)
-    return np.unique(
-        np.round(10 ** np.arange(0.0, np.log10(top) + 1e-9, 1 / PER_DECADE)).astype(np.int64)
-    )
-
-
 def compare_curves(data: Data, model: Model) -> Curve:
     """Curve of a record (gaps and outliers bridged, as in the fit) against a model with values.
 
@@ -174,10 +164,8 @@ def compare_curves(data: Data, model: Model) -> Curve:
     """
     from scipy.special import chdtri
 
-    factors = grid(data.n)
-    rate = data.rate
-    samples = data.samples
-    measured = oadev(samples, rate=rate, factors=factors)
+    factors = data.factors()
+    measured = data.deviation(factors)
     terms = data.terms(model)
     noise = expected_variance(terms, factors)
     components = {
@@ -193,24 +181,24 @@ def compare_curves(data: Data, model: Model) -> Curve:
         for i, e in enumerate(model.stochastic)
         for seen in [[o.kind for o in model.stochastic[:i]]]
     }
-    total, residual = noise, measured.deviation**2
+    total, residual = noise, measured**2
     if model.deterministic:
         signals = [e.signal(data.time, data.covariates) for e in model.deterministic]
         for i, (effect, signal) in enumerate(zip(model.deterministic, signals, strict=True)):
             name = effect.kind if effect.kind not in components else f"{effect.kind} {i}"
-            components[name] = oadev(signal, rate=rate, factors=factors).deviation
+            components[name] = data.deviation_of(signal, factors)
         whole = np.asarray(sum(signals))
-        total = noise + oadev(whole, rate=rate, factors=factors).deviation ** 2
-        residual = oadev(samples - whole, rate=rate, factors=factors).deviation ** 2
+        total = noise + data.deviation_of(whole, factors) ** 2
+        residual = data.deviation(factors, whole) ** 2
     edf = degrees_of_freedom(terms, data.n, factors)
     z = normal_scores(residual, edf, noise)
     spread_low = np.sqrt(chdtri(edf, 0.975) / edf)
     spread_high = np.sqrt(chdtri(edf, 0.025) / edf)
     deviation = np.sqrt(total)
     return Curve(
-        factors / rate,
+        factors / data.rate,
         factors,
-        measured.deviation,
+        measured,
         deviation,
         deviation * spread_low,
         deviation * spread_high,

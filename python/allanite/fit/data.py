@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
+from allanite.deviation import oadev
 from allanite.spectrum import Bins, bins_of, bridge_gaps
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ __all__ = ["Data", "Noise", "columns", "density", "prepare", "without_samples"]
 
 #: Fewest samples on which a model can be fitted.
 SHORTEST = 32
+#: Averaging times of the curve, a decade.
+PER_DECADE = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,6 +86,12 @@ class Data:
         """Primitive terms of one effect at coefficient 1, for this record."""
         return model.unit_terms(effect, self.rate, self.span)
 
+    def octaves(
+        self, expected: Callable[[NDArray[np.int64]], NDArray[np.float64]]
+    ) -> list[tuple[int, int, NDArray[np.float64], float]]:
+        """Power over time of octaves of which no single ordinates are kept: of a recording there are none."""
+        return []
+
     def half(self, which: int) -> Data:
         """The first (0) or second (1) half, as a record of its own."""
         middle = self.n // 2
@@ -104,6 +113,28 @@ class Data:
         for effect in effects[1:]:
             total += effect.signal(time, self.covariates)
         return total
+
+    def transform(self, series: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Ordinates of a series that is given at `time`."""
+        return _kernels.cosine_transform(np.ascontiguousarray(series))
+
+    def factors(self) -> NDArray[np.int64]:
+        """Averaging factors of the curve: eight a decade, to a third of the record."""
+        top = max(1, self.n // 3)
+        at = np.arange(0.0, np.log10(top) + 1e-9, 1 / PER_DECADE)
+        return np.unique(np.round(10**at).astype(np.int64))
+
+    def deviation(
+        self, factors: NDArray[np.int64], less: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        """Overlapping Allan deviation of the samples, without a signal if one is given."""
+        return self.deviation_of(self.samples if less is None else self.samples - less, factors)
+
+    def deviation_of(
+        self, signal: NDArray[np.float64], factors: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """The same of a signal that is given at `time`."""
+        return oadev(signal, rate=self.rate, factors=factors).deviation
 
     def without(self, signal: NDArray[np.float64]) -> NDArray[np.float64]:
         """Ordinates of the record with a deterministic signal taken out; the signal's memory is used for it."""

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite import _kernels
-
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.data import Data, Noise
@@ -44,7 +42,7 @@ def _transformed(effect: Deterministic, j: NDArray[np.int64], data: Data) -> NDA
     if kept and key in data.functions:
         return data.functions[key][:, j]
     series = effect.regressors(data.time, data.covariates).T
-    out = np.array([_kernels.cosine_transform(np.ascontiguousarray(s)) for s in series])
+    out = np.array([data.transform(s) for s in series])
     if kept and len(data.functions) < MOST:
         data.functions[key] = out[:, :KEPT].copy()
     return out[:, j]

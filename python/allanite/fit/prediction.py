@@ -115,10 +115,10 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
     if data.n < SHORTEST:
         return None
     bins = data.bins
-    number, total = _folded(bins, solution.ordinates)
+    number, total = bins.folded(solution.ordinates, FOLDS)
     saturated = total
     if solution.ordinates is not data.ordinates or raw is not None:
-        _, saturated = _folded(bins, (data if raw is None else raw).ordinates)
+        _, saturated = bins.folded((data if raw is None else raw).ordinates, FOLDS)
     used = _used(bins, solution)
     units = np.zeros((FOLDS, bins.groups.size))
     cell = np.searchsorted(cells_of(bins.count.size), np.arange(bins.count.size), side="right")
@@ -157,21 +157,6 @@ def _judged(
 def _std_error(losses: Array) -> float:
     """Of a sum of independent numbers."""
     return float(np.sqrt(losses.size) * losses.std(ddof=1))
-
-
-def _folded(bins: Bins, ordinates: Array) -> tuple[Array, Array]:
-    """Ordinates j ≡ fold (mod FOLDS) of each bin: their number and the sum of their squares, shape (FOLDS, bins) each."""
-    number = np.empty((FOLDS, bins.count.size))
-    total = np.empty_like(number)
-    for fold in range(FOLDS):
-        own = ordinates[fold::FOLDS]
-        # First of the fold's ordinates at or above each edge.
-        edges = (bins.edges - fold + FOLDS - 1) // FOLDS
-        number[fold] = np.diff(edges)
-        squares = np.append(own * own, 0.0)
-        sums = np.add.reduceat(squares, edges[:-1])
-        total[fold] = np.where(number[fold] > 0, sums, 0.0)
-    return number, total
 
 
 def _used(bins: Bins, solution: Solution) -> Array:

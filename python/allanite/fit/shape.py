@@ -154,7 +154,7 @@ def _others_signal(others: tuple[Deterministic, ...], data: Data) -> NDArray[np.
 
 def strongest_line(ordinates: NDArray[np.float64], noise: Noise, data: Data) -> float:
     """Frequency of the largest whitened ordinate pair, Hz."""
-    j = np.arange(8, data.n)
+    j = np.arange(8, ordinates.size)
     ratio = ordinates[8:] ** 2 / noise.variance(j)
     return float(j[int(np.argmax(ratio))] * data.rate / (2.0 * data.n))
 

@@ -45,13 +45,14 @@ class Whitened:
     Attributes
     ----------
     samples : ndarray, shape (n,)
-        Over time.
+        Over time. Of a summary, which keeps the lowest ordinates alone, as many as these.
     bands : tuple
-        (first ordinate, end, power over time) of each octave from the top, while it has `BAND` values.
+        (first ordinate, end, power over time, squares in each value) of each octave from the top, while it has `BAND`
+        values.
     """
 
     samples: NDArray[np.float64]
-    bands: tuple[tuple[int, int, NDArray[np.float64]], ...]
+    bands: tuple[tuple[int, int, NDArray[np.float64], float], ...]
 
     __repr__ = brief
 
@@ -60,18 +61,21 @@ def whiten(solution: Solution, data: Data) -> Whitened:
     """The whitened residual of a solution, over time and in octaves."""
     white = whitened_ordinates(solution, data, solution.level)
     # Behind a deep stop band the ends of the transform, not the record, stand out.
-    ends = min(ENDS, data.n // 64)
-    bands = []
-    high = data.n
+    n = white.size
+    ends = min(ENDS, n // 64)
+    bands = data.octaves(
+        lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j)))
+    )
+    high = n
     while high - (low := high // 2) >= BAND:
         series = np.concatenate([[0.0], white[low:high]])
         power = _kernels.inverse_cosine_transform(series) ** 2
-        edge = -(-ends * power.size // data.n)
+        edge = -(-ends * power.size // n)
         power[:edge] = power[power.size - edge :] = power[edge : power.size - edge].mean()
-        bands.append((low, high, power))
+        bands.append((low, high, power, 1.0))
         high = low
     samples = _kernels.inverse_cosine_transform(white)
-    samples[:ends] = samples[data.n - ends :] = 0.0
+    samples[:ends] = samples[n - ends :] = 0.0
     return Whitened(samples, tuple(bands))
 
 
@@ -79,14 +83,21 @@ def whitened_ordinates(
     solution: Solution, data: Data, level: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Residual ordinates over the root of the model's density times the level of each bin, shape (n,)."""
-    bins = data.bins
-    known = np.log(density(data.terms(solution.model), bins.nodes, data.n) * level[bins.owner])
-    j = np.maximum(np.arange(data.n, dtype=np.float64), 1.0)
-    white = np.interp(np.log(j, out=j), np.log(bins.nodes), known)
+    j = np.maximum(np.arange(solution.ordinates.size, dtype=np.float64), 1.0)
+    white = _log_density(solution, data, level, np.log(j, out=j))
     white *= -0.5
     np.exp(white, out=white)
     white *= solution.ordinates
     return white
+
+
+def _log_density(
+    solution: Solution, data: Data, level: NDArray[np.float64], log_j: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Logarithm of the model's density times the level of each bin, at ordinates of which the logarithms are given."""
+    bins = data.bins
+    known = np.log(density(data.terms(solution.model), bins.nodes, data.n) * level[bins.owner])
+    return np.interp(log_j, np.log(bins.nodes), known)
 
 
 def expected_level(solution: Solution, edges: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -121,9 +132,9 @@ def white_power(
     bands = whitened.bands
     if not bands:
         return None, 0.0, 0.0
-    length = bands[0][2].size
+    length = max(power.size for _, _, power, _ in bands)
     total, weight, shares = np.zeros(length), 0.0, 0.0
-    for low, high, power in bands:
+    for low, high, power, each in bands:
         j = np.array([(low + high) // 2])
         white = (
             solution.theta[place]
@@ -134,9 +145,10 @@ def white_power(
             continue
         # Spread the coarser bands over the finest time axis with their own number of values.
         index = (np.arange(length) * power.size // length).astype(np.int64)
-        total += power[index] * (power.size / length)
-        weight += power.size / length
-        shares += share * power.size / length
+        values = each * power.size / length
+        total += power[index] * values
+        weight += values
+        shares += share * values
     if weight == 0.0:
         return None, 0.0, 0.0
     return total / weight, shares / weight, weight

@@ -69,6 +69,22 @@ class Bins:
         """Bin means of squared ordinates (length n, j = 0 unused)."""
         return np.add.reduceat(ordinates**2, self.edges[:-1]) / self.count
 
+    def folded(
+        self, ordinates: NDArray[np.float64], folds: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Ordinates j ≡ fold (mod `folds`) of each bin: their number and the sum of their squares, shape (folds, bins) each."""
+        number = np.empty((folds, self.count.size))
+        total = np.empty_like(number)
+        for fold in range(folds):
+            own = ordinates[fold::folds]
+            # First of the fold's ordinates at or above each edge.
+            edges = (self.edges - fold + folds - 1) // folds
+            number[fold] = np.diff(edges)
+            squares = np.append(own * own, 0.0)
+            sums = np.add.reduceat(squares, edges[:-1])
+            total[fold] = np.where(number[fold] > 0, sums, 0.0)
+        return number, total
+
     def frequency(self, rate: float) -> NDArray[np.float64]:
         """Geometric centre of each bin in Hz."""
         centre = np.sqrt(self.edges[:-1] * (self.edges[1:] - 1.0))

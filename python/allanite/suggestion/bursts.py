@@ -86,7 +86,8 @@ def _log_odds(solution: Solution, data: Data) -> float:
     time, sigma = float(lag.values["correlation_time"]), float(lag.values["sigma"])
     length = max(1, round(2.0 * time / BLOCKS * data.rate))
     count = data.n // length
-    if not FEWEST <= count <= MOST:
+    # Of a summary, which keeps the lowest ordinates alone, no level is seen.
+    if not FEWEST <= count <= MOST or solution.ordinates.size < data.n:
         return 0.0
     j = np.arange(1, count, dtype=np.int64)
     total = density(data.terms(solution.model), j, data.n) / length

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite import _kernels
 from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import Solution, solve
 from allanite.fit.matched import grid_points, matched_gains
@@ -143,9 +142,9 @@ def column_slopes(solution: Solution, data: Data) -> tuple[tuple[float, float], 
     The ordinates are split where half the information on the coefficient lies below. None where one half has none.
     """
     effect = solution.model.deterministic[-1]
-    series = np.ascontiguousarray(effect.regressors(data.time, data.covariates)[:, 0])
+    series = effect.regressors(data.time, data.covariates)[:, 0]
     j = np.arange(1, min(data.n, LOW), dtype=np.int64)
-    z = _kernels.cosine_transform(series)[j]
+    z = data.transform(series)[j]
     variance = solution.noise(data).variance(j)
     weight = z**2 / variance
     split = int(np.searchsorted(np.cumsum(weight), 0.5 * weight.sum())) + 1

@@ -130,7 +130,7 @@ def _wander(top: int, solution: Solution, data: Data, level: float) -> tuple[int
 
     A Lorentzian of any height on the single ordinates about the line (their Whittle likelihood).
     """
-    j = np.arange(max(1, top - WIDE), min(data.n, top + WIDE), dtype=np.int64)
+    j = np.arange(max(1, top - WIDE), min(solution.ordinates.size, top + WIDE), dtype=np.int64)
     z = solution.ordinates[j] ** 2 / solution.noise(data).variance(j)
     z /= max(float(np.median(z)) / 0.4549, 1.0) if level > 1.0 else 1.0
     best = (0, -np.inf)

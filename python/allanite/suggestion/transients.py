@@ -162,7 +162,7 @@ def screen_outliers(
     """
     from scipy.special import log_ndtr, ndtri_exp
 
-    if not Outliers.candidates(solution.model, data.covariates):
+    if not Outliers.candidates(solution.model, data.covariates) or samples.size < data.n:
         return None
     centre = np.median(samples)
     # The widest of three quantiles: noise that is merely not normal has no outliers.

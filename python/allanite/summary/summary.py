@@ -12,6 +12,7 @@ from allanite.recording import Recording
 from allanite.recording.findings import Finding
 from allanite.recording.recording import find_column
 from allanite.summary import storage
+from allanite.summary.level import KEEP
 from allanite.summary.reading import Reading, read_column
 
 if TYPE_CHECKING:
@@ -110,9 +111,8 @@ class Summary:
     @property
     def whole(self) -> bool:
         """Whether all samples are kept: then it is read as the recording that it is of."""
-        return all(level.whole for one in self.stretches for level in one.levels) and (
-            len(self.reading().octaves) == 0
-        )
+        every = all(level.whole for one in self.stretches for level in one.levels)
+        return every and self.n <= 2 * KEEP
 
     @property
     def extremes(self) -> Extremes:
