@@ -252,9 +252,9 @@ def of_summary(summary: Summary) -> Data:
         ),
         covariates,
         (reading.start * factor - summary.start) / summary.rate,
-        factor,
-        summary,
-        reading,
+        factor=factor,
+        summary=summary,
+        reading=reading,
     )
 
 
