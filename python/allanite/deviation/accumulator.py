@@ -195,9 +195,7 @@ class Accumulator:
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Accumulator:
         """The accumulator whose state that was."""
-        out = cls(
-            state["rate"], state["octaves"], quantity=state["quantity"], unit=state["unit"]
-        )
+        out = cls(state["rate"], state["octaves"], quantity=state["quantity"], unit=state["unit"])
         start, samples, gaps, origin, levels = state["core"]
         out.start, out._base = start, state["base"]
         out._core.__setstate__((start, samples, gaps, origin, [tuple(one) for one in levels]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from allanite.common.errors import InputError
 from allanite.effects import Periodic
@@ -83,7 +83,9 @@ def fit_model(
         n = recording.n - (recording.quantity == "angle")
         data = prepare(recording, model.missing(n, recording.rate))
     solution = solve(data, model)
-    fit = Fit(recording, solution.model, "whittle", data, solution)
+    # A summary that does not keep its samples answers what a fit asks of a recording.
+    source = cast("Recording", recording)
+    fit = Fit(source, solution.model, "whittle", data, solution)
     if method == "whittle":
         return fit
     from allanite.fit.classical import refit

@@ -71,7 +71,9 @@ class Regression:
 def window(frequency: float, data: Data, half: int = WINDOW) -> NDArray[np.int64]:
     """Ordinates about a frequency in Hz."""
     centre = round(2.0 * data.n * frequency / data.rate)
-    return np.arange(max(1, centre - half), min(data.ordinates.size, centre + half + 1), dtype=np.int64)
+    return np.arange(
+        max(1, centre - half), min(data.ordinates.size, centre + half + 1), dtype=np.int64
+    )
 
 
 def line_ordinates(frequency: float, j: NDArray[np.int64], data: Data) -> NDArray[np.float64]:

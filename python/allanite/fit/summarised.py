@@ -19,12 +19,13 @@ from allanite.common.showing import brief
 from allanite.deviation import Deviation, oadev
 from allanite.fit.data import Data
 from allanite.spectrum import Bins, bins_of, bridge_gaps
-from allanite.summary import Summary
 from allanite.summary.lapped import LOW, SEGMENT, gain
 from allanite.summary.level import BANDS, TILE
+from allanite.summary.lines import without_lines
 
 if TYPE_CHECKING:
     from allanite.effects import Model
+    from allanite.summary import Summary
     from allanite.summary.reading import Reading
 
 __all__ = ["SummaryData", "of_summary", "refused"]
@@ -168,7 +169,7 @@ class SummaryData(Data):
             edges = np.linspace(0, LOW, BANDS + 1).astype(np.int64) + LOW
             middle = 0.5 * (edges[1:] + edges[:-1])
             j = np.clip(np.round(middle * per), 1, self.n - 1).astype(np.int64)
-            loss = gain(middle / (2.0 * SEGMENT * scale), level) ** 2
+            loss = gain(np.asarray(middle / (2.0 * SEGMENT * scale), np.float64), level) ** 2
             model = expected(j) * np.diff(edges) * loss / scale
             power = (blocks.sums.value / model).mean(axis=1)
             # Of each cell the share of the blocks that lie in it.
@@ -176,7 +177,9 @@ class SummaryData(Data):
             at = first + np.arange(blocks.frames.size + 1) * float((TILE << blocks.size) * scale)
             cells = np.linspace(0.0, self.summary.n, CELLS + 1)
             total = np.diff(np.interp(cells, at, np.concatenate([[0.0], np.cumsum(power)])))
-            frames = np.diff(np.interp(cells, at, np.concatenate([[0.0], np.cumsum(blocks.frames)])))
+            frames = np.diff(
+                np.interp(cells, at, np.concatenate([[0.0], np.cumsum(blocks.frames)]))
+            )
             mean = total.sum() / max(frames.sum(), 1e-9)
             ratio = np.where(frames > 0.0, total / np.maximum(frames, 1e-9), mean)
             low, high = round(LOW * per), min(round(2 * LOW * per), cut)
@@ -205,9 +208,13 @@ def refused(summary: Summary, model: Model, method: str) -> None:
     from allanite.effects import Periodic
 
     if method != "whittle":
-        raise InputError(f"method {method!r} needs samples, which a summary of this length does not keep")
+        raise InputError(
+            f"method {method!r} needs samples, which a summary of this length does not keep"
+        )
     if any(e.removes for e in model.modifiers):
-        raise InputError("outliers are taken out of samples, which a summary of this length does not keep")
+        raise InputError(
+            "outliers are taken out of samples, which a summary of this length does not keep"
+        )
     top = phase_limit(summary.reading(), summary.rate)
     for line in (e for e in model if isinstance(e, Periodic)):
         if (line.frequency or 0.0) > top:
@@ -234,7 +241,9 @@ def of_summary(summary: Summary) -> Data:
     factor, depth = reading.factor, len(reading.octaves)
     samples = bridge_gaps(reading.samples)
     if float(np.ptp(samples)) == 0.0:
-        raise TooShortError(f"column {summary.columns[0]!r} is constant ({samples[0]:g}): there is no noise to fit")
+        raise TooShortError(
+            f"column {summary.columns[0]!r} is constant ({samples[0]:g}): there is no noise to fit"
+        )
     n = samples.size * factor
     bins = bins_of(n)
     known = int(np.searchsorted(bins.edges, 2 * LOW / SEGMENT * samples.size, side="right")) - 1
@@ -247,9 +256,7 @@ def of_summary(summary: Summary) -> Data:
         samples,
         ordinates,
         summary.rate,
-        SummaryBins(
-            n, bins.edges, bins.count, bins.nodes, bins.owner, bins.groups, known, folds
-        ),
+        SummaryBins(n, bins.edges, bins.count, bins.nodes, bins.owner, bins.groups, known, folds),
         covariates,
         (reading.start * factor - summary.start) / summary.rate,
         factor=factor,
@@ -262,11 +269,10 @@ def _folds(reading: Reading, bins: Bins, known: int, folds: int = 5) -> Array:
     """Ordinates and mean power of the bins above the known ones: of all coefficients, and of each fold of them."""
     edges, power, place = [], [], []
     for level in reversed(range(len(reading.octaves))):
-        octave, scale = reading.octaves[level], 1 << level
-        m = np.arange(LOW, LOW + octave.power.high.size)
-        loss = gain((m + 0.5) / (2.0 * SEGMENT * scale), level) ** 2
-        edges.append(m * (bins.n / (SEGMENT * scale)))
-        power.append(octave.power.value / max(octave.frames, 1e-9) * scale / loss)
+        found, _ = without_lines(reading, level, 1.0)
+        m = np.arange(LOW, LOW + found.size)
+        edges.append(m * (bins.n / (SEGMENT * 2.0**level)))
+        power.append(found)
         place.append(m)
     j = np.append(np.concatenate(edges), float(bins.n))
     level_of, m = np.concatenate(power), np.concatenate(place)

@@ -63,9 +63,7 @@ def whiten(solution: Solution, data: Data) -> Whitened:
     # Behind a deep stop band the ends of the transform, not the record, stand out.
     n = white.size
     ends = min(ENDS, n // 64)
-    bands = data.octaves(
-        lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j)))
-    )
+    bands = data.octaves(lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j))))
     high = n
     while high - (low := high // 2) >= BAND:
         series = np.concatenate([[0.0], white[low:high]])

@@ -72,7 +72,7 @@ class Bins:
     def folded(
         self, ordinates: NDArray[np.float64], folds: int
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Ordinates j ≡ fold (mod `folds`) of each bin: their number and the sum of their squares, shape (folds, bins) each."""
+        """Number and sum of squares of the ordinates j ≡ fold (mod `folds`) of each bin, shape (folds, bins) each."""
         number = np.empty((folds, self.count.size))
         total = np.empty_like(number)
         for fold in range(folds):

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.deviation.accumulator import Accumulator
-
 if TYPE_CHECKING:
     from allanite.deviation import Deviation
+    from allanite.deviation.accumulator import Accumulator
 
 __all__ = ["curve_of"]
 

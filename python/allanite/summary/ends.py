@@ -5,6 +5,7 @@ The record goes on beyond its ends as its cosine transform takes it, mirrored, a
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,9 +99,7 @@ def read(level: Level, depth: int) -> Read:
     return Read(tuple(octaves), samples, start)
 
 
-def _end(
-    found: Octave, x: Array, start: int, hard: tuple[bool, bool], level: Level
-) -> Array:
+def _end(found: Octave, x: Array, start: int, hard: tuple[bool, bool], level: Level) -> Array:
     """Add the segments of an end of a level to `found`; returns the halved samples.
 
     `x` begins at index `start`; at an end that is not hard it has a margin more.
@@ -126,8 +125,7 @@ def _end(
     )
     half = halved(np.concatenate([left, filled[low - start : high - start], right]))
     if gaps.any():
-        pairs = gaps[low - start : high - start].reshape(-1, 2).all(axis=1)
-        half[pairs & far(pairs)] = np.nan
+        half[far(gaps[low - start : high - start])] = np.nan
     if level.spectral and high - low >= SEGMENT:
         _add_segments(found, filled, gaps, start, (low, high), hard)
     return half
@@ -149,7 +147,7 @@ def _add_segments(
     if hard[1]:
         borders = np.append(borders[borders <= high - SEGMENT // 2], high)
     size = found.power.high.size
-    for i, (a, b) in enumerate(zip(borders[:-1], borders[1:], strict=True)):
+    for i, (a, b) in enumerate(itertools.pairwise(borders)):
         left, right = hard[0] and i == 0, hard[1] and i == borders.size - 2
         if gaps[a - start : b - start].mean() > 1.0 / 8.0:
             continue

@@ -1,8 +1,8 @@
 """Halving the rate, and the power of overlapping segments that share nothing.
 
 Segments are transformed by a lapped orthogonal transform (Malvar 1990; Princen, Johnson & Bradley 1987) with a window of
-Kaiser and Bessel: the coefficients of all segments are an orthonormal basis of the record, so that a band's power is counted
-once and with all its degrees of freedom, and a line stays within a few coefficients.
+Kaiser and Bessel: the coefficients of all segments are an orthonormal basis of the record, so that a band's power is
+counted once and with all its degrees of freedom, and a line stays within a few coefficients.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ __all__ = ["LOW", "REACH", "SEGMENT", "gain", "halved", "hard_block", "regridded
 
 Array = NDArray[np.float64]
 #: Samples of a segment, and the lowest coefficient that is looked at: below, the next level of the pyramid sees more.
-SEGMENT, LOW = 2048, 614
+SEGMENT, LOW = 8192, 2457
 #: Samples to each side that a halved sample is made of.
 REACH = 16
 #: −100 dB and more beyond the pass band, and far from a line.
@@ -52,7 +52,11 @@ def halved(x: Array) -> Array:
     for i, tap in enumerate(_taps()):
         before, after = (even, odd) if i % 2 == 0 else (odd, even)
         step = (i + 1) // 2
-        np.add(before[half - step : half - step + size], after[half + step : half + step + size], out=pair)
+        np.add(
+            before[half - step : half - step + size],
+            after[half + step : half + step + size],
+            out=pair,
+        )
         pair *= tap
         out += pair
     return out

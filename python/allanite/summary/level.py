@@ -88,7 +88,10 @@ class Level:
                 self._finish_tail(self.tiles[1])
         elif self.stop - self.start > KEEP:
             first = -(-(self.start + MARGIN) // TILE)
-            self.tiles, self.tail = (first, first), [_one(self.head)[first * TILE - MARGIN - self.start :]]
+            self.tiles, self.tail = (
+                (first, first),
+                [_one(self.head)[first * TILE - MARGIN - self.start :]],
+            )
             self.head = [_one(self.head)[: first * TILE + MARGIN - self.start]]
             self._finish_tail(first)
 
@@ -161,7 +164,9 @@ class Level:
 
     def copy(self) -> Level:
         """Another one that can be changed; samples, which nothing changes, are shared."""
-        return self.restored({**self.state(), "deeper": None}) if self.deeper is None else self._deep()
+        return (
+            self.restored({**self.state(), "deeper": None}) if self.deeper is None else self._deep()
+        )
 
     def _deep(self) -> Level:
         out = self.restored({**self.state(), "deeper": None})
@@ -182,7 +187,9 @@ def join(left: Level, right: Level) -> Level:
         begin = left.tiles[1] * TILE - MARGIN
     x = np.concatenate([_one(left.head if left.whole else left.tail), right.samples()])
     first = -(-(begin + MARGIN) // TILE)
-    halves = [right.take_tile(t, x[t * TILE - MARGIN - begin :]) for t in range(first, right.tiles[0])]
+    halves = [
+        right.take_tile(t, x[t * TILE - MARGIN - begin :]) for t in range(first, right.tiles[0])
+    ]
     middle = Level(right.depth + 1, first * TILE // 2, first * TILE // 2, right.spectral)
     middle.extend(_one(halves))
     deeper = [level for level in (left.deeper, middle, right.deeper) if level is not None]
@@ -216,8 +223,7 @@ def tile_of(x: Array, spectral: bool) -> tuple[Array, Array, float]:
         x = bridge_gaps(x)
     half = halved(x[MARGIN - REACH : x.size - MARGIN + REACH])
     if lost is not None:
-        pairs = lost[MARGIN : x.size - MARGIN].reshape(-1, 2).all(axis=1)
-        half[pairs & far(pairs)] = np.nan
+        half[far(lost[MARGIN : x.size - MARGIN])] = np.nan
     if not spectral:
         return half, np.zeros(SEGMENT), 0.0
     # A large offset would leak; tiles of one record differ little in it.
@@ -229,8 +235,9 @@ def tile_of(x: Array, spectral: bool) -> tuple[Array, Array, float]:
     return half, found.sum(axis=0), float(found.shape[0])
 
 
-def far(pairs: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which of the missing pairs are in runs too long to be bridged within a tile."""
+def far(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which pairs of samples are missing, in runs too long to be bridged within a tile."""
+    pairs = gaps[0::2] & gaps[1::2]
     change = np.diff(np.concatenate([[0], pairs.astype(np.int8), [0]]))
     out = np.zeros(pairs.size, dtype=bool)
     for start, end in zip(np.flatnonzero(change == 1), np.flatnonzero(change == -1), strict=True):

@@ -40,8 +40,8 @@ def summarise(
     Parameters
     ----------
     chunks : iterable of array_like or Recording, or one of these
-        Consecutive samples, shape (n,) or (n, columns) each; NaN marks a missing one. Recordings bring rate, unit, names and
-        covariates. A memory-mapped array is read as it is taken.
+        Consecutive samples, shape (n,) or (n, columns) each; NaN marks a missing one. Recordings bring rate, unit,
+        names and covariates. A memory-mapped array is read as it is taken.
     rate : float, optional
         Hz; of recordings their own.
     unit : str or sequence of str
@@ -73,7 +73,11 @@ def summarise(
         if stretch is None:
             head = about
             stretch = Stretch.begun(
-                start, len(about["columns"]), len(about["covariates_named"]), about["rate"], about["units"]
+                start,
+                len(about["columns"]),
+                len(about["covariates_named"]),
+                about["rate"],
+                about["units"],
             )
         elif {**about, "path": None} != {**head, "path": None}:
             raise InputError(

@@ -43,7 +43,8 @@ def save(summary: Summary, path: str | Path) -> None:
         text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
         new = target.with_name(target.name + ".new")
         with new.open("wb") as file:
-            np.savez(file, header=text, **{f"a{i}": array for i, array in enumerate(arrays)})
+            named: dict[str, Any] = {f"a{i}": array for i, array in enumerate(arrays)}
+            np.savez(file, header=text, **named)
         new.replace(target)
 
 
@@ -56,9 +57,7 @@ def load(cls: type[Summary], path: str | Path) -> Summary:
                 header = json.loads(bytes(file["header"]).decode())
                 if header["schema"] != SCHEMA:
                     raise InputError(f"{header['schema']} is not {SCHEMA}")
-                stretches = tuple(
-                    Stretch.restored(_full(one, file)) for one in header["stretches"]
-                )
+                stretches = tuple(Stretch.restored(_full(one, file)) for one in header["stretches"])
         except FileNotFoundError:
             raise InputError("no such file") from None
         except OSError as error:

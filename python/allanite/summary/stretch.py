@@ -96,8 +96,11 @@ class Extremes:
     def restored(cls, state: dict[str, Any]) -> Extremes:
         """What had that state."""
         steps, ends = state["steps"], state["ends"]
+        count, missing, gaps = state["numbers"]
         return cls(
-            *state["numbers"],
+            count,
+            missing,
+            gaps,
             (state["low"][0], state["low"][1]),
             (state["high"][0], state["high"][1]),
             Sum(steps["high"].copy(), steps["low"].copy()),
@@ -116,7 +119,9 @@ class Stretch:
     extremes: list[Extremes]
 
     @classmethod
-    def begun(cls, start: int, columns: int, covariates: int, rate: float, units: tuple[str, ...]) -> Stretch:
+    def begun(
+        cls, start: int, columns: int, covariates: int, rate: float, units: tuple[str, ...]
+    ) -> Stretch:
         """Nothing taken yet."""
         return cls(
             start,

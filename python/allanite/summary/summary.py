@@ -13,6 +13,7 @@ from allanite.recording.findings import Finding
 from allanite.recording.recording import find_column
 from allanite.summary import storage
 from allanite.summary.level import KEEP
+from allanite.summary.lines import Line, without_lines
 from allanite.summary.reading import Reading, read_column
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ class Summary:
 
     A fit, a check and a ladder take it where they take a recording. Up to 2^19 samples it keeps them all and is read as the
     recording; of longer records it keeps the low frequencies as samples of a lower rate, the power of all higher ones in
-    segments of 2048 samples of each octave, and the Allan curve.
+    segments of 8192 samples of each octave, and the Allan curve.
 
     Attributes
     ----------
@@ -243,6 +244,15 @@ class Summary:
         self._one()
         return curve_of([one.curves[0] for one in self.stretches])
 
+    def lines(self) -> list[Line]:
+        """Lines of the only column at frequencies of which no phase is kept; a fit leaves them out."""
+        reading = self.reading()
+        return [
+            line
+            for level in range(len(reading.octaves))
+            for line in without_lines(reading, level, self.rate)[1]
+        ]
+
     @property
     def covariates(self) -> dict[str, NDArray[np.float64]]:
         """Covariates at the rate of the samples that are kept."""
@@ -287,6 +297,17 @@ class Summary:
                         {"time_s": (at[1] - self.start) / self.rate},
                     )
                 )
+            out += [
+                Finding(
+                    "line",
+                    "warning",
+                    f"{name}: a line at {line.frequency:.6g} ± {line.width:.1g} Hz, amplitude {line.amplitude:.3g} {unit}:"
+                    " fits leave it out, since the summary keeps no phase there; a fit of a piece has it",
+                    name,
+                    {"frequency_hz": line.frequency, "amplitude": line.amplitude},
+                )
+                for line in one.lines()
+            ]
         return out
 
     def describe(self) -> dict[str, Any]:

@@ -105,9 +105,14 @@ class Blocks:
         low, high = min(first, self.first), max(end, self.first + self.frames.size)
         before, after = self.first - low, high - self.first - self.frames.size
         if before or after:
-            pad = ((before, after), (0, 0))
-            self.sums = Sum(np.pad(self.sums.high, pad), np.pad(self.sums.low, pad))
-            self.frames = np.pad(self.frames, (before, after))
+            old = self.sums
+            bands = old.high.shape[1]
+            here = slice(before, before + self.frames.size)
+            self.sums = Sum.zeros((high - low, bands))
+            self.sums.high[here], self.sums.low[here] = old.high, old.low
+            frames = np.zeros(high - low)
+            frames[here] = self.frames
+            self.frames = frames
             self.first = low
         while self.frames.size > MOST:
             self._coarsen()

@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 from allanite import _kernels
 from allanite.fit.discrepancy import judge
-from allanite.fit.prediction import FOLDS, SHORTEST, _folded, _judged, compare, predict, worse
+from allanite.fit.prediction import FOLDS, SHORTEST, _judged, compare, predict, worse
 from allanite.fit.prediction_in_time import BLOCKS, lost, prices
 from allanite.spectrum import bins_of
 from generators import ramp, sinusoid, walk, white
@@ -46,7 +46,7 @@ def test_json_and_score():
 def test_folds_hold_every_ordinate_once():
     bins = bins_of(N)
     ordinates = _kernels.cosine_transform(noise(1))
-    number, total = _folded(bins, ordinates)
+    number, total = bins.folded(ordinates, FOLDS)
     np.testing.assert_array_equal(number.sum(axis=0), bins.count)
     np.testing.assert_allclose(total.sum(axis=0) / bins.count, bins.power(ordinates), rtol=1e-12)
     j = np.arange(1, N)

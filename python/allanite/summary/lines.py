@@ -1,0 +1,87 @@
+"""Lines at frequencies of which a summary keeps no phase: seen in the power of segments, and taken out of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.summary.lapped import LOW, SEGMENT, gain
+
+if TYPE_CHECKING:
+    from allanite.summary.reading import Reading
+
+__all__ = ["Line", "octave_power", "without_lines"]
+
+#: Coefficients to each side that a line reaches, and of the neighbourhood that it is compared with.
+REACH, NEAR = 6, 48
+#: Normal score from which a coefficient is a line: one record in 10 000 has one by chance.
+CLEAR = 5.6
+#: Part of a line's power that may lie beside it; a resonance has more there.
+BESIDE = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line without a phase.
+
+    Attributes
+    ----------
+    frequency, width : float
+        Hz; known to within `width`.
+    amplitude : float
+        U, the mean over the record.
+    """
+
+    frequency: float
+    width: float
+    amplitude: float
+
+
+def octave_power(reading: Reading, level: int) -> NDArray[np.float64]:
+    """Mean power of each coefficient of an octave, in U² per sample of the record."""
+    octave = reading.octaves[level]
+    m = np.arange(LOW, LOW + octave.power.high.size, dtype=np.float64)
+    loss = gain((m + 0.5) / (2.0 * SEGMENT * 2.0**level), level) ** 2
+    return np.asarray(octave.power.value / max(octave.frames, 1e-9) * 2.0**level / loss)
+
+
+def without_lines(
+    reading: Reading, level: int, rate: float
+) -> tuple[NDArray[np.float64], list[Line]]:
+    """`octave_power` with each line replaced by its neighbourhood, and the lines, the strongest first."""
+    power = octave_power(reading, level)
+    freedom = max(reading.octaves[level].frames, 1.0)
+    spread = 2.0 / (9.0 * freedom)
+    hz = rate / (2.0 * SEGMENT * 2.0**level)
+    found: list[Line] = []
+    for _ in range(32):
+        windows = np.lib.stride_tricks.sliding_window_view(
+            np.pad(power, NEAR, mode="reflect"), 2 * NEAR + 1
+        )
+        middle = np.median(windows, axis=1)
+        score = (np.cbrt(power / middle) - (1.0 - spread)) / np.sqrt(spread)
+        top = int(np.argmax(score))
+        if score[top] < CLEAR:
+            break
+        low, high = max(0, top - REACH), min(power.size, top + REACH + 1)
+        excess = power - middle
+        beside = [*excess[max(0, low - REACH) : low], *excess[high : high + REACH]]
+        whole = float(excess[low:high].sum())
+        if abs(sum(beside)) > BESIDE * whole:
+            break
+        place = np.arange(low, high)
+        centre = float(
+            place @ np.maximum(excess[low:high], 0.0) / np.maximum(excess[low:high], 0.0).sum()
+        )
+        found.append(
+            Line(
+                (LOW + centre + 0.5) * hz,
+                hz,
+                float(np.sqrt(max(2.0 * whole / SEGMENT / 2.0**level, 0.0))),
+            )
+        )
+        power[low:high] = middle[low:high]
+    return power, found
