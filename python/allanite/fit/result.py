@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from allanite.effects import Effect, Model
+    from allanite.fit.alternatives import Alternative
     from allanite.fit.data import Data
     from allanite.fit.engine import Solution
     from allanite.fit.methods import MethodTable
@@ -229,6 +230,18 @@ class Fit:
 
         return effect.name_for(parse_unit(self.recording.unit).kind)
 
+    def alternatives(self, place: int) -> tuple[Alternative, ...]:
+        """What else might stand where the effect at `place` of the model stands; computed once."""
+        from allanite.fit.alternatives import alternatives
+
+        if place not in self._alternatives:
+            self._alternatives[place] = tuple(alternatives(self, place))
+        return self._alternatives[place]
+
+    @cached_property
+    def _alternatives(self) -> dict[int, tuple[Alternative, ...]]:
+        return {}
+
     check = verbs.fit_check
 
     def add(self, addition: Any) -> Fit:
@@ -319,6 +332,7 @@ class Fit:
     def body(self) -> dict[str, Any]:
         """Model, effects, misfit, error and adequacy: what fit, check and a rung have in common."""
         from allanite.common.units import parse_unit
+        from allanite.fit.alternatives import rivals
 
         kind = parse_unit(self.recording.unit).kind
         misfit = self.misfit
@@ -330,8 +344,11 @@ class Fit:
                     "name": effect.name_for(kind),
                     "parameters": {n: plain(v) for n, v in values.items()},
                     **({"held": sorted(effect.held)} if effect.held else {}),
+                    "rivals": rivals(self, place),
                 }
-                for effect, values in zip(self.model.effects, self.estimates, strict=True)
+                for place, (effect, values) in enumerate(
+                    zip(self.model.effects, self.estimates, strict=True)
+                )
             ],
             "misfit": {
                 "chi2": misfit.chi2,

@@ -36,7 +36,7 @@ class Rung:
     dropped_start : int
         How many of `removed` were in the first model.
     brought : Effect or None
-        What took the place of the last of `removed`, beside `added`.
+        What took the place of the last of `removed`; where nothing was removed, what `added` needs beside it.
     """
 
     fit: Fit

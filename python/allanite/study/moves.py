@@ -2,53 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
+from allanite.effects import Deterministic, Effect, Model, Modifier
 from allanite.fit import fit_model
-from allanite.fit.engine import solve, with_coefficients
-from allanite.fit.matched import grid_points, matched_gains
-from allanite.fit.polish import polish
-from allanite.fit.random_part import RandomPart
+from allanite.fit.alternatives import may_leave, numbers, price, shown
+from allanite.fit.engine import solve
 from allanite.fit.result import Fit
-from allanite.fit.scan import added, simplest, worth_polishing
-from allanite.fit.shape import free_places, grid_models
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
+    from allanite.fit.alternatives import Alternative
     from allanite.fit.engine import Solution
 
-__all__ = ["Alternative", "alternatives", "numbers", "pruned", "refitted", "swapped"]
+__all__ = ["pruned", "refitted", "swapped"]
 
 #: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
 #: showed once, while it explains more than what is not there does by chance.
 KEEP, NEEDLESS = 0.5, 0.5
 #: Rise of ln(evidence) for which one effect takes the place of another.
 CLEARLY = 2.0
-#: Of two that explain the record equally well, the one that leaves this much of the Allan error (of its logarithm).
-NEARER = 0.8
-
-
-@dataclass(frozen=True, eq=False)
-class Alternative:
-    """A model in which another kind stands where an effect stood.
-
-    Attributes
-    ----------
-    effect : Effect
-        What stands there now, with values.
-    solution : Solution
-    evidence : float
-        ln of its evidence over that of the model it was made from: ΔlogL − ½ Δk ln n.
-    """
-
-    effect: Effect
-    solution: Solution
-    evidence: float
+#: One that is less clearly better, by this much of logL for each number more, does if it leaves no more than this of the
+#: logarithm of the Allan error.
+HARDLY, NEARER = 3.0, 0.8
 
 
 def refitted(fit: Fit, model: Model) -> Fit:
@@ -66,20 +43,9 @@ def _of(fit: Fit, solution: Solution) -> Fit:
     return Fit(fit.recording, solution.model, fit.method, fit.data, solution)
 
 
-def numbers(effect: Effect) -> int:
-    """Numbers that an effect adds to a model."""
-    return sum(
-        p.role in {"coefficient", "shape", "time"} and effect.values[p.name] is not None
-        for p in effect.parameters
-    )
-
-
-def price(fit: Fit) -> float:
-    """½ ln n of the effective observations: what a number costs in evidence."""
-    return 0.5 * float(np.log(max(fit.solution.weight.sum(), 2.0)))
-
-
-def pruned(fit: Fit, before: Fit, asked: int, gone: set[str]) -> tuple[Fit, list[str]]:
+def pruned(
+    fit: Fit, before: Fit, asked: int, gone: set[str], stand_in: set[str]
+) -> tuple[Fit, list[str]]:
     """The fit without what is no longer needed, and the kinds taken out.
 
     Parameters
@@ -90,6 +56,8 @@ def pruned(fit: Fit, before: Fit, asked: int, gone: set[str]) -> tuple[Fit, list
         How many effects, from the first, are the start's.
     gone : set of str
         Kinds that were taken out on an earlier rung and came back: needed.
+    stand_in : set of str
+        Kinds that took the place of one of the start's: kept as long as that would have been.
     """
     removed: list[str] = []
     # The interval of a function of time counts on the slow noise that the start asked for.
@@ -98,12 +66,10 @@ def pruned(fit: Fit, before: Fit, asked: int, gone: set[str]) -> tuple[Fit, list
     while place >= first:
         effect = fit.model.effects[place]
         own = place < asked
-        if (
-            _may_leave(effect)
-            and effect.kind not in gone
-            and not (own and not _shown(before, place))
-        ):
-            least = NEEDLESS if own else KEEP * numbers(effect) * price(fit)
+        if may_leave(effect) and effect.kind not in gone and not (own and not shown(before, place)):
+            least = (
+                NEEDLESS if own or effect.kind in stand_in else KEEP * numbers(effect) * price(fit)
+            )
             without = _without(fit, place, least)
             if without is not None:
                 removed.append(effect.kind)
@@ -111,12 +77,6 @@ def pruned(fit: Fit, before: Fit, asked: int, gone: set[str]) -> tuple[Fit, list
                 asked -= own
         place -= 1
     return fit, removed[::-1]
-
-
-def _may_leave(effect: Effect) -> bool:
-    white = isinstance(effect, Stochastic) and effect.white
-    removes = isinstance(effect, Modifier) and effect.removes
-    return not (white or removes or effect.held)
 
 
 def _may_come(effect: Effect) -> bool:
@@ -136,69 +96,6 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
     return found if lost < least else None
 
 
-def _shown(fit: Fit, place: int) -> bool:
-    """Whether the record distinguished the coefficient of an effect from 0."""
-    effect = fit.model.effects[place]
-    values = fit.estimates[place]
-    return all(
-        getattr(values[p.name], "detected", True)
-        for p in effect.parameters
-        if p.role == "coefficient"
-    )
-
-
-def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
-    """What else might stand where an effect stands: every kind that is its declared rival, fitted anew."""
-    effects = fit.model.effects
-    out = effects[place]
-    less = Model(effects[:place] + effects[place + 1 :])
-    if not len(less):
-        return
-    base = solve(fit.data, less)
-    part = RandomPart(fit.data, base.power, base.count)
-    spent = numbers(out)
-    for cls in CATALOGUE:
-        if not (cls.kind in out.rivals or out.kind in cls.rivals) or cls.kind == out.kind:
-            continue
-        solution = _instead(cls, base, part)
-        if solution is None:
-            continue
-        effect = solution.model.effects[-1]
-        gain = solution.log_likelihood - fit.solution.log_likelihood
-        yield Alternative(effect, solution, gain - (numbers(effect) - spent) * price(fit))
-
-
-def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | None:
-    data = part.data
-    blanks = cls.candidates(base.model, data.covariates)
-    if not blanks:
-        return None
-    if cls.screened == "spectral":
-        place = len(base.model)
-        points = [m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)]
-        ends = [
-            polish(
-                model, [p for p in free_places(model) if p[0] == place], found, part, roughly=True
-            )
-            for found, model in worth_polishing(added(base.model, points, base.best, part))
-        ]
-        model, found = simplest(ends, place)
-        model = with_coefficients(model, found.theta)
-        return solve(data, model, start=found, rounds=3, polish=False)
-    if cls.screened == "slow":
-        best: tuple[float, Deterministic] | None = None
-        noise = base.noise(data)
-        for blank in blanks:
-            assert isinstance(blank, Deterministic)
-            slow = grid_points(blank, data)
-            gains, _ = matched_gains(slow, base.ordinates, noise, data)
-            top = int(np.argmax(gains))
-            if best is None or gains[top] > best[0]:
-                best = float(gains[top]), slow[top]
-        return None if best is None else solve(data, base.model + best[1], rounds=3)
-    return None
-
-
 def _nearer(new: Fit, old: Fit) -> bool:
     """Whether the Allan curve is clearly nearer to the measured one."""
     a, b = new.curve.rms_percent, old.curve.rms_percent
@@ -212,23 +109,23 @@ def swapped(
 ) -> tuple[Fit, str, Effect] | None:
     """The fit in which another kind stands clearly better where an effect stands, the kind that left, and the new effect.
 
-    One that explains the record as well takes the place if its Allan curve is nearer to the measured one.
+    One that is little better takes the place if its Allan curve is clearly nearer to the measured one.
 
     `places` are looked at; `tried` remembers (kind, kind that took its place): no swap is taken back.
     """
     best: tuple[float, Alternative, str] | None = None
     for place, effect in enumerate(fit.model.effects):
-        if place not in places or effect.screened not in {"spectral", "slow"}:
+        if place not in places:
             continue
-        if not _may_leave(effect) or not _shown(fit, place):
-            continue
-        for found in alternatives(fit, place):
+        for found in fit.alternatives(place):
             pair = (effect.kind, found.effect.kind)
-            if pair[::-1] in tried or found.evidence < 0.0 or not _may_come(found.effect):
+            if pair[::-1] in tried or not _may_come(found.effect):
                 continue
             if best is not None and found.evidence <= best[0]:
                 continue
-            if found.evidence >= CLEARLY or _nearer(_of(fit, found.solution), fit):
+            risen = found.solution.log_likelihood - fit.solution.log_likelihood
+            enough = risen >= HARDLY * max(1, numbers(found.effect) - numbers(effect))
+            if found.evidence >= CLEARLY or (enough and _nearer(_of(fit, found.solution), fit)):
                 best = found.evidence, found, effect.kind
     if best is None:
         return None

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.recording import Recording
     from allanite.suggestion import Check
-    from allanite.suggestion.suggest import Suggestion
 
 __all__ = ["LIMIT", "improve", "next_rung"]
 
@@ -27,6 +26,8 @@ __all__ = ["LIMIT", "improve", "next_rung"]
 LIMIT = 8
 #: How often what chance alone gives the Allan error may rise by on a rung: its points at long τ move together.
 CHANCE = 2.0
+#: Suggestions that are tried beside one that cannot stand alone.
+ANOTHER = 6
 
 
 def improve(
@@ -86,14 +87,21 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
     asked -= sum(rung.dropped_start for rung in ladder)
     # What was taken out once and came back is needed.
     gone = {kind for rung in ladder for kind in rung.removed}
+    stand_in = {rung.brought.kind for rung in ladder if rung.brought is not None and rung.removed}
     for suggestion in check.significant:
         better = fit.add(suggestion)
-        if not _accepted(fit, better, suggestion):
+        if not suggestion.effect_happens_once and not _predicts(fit, better):
             continue
         risen = suggestion.delta_log_likelihood - suggestion.surplus
         before = better.solution.log_likelihood
-        better, removed = pruned(better, fit, asked, gone)
         added = suggestion.effect
+        if not _errors_fall(fit, better):
+            pair = _with_another(fit, better)
+            if pair is None:
+                continue
+            risen += pair[0].solution.log_likelihood - before
+            return Rung(pair[0], added, risen=risen, brought=pair[1])
+        better, removed = pruned(better, fit, asked, gone, stand_in)
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
         brought: Effect | None = None
         own = set(range(asked - len(removed))) | {len(better.model) - 1}
@@ -111,11 +119,14 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
     return None
 
 
-def _accepted(before: Fit, after: Fit, suggestion: Suggestion) -> bool:
-    """Whether no error rises by more than its own scatter."""
-    if not suggestion.effect_happens_once and not _predicts(before, after):
-        return False
-    return _errors_fall(before, after)
+def _with_another(before: Fit, better: Fit) -> tuple[Fit, Effect] | None:
+    """The fit with one effect more, where an addition shows that two are missing: alone it lets an error rise."""
+    for suggestion in check_fit(better).significant[:ANOTHER]:
+        both = better.add(suggestion)
+        predicts = suggestion.effect_happens_once or _predicts(better, both)
+        if predicts and _errors_fall(before, both):
+            return both, suggestion.effect
+    return None
 
 
 def _errors_fall(before: Fit, after: Fit) -> bool:

@@ -1,0 +1,140 @@
+"""What else might stand where an effect of a model stands, and explains the record as well."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
+from allanite.fit.engine import solve, with_coefficients
+from allanite.fit.matched import grid_points, matched_gains
+from allanite.fit.polish import polish
+from allanite.fit.random_part import RandomPart
+from allanite.fit.scan import added, simplest, worth_polishing
+from allanite.fit.shape import free_places, grid_models
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from allanite.fit.engine import Solution
+    from allanite.fit.result import Fit
+
+__all__ = ["Alternative", "alternatives", "may_leave", "numbers", "price", "rivals", "shown"]
+
+#: ln(evidence) within which two effects cannot be told apart (20 : 1).
+RIVAL = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Alternative:
+    """A model in which another kind stands where an effect stood.
+
+    Attributes
+    ----------
+    effect : Effect
+        What stands there now, with values.
+    solution : Solution
+    evidence : float
+        ln of its evidence over that of the model it was made from: ΔlogL − ½ Δk ln n.
+    """
+
+    effect: Effect
+    solution: Solution
+    evidence: float
+
+
+def numbers(effect: Effect) -> int:
+    """Numbers that an effect adds to a model."""
+    return sum(
+        p.role in {"coefficient", "shape", "time"} and effect.values[p.name] is not None
+        for p in effect.parameters
+    )
+
+
+def price(fit: Fit) -> float:
+    """½ ln n of the effective observations: what a number costs in evidence."""
+    return 0.5 * float(np.log(max(fit.solution.weight.sum(), 2.0)))
+
+
+def may_leave(effect: Effect) -> bool:
+    """Whether a search may take an effect out: not the white one, what takes samples out, or what the user holds."""
+    white = isinstance(effect, Stochastic) and effect.white
+    removes = isinstance(effect, Modifier) and effect.removes
+    return not (white or removes or effect.held)
+
+
+def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
+    """What else might stand where an effect stands: every kind that is its declared rival, fitted anew.
+
+    Nothing for the white effect, for what happens at one time and for what is held.
+    """
+    effects = fit.model.effects
+    out = effects[place]
+    if not may_leave(out) or out.screened not in {"spectral", "slow"}:
+        return
+    less = Model(effects[:place] + effects[place + 1 :])
+    if not len(less):
+        return
+    base = solve(fit.data, less)
+    part = RandomPart(fit.data, base.power, base.count)
+    spent = numbers(out)
+    for cls in CATALOGUE:
+        if not (cls.kind in out.rivals or out.kind in cls.rivals) or cls.kind == out.kind:
+            continue
+        solution = _instead(cls, base, part)
+        if solution is None:
+            continue
+        effect = solution.model.effects[-1]
+        gain = solution.log_likelihood - fit.solution.log_likelihood
+        yield Alternative(effect, solution, gain - (numbers(effect) - spent) * price(fit))
+
+
+def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | None:
+    data = part.data
+    blanks = cls.candidates(base.model, data.covariates)
+    if not blanks:
+        return None
+    if cls.screened == "spectral":
+        place = len(base.model)
+        points = [m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)]
+        ends = [
+            polish(
+                model, [p for p in free_places(model) if p[0] == place], found, part, roughly=True
+            )
+            for found, model in worth_polishing(added(base.model, points, base.best, part))
+        ]
+        model, found = simplest(ends, place)
+        model = with_coefficients(model, found.theta)
+        return solve(data, model, start=found, rounds=3, polish=False)
+    if cls.screened == "slow":
+        best: tuple[float, Deterministic] | None = None
+        noise = base.noise(data)
+        for blank in blanks:
+            assert isinstance(blank, Deterministic)
+            slow = grid_points(blank, data)
+            gains, _ = matched_gains(slow, base.ordinates, noise, data)
+            top = int(np.argmax(gains))
+            if best is None or gains[top] > best[0]:
+                best = float(gains[top]), slow[top]
+        return None if best is None else solve(data, base.model + best[1], rounds=3)
+    return None
+
+
+def shown(fit: Fit, place: int) -> bool:
+    """Whether the record distinguished the coefficient of an effect from 0."""
+    effect = fit.model.effects[place]
+    values = fit.estimates[place]
+    return all(
+        getattr(values[p.name], "detected", True)
+        for p in effect.parameters
+        if p.role == "coefficient"
+    )
+
+
+def rivals(fit: Fit, place: int) -> list[str]:
+    """Kinds with which the record is explained as well as with an effect of the model that the record shows."""
+    if not shown(fit, place):
+        return []
+    return [a.effect.kind for a in fit.alternatives(place) if a.evidence > -RIVAL]
