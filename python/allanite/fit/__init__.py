@@ -8,6 +8,7 @@ from allanite.common.errors import InputError
 from allanite.effects import Periodic
 from allanite.fit.data import prepare
 from allanite.fit.engine import solve
+from allanite.fit.missing import settle
 from allanite.fit.result import Error, Fit, Misfit
 from allanite.fit.summarised import of_summary, refused
 from allanite.summary import Summary
@@ -82,7 +83,10 @@ def fit_model(
         # Angles have one difference fewer than samples.
         n = recording.n - (recording.quantity == "angle")
         data = prepare(recording, model.missing(n, recording.rate))
-    solution = solve(data, model)
+    if data.missing is None:
+        solution = solve(data, model)
+    else:
+        data, solution = settle(data, model)
     # A summary that does not keep its samples answers what a fit asks of a recording.
     source = cast("Recording", recording)
     fit = Fit(source, solution.model, "whittle", data, solution)

@@ -42,6 +42,10 @@ class Data:
     covariates : mapping of str to ndarray, shape (n,)
     start : float
         Time of the first sample within its recording, s.
+    missing : ndarray of bool, shape (n,), or None
+        Samples that are not there: what stands for them is a draw of the model (`fit.missing`).
+    gain : ndarray, shape (n,), or None
+        How much of a known function of time each ordinate shows, where samples are missing.
     """
 
     samples: NDArray[np.float64]
@@ -50,6 +54,8 @@ class Data:
     bins: Bins
     covariates: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     start: float = 0.0
+    missing: NDArray[np.bool_] | None = None
+    gain: NDArray[np.float64] | None = None
     #: Lowest ordinates of functions of time that were looked at, by effect and shapes.
     functions: dict[Any, NDArray[np.float64]] = field(default_factory=dict, repr=False)
 
@@ -138,8 +144,14 @@ class Data:
 
     def without(self, signal: NDArray[np.float64]) -> NDArray[np.float64]:
         """Ordinates of the record with a deterministic signal taken out; the signal's memory is used for it."""
+        if self.gain is not None:
+            return self.ordinates - self.gain * _kernels.cosine_transform(signal)
         np.subtract(self.samples, signal, out=signal)
         return _kernels.cosine_transform(signal)
+
+    def seen(self, ordinates: NDArray[np.float64], j: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Ordinates j of known functions of time, shape (…, k), as this record shows them."""
+        return ordinates if self.gain is None else ordinates * self.gain[j]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,6 +203,15 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         raise InputError(
             f"{label} has {int(np.isinf(values).sum())} infinite samples: remove or mark them as NaN"
         )
+    holes = np.isnan(values)
+    if missing is not None:
+        holes |= missing
+    there = int(holes.size - np.count_nonzero(holes))
+    if there < SHORTEST:
+        raise TooShortError(
+            f"{label} has {there} samples that are not missing: a fit needs at least {SHORTEST},"
+            " and hours for slow effects"
+        )
     filled = bridge_gaps(values, missing)
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}): there is no noise to fit")
@@ -198,14 +219,30 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         name: bridge_gaps(np.asarray(values)) for name, values in dict(recording.covariates).items()
     }
     ordinates = _kernels.cosine_transform(filled)
-    return Data(filled, ordinates, float(recording.rate), bins_of(filled.size), covariates)
+    return Data(
+        filled,
+        ordinates,
+        float(recording.rate),
+        bins_of(filled.size),
+        covariates,
+        missing=holes if there < holes.size else None,
+    )
 
 
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
-    """The same record with more samples missing."""
+    """The same record with more samples missing, bridged."""
     filled = bridge_gaps(data.samples, missing)
-    ordinates = _kernels.cosine_transform(filled)
-    return replace(data, samples=filled, ordinates=ordinates, functions={})
+    if data.missing is not None:
+        missing = missing | data.missing
+    return replace(
+        data,
+        samples=filled,
+        ordinates=_kernels.cosine_transform(filled),
+        bins=bins_of(data.n),
+        missing=missing,
+        gain=None,
+        functions={},
+    )
 
 
 def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArray[np.float64]:

@@ -92,7 +92,7 @@ def line_ordinates(frequency: float, j: NDArray[np.int64], data: Data) -> NDArra
         ratio = np.where(small, n, np.sin(n * half) / np.where(small, 1.0, np.sin(half)))
         return np.asarray(np.cos(n * half + psi) * ratio)
 
-    scale = np.sqrt(0.5 / n)
+    scale = data.seen(np.full(j.size, np.sqrt(0.5 / n)), j)
     cos = scale * (total(w + a, first) + total(w - a, first))
     sin = scale * (total(w + a, first - np.pi / 2) + total(w - a, first - np.pi / 2))
     return np.column_stack([sin, cos])

@@ -14,6 +14,7 @@ from allanite.common.units import coefficient_unit, column_unit
 from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic
 from allanite.fit.data import column
 from allanite.fit.marginal import slow_amplitudes
+from allanite.fit.missing import covariance_of_scores
 from allanite.fit.random_part import RandomPart
 from allanite.fit.whittle import information, profile_interval
 
@@ -149,7 +150,11 @@ def joint_covariance(
             slopes.append((up - down) / width / spectrum)
     if not names:
         return [], np.zeros((0, 0))
-    fisher = information(solution.count, solution.weight, np.column_stack(slopes))
+    matrix = np.column_stack(slopes)
+    shared = covariance_of_scores(data, solution.weight, matrix)
+    if shared is not None:
+        return names, shared
+    fisher = information(solution.count, solution.weight, matrix)
     scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
     inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
     np.fill_diagonal(inverse, np.maximum(np.diag(inverse), 0.0))

@@ -24,11 +24,11 @@ KEPT, MOST = 8192, 512
 def regressor_ordinates(
     points: Sequence[Deterministic], j: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64]:
-    """Cosine transform of every regressor of every point at ordinates j, shape (regressors, ordinates)."""
+    """Every regressor of every point in the ordinates j, as `data` shows them, shape (regressors, ordinates)."""
     closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
     if closed is not None:
-        return closed
-    return np.concatenate([_transformed(p, j, data) for p in points])
+        return data.seen(closed, j)
+    return data.seen(np.concatenate([_transformed(p, j, data) for p in points]), j)
 
 
 def _transformed(effect: Deterministic, j: NDArray[np.int64], data: Data) -> NDArray[np.float64]:

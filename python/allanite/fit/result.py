@@ -19,6 +19,7 @@ from allanite.fit.data import prepare
 from allanite.fit.degeneracy import Correlations, correlations, degeneracies
 from allanite.fit.discrepancy import chance_deviance, judge, scale_interval
 from allanite.fit.estimates import estimates, free_parameters
+from allanite.fit.missing import complete
 from allanite.fit.prediction import Prediction, predict
 from allanite.fit.whittle import normal_scores
 
@@ -174,6 +175,8 @@ class Fit:
         """Errors by which rungs of a ladder are compared."""
         cleaned = any(e.removes for e in self.model.modifiers)
         raw = prepare(self.recording) if cleaned else None
+        if raw is not None and raw.missing is not None:
+            raw = complete(raw, self.model, self.solution.level)
         curve = self.curve
         predictive = predict(self.data, self.solution, raw)
         return Error(curve.rms_percent, curve.worst, curve.chance_percent, predictive)

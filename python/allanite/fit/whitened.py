@@ -59,7 +59,7 @@ class Whitened:
 
 def whiten(solution: Solution, data: Data) -> Whitened:
     """The whitened residual of a solution, over time and in octaves."""
-    white = whitened_ordinates(solution, data, solution.level)
+    white = _whitening(solution, data, solution.level) * _drawn(solution, data)
     # Behind a deep stop band the ends of the transform, not the record, stand out.
     n = white.size
     ends = min(ENDS, n // 64)
@@ -77,14 +77,29 @@ def whiten(solution: Solution, data: Data) -> Whitened:
     return Whitened(samples, tuple(bands))
 
 
+def _drawn(solution: Solution, data: Data) -> NDArray[np.float64]:
+    """Residual ordinates of a record without holes: what is missing is drawn from the model."""
+    if data.gain is None:
+        return solution.ordinates
+    samples = data.samples
+    if solution.model.deterministic:
+        samples = samples - data.signal(solution.model.deterministic)
+    return _kernels.cosine_transform(samples)
+
+
+def _whitening(solution: Solution, data: Data, level: NDArray[np.float64]) -> NDArray[np.float64]:
+    """One over the root of the model's density times the level of each bin, shape (n,)."""
+    j = np.maximum(np.arange(solution.ordinates.size, dtype=np.float64), 1.0)
+    white = _log_density(solution, data, level, np.log(j, out=j))
+    white *= -0.5
+    return np.asarray(np.exp(white, out=white))
+
+
 def whitened_ordinates(
     solution: Solution, data: Data, level: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Residual ordinates over the root of the model's density times the level of each bin, shape (n,)."""
-    j = np.maximum(np.arange(solution.ordinates.size, dtype=np.float64), 1.0)
-    white = _log_density(solution, data, level, np.log(j, out=j))
-    white *= -0.5
-    np.exp(white, out=white)
+    white = _whitening(solution, data, level)
     white *= solution.ordinates
     return white
 

@@ -44,7 +44,7 @@ class Bins:
     edges : ndarray of int64, shape (bins + 1,)
         Bin b holds ordinates edges[b] … edges[b+1]−1.
     count : ndarray, shape (bins,)
-        Ordinates of each bin.
+        Degrees of freedom of each bin: its ordinates, fewer where samples are missing.
     nodes, owner : ndarray of int64, shape (nodes,)
         Ordinates at which models are evaluated, and the bin of each.
     groups : ndarray of int64, shape (groups,)
@@ -67,7 +67,7 @@ class Bins:
 
     def power(self, ordinates: NDArray[np.float64]) -> NDArray[np.float64]:
         """Bin means of squared ordinates (length n, j = 0 unused)."""
-        return np.add.reduceat(ordinates**2, self.edges[:-1]) / self.count
+        return np.add.reduceat(ordinates**2, self.edges[:-1]) / np.diff(self.edges)
 
     def folded(
         self, ordinates: NDArray[np.float64], folds: int

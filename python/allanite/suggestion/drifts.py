@@ -144,7 +144,7 @@ def column_slopes(solution: Solution, data: Data) -> tuple[tuple[float, float], 
     effect = solution.model.deterministic[-1]
     series = effect.regressors(data.time, data.covariates)[:, 0]
     j = np.arange(1, min(data.n, LOW), dtype=np.int64)
-    z = data.transform(series)[j]
+    z = data.seen(data.transform(series)[j], j)
     variance = solution.noise(data).variance(j)
     weight = z**2 / variance
     split = int(np.searchsorted(np.cumsum(weight), 0.5 * weight.sum())) + 1

@@ -57,8 +57,8 @@ def screen_lines(
     solution: Solution, data: Data, whitened: NDArray[np.float64]
 ) -> tuple[Candidate, ...]:
     """The strongest lines of the residual (`whitened`, in time) with the harmonics that stand out, refitted."""
-    if solution.best.scale is not None:
-        # A line of a few cycles would be taken for a discrepancy of its own bin.
+    if solution.best.scale is not None or data.gain is not None:
+        # A line of a few cycles would be taken for a discrepancy of its own bin; a draw of the model would dilute it.
         plain = whitened_ordinates(solution, data, np.ones(solution.count.size))
         whitened = _kernels.inverse_cosine_transform(plain)
     power = _kernels.padded_periodogram(whitened)

@@ -14,6 +14,7 @@ from allanite.effects.noise_level_change import NoiseLevelChange
 from allanite.effects.outliers import Outliers
 from allanite.fit.data import without_samples
 from allanite.fit.engine import Solution, solve
+from allanite.fit.missing import complete
 from allanite.fit.whitened import expected_level, white_power, whiten
 from allanite.suggestion.evidence import interval_trials
 from allanite.suggestion.spectral import Candidate
@@ -183,6 +184,7 @@ def screen_outliers(
         count=float(index.size), times=tuple(float(t) for t in data.start + index / data.rate)
     )
     cleaned = without_samples(data, effect.missing(data.n, data.rate))
+    cleaned = complete(cleaned, solution.model, solution.level)
     refitted = solve(cleaned, Model((*solution.model.effects, effect)), rounds=3)
     return Candidate(
         refitted.model.effects[-1], gain, "outlier", refitted, 1, min(0.0, largest), data=cleaned
