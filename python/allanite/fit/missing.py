@@ -36,8 +36,8 @@ Mask = NDArray[np.bool_]
 ROUNDS, SETTLED = 8, 0.02
 #: Draws of the unknown part, from which its share in each ordinate is found.
 DRAWS = 2
-#: Squared ordinates averaged for that share, at least.
-SMOOTH = 64
+#: Squared ordinates averaged for that share, at least, and the share of the frequency that they span.
+SMOOTH, SPAN = 64, 0.3
 #: Relative residual at which conjugate gradients stop, and their most steps.
 PRECISE, STEPS = 1e-5, 400
 #: An ordinate of which no more than this share is seen says nothing.
@@ -130,17 +130,16 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     rng = np.random.default_rng(seed)
     root = np.sqrt(spectrum)
     root[0] = 0.0
-    power = np.zeros(data.n)
+    unseen, seen = np.zeros(data.n), np.zeros(data.n)
     for _ in range(DRAWS):
         drawn = _kernels.inverse_cosine_transform(root * rng.standard_normal(data.n))
         start = drawn.copy()
         start[missing] = 0.0
-        unknown = drawn - bridge.mean(start)
-        power += _kernels.cosine_transform(unknown) ** 2 / DRAWS
-    share = _smooth(power / spectrum, data.bins)
-    # Σ_j r_j = tr(Q_mm⁻¹ Q_mm), the number of missing samples, whatever the spectrum.
-    share *= missing.sum() / share.sum()
-    share = np.clip(share, 0.0, 1.0 - LEAST_SEEN)
+        known = bridge.mean(start)
+        unknown = drawn - known
+        unseen += _kernels.cosine_transform(unknown) ** 2 / DRAWS
+        seen += _kernels.cosine_transform(known) ** 2 / DRAWS
+    share = _share(unseen / spectrum, seen / spectrum, spectrum, int(missing.sum()), data.bins)
     gain = np.sqrt(1.0 - share)
     ordinates = _kernels.cosine_transform(mean) / gain
     samples = mean + unknown
@@ -151,19 +150,37 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     return replace(data, samples=samples, ordinates=ordinates, bins=bins, gain=gain)
 
 
-def _smooth(ratio: Array, bins: Bins) -> Array:
-    """Means over bins, narrow ones together, spread over the ordinates by straight lines in ln j."""
+def _share(unseen: Array, seen: Array, spectrum: Array, missing: int, bins: Bins) -> Array:
+    """The share r of each ordinate that is not known, from the powers of drawn parts that are not and that are.
+
+    Holes like noise of variance v on the samples would leave r = v/(v + S); what they are instead changes slowly over
+    frequency. Σ_j r_j = tr(Q_mm⁻¹ Q_mm) is the number of missing samples, whatever the spectrum.
+    """
+    low, high = spectrum[1:].min() * 1e-6, spectrum[1:].max() * 1e6
+    for _ in range(60):
+        v = np.sqrt(low * high)
+        low, high = (v, high) if (v / (v + spectrum)).sum() < missing else (low, v)
+    rough = v / (v + spectrum)
+    # Each power scatters by twice its square.
+    weight = (1.0 - rough) ** 2 / ((1.0 - rough) ** 2 + rough**2)
+    share = rough * _smooth(weight * unseen + (1.0 - weight) * (1.0 - seen), rough, bins)
+    share *= missing / share.sum()
+    return np.clip(share, 0.0, 1.0 - LEAST_SEEN)
+
+
+def _smooth(values: Array, rough: Array, bins: Bins) -> Array:
+    """Values over rough ones, of wide stretches, spread over the ordinates by straight lines in ln j."""
     first = [1]
     for edge in bins.edges[1:-1].tolist():
-        if edge - first[-1] >= SMOOTH:
+        if edge - first[-1] >= max(SMOOTH, SPAN * edge):
             first.append(edge)
     if len(first) > 1 and bins.n - first[-1] < SMOOTH:
         first.pop()
     edges = np.array([*first, bins.n], dtype=np.float64)
-    means = np.add.reduceat(ratio, first) / np.diff(edges)
+    ratio = np.add.reduceat(values, first) / np.add.reduceat(rough, first)
     centres = np.log(np.sqrt(edges[:-1] * (edges[1:] - 1.0)))
     j = np.maximum(np.arange(bins.n, dtype=np.float64), 1.0)
-    return np.asarray(np.interp(np.log(j), centres, means))
+    return np.asarray(np.interp(np.log(j), centres, ratio))
 
 
 def _coupling(missing: Mask) -> Array:

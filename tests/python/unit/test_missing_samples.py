@@ -1,0 +1,155 @@
+"""Records with holes: completed under the model, so that nothing is invented and nothing is lost."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.errors import TooShortError
+from allanite.fit.data import column, prepare
+from allanite.fit.missing import _Bridge, _pairs, complete
+from allanite.fit.whittle import normal_scores
+
+RATE = 100.0
+NOISE = "N(N=0.0126)+B(B=0.006)+K(K=4e-4)"
+
+
+def holes(kind, n, seed=0):
+    """A mask by name: share of single samples, every second one, blocks of seconds, a tenth in one piece."""
+    rng = np.random.default_rng(seed)
+    mask = np.zeros(n, dtype=bool)
+    if kind == "random":
+        return rng.random(n) < 0.3
+    if kind == "alternate":
+        mask[1::2] = True
+    elif kind == "tenth":
+        mask[n // 3 : n // 3 + n // 10] = True
+    else:
+        for start in rng.integers(0, n - kind, max(1, round(0.3 * n / kind))):
+            mask[start : start + kind] = True
+    return mask
+
+
+def record(model, n, mask, seed, signal=None):
+    samples = al.parse_model(model).simulate(duration=n / RATE, rate=RATE, seed=seed).samples.copy()
+    if signal is not None:
+        samples += signal
+    samples[mask] = np.nan
+    return al.Recording(samples, rate=RATE)
+
+
+@pytest.mark.parametrize("kind", ["random", "alternate", 40, "tenth"])
+def test_the_mean_given_the_rest_is_the_dense_one(kind):
+    n = 300
+    mask = holes(kind, n)
+    transform = np.cos(np.pi * np.outer(np.arange(n), np.arange(n) + 0.5) / n) * np.sqrt(2.0 / n)
+    transform[0] /= np.sqrt(2.0)
+    spectrum = 1.0 + 300.0 / np.maximum(np.arange(n), 1.0) ** 2
+    precision = transform.T @ np.diag(np.r_[0.0, 1.0 / spectrum[1:]]) @ transform
+    values = np.random.default_rng(1).standard_normal(n).cumsum()
+    there = ~mask
+    dense = -np.linalg.solve(
+        precision[np.ix_(mask, mask)], precision[np.ix_(mask, there)] @ values[there]
+    )
+    start = np.where(mask, 0.0, values)
+    found = _Bridge(mask, spectrum).mean(start)
+    # Conjugate gradients stop at 1e-5 of the first residual.
+    np.testing.assert_allclose(found[mask], dense, atol=2e-4 * np.abs(dense).max())
+    np.testing.assert_array_equal(found[there], values[there])
+
+
+@pytest.mark.parametrize("kind", ["random", "alternate", "tenth"])
+def test_correlations_by_holes_are_those_of_every_pair(kind):
+    n = 200
+    mask = holes(kind, n)
+    edges = np.array([1, 2, 3, 5, 9, 20, 70, n])
+    j = np.arange(2 * n)
+    w = (np.cos(np.pi * np.outer(j, np.arange(n) + 0.5) / n) * mask).sum(axis=1) / n
+    a = np.arange(n)
+    both = w[np.abs(a[:, None] - a)] ** 2 + w[a[:, None] + a] ** 2
+    cells = [slice(*pair) for pair in itertools.pairwise(edges)]
+    slow = [[both[rows, columns].sum() for columns in cells] for rows in cells]
+    np.testing.assert_allclose(_pairs(mask, edges), slow, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["random", "alternate", 300, "tenth"])
+def test_completed_ordinates_have_the_spectrum_of_the_model(kind):
+    """Under the truth the mean square over S of k ordinates is 1 ± √(2/k), with the k that the bins count."""
+    n = 20_000
+    model = al.parse_model(NOISE)
+    data = complete(prepare(record(NOISE, n, holes(kind, n), seed=7)), model)
+    expected = column(data.terms(model), data)
+    ratio = data.bins.power(data.ordinates) / expected
+    count = data.bins.count
+    wide = count > 30
+    # Holes make ordinates far apart depend on each other: the whole has no fewer than half as many.
+    assert abs(np.average(ratio, weights=count) - 1.0) < 4.0 * np.sqrt(4.0 / count.sum())
+    scores = normal_scores(ratio[wide], count[wide], np.ones(np.count_nonzero(wide)))
+    assert np.abs(scores).max() < 4.5
+    # The variance of k normal scores is 1 ± √(2/k); the share that is seen is known to some per cent, which adds 0.04.
+    assert abs(scores.var() - 1.0) < 4.0 * np.sqrt(2.0 / scores.size) + 0.04
+    assert np.all(data.bins.count <= np.diff(data.bins.edges))
+
+
+def test_every_second_sample_of_white_noise_is_white_noise():
+    n = 20_000
+    fit = al.parse_model("N+B+K").fit(record("N(N=0.0126)", n, holes("alternate", n), seed=1))
+    low, high = fit["N"].interval
+    assert low < 0.0126 < high
+    # 10 000 samples know it to 0.7 %.
+    assert fit["N"].std_error / 0.0126 == pytest.approx(np.sqrt(0.5 / (n / 2)), rel=0.1)
+    assert not fit["B"].detected
+    assert not fit["K"].detected
+    assert fit.adequate
+
+
+@pytest.mark.parametrize("kind", ["random", "alternate", 300, 3000, "tenth"])
+def test_holes_invent_no_effect(kind):
+    n = 30_000
+    check = al.parse_model("N+B+K").fit(record(NOISE, n, holes(kind, n), seed=5)).check()
+    assert check.adequate
+    assert not check.significant
+
+
+@pytest.mark.parametrize("kind", ["random", "alternate", 300])
+def test_a_line_is_found_with_its_amplitude(kind):
+    n = 30_000
+    mask = holes(kind, n)
+    time = np.arange(n) / RATE
+    # 10 standard errors of the amplitude on what is left.
+    size = 10 * 0.126 * np.sqrt(2.0 / np.count_nonzero(~mask))
+    seen = record("N(N=0.0126)", n, mask, seed=2, signal=size * np.sin(2 * np.pi * 7.3 * time))
+    check = al.parse_model("N").fit(seen).check()
+    best = check.significant[0]
+    assert best.kind == "sinusoid"
+    # ½·10² and the ½χ²₂ of the noise.
+    assert best.delta_log_likelihood == pytest.approx(50.0, abs=4 * 10.0)
+    fit = al.parse_model("N").fit(seen).add(best)
+    assert fit["SIN.amplitude"].value == pytest.approx(size, rel=4 * 0.1)
+    found = fit["SIN.frequency"].value
+    if kind == "alternate":
+        found = min(found, RATE / 2.0 - found)  # the same samples
+    assert found == pytest.approx(7.3, abs=1e-3)
+
+
+def test_a_step_has_its_height():
+    n = 20_000
+    mask = holes("random", n)
+    step = np.where(np.arange(n) / RATE > 90.0, 0.02, 0.0)
+    fit = al.parse_model("N+STEP(time=90!)").fit(
+        record("N(N=0.0126)", n, mask, seed=4, signal=step)
+    )
+    height = fit["STEP.height"]
+    error = 0.126 * np.sqrt(4.0 / np.count_nonzero(~mask))
+    assert height.std_error == pytest.approx(error, rel=0.15)
+    assert abs(height.value - 0.02) < 4 * error
+
+
+def test_hardly_anything_left_says_how_much_is_needed():
+    samples = np.full(5000, np.nan)
+    samples[[10, 4000]] = 1.0, 2.0
+    with pytest.raises(
+        TooShortError, match="2 samples that are not missing: a fit needs at least 32"
+    ):
+        al.parse_model("N").fit(al.Recording(samples, rate=RATE))
