@@ -16,8 +16,10 @@ from allanite.plots.words import effect_text, unit_text
 from allanite.report.words import resolved
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from allanite.fit import Fit
-    from allanite.page.tab import Step
+    from allanite.page.ladder import Step
     from allanite.suggestion import Check, Suggestion
 
 __all__ = ["cards", "chips", "rung"]
@@ -26,10 +28,11 @@ __all__ = ["cards", "chips", "rung"]
 PEAK = 0.37
 
 
-def chips(fit: Fit, unit: str | None = None) -> list[dict[str, Any]]:
+def chips(fit: Fit, unit: str | None = None, colors: Sequence[str] = ()) -> list[dict[str, Any]]:
     """One record an effect of the model: name, colour role, values with units and intervals.
 
-    `unit` is the sample unit in which they are shown, or `SHEET`; None for the recording's.
+    `unit` is the sample unit in which they are shown, or `SHEET`; None for the recording's. `colors` are the roles of
+    the effects, in the order of the model.
     """
     order = [*fit.model.stochastic, *fit.model.deterministic]
     drawn = {id(e): part for e, part in zip(order, parts(fit), strict=True)}
@@ -43,7 +46,8 @@ def chips(fit: Fit, unit: str | None = None) -> list[dict[str, Any]]:
                 "short": effect.short,
                 "name": effect_text(fit, effect),
                 "physics": effect.physics,
-                "color": None if part is None else part.color,
+                "single": type(effect).single,
+                "color": None if part is None else colors[place] if colors else part.color,
                 "label": None if part is None else part.label,
                 "values": [
                     _value(

@@ -3,37 +3,34 @@
 from __future__ import annotations
 
 import json
+import re
 import tempfile
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError, InputError, about
 from allanite.common.numbers import number
-from allanite.effects.files import model_from_dict
-from allanite.fit import fit_model
 from allanite.page.source import Reading
-from allanite.page.tab import Ladder, Step
+from allanite.page.studies import study
+from allanite.page.tables import csv_of
 from allanite.page.views import VIEWS, figure_of
 from allanite.page.words import WORDS
 from allanite.plots.words import unit_text
-from allanite.study import Rung
-from allanite.study.ladder import misfit_left
 
 if TYPE_CHECKING:
     from allanite.common.parameters import Estimate
     from allanite.comparison.datasheet import Row
-    from allanite.page.jobs import Job
     from allanite.page.source import Source
     from allanite.page.tab import Tab
 
-__all__ = ["accept", "compare_with", "make", "open_study", "sheet_rows", "study"]
+__all__ = ["Made", "accept", "compare_with", "make", "sheet_rows"]
 
 #: What the page asks for when a reader lacks nothing else.
 ASKED = ("rate", "unit", "quantity", "column")
-SCHEMA = "allanite/page-study/1"
 
-KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
+KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".csv": "text/csv; charset=utf-8"}
+#: File that the page offers → target of the export.
 TARGETS = {
     "parameters.json": "json",
     "kalibr.yaml": "kalibr",
@@ -41,7 +38,28 @@ TARGETS = {
     "ros.yaml": "ros",
     "vins.yaml": "vins",
     "gtsam.txt": "gtsam",
+    "orbslam3.yaml": "orbslam3",
+    "liosam.yaml": "liosam",
+    "fastlio.yaml": "fastlio",
+    "px4.params": "px4",
+    "ardupilot.param": "ardupilot",
+    "kf-gins.yaml": "kfgins",
+    "gazebo.sdf": "gazebo",
+    "airsim.json": "airsim",
+    "gnss-ins-sim.py": "gnss-ins-sim",
+    "noise.h": "c-header",
+    "state-space.json": "statespace",
 }
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A file: its bytes, media type and name, and what has to be said of it."""
+
+    body: bytes
+    kind: str
+    name: str
+    note: str = ""
 
 
 def accept(tab: Tab, source: Source, role: str) -> None:
@@ -59,14 +77,15 @@ def accept(tab: Tab, source: Source, role: str) -> None:
     if role == "compare":
         compare_with(tab, source)
         return
+    found = None
     try:
-        source.read(Reading())
+        found = source.read(Reading())
     except AllaniteError as error:
         # What only lacks a rate or a unit is asked for; anything else is refused.
         if error.missing not in ASKED:
             raise
     tab.sources.append(source)
-    tab.open(len(tab.sources) - 1)
+    tab.open(len(tab.sources) - 1, found=found)
 
 
 def _accept_sheet(tab: Tab, source: Source) -> None:
@@ -97,7 +116,7 @@ def compare_with(tab: Tab, source: Source) -> None:
         if error.missing not in ASKED:
             raise
         raise InputError(
-            f"{source.name}: its rate or unit is not known: open it as a log, say how to read it, then go back and"
+            f"{source.name}: its rate or unit is not known: open it as a log, set them, then go back and"
             " compare with it"
         ) from None
     names = {name for name, _ in tab.others}
@@ -145,8 +164,8 @@ def _interval(ratio: Estimate) -> str:
     return f"{number(ratio.value)} ({number(ratio.interval[0])} … {number(ratio.interval[1])})"
 
 
-def make(tab: Tab, name: str, theme: str) -> tuple[bytes, str]:
-    """Bytes and media type of a file by its name: a figure, the study, parameters, the report.
+def make(tab: Tab, name: str, theme: str) -> Made:
+    """A file by its name: a figure or its numbers, the study, parameters of all axes, the report.
 
     Raises
     ------
@@ -155,92 +174,70 @@ def make(tab: Tab, name: str, theme: str) -> tuple[bytes, str]:
     """
     path = Path(name)
     if path.suffix in KINDS and path.stem in VIEWS:
-        with tempfile.TemporaryDirectory(prefix="allanite-page-") as folder:
-            target = Path(folder) / f"figure{path.suffix}"
-            figure_of(tab, path.stem).save(target, theme)
-            return target.read_bytes(), KINDS[path.suffix]
+        figure = figure_of(tab, path.stem)
+        if path.suffix == ".csv":
+            body = csv_of(figure).encode()
+        else:
+            with tempfile.TemporaryDirectory(prefix="allanite-page-") as folder:
+                target = Path(folder) / f"figure{path.suffix}"
+                figure.save(target, theme)
+                body = target.read_bytes()
+        return Made(body, KINDS[path.suffix], f"{_stem(tab, tab.log.columns[0])}-{name}")
     if name == "study.json":
-        return json.dumps(study(tab), indent=1, ensure_ascii=False).encode(), "application/json"
+        body = json.dumps(study(tab), indent=1, ensure_ascii=False).encode()
+        return Made(body, "application/json", f"{_stem(tab)}-study.json")
     if name == "report.html":
-        return _report(tab).encode(), "text/html; charset=utf-8"
+        return _report(tab)
     if name in TARGETS:
         from allanite.export import export
         from allanite.export._axis import axes_of
 
-        axes = axes_of([tab.step.fit.to_dict()])
-        return export(axes, TARGETS[name]).encode(), "text/plain; charset=utf-8"
+        fits = [s.fit for ladder in tab.board.ladders if (s := ladder.step) is not None]
+        if not fits:
+            raise InputError("Nothing is fitted yet: open a log first")
+        text = export(axes_of([fit.to_dict() for fit in fits]), TARGETS[name])
+        kind = "text/plain; charset=utf-8"
+        return Made(text.encode(), kind, f"{_stem(tab)}-{name}", _missing(tab))
     known = [*(f"{v}.svg" for v in VIEWS), "study.json", "report.html", *TARGETS]
-    raise InputError(f"no file {name[:60]!r}: one of {', '.join(known)}")
+    raise InputError(f"No file {name[:60]!r}: one of {', '.join(known)}")
 
 
-def _report(tab: Tab) -> str:
-    """The ladder up to the rung that is looked at, as a report."""
+def _stem(tab: Tab, column: str = "") -> str:
+    """The name of the log, which names its files."""
+    source = tab.source
+    name = Path("log" if source is None else source.name).stem
+    return re.sub(r"[^\w.-]+", "_", f"{name}-{column}" if column else name)
+
+
+def _missing(tab: Tab) -> str:
+    """Which axes a file is without."""
+    columns = tab.work.recording.columns
+    gone = [c for c, one in zip(columns, tab.board.ladders, strict=True) if not one.steps]
+    return f"Without {', '.join(gone)}: not looked at yet" if gone else ""
+
+
+def _report(tab: Tab) -> Made:
+    """The ladders up to the step that is looked at, as a report."""
     from allanite.report import Entry, Report
     from allanite.study import Study
 
-    steps = tab.ladder.steps[: tab.ladder.at + 1]
-    last = tab.step.check
-    first = steps[0].check if steps else None
-    if last is None or first is None:
-        rung = 0 if first is None else tab.ladder.at
-        raise InputError(
-            f"a report says what is missing: let it be looked for at rung {rung} first"
-        )
-    ending = "adequate" if last.adequate else "stopped by hand"
-    study = Study(tab.log, tuple(s.rung for s in steps), last, ending)
-    return Report((Entry(study, first, tab.log.oadev()),)).to_html()
-
-
-def study(tab: Tab) -> dict[str, Any]:
-    """The ladder as one JSON document: models with values, not the samples."""
-    _ = tab.step
-    source = tab.source
-    assert source is not None
-    return {
-        "schema": SCHEMA,
-        "log": source.name,
-        "column": tab.log.columns[0],
-        "recording": tab.log.describe(),
-        "at": tab.ladder.at,
-        "ladder": [
-            {"label": s.label, **s.rung.to_dict(left)}
-            for s, left in zip(
-                tab.ladder.steps, misfit_left([s.rung for s in tab.ladder.steps]), strict=True
-            )
-        ],
-    }
-
-
-def open_study(tab: Tab, document: Any) -> None:
-    """Fit the models of a saved study to the open log, rung by rung.
-
-    Raises
-    ------
-    InputError
-        Not a study, a damaged one, or one of another kind of sensor; no log is open.
-    """
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        raise InputError("not a study: a JSON file saved from this page is needed")
-    log = tab.log
-    rungs = document.get("ladder")
-    if not isinstance(rungs, list) or not 0 < len(rungs) <= 100:
-        raise InputError("the study holds no ladder")
-    try:
-        models = [model_from_dict({**r, "schema": "allanite/fit/1"}, "study") for r in rungs]
-    except (AttributeError, TypeError, KeyError) as error:
-        raise InputError(f"the study is damaged ({error})") from None
-
-    def work(job: Job) -> None:
-        steps = []
-        for i, (model, rung) in enumerate(zip(models, rungs, strict=True)):
-            job.progress(i, len(models))
-            step = Step(str(rung.get("label", ""))[:80], Rung(fit_model(log, model)))
-            step.error = step.fit.error
-            steps.append(step)
-        at = document.get("at")
-        last = len(steps) - 1
-        with tab.change(job):
-            tab.push(Ladder(tuple(steps), at if isinstance(at, int) and 0 <= at <= last else last))
-        tab.finish(job, tab.step)
-
-    tab.run("opening the study", work)
+    entries, open_ = [], []
+    columns = tab.work.recording.columns
+    for column, ladder in enumerate(tab.board.ladders):
+        steps = ladder.steps[: ladder.at + 1]
+        if not steps:
+            continue
+        first, last = steps[0].check, steps[-1].check
+        if first is None or last is None:
+            open_.append(columns[column])
+            continue
+        ending = "adequate" if last.adequate else "stopped by hand"
+        log = tab.work.log(column)
+        found = Study(log, tuple(s.rung for s in steps), last, ending)
+        entries.append(Entry(found, first, log.oadev()))
+    if not entries:
+        raise InputError("A report says what is missing: let the search end first")
+    notes = [_missing(tab), f"Without {', '.join(open_)}: not searched yet" if open_ else ""]
+    body = Report(tuple(entries)).to_html().encode()
+    name = f"{_stem(tab)}-report.html"
+    return Made(body, "text/html; charset=utf-8", name, ". ".join(n for n in notes if n))

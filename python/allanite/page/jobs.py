@@ -1,21 +1,28 @@
-"""Long work of one tab: a thread with progress that can be cancelled."""
+"""Long work of one tab: a thread with progress that can be ended, and turns where many tabs work."""
 
 from __future__ import annotations
 
+import ctypes
+import os
 import threading
+import time
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError
 from allanite.page.words import WORDS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 __all__ = ["Cancelled", "Job"]
 
+#: Searches at a time, over all tabs: what else the server is asked is then answered at once.
+TURNS = threading.BoundedSemaphore(max(1, (os.cpu_count() or 2) - 1))
 
-class Cancelled(Exception):  # noqa: N818 - not an error
-    """Raised inside the work when it shall end."""
+
+class Cancelled(BaseException):
+    """Raised inside the work when it shall end; no error, so that nothing inside takes it for one."""
 
 
 class Job:
@@ -34,9 +41,12 @@ class Job:
         self.done = 0
         self.total = 0
         self.error: str | None = None
-        #: Whether other work may take its place unasked: nothing that a person ordered is lost.
+        #: May be pre-empted: the user did not request it.
         self.gives_way = False
+        self._since = time.monotonic()
         self._stop = threading.Event()
+        self._gate = threading.Lock()
+        self._ended = self._holds_turn = False
         self._thread = threading.Thread(target=self._run, args=(work,), daemon=True)
 
     def start(self) -> None:
@@ -45,12 +55,17 @@ class Job:
 
     @property
     def busy(self) -> bool:
-        """Whether it is at work for anybody: what was cancelled may still be on its way to the next report."""
+        """True while the result is wanted; a cancelled job may run to its next line of Python."""
         return self._thread.is_alive() and not self._stop.is_set()
 
     def cancel(self) -> None:
-        """End it: what it finds from now on is dropped, and it stops at its next report of progress."""
+        """End it: what it finds from now on is dropped, and the thread stops as soon as the core gives it back."""
         self._stop.set()
+        with self._gate:
+            if not self._ended and self._thread.ident is not None:
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(
+                    ctypes.c_ulong(self._thread.ident), ctypes.py_object(Cancelled)
+                )
 
     def wait(self, seconds: float | None = None) -> None:
         """Wait until it has ended."""
@@ -65,14 +80,38 @@ class Job:
     def say(self, name: str) -> None:
         """Go on to another part of the work."""
         self.name, self.done, self.total = name, 0, 0
+        self._since = time.monotonic()
         self.progress(0, 0)
 
+    def take_turn(self) -> None:
+        """Wait while other tabs search; the turn is given back at the end of the job."""
+        name, told = self.name, False
+        while not self._holds_turn:
+            with self._gate:
+                self._holds_turn = TURNS.acquire(blocking=False)
+            if not self._holds_turn:
+                if not told:
+                    self.say("Waiting for the work of another tab")
+                    told = True
+                time.sleep(0.05)
+            self.progress(self.done, self.total)
+        if told:
+            self.say(name)
+
+    @contextmanager
+    def undisturbed(self) -> Iterator[None]:
+        """Change what others see: the whole of it, or nothing."""
+        with self._gate:
+            self.progress(1, 1)
+            yield
+
     def to_dict(self) -> dict[str, Any]:
-        """What the progress bar shows."""
+        """What the progress bar shows; it moves by its seconds where nothing can be counted."""
         return {
             "name": self.name,
             "done": self.done,
             "total": self.total,
+            "seconds": round(time.monotonic() - self._since, 1),
             "busy": self.busy,
             "gives_way": self.gives_way,
             "error": self.error,
@@ -80,14 +119,30 @@ class Job:
 
     def _run(self, work: Callable[[Job], None]) -> None:
         try:
-            work(self)
+            try:
+                self._work(work)
+            finally:
+                self._end()
+                # A cancellation on its way arrives here.
+                time.sleep(0)
         except Cancelled:
-            self.error = None
+            self._end()
+
+    def _end(self) -> None:
+        with self._gate:
+            self._ended = True
+            if self._holds_turn:
+                self._holds_turn = False
+                TURNS.release()
+
+    def _work(self, work: Callable[[Job], None]) -> None:
+        try:
+            work(self)
         except AllaniteError as error:
             self.error = " ".join(error.worded(WORDS).split())
         except MemoryError:
-            self.error = "not enough memory for this log: average it down first"
+            self.error = "Not enough memory for this log: average it down first"
         except Exception as error:  # the page must say that something broke, whatever it was
             self.error = (
-                f"something went wrong inside ({type(error).__name__}: {error}): please report it"
+                f"Something went wrong inside ({type(error).__name__}: {error}): please report it"
             )

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import secrets
 import socket
 import threading
 import time
-from functools import cache
+from functools import cache, partial
 from importlib import resources
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from allanite.common.errors import AllaniteError, InputError
 from allanite.page import documents
+from allanite.page.desk import GRACE, Desk
 from allanite.page.guard import Guard
-from allanite.page.source import MOST_BYTES, Source, Uploads, check_name
+from allanite.page.source import Source, check_name
+from allanite.page.parts import part
 from allanite.page.state import act, state, work
-from allanite.page.tab import Tab
 from allanite.page.views import finite, view
 from allanite.page.words import WORDS
 
@@ -28,15 +32,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Desk", "Page", "make_app"]
 
-MOST_TABS = 32
-#: Largest body of an action (a study of many rungs).
+#: Largest body of an action (a study of many steps).
 MOST_ACTION = 4_000_000
-STATIC = {
-    "/": ("index.html", "text/html; charset=utf-8"),
-    "/page.css": ("page.css", "text/css; charset=utf-8"),
-    "/page.js": ("page.js", "text/javascript; charset=utf-8"),
-    "/draw.js": ("draw.js", "text/javascript; charset=utf-8"),
-}
+#: Where the page is served if it can be, so that a browser knows again what it kept.
+PORT = 47113
+KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
+STATIC = sorted(p.name for p in resources.files("allanite.page").joinpath("static").iterdir())
 
 
 @cache
@@ -44,43 +45,6 @@ def _plotly() -> bytes:
     from plotly.offline import get_plotlyjs
 
     return str(get_plotlyjs()).encode()
-
-
-class Desk:
-    """All tabs and uploads of one server; `most_bytes` is the largest upload."""
-
-    def __init__(self, sources: Sequence[Source], most_bytes: int = MOST_BYTES) -> None:
-        self.sources = tuple(sources)
-        self.most_bytes = most_bytes
-        self.uploads = Uploads()
-        self.tabs: dict[str, Tab] = {}
-        self.lock = threading.Lock()
-
-    def open(self) -> str:
-        """A new tab, at work on the first log."""
-        with self.lock:
-            if len(self.tabs) >= MOST_TABS:
-                # The oldest is most likely one that was closed long ago.
-                self.tabs.pop(next(iter(self.tabs))).cancel()
-            key = secrets.token_urlsafe(9)
-            tab = self.tabs[key] = Tab(self.sources, len(self.tabs) + 1)
-        if self.sources:
-            tab.open(0)
-        return key
-
-    def close(self, key: str) -> None:
-        """Forget a tab that was closed or reloaded: its work ends, its samples go."""
-        with self.lock:
-            tab = self.tabs.pop(key, None)
-        if tab is not None:
-            tab.cancel()
-
-    def tab(self, request: Request) -> Tab:
-        """The tab that a request speaks of."""
-        found = self.tabs.get(request.path_params["tab"])
-        if found is None:
-            raise InputError("this tab is not known any more: reload the page")
-        return found
 
 
 def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
@@ -111,19 +75,20 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
         async def safe(request: Request) -> Response:
             try:
                 answer = await handler(request)
+                return answer if isinstance(answer, Plain) else reply(answer)
             except AllaniteError as error:
                 return JSONResponse({"error": " ".join(error.worded(WORDS).split())}, 400)
-            return answer if isinstance(answer, Plain) else reply(answer)
+            except (ValueError, TypeError, KeyError, RecursionError, OverflowError) as error:
+                kind = type(error).__name__
+                return JSONResponse({"error": f"This cannot be done with what was sent ({kind})"}, 400)
 
         return safe
 
     async def static(request: Request) -> Response:
-        name, kind = STATIC[
-            request.url.path if request.url.path in STATIC else request.scope["path"]
-        ]
-        return Plain(
-            resources.files("allanite.page").joinpath("static", name).read_bytes(), media_type=kind
-        )
+        name = request.scope["path"].removeprefix("/") or "index.html"
+        kind = KINDS[PurePath(name).suffix]
+        body = resources.files("allanite.page").joinpath("static", name).read_bytes()
+        return Plain(body, media_type=f"{kind}; charset=utf-8")
 
     async def plotly(_request: Request) -> Response:
         return Plain(await run_in_threadpool(_plotly), media_type="text/javascript; charset=utf-8")
@@ -132,7 +97,17 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
         return {"tab": await run_in_threadpool(desk.open)}
 
     async def close_tab(request: Request) -> Any:
-        desk.close(request.path_params["tab"])
+        await run_in_threadpool(desk.close, request.path_params["tab"])
+        return {}
+
+    async def leave_tab(request: Request) -> Any:
+        desk.leave(request.path_params["tab"])
+        later = partial(asyncio.to_thread, desk.sweep)
+        asyncio.get_running_loop().call_later(GRACE + 1.0, lambda: asyncio.ensure_future(later()))
+        return {}
+
+    async def resume_tab(request: Request) -> Any:
+        await run_in_threadpool(desk.resume, request.path_params["tab"])
         return {}
 
     async def get_state(request: Request) -> Any:
@@ -143,16 +118,15 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
 
     async def get_view(request: Request) -> Any:
         tab, name = desk.tab(request), request.path_params["name"]
-        return await run_in_threadpool(view, tab, name, request.query_params.get("theme", "light"))
+        options = {k: v[:80] for k, v in request.query_params.items()}
+        return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
+
+    async def get_part(request: Request) -> Any:
+        return await run_in_threadpool(part, desk.tab(request), request.path_params["name"])
 
     async def post_act(request: Request) -> Any:
         tab = desk.tab(request)
-        body = await _bounded(request, MOST_ACTION)
-        try:
-            order = json.loads(body)
-        except ValueError:
-            raise InputError("an action must be JSON") from None
-        await run_in_threadpool(act, tab, order)
+        await run_in_threadpool(act, tab, _order(await _bounded(request, MOST_ACTION)))
         return await run_in_threadpool(state, tab)
 
     async def upload(request: Request) -> Any:
@@ -183,17 +157,22 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
     async def download(request: Request) -> Response:
         tab, name = desk.tab(request), request.path_params["name"]
         theme = request.query_params.get("theme", "light")
-        body, kind = await run_in_threadpool(documents.make, tab, name, theme)
-        return Plain(
-            body, media_type=kind, headers={"content-disposition": f'attachment; filename="{name}"'}
-        )
+        made = await run_in_threadpool(documents.make, tab, name, theme)
+        said = {
+            "content-disposition": f"attachment; filename*=UTF-8''{quote(made.name)}",
+            "x-note": quote(made.note),
+        }
+        return Plain(made.body, media_type=made.kind, headers=said)
 
     routes = [
-        *(Route(path, guarded(static)) for path in STATIC),
+        *(Route(path, guarded(static)) for path in ("/", *(f"/{name}" for name in STATIC))),
         Route("/plotly.js", guarded(plotly)),
         Route("/tabs", guarded(open_tab), methods=["POST"]),
         Route("/tabs/{tab}", guarded(get_state)),
         Route("/tabs/{tab}/close", guarded(close_tab), methods=["POST"]),
+        Route("/tabs/{tab}/leave", guarded(leave_tab), methods=["POST"]),
+        Route("/tabs/{tab}/resume", guarded(resume_tab), methods=["POST"]),
+        Route("/tabs/{tab}/part/{name}", guarded(get_part)),
         Route("/tabs/{tab}/act", guarded(post_act), methods=["POST"]),
         Route("/tabs/{tab}/upload", guarded(upload), methods=["POST"]),
         Route("/tabs/{tab}/view/{name}", guarded(get_view)),
@@ -209,12 +188,26 @@ def _too_large(name: str, most: int) -> str:
     )
 
 
+def _order(body: bytes) -> Any:
+    """What an action says; nesting or characters that cannot be answered are refused here."""
+    try:
+        order = json.loads(body)
+        json.dumps(order, ensure_ascii=False).encode()
+    except RecursionError:
+        raise InputError("An action is nested too deeply") from None
+    except UnicodeError:
+        raise InputError("An action holds half a character (a lone surrogate)") from None
+    except ValueError:
+        raise InputError("An action must be JSON") from None
+    return order
+
+
 async def _bounded(request: Request, most: int) -> bytes:
     body = b""
     async for piece in request.stream():
         body += piece
         if len(body) > most:
-            raise InputError(f"an action larger than {most / 1e6:g} MB is refused")
+            raise InputError(f"An action larger than {most / 1e6:g} MB is refused")
     return body
 
 
@@ -231,7 +224,11 @@ class Page:
         import uvicorn
 
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-        self._socket.bind(("127.0.0.1", 0))
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            self._socket.bind(("127.0.0.1", PORT))
+        except OSError:
+            self._socket.bind(("127.0.0.1", 0))
         port = self._socket.getsockname()[1]
         token = secrets.token_urlsafe(18)
         hosts = frozenset({f"127.0.0.1:{port}", f"localhost:{port}"})

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError, about
-from allanite.readers import FORMATS, read
+from allanite.page.child import ask
+from allanite.readers import FORMATS
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from allanite.recording import Recording
 
@@ -35,6 +36,21 @@ class Reading:
     time_column: str | None = None
     output_unit: str | None = None
     columns: tuple[str, ...] = ()
+    #: Units of single columns, by name.
+    units: Mapping[str, str] = field(default_factory=dict)
+    piece: int | None = None
+
+    def options(self) -> dict[str, Any]:
+        """What the reader is told."""
+        return {
+            "rate": self.rate,
+            "unit": self.unit,
+            "quantity": self.quantity,
+            "time_column": self.time_column,
+            "column": list(self.columns) or None,
+            "piece": self.piece,
+            "units": dict(self.units),
+        }
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,8 +62,8 @@ class Source:
     recording: Recording | None = None
     reading: Reading = Reading()
 
-    def read(self, reading: Reading) -> Recording:
-        """All sensor columns.
+    def read(self, reading: Reading, watch: Callable[[], None] | None = None) -> Recording:
+        """All sensor columns; `watch` is called meanwhile, and what it raises ends the reading.
 
         Raises
         ------
@@ -57,18 +73,26 @@ class Source:
         if self.recording is not None:
             recording = self.recording
         else:
-            assert self.path is not None
-            with about(self.name, instead=self.path):
-                recording = read(
-                    self.path,
-                    rate=reading.rate,
-                    unit=reading.unit,
-                    quantity=reading.quantity,
-                    time_column=reading.time_column,
-                    column=reading.columns or None,
-                )
-            recording = recording.called(self.name)
+            recording = self._ask("read", reading, watch).called(self.name)
         return recording if reading.output_unit is None else recording.to(reading.output_unit)
+
+    def inspect(self, reading: Reading) -> dict[str, Any]:
+        """What is understood of each column, as `allanite.readers.inspection` says it, with spark lines."""
+        if self.path is None:
+            raise InputError(f"{self.name} was given as a recording: nothing is left to be read")
+        found: dict[str, Any] = self._ask("inspect", reading, None)
+        text = str(self.path)
+        problem = found["problem"]
+        return {
+            **found,
+            "path": self.name,
+            "problem": problem and problem.replace(text, self.name),
+        }
+
+    def _ask(self, what: str, reading: Reading, watch: Callable[[], None] | None) -> Any:
+        assert self.path is not None
+        with about(self.name, instead=self.path):
+            return ask(what, self.path, reading.options(), watch)
 
     def with_reading(self, reading: Reading) -> Source:
         """The same log, to be read otherwise."""

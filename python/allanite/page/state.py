@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
@@ -9,16 +10,22 @@ from allanite.common.parameters import Estimate
 from allanite.common.units import conversion, parse_unit
 from allanite.effects import standard
 from allanite.page.cards import cards, chips, rung
-from allanite.page.documents import compare_with, open_study, sheet_rows
+from allanite.page.documents import compare_with, sheet_rows
+from allanite.page.figures import colors_of
+from allanite.page.studies import open_study
 from allanite.page.edits import SHEET, effect, shown_unit
+from allanite.page.offers import offers, sentence
 from allanite.page.source import Reading
 from allanite.page.words import WORDS
+from allanite.recording.at_rest import quiet_span
 from allanite.plots.words import duration_text, unit_text
 from allanite.report.words import many
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from allanite.fit import Fit
+    from allanite.page.ladder import Work
     from allanite.page.tab import Tab
 
 __all__ = ["act", "state", "work"]
@@ -31,34 +38,34 @@ def state(tab: Tab) -> dict[str, Any]:
     """Everything but the curves."""
     with tab.lock:
         # The version first: what changes from here on is seen the next time.
-        version, ladder, place, length = tab.version, tab.ladder, tab.place, len(tab.history)
-        preview, recording = tab.preview, tab.recording
-    step = ladder.steps[ladder.at] if ladder.steps else None
+        version, now, board = tab.version, tab.now, tab.board
+        preview = tab.preview
+        place, length = (now.place, len(now.history)) if now is not None else (0, 1)
+    ladder = board.ladders[board.column]
+    step = ladder.step
     shown = preview or (None if step is None else step.fit)
     check = None if step is None else step.check
-    reading = tab.source.reading if tab.source is not None else Reading()
+    source = tab.source
     return {
         "version": version,
         **work(tab),
         "problem": tab.problem,
         "logs": [s.name for s in tab.sources],
-        "log": None if tab.source is None else tab.source.name,
+        "log": None if source is None else source.name,
         "log_number": tab.place_of_source,
-        "fixed": tab.source is not None and tab.source.recording is not None,
+        "fixed": source is not None and source.recording is not None,
         "units": [{"value": u, "text": unit_text(u) if u != "1" else "1 (a ratio)"} for u in UNITS],
-        "reading": {
-            "rate": reading.rate or (None if recording is None else recording.rate),
-            "unit": reading.unit or (None if recording is None else recording.units[tab.column]),
-            "quantity": reading.quantity or (None if recording is None else recording.quantity),
-            "columns": ", ".join(
-                reading.columns or (() if recording is None else recording.columns)
-            ),
-            "time_column": reading.time_column,
-        },
-        "recording": None if recording is None else _recording(tab),
-        "chips": [] if shown is None else chips(shown, tab.unit),
+        "reading": _reading(tab),
+        "recording": None if now is None else _recording(tab),
+        "axes": [] if now is None else _axes(now),
+        "covariates": [] if now is None else list(now.recording.covariates),
+        "chips": []
+        if shown is None or now is None
+        else chips(shown, tab.unit, colors_of(now, shown)),
         "chip_unit": tab.unit,
         "chip_units": [] if shown is None else _chip_units(shown.recording.unit),
+        "tray": [] if now is None or step is None else _tray(now, board.column, step.fit),
+        "model": None if shown is None else str(shown.model),
         "preview": None
         if preview is None
         else {
@@ -76,6 +83,65 @@ def state(tab: Tab) -> dict[str, Any]:
         "others": [name for name, _ in tab.others],
         "sheet": sheet_rows(tab),
     }
+
+
+def _reading(tab: Tab) -> dict[str, Any]:
+    """How the log is read: what was said, and what was found."""
+    reading = tab.source.reading if tab.source is not None else Reading()
+    found = None if tab.now is None else tab.now.recording
+    return {
+        "rate": reading.rate or (None if found is None else found.rate),
+        "said_rate": reading.rate,
+        "quantity": reading.quantity or (None if found is None else found.quantity),
+        "columns": list(reading.columns or (() if found is None else found.columns)),
+        "time_column": reading.time_column,
+        "column_units": {
+            **({} if found is None else dict(zip(found.columns, found.units, strict=True))),
+            **reading.units,
+        },
+    }
+
+
+def _axes(work: Work) -> list[dict[str, Any]]:
+    """One record a column: its name, unit and state."""
+    out = []
+    names, units = work.recording.columns, work.recording.units
+    for name, unit, ladder in zip(names, units, work.board.ladders, strict=True):
+        step = ladder.step
+        check = None if step is None else step.check
+        kind = "new" if step is None else "fitted"
+        if check is not None:
+            kind = "adequate" if check.adequate else "fails"
+        error = None if step is None else step.error
+        out.append(
+            {
+                "name": name,
+                "unit": unit_text(unit),
+                "state": kind,
+                "steps": len(ladder.steps),
+                "model": None if step is None else step.fit.model.name,
+                "values": {}
+                if step is None
+                else {
+                    v["symbol"]: f"{v['text']}" for c in chips(step.fit) for v in c["values"]
+                    if v["name"] in ("N", "B", "K")
+                },
+                "error": None if error is None else rung(step)["error_text"] if step else None,
+                "missing": None
+                if check is None or not check.significant
+                else check.fit.display_name(check.significant[0].effect),
+            }
+        )
+    return out
+
+
+def _tray(work: Work, column: int, fit: Fit) -> list[dict[str, Any]]:
+    there = {e.kind for e in fit.model}
+    return [
+        {"place": i, "kind": e.kind, "name": fit.display_name(e), "text": str(e)}
+        for i, e in enumerate(work.tray[column])
+        if e.kind not in there
+    ]
 
 
 def work(tab: Tab) -> dict[str, Any]:
@@ -102,19 +168,26 @@ def _chip_units(unit: str) -> list[dict[str, str]]:
 
 
 def _recording(tab: Tab) -> dict[str, Any]:
-    assert tab.recording is not None
-    column = tab.log
+    now = tab.work
+    column, whole = tab.log, now.recording
+    found = [f for f in whole.audit if f.column in (None, column.columns[0])]
     return {
         "columns": [
             {"name": n, "unit": unit_text(u)}
-            for n, u in zip(tab.recording.columns, tab.recording.units, strict=True)
+            for n, u in zip(whole.columns, whole.units, strict=True)
         ],
         "column": tab.column,
+        "digest": now.digest,
+        "span": now.span,
         "n": column.n,
         "rate": column.rate,
+        "duration": column.duration,
         "unit": unit_text(column.unit),
         "text": f"{many(column.n)} samples · {duration_text(column.duration)} at {column.rate:.6g} Hz",
-        "audit": [{"severity": f.severity, "message": f.worded(WORDS)} for f in column.audit],
+        "audit": [
+            {"severity": f.severity, "message": sentence(f.worded(WORDS)), "offers": offers(f, column.rate, column.duration)}
+            for f in found
+        ],
     }
 
 
@@ -147,7 +220,7 @@ def _number(order: dict[str, Any], name: str) -> float | None:
         return None
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{name} must be a number, found {str(value)[:40]!r}") from None
 
 
@@ -162,16 +235,67 @@ def _text(order: dict[str, Any], name: str) -> str | None:
 
 def _read(tab: Tab, order: dict[str, Any]) -> None:
     if tab.place_of_source is None:
-        raise InputError("no log is open: drop a file or choose one")
-    names = (_text(order, "columns") or "").split(",")
-    reading = Reading(
-        _number(order, "rate"),
-        _text(order, "unit"),
-        _text(order, "quantity"),
-        _text(order, "time_column"),
-        columns=tuple(name.strip() for name in names if name.strip()),
+        raise InputError("No log is open: drop a file or choose one")
+    names, units = order.get("columns") or [], order.get("units") or {}
+    if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
+        raise InputError("The columns must be a list of names")
+    if not isinstance(units, dict) or not all(isinstance(u, str) for u in units.values()):
+        raise InputError("The units must be texts, one a column")
+    for unit in units.values():
+        parse_unit(unit[:80])
+    before = tab.sources[tab.place_of_source].reading
+    reading = replace(
+        before,
+        rate=_number(order, "rate"),
+        unit=_text(order, "unit"),
+        quantity=_text(order, "quantity"),
+        time_column=_text(order, "time_column"),
+        columns=tuple(names),
+        units=dict(units),
     )
     tab.open(tab.place_of_source, reading)
+
+
+def _take(tab: Tab, order: dict[str, Any]) -> None:
+    """A part of the log: from … to s, the quiet one, or the whole."""
+    if order.get("quiet") is True:
+        tab.take(quiet_span(tab.work.whole))
+        return
+    start, end = _number(order, "from"), _number(order, "to")
+    if start is None or end is None:
+        tab.take(None)
+        return
+    offset = 0.0 if tab.work.span is None else tab.work.span[0]
+    tab.take((start + offset, end + offset))
+
+
+def _rate(tab: Tab, order: dict[str, Any]) -> None:
+    """Read again at the rate that the time stamps say."""
+    source, rate = tab.source, _number(order, "rate")
+    if source is None or tab.place_of_source is None or rate is None:
+        raise InputError("Give a rate, in Hz")
+    if source.recording is not None:
+        raise InputError("The recording was given with its rate: give it another there")
+    tab.open(tab.place_of_source, replace(source.reading, rate=rate))
+
+
+def _example(tab: Tab) -> None:
+    """A recording with hidden effects, simulated."""
+    from allanite.cli.commands.demo import HIDDEN, SHOWN
+    from allanite.effects import parse_model
+    from allanite.page.source import Source
+
+    name = "example.npz"
+    if name not in [s.name for s in tab.sources]:
+        model = parse_model(f"{SHOWN}+{HIDDEN}")
+        found = model.simulate(duration=3600.0, rate=50.0, seed=1, unit="rad/s").called(name)
+        tab.sources.append(Source(name, recording=found))
+    tab.open([s.name for s in tab.sources].index(name))
+
+
+def _improve(tab: Tab, order: dict[str, Any]) -> None:
+    every = range(len(tab.work.recording.columns))
+    tab.improve(every if order.get("all") is True else None)
 
 
 def _hold(tab: Tab, order: dict[str, Any]) -> None:
@@ -236,7 +360,12 @@ _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
     "what-if": _what_if,
     "drop": lambda tab, _order: tab.drop_what_if(),
     "fit-tried": lambda tab, _order: tab.fit_what_if(),
-    "improve": lambda tab, _order: tab.improve(),
+    "put": lambda tab, order: tab.put(_text(order, "effect") or ""),
+    "back": lambda tab, order: tab.back(_integer(order, "place")),
+    "example": lambda tab, _order: _example(tab),
+    "take": _take,
+    "rate": _rate,
+    "improve": _improve,
     "go": lambda tab, order: tab.go(_integer(order, "rung")),
     "undo": lambda tab, _order: tab.undo(),
     "redo": lambda tab, _order: tab.redo(),

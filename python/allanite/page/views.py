@@ -5,30 +5,33 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.errors import InputError
-from allanite.plots.curves import allan_panels, parts, spectrum_panels
-from allanite.plots.deviation import plot_deviation
+from allanite.common.errors import AllaniteError
+from allanite.common.units import conversion, parse_unit
+from allanite.page import overlays
+from allanite.page.figures import VIEWS, figure_of, fit_of
+from allanite.plots.curves import parts
 from allanite.plots.plotly_painter import words
-from allanite.plots.recording import samples_panel
-from allanite.plots.spec import Figure
 from allanite.plots.themes import theme_of
-from allanite.plots.time import plot_time
-from allanite.report.words import many
+from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from allanite.fit import Fit
     from allanite.page.tab import Tab
-    from allanite.recording import Recording
+    from allanite.plots.spec import Figure
 
 __all__ = ["VIEWS", "figure_of", "finite", "view"]
 
-#: Curves that can be told apart on one pair of axes.
-MOST_CURVES = 8
-#: Stretches of the samples' envelope: more than a screen has pixels to tell apart.
-STRETCHES = 1600
+#: Views whose curves are named by a legend: the rest have the chips.
+LEGEND = ("compare", "error", "nis")
+#: Units in which the cursor tells a deviation.
+UNITS = ("rad/s", "deg/s", "deg/h", "m/s^2", "mg", "ug")
 
 
-def view(tab: Tab, name: str, theme: str) -> dict[str, Any]:
+def view(
+    tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None
+) -> dict[str, Any]:
     """A view as plotly's data and layout, with the roles of its traces.
 
     Parameters
@@ -37,6 +40,8 @@ def view(tab: Tab, name: str, theme: str) -> dict[str, Any]:
     name : str
         One of `VIEWS`.
     theme : {"light", "dark"}
+    options : mapping of str to str, optional
+        Of the view: the range of time of samples, the seconds of aiding.
 
     Raises
     ------
@@ -44,122 +49,89 @@ def view(tab: Tab, name: str, theme: str) -> dict[str, Any]:
         An unknown view or theme, or nothing to show.
     """
     look = theme_of(theme)
-    figure = figure_of(tab, name)
+    figure = figure_of(tab, name, options)
     painted = figure.to_plotly(theme)
-    shown = _fit(tab)
-    if shown is not None and name in ("allan", "psd"):
-        _mark_components(painted["data"], shown)
-    for trace in painted["data"]:
+    data, layout = painted["data"], painted["layout"]
+    shown = fit_of(tab)
+    for trace in data:
         # Nothing else is compared here.
         trace["name"] = str(trace.get("name") or "").removesuffix(" (recording)")
-    layout = painted["layout"]
+    found: dict[str, Any] = {"name": name, "title": figure.title, "subtitle": figure.subtitle}
     layout.pop("title", None)
-    # The title stands above the plot in the page's own type; the chips are the legend.
-    layout["annotations"] = [a for a in layout["annotations"] if not _is_title(a, figure)]
+    # The title stands above the plot in the page's own type.
+    if len([p for p in figure.panels if p.row == 0]) == 1:
+        layout["annotations"] = [a for a in layout["annotations"] if not _is_title(a, figure)]
+    overlays.hover(data, shown, name, unit_text(tab.log.unit))
+    if shown is not None and name in ("allan", "psd"):
+        _mark_components(data, shown)
+        found["live"] = overlays.live(shown)
+    if shown is not None and name == "allan":
+        layout["annotations"] += overlays.ranges(shown, look)
+        points, labels = overlays.readings(shown, tab.work, tab.unit, look, layout)
+        data += points
+        layout["annotations"] += labels
+        found["units"] = _units(tab.log.unit)
+    _arrange(layout, name, look)
+    return {**found, **painted}
+
+
+def _arrange(layout: dict[str, Any], name: str, look: Any) -> None:
     for key, axis in layout.items():
         if key.startswith("xaxis") and axis["domain"][0] > 0.0:
             # A page is narrower than paper: room for the title of an axis between two panels.
             axis["domain"] = [axis["domain"][0] + 0.05, axis["domain"][1]]
-    layout["showlegend"] = name == "compare"
+        if key.startswith(("xaxis", "yaxis")) and axis["title"]["text"]:
+            text = axis["title"]["text"]
+            axis["title"]["text"] = text[:1].upper() + text[1:] if text[:1] not in "τf" else text
+    layout["showlegend"] = name in LEGEND
     layout["legend"] = {
         "orientation": "h",
         "x": 0,
-        "y": 1.0,
+        "y": 1.06 if name == "error" else 1.0,
         "yanchor": "bottom",
         "font": {"size": 12},
     }
-    layout["margin"] = {"l": 82, "r": 18, "t": 34 if name == "compare" else 10, "b": 48}
+    layout["margin"] = {"l": 76, "r": 16, "t": 44 if name in LEGEND else 10, "b": 48}
     layout["paper_bgcolor"] = "rgba(0,0,0,0)"
     layout["plot_bgcolor"] = "rgba(0,0,0,0)"
     layout["font"] = {**layout["font"], "size": 13}
-    layout["hoverlabel"] = {"bgcolor": look.panel, "font": {"color": look.text, "size": 13}}
-    return {"name": name, "title": figure.title, "subtitle": figure.subtitle, **painted}
+    layout["hoverlabel"] = {
+        "bgcolor": look.panel,
+        "bordercolor": look.faint,
+        "align": "left",
+        "font": {"color": look.text, "size": 13},
+    }
 
 
-def figure_of(tab: Tab, name: str) -> Figure:
-    """The figure behind a view, for the screen and for files."""
-    if name not in VIEWS:
-        raise InputError(f"unknown view {name!r}: one of {', '.join(VIEWS)}")
-    return VIEWS[name](tab)
-
-
-def _fit(tab: Tab) -> Fit | None:
-    if tab.preview is not None:
-        return tab.preview
-    return tab.ladder.steps[tab.ladder.at].fit if tab.ladder.steps else None
-
-
-def _allan(tab: Tab) -> Figure:
-    fit = _fit(tab)
-    if fit is None:
-        # Before the first fit there is the measured curve alone.
-        return plot_deviation(tab.log.oadev())
-    check = tab.step.check if tab.preview is None else None
-    panels = allan_panels(fit, 0, None if check is None else check.where.worst_tau)
-    return Figure("Allan deviation", f"model {fit.model.name}", panels, (3.0, 1.0), kind="fit")
-
-
-def _psd(tab: Tab) -> Figure:
-    fit = _fit(tab) or tab.step.fit
-    check = tab.step.check if tab.preview is None else None
-    panels = spectrum_panels(fit, 0, None if check is None else check.where.worst_frequency)
-    return Figure(
-        "Power spectral density, two-sided",
-        f"model {fit.model.name}",
-        panels,
-        (3.0, 1.0),
-        kind="fit",
-    )
-
-
-def _map(tab: Tab) -> Figure:
-    check = tab.step.check
-    if check is None:
-        raise InputError("the map is being made")
-    return plot_time(check)
-
-
-def _samples(tab: Tab) -> Figure:
-    log = tab.log
-    check = tab.step.check if tab.ladder.steps else None
-    worst = None if check is None else check.where.worst_time
-    panel = samples_panel(log, stretches=STRETCHES, worst=worst)
-    each = log.n / STRETCHES
-    what = f"smallest and largest of {each:.0f} samples each" if each > 1 else "every sample"
-    return Figure("Samples", f"{many(log.n)} samples, {what}", (panel,), kind="samples")
-
-
-def _compare(tab: Tab) -> Figure:
-    """The log, a twin simulated from the model, other logs, other columns."""
-    from allanite.comparison import compare
-    from allanite.plots import plot_compare
-
-    log = tab.log
-    items: list[Any] = [(f"{log.columns[0]}, measured", log, None)]
-    if tab.ladder.steps:
-        items.append(("a simulated twin", _twin(tab.step.fit), None))
-    items += [(name, other, None) for name, other in tab.others]
-    assert tab.recording is not None
-    items += [(c.columns[0], c, None) for c in tab.recording if c.columns != log.columns]
-    return plot_compare(compare(items[:MOST_CURVES]))
-
-
-def _twin(fit: Fit) -> Recording:
-    data = fit.data
-    return fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
-
-
-VIEWS = {"allan": _allan, "psd": _psd, "map": _map, "samples": _samples, "compare": _compare}
+def _units(unit: str) -> list[dict[str, Any]]:
+    """Units of the cursor: text and factor from the log's."""
+    kind = parse_unit(unit).kind
+    others = [u for u in UNITS if u != unit and parse_unit(u).kind == kind]
+    out = [{"text": unit_text(unit) if unit != "1" else "", "factor": 1.0}]
+    for other in others:
+        try:
+            out.append({"text": unit_text(other), "factor": conversion(unit, other)})
+        except AllaniteError:
+            continue
+    return out
 
 
 def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
-    """Tell the page which line belongs to which chip."""
+    """Tell the page which line belongs to which chip, which is the sum, and what was measured."""
     order = [*fit.model.stochastic, *fit.model.deterministic]
     for effect, part in zip(order, parts(fit), strict=True):
         place = next(i for i, e in enumerate(fit.model.effects) if e is effect)
         for trace in data:
             if trace.get("name") == words(part.label):
                 trace["meta"] = f"effect-{place}"
+    for trace in data:
+        own = str(trace.get("yaxis")) in ("y", "y1")
+        if trace.get("name") == "model" and own:
+            trace["meta"] = "model"
+        elif str(trace.get("name", "")).startswith("measured") and own:
+            trace["meta"] = "measured"
+        elif not own and trace.get("mode") == "markers" and len(trace["x"]) > 1:
+            trace["meta"] = "residual"
 
 
 def _is_title(annotation: dict[str, Any], figure: Figure) -> bool:

@@ -160,6 +160,11 @@ class Recording:
         other._fix(**{**fields, "_audit": None, **changes})
         return other
 
+    def in_units(self, units: Mapping[str, str]) -> Recording:
+        """Return the recording with other units said of some columns, by name; no sample is changed."""
+        said = [units.get(c, u) for c, u in zip(self.columns, self.units, strict=True)]
+        return self._with(units=tuple(rate_unit(text, self.quantity).name for text in said))
+
     def told_of(self, findings: Sequence[Finding]) -> Recording:
         """Return the recording with findings of the reader, which its audit tells."""
         return self._with(told=(*self.told, *findings)) if findings else self

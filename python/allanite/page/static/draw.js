@@ -1,100 +1,139 @@
-"use strict";
-// The figure: drawing, lighting up a component, shading where an effect acts, dragging a component's line.
-const Draw = (() => {
-  const plot = () => document.getElementById("plot");
-  let shown = null, base = [], grip = null, later = null;
-  const options = { displaylogo: false, displayModeBar: false, doubleClick: "reset" };
+// The figure: drawing, lighting up a component, shading where an effect acts, zooming, what the pointer reads.
+import { $, S, el, short } from "./core.js";
 
-  async function show(view) {
-    if (grip) { later = view; return; }  // a line is in the hand
-    shown = view;
-    const layout = structuredClone(view.layout);
-    base = layout.shapes || [];
-    await Plotly.react(plot(), view.data, layout, options);
-    // What stands above may have become taller: the observer of sizes would put that right, but only a moment later.
-    const { width, height } = plot()._fullLayout;
-    if (width !== plot().clientWidth || height !== plot().clientHeight) await Plotly.relayout(plot(), { autosize: true });
+const plot = () => $("plot"), NARROW = 560;
+const options = { displaylogo: false, displayModeBar: false, doubleClick: false, responsive: false, scrollZoom: false };
+let small = null;
+export const shown = { view: null, base: [], held: false, later: null };
+
+export async function show(view) {
+  if (shown.held) { shown.later = view; return; }  // a line is in the hand
+  shown.view = view;
+  const layout = structuredClone(view.layout);
+  narrow(layout);
+  shown.base = layout.shapes || [];
+  await Plotly.react(plot(), view.data, layout, options);
+  listen();
+  // What stands above may have become taller: the observer of sizes would put that right, but only a moment later.
+  const { width, height } = plot()._fullLayout;
+  if (width !== plot().clientWidth || height !== plot().clientHeight) await Plotly.relayout(plot(), { autosize: true });
+}
+// On a phone a figure keeps its axes and loses what would not fit.
+function narrow(layout) {
+  small = plot().clientWidth <= NARROW;
+  if (!small) return;
+  layout.margin = { ...layout.margin, l: 58, r: 8 };
+  layout.font = { ...layout.font, size: 11 };
+  layout.annotations = (layout.annotations || []).filter(a => !String(a.text).startsWith("×"));
+  for (const [key, axis] of Object.entries(layout)) if (/^[xy]axis/.test(key) && axis.title) axis.title.standoff = 4;
+  const across = Object.keys(layout).filter(k => k.startsWith("xaxis") && layout[k].domain[0] > 0.2);
+  if (across.length && shown.view.name === "error") stack(layout);
+}
+// Panels beside each other go below each other.
+function stack(layout) {
+  const xs = Object.keys(layout).filter(k => k.startsWith("xaxis")).sort(), n = xs.length;
+  xs.forEach((key, i) => {
+    const y = key.replace("x", "y"), top = 1 - i / n;
+    layout[key].domain = [0, 1]; layout[y].domain = [top - 1 / n + 0.09, top - 0.03];
+    layout[key].showticklabels = true;
+  });
+  layout.annotations = (layout.annotations || []).filter(a => a.xref !== "paper");
+}
+export function clear() { shown.view = null; if (plot().data) Plotly.purge(plot()); plot().dataset.listens = ""; }
+export function fit() {
+  if (!shown.view || !plot().data) return;
+  const now = plot().clientWidth <= NARROW;
+  if (small !== null && small !== now) show(shown.view); else Plotly.Plots.resize(plot());
+  small = now;
+}
+
+function listen() {
+  if (plot().dataset.listens) return;
+  plot().dataset.listens = "yes";
+  plot().on("plotly_doubleclick", () => restore());
+  plot().on("plotly_relayout", change => zoomed(change));
+  plot().on("plotly_selected", event => S.hooks.brushed && S.hooks.brushed(event && event.range ? event.range.x.map(Number) : null));
+}
+export function restore() {
+  if (!shown.view) return;
+  if (shown.view.name === "samples" && (S.options.from || S.options.to)) { S.options = {}; S.hooks.redraw(); } else show(shown.view);
+}
+// Seconds in a unit of the time axis.
+export function timeUnit() {
+  const text = (shown.view.layout.xaxis.title || {}).text || (shown.view.layout.xaxis2 && shown.view.layout.xaxis2.title.text) || "";
+  const found = /\((d|h|min)\)/.exec(text);
+  return { d: 86400, h: 3600, min: 60 }[found && found[1]] || 1;
+}
+function zoomed(change) {
+  const keys = Object.keys(change).filter(k => /^[xy]axis\d*\.range/.test(k));
+  if (!keys.length || !shown.view) return;
+  if (shown.view.name === "samples" && change["xaxis.range[0]"] !== undefined) {
+    const unit = timeUnit();
+    S.options = { from: String(change["xaxis.range[0]"] * unit), to: String(change["xaxis.range[1]"] * unit) };
+    S.hooks.redraw();
+    return;
   }
+  // Ticks of the whole view would be one or none on a part of it.
+  const more = {};
+  for (const axis of new Set(keys.map(k => k.split(".")[0]))) if (plot().layout[axis].tickmode !== "auto") Object.assign(more, { [`${axis}.tickmode`]: "auto", [`${axis}.nticks`]: 8, [`${axis}.exponentformat`]: "power" });
+  if (Object.keys(more).length) Plotly.relayout(plot(), more);
+}
 
-  function light(place) {
-    if (!shown || !plot().data) return;
-    const meta = place === null ? null : `effect-${place}`;
-    const indices = [], widths = [], opacity = [];
-    shown.data.forEach((trace, i) => {
-      if (!String(trace.meta || "").startsWith("effect-")) return;
-      const own = trace.meta === meta;
-      indices.push(i);
-      widths.push(own ? 3.6 : (trace.line && trace.line.width) || 1.2);
-      opacity.push(meta === null || own ? 1 : 0.25);
-    });
-    if (indices.length) Plotly.restyle(plot(), { "line.width": widths, opacity }, indices);
+const effects = () => shown.view.data.map((trace, i) => ({ trace, i })).filter(({ trace }) => String(trace.meta || "").startsWith("effect-"));
+export function light(place) {
+  if (!shown.view || !plot().data) return;
+  const found = effects(), meta = `effect-${place}`;
+  if (found.length) Plotly.restyle(plot(), {
+    "line.width": found.map(({ trace }) => place !== null && trace.meta === meta ? 3.6 : (trace.line && trace.line.width) || 1.2),
+    opacity: found.map(({ trace }) => place === null || trace.meta === meta ? 1 : 0.25) }, found.map(({ i }) => i));
+}
+// Where an effect acts: a range of the view's own axis; on the map the frequencies, the times or both.
+export function shade(acts) {
+  if (!shown.view || !plot().layout) return;
+  const { name, layout } = shown.view, more = [], color = getComputedStyle(document.documentElement).getPropertyValue("--accent").trim();
+  if (acts) {
+    const unit = ["map", "samples"].includes(name) ? timeUnit() : 1, time = acts.time && acts.time.map(t => t / unit);
+    const x = { allan: acts.tau, compare: acts.tau, psd: acts.frequency, map: time, samples: time }[name], y = name === "map" ? acts.frequency : null;
+    if (x || y) for (const s of ["", "2"]) if (layout["xaxis" + s]) more.push({
+      type: "rect", xref: x ? "x" + s : `x${s} domain`, yref: y ? "y" + s : `y${s} domain`, x0: x ? x[0] : 0, x1: x ? x[1] : 1, y0: y ? y[0] : 0, y1: y ? y[1] : 1,
+      fillcolor: color, opacity: name === "map" ? 0.3 : 0.16, line: { width: 1, color }, layer: name === "map" ? "above" : "below", name: "acts" });
   }
+  Plotly.relayout(plot(), { shapes: [...shown.base, ...more] });
+}
 
-  // Where an effect acts: a range of the view's own axis; on the map the frequencies, the times or both.
-  function shade(acts, color) {
-    if (!shown || !plot().layout) return;
-    const { name, layout } = shown, more = [];
-    if (acts) {
-      const scale = /\((d|h|min)\)/.exec((layout.xaxis.title || {}).text || ""), unit = { d: 86400, h: 3600, min: 60 }[scale && scale[1]] || 1;
-      const time = acts.time && acts.time.map(t => t / unit);
-      const x = { allan: acts.tau, compare: acts.tau, psd: acts.frequency, map: time, samples: time }[name], y = name === "map" ? acts.frequency : null;
-      if (x || y) for (const s of ["", "2"]) if (layout["xaxis" + s]) more.push({
-        type: "rect", xref: x ? "x" + s : `x${s} domain`, yref: y ? "y" + s : `y${s} domain`, x0: x ? x[0] : 0, x1: x ? x[1] : 1, y0: y ? y[0] : 0, y1: y ? y[1] : 1,
-        fillcolor: color, opacity: name === "map" ? 0.3 : 0.16, line: { width: 1, color }, layer: name === "map" ? "above" : "below", name: "acts" });
-    }
-    Plotly.relayout(plot(), { shapes: [...base, ...more] });
-  }
-
-  // A line of the Allan curve or the spectrum is grabbed near the pointer and moved up or down.
-  function drag(onDone) {
-    const place = event => {
-      const box = plot().getBoundingClientRect(), axes = plot()._fullLayout;
-      return { x: event.clientX - box.left - axes.xaxis._offset, y: event.clientY - box.top - axes.yaxis._offset, axes };
-    };
-    // Distance in pixels from a point to a stretch of a line.
-    const away = (x, y, [ax, ay], [bx, by]) => {
-      const length = (bx - ax) ** 2 + (by - ay) ** 2, t = length ? Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length)) : 0;
-      return Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y);
-    };
-    const nearest = event => {
-      if (!shown || !["allan", "psd"].includes(shown.name) || !plot()._fullLayout) return null;
-      const { x, y, axes } = place(event);
-      if (x < 0 || y < 0 || x > axes.xaxis._length || y > axes.yaxis._length) return null;
-      let best = null;
-      shown.data.forEach((trace, i) => {
-        if (!String(trace.meta || "").startsWith("effect-")) return;
-        let last = null;
-        for (let k = 0; k < trace.x.length; k++) {
-          const here = trace.y[k] > 0 ? [axes.xaxis.d2p(trace.x[k]), axes.yaxis.d2p(trace.y[k])] : null;
-          const far = last && here ? away(x, y, last, here) : Infinity;
-          if (far < 7 && (!best || far < best.far)) best = { far, i };
-          last = here;
-        }
-      });
-      return best && best.i;
-    };
-    plot().addEventListener("pointermove", event => {
-      if (!grip) { plot().classList.toggle("grip", nearest(event) !== null); return; }
-      const decades = (grip.y - event.clientY) / plot()._fullLayout.yaxis._length * (plot()._fullLayout.yaxis.range[1] - plot()._fullLayout.yaxis.range[0]);
-      grip.factor = 10 ** decades;
-      Plotly.restyle(plot(), { y: [shown.data[grip.i].y.map(v => v === null ? null : v * grip.factor)] }, [grip.i]);
-      event.preventDefault(); event.stopPropagation();
-    }, true);
-    plot().addEventListener("mousedown", event => {
-      const i = nearest(event);
-      if (i === null) return;
-      grip = { i, y: event.clientY, factor: 1 };
-      event.preventDefault(); event.stopPropagation();
-    }, true);
-    window.addEventListener("pointerup", () => {
-      if (!grip) return;
-      const { i, factor } = grip, waiting = later;
-      grip = later = null;
-      if (waiting) show(waiting);
-      // The density goes with the square of a coefficient.
-      if (Math.abs(factor - 1) > 1e-3) onDone(Number(shown.data[i].meta.slice(7)), shown.name === "psd" ? Math.sqrt(factor) : factor);
-    });
-  }
-
-  return { show, light, shade, drag, fit: () => { if (shown && plot().data) Plotly.Plots.resize(plot()); }, clear: () => { shown = null; if (plot().data) Plotly.purge(plot()); } };
-})();
+// The cursor: what is measured and modelled at the τ under the pointer, in the unit chosen.
+export function cursor(event) {
+  const view = shown.view, axes = plot()._fullLayout;
+  if (!view || view.name !== "allan" || !axes || !axes.xaxis || !plot().data || shown.held) return;
+  const box = plot().getBoundingClientRect(), x = event.clientX - box.left - axes.xaxis._offset;
+  if (x < 0 || x > axes.xaxis._length) return point(null);
+  const measured = view.data.find(t => t.meta === "measured") || view.data.find(t => t.mode === "markers" && t.x.length > 3);
+  if (!measured) return;
+  const at = Math.log10(axes.xaxis.p2d(x));
+  let best = 0;
+  measured.x.forEach((v, i) => { if (Math.abs(Math.log10(v) - at) < Math.abs(Math.log10(measured.x[best]) - at)) best = i; });
+  point(best, measured);
+}
+function point(i, measured) {
+  const view = shown.view;
+  if (i === null) return;
+  const units = view.units || [{ text: "", factor: 1 }], unit = units[Math.min(S.cursorUnit || 0, units.length - 1)];
+  const size = v => short(v * unit.factor);
+  const model = view.data.find(t => t.meta === "model");
+  const parts = effects().filter(({ trace }) => trace.x.length === measured.x.length && trace.y[i] > 0).map(({ trace }) => {
+    const chip = S.state.chips.find(c => `effect-${c.place}` === trace.meta);
+    return el("span", {}, el("i", { style: `border-color:var(--${chip ? chip.color : "c1"})` }), `${chip ? chip.short : ""} ${size(trace.y[i])}`);
+  });
+  const change = el("button", { title: "Another unit", "aria-label": "Unit of the cursor", onclick: () => { S.cursorUnit = ((S.cursorUnit || 0) + 1) % units.length; point(i, measured); } }, unit.text || "1");
+  $("readout").replaceChildren(el("b", {}, `τ = ${short(measured.x[i])} s`), el("span", {}, `measured ${size(measured.y[i])}`), ...(model ? [el("span", {}, `model ${size(model.y[i])}`)] : []), ...parts, change);
+  mark(measured.x[i]);
+}
+function mark(x) {
+  const box = plot().querySelector(".cartesianlayer");
+  let line = $("cursor");
+  if (!line) { line = el("div", { id: "cursor" }); $("figure").append(line); }
+  const axes = plot()._fullLayout;
+  line.hidden = !box;
+  line.style.left = `${plot().offsetLeft + axes.xaxis._offset + axes.xaxis.d2p(x)}px`;
+}
+export const away = () => { const line = $("cursor"); if (line) line.hidden = true; };

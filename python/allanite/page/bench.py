@@ -1,0 +1,293 @@
+"""What one browser tab works on: logs, a ladder for each column, one job at a time."""
+
+from __future__ import annotations
+
+import threading
+import time
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from allanite.common.errors import AllaniteError, InputError
+from allanite.fit import fit_model
+from allanite.page.edits import parse_model_string
+from allanite.page.jobs import Job
+from allanite.page.ladder import Board, Ladder, Step, Work
+from allanite.page.words import WORDS
+from allanite.study import Rung
+from allanite.suggestion import Check, check_fit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from allanite.comparison.datasheet import DataSheet
+    from allanite.fit import Fit
+    from allanite.page.source import Reading, Source
+    from allanite.recording import Recording
+
+__all__ = ["START", "Bench", "look"]
+
+START = "N+B+K"
+
+
+class Bench:
+    """State of one tab; every change is a new `Board`, so that undo is a step back in a list."""
+
+    def __init__(self, sources: Sequence[Source], number: int) -> None:
+        self.sources = list(sources)
+        self.number = number
+        self.place_of_source: int | None = None
+        #: What was done to each log that was opened, by its place in the list.
+        self.works: dict[int, Work] = {}
+        self.problem: str | None = None
+        self.preview: Fit | None = None
+        #: Unit in which the values are shown; None for the log's own.
+        self.unit: str | None = None
+        #: Recordings of other logs and a data sheet, only compared with.
+        self.others: list[tuple[str, Recording]] = []
+        self.sheet: DataSheet | None = None
+        self.job: Job | None = None
+        self.version = 0
+        self.heard = time.monotonic()
+        self.left = False
+        self.lock = threading.RLock()
+
+    # -- what it is --------------------------------------------------------------------------------
+
+    @property
+    def source(self) -> Source | None:
+        """The log that is open, or that cannot be opened yet."""
+        return None if self.place_of_source is None else self.sources[self.place_of_source]
+
+    @property
+    def now(self) -> Work | None:
+        """What was done to the open log; None while it is read."""
+        return None if self.place_of_source is None else self.works.get(self.place_of_source)
+
+    @property
+    def work(self) -> Work:
+        """What was done to the open log."""
+        found = self.now
+        if found is None:
+            raise InputError("No log is open: drop a file or choose one")
+        return found
+
+    @property
+    def board(self) -> Board:
+        """The ladders now."""
+        found = self.now
+        return Board((Ladder(),)) if found is None else found.board
+
+    @property
+    def column(self) -> int:
+        """The column that is looked at."""
+        return self.board.column
+
+    @property
+    def ladder(self) -> Ladder:
+        """The ladder of the column that is looked at."""
+        return self.board.ladders[self.column]
+
+    @property
+    def step(self) -> Step:
+        """The step that is looked at."""
+        found = self.ladder.step
+        if found is None:
+            raise InputError("Nothing is fitted yet: open a log first")
+        return found
+
+    @property
+    def busy(self) -> bool:
+        """Whether a job is at work."""
+        return self.job is not None and self.job.busy
+
+    @property
+    def log(self) -> Recording:
+        """The column that is looked at."""
+        return self.work.log(self.column)
+
+    # -- work ----------------------------------------------------------------------------------------
+
+    def run(self, name: str, work: Callable[[Job], None]) -> None:
+        """Start a job; one at a time."""
+        with self.lock:
+            if self.job is not None and self.job.busy:
+                if not self.job.gives_way:
+                    raise InputError(f"Still at work ({self.job.name}): wait, or cancel it")
+                self.job.cancel()
+
+            def guarded(job: Job) -> None:
+                try:
+                    work(job)
+                finally:
+                    self.changed()
+
+            self.job = Job(name, guarded)
+            self.job.start()
+
+    def changed(self) -> None:
+        """Have the browser look again."""
+        with self.lock:
+            self.version += 1
+
+    @contextmanager
+    def change(self, job: Job) -> Iterator[None]:
+        """Change the state as the result of a job, unless it was cancelled."""
+        with self.lock, job.undisturbed():
+            yield
+            self.version += 1
+
+    def push(self, ladder: Ladder, column: int | None = None) -> None:
+        """Go on to a ladder; what was undone is forgotten."""
+        with self.lock:
+            self.work.push(self.column if column is None else column, ladder)
+            self.preview = None
+            self.version += 1
+
+    def climb(self, job: Job, step: Step, column: int) -> None:
+        look(step.fit)
+        with self.change(job):
+            ladder = self.board.ladders[column]
+            steps = ladder.steps[: ladder.at + 1]
+            self._keep(column, ladder.step, step)
+            self.push(Ladder((*steps, step), len(steps)), column)
+
+    def _keep(self, column: int, before: Step | None, after: Step) -> None:
+        """Put what leaves the model into the tray; what came back leaves that."""
+        tray, there = self.work.tray[column], {e.kind for e in after.fit.model}
+        gone = [] if before is None else [e for e in before.fit.model if e.kind not in there]
+        kinds = there | {e.kind for e in gone}
+        self.work.tray[column] = [*(e for e in tray if e.kind not in kinds), *gone]
+
+    def finish(self, job: Job, step: Step) -> Check:
+        """The errors of a step, then what it lacks: shown as they come."""
+        job.take_turn()
+        job.say(f"Looking for what {step.fit.model.name} lacks")
+        if step.error is None:
+            found = step.fit.error
+            with self.change(job):
+                step.error = found
+        if step.check is None:
+            check = check_fit(step.fit, job.progress)
+            with self.change(job):
+                step.check = check
+        assert step.check is not None
+        return step.check
+
+    def rest(self, job: Job, step: Step) -> None:
+        job.gives_way = True
+        self.finish(job, step)
+
+    # -- logs ------------------------------------------------------------------------------------------
+
+    def open(
+        self, place: int, reading: Reading | None = None, found: Recording | None = None
+    ) -> None:
+        """Read a log, or go back to it, and fit the first model to its first column."""
+        if not 0 <= place < len(self.sources):
+            raise InputError(f"There is no log {place}")
+        source = self.sources[place]
+        if reading is not None:
+            source = self.sources[place] = source.with_reading(reading)
+        known = self.works.get(place) if reading is None and found is None else None
+
+        def work(job: Job) -> None:
+            with self.change(job):
+                self.place_of_source, self.problem, self.preview = place, None, None
+                self.unit = None
+                if known is None:
+                    self.works.pop(place, None)
+            try:
+                if known is None:
+                    watch = lambda: job.progress(0, 0)  # noqa: E731
+                    recording = found or source.read(source.reading, watch)
+                    self._begin(job, place, Work(recording))
+            except AllaniteError as error:
+                with self.change(job):
+                    self.problem = " ".join(error.worded(WORDS).split())
+                return
+            self._first(job, self.column)
+
+        if self.busy:
+            self.cancel()
+        self.run(f"Reading {source.name}", work)
+
+    def _begin(self, job: Job, place: int, work: Work) -> None:
+        _ = work.log(0).audit, work.recording.audit  # kept by them, at hand for every request
+        with self.change(job):
+            # The measured curve is shown while the model is fitted.
+            self.works[place] = work
+
+    def take(self, span: tuple[float, float] | None) -> None:
+        """Analyse a part of the log, s from its start, or the whole of it (None)."""
+        place, before = self.place_of_source, self.work
+        whole = before.whole
+        part = whole if span is None else whole.trim(*span)
+        if part.n < 64:
+            raise InputError(f"{part.n} samples are too few: take a longer part")
+        assert place is not None
+
+        def work(job: Job) -> None:
+            self._begin(job, place, Work(part, whole, span))
+            with self.change(job):
+                self.work.look(before.board.column)
+                self.preview = None
+            self._first(job, self.column)
+
+        if self.busy:
+            self.cancel()
+        self.run("Taking a part of the log", work)
+
+    def choose(self, column: int) -> None:
+        """Go to another column: a ladder of its own."""
+        if not 0 <= column < len(self.board.ladders) or self.now is None:
+            raise InputError(f"There is no column {column}")
+        with self.lock:
+            self.work.look(column)
+            self.preview = None
+            self.version += 1
+        if self.busy and self.job is not None and not self.job.gives_way:
+            return  # what was ordered goes on, and is seen when it is done
+        self.run(
+            f"Fitting {self.work.recording.columns[column]}", lambda job: self._first(job, column)
+        )
+
+    def _first(self, job: Job, column: int) -> Step:
+        """The first model of a column, and what it lacks."""
+        step = self.start(job, column)
+        self.rest(job, step)
+        return step
+
+    def start(self, job: Job, column: int) -> Step:
+        known = self.board.ladders[column].step
+        if known is not None:
+            return known
+        log = self.work.log(column)
+        _ = log.audit
+        job.say(f"Fitting {START} to {log.columns[0]}")
+        step = Step("start", Rung(fit_model(log, parse_model_string(START))))
+        look(step.fit)
+        with self.change(job):
+            self.push(Ladder((step,), 0), column)
+        return step
+
+    def resume(self) -> None:
+        """Go on after a pause: with what was read, fitted and searched when the page was left."""
+        if self.now is None and self.place_of_source is not None and self.problem is None:
+            self.open(self.place_of_source)
+        elif self.now is None and self.place_of_source is None and self.sources:
+            self.open(0)
+        elif self.now is not None and self.ladder.step is None:
+            self.choose(self.column)
+        else:
+            self.recheck()
+
+    def cancel(self) -> None:
+        """End the job."""
+        if self.job is not None:
+            self.job.cancel()
+            self.changed()
+
+
+def look(fit: Fit) -> None:
+    """Make what the page shows of a fit at once: found here, it is at hand for every request."""
+    _ = fit.estimates, fit.misfit, fit.band

@@ -1,0 +1,152 @@
+"""The catalogue of effects as the page offers it, each with a small picture made from its own class."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import AllaniteError
+from allanite.effects import CATALOGUE, Model
+from allanite.effects._base import Modifier, Stochastic
+from allanite.effects._known import Deterministic
+from allanite.effects.angle_random_walk import AngleRandomWalk
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from allanite.effects import Effect
+
+    Array = NDArray[np.float64]
+
+__all__ = ["catalogue"]
+
+#: The record of a picture: samples at 1 Hz, white noise of density 1 below each effect.
+N = 1 << 14
+TAU = 2.0 ** np.arange(0, 13, 0.5)
+FREQUENCY = np.geomspace(2.0 / N, 0.5, 40)
+#: Shapes that show an effect in the middle of the picture; of any other the middle of its grid.
+SHAPES: dict[str, Any] = {
+    "correlation_time": 60.0,
+    "frequency": 0.02,
+    "damping": 0.03,
+    "dwell_time": 100.0,
+    "cutoff": 0.05,
+    "exponent": -1.5,
+    "time": N / 2,
+    "time_constant": N / 6,
+    "lag": 0.0,
+    "start": N / 3,
+    "end": N / 2,
+    "factor": 4.0,
+    "column": "temperature",
+    "order": 2,
+}
+#: By how much an effect stands above white noise where it shows most, in powers.
+ABOVE = 300.0
+
+
+def catalogue(kind: str) -> list[dict[str, Any]]:
+    """One record an effect, in the order in which models are written.
+
+    Parameters
+    ----------
+    kind : str
+        Of the sensor, which names some effects.
+    """
+    return [
+        {
+            "kind": cls.kind,
+            "short": cls.short,
+            "name": cls.titles.get(kind, cls.title),
+            "physics": cls.physics,
+            "looks_like": cls.looks_like,
+            "check_by": cls.check_by,
+            "single": cls.single,
+            "needs": [p.name for p in cls.parameters if p.role == "choice" and p.name == "column"],
+            "pictures": _pictures(cls),
+        }
+        for cls in tuple(CATALOGUE)
+    ]
+
+
+@cache
+def _pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
+    """Paths of an SVG of 100 × 60: the curve and the spectrum, each with the effect and (faint) without it."""
+    try:
+        variance, power = _curves(cls)
+    except (AllaniteError, ValueError, TypeError, NotImplementedError):
+        return {"curve": None, "spectrum": None}
+    white = 1.0 / TAU
+    return {
+        "curve": _paths(TAU, np.sqrt(variance), np.sqrt(white)),
+        "spectrum": _paths(FREQUENCY, power, np.ones(FREQUENCY.size)),
+    }
+
+
+def _curves(cls: type[Effect]) -> tuple[Array, Array]:
+    """Allan variance over `TAU` and density over `FREQUENCY` of white noise with the effect."""
+    base = AngleRandomWalk(N=1.0)
+    if issubclass(cls, AngleRandomWalk):
+        return 1.0 / TAU, np.ones(FREQUENCY.size)
+    effect = _example(cls)
+    if issubclass(cls, Modifier):
+        model = Model((base, effect))
+        return model.allan_variance(TAU, 1.0), model.psd(FREQUENCY, 1.0)
+    if issubclass(cls, Stochastic):
+        variance, power = effect.allan_variance(TAU, 1.0), effect.psd(FREQUENCY, 1.0)
+    else:
+        assert isinstance(effect, Deterministic)
+        time = np.arange(N, dtype=float)
+        slow = np.cos(2 * np.pi * time / N * 1.5)
+        variance, power = _measured(effect.signal(time, {"temperature": slow}))
+    scale = ABOVE / max(float(np.max(variance * TAU)), 1e-300)
+    return 1.0 / TAU + scale * variance, 1.0 + scale * power
+
+
+def _example(cls: type[Effect]) -> Effect:
+    values: dict[str, Any] = {}
+    for p in cls.parameters:
+        if p.name in SHAPES:
+            values[p.name] = SHAPES[p.name]
+        elif p.role == "coefficient" and not p.optional:
+            values[p.name] = 1.0
+        elif p.role == "shape" and not p.optional:
+            grid = cls().grid(p.name, N, 1.0)
+            values[p.name] = float(grid[grid.size // 2])
+    return cls(**values)
+
+
+def _measured(signal: Array) -> tuple[Array, Array]:
+    """Allan variance and density of a known function of time."""
+    phase = np.concatenate([[0.0], np.cumsum(signal)])
+    variance = []
+    for m in np.round(TAU).astype(int):
+        second = phase[2 * m :] - 2 * phase[m:-m] + phase[: -2 * m]
+        variance.append(float(np.mean(second**2)) / (2.0 * m**2))
+    power = np.abs(np.fft.rfft(signal * np.hanning(N))) ** 2 / N * 8.0 / 3.0
+    frequency = np.fft.rfftfreq(N)
+    edges = np.geomspace(FREQUENCY[0] / 1.1, 0.5, FREQUENCY.size + 1)
+    found = [
+        float(power[(frequency >= a) & (frequency <= b)].max(initial=0.0))
+        for a, b in zip(edges[:-1], edges[1:], strict=True)
+    ]
+    return np.array(variance), np.array(found)
+
+
+def _paths(x: Array, *lines: Array) -> list[str]:
+    """Lines on double-logarithmic paper that the picture holds whole, at least two decades high."""
+    across = 100.0 * np.log10(x / x[0]) / np.log10(x[-1] / x[0])
+    logs = [np.log10(np.maximum(y, 1e-4)) for y in lines]
+    top, bottom = max(y.max() for y in logs), min(y.min() for y in logs)
+    height = max(2.0, top - bottom)
+    middle = (top + bottom) / 2.0
+    return [
+        "M"
+        + "L".join(
+            f"{a:.1f},{b:.1f}"
+            for a, b in zip(across, 30.0 - 54.0 * (y - middle) / height, strict=True)
+        )
+        for y in logs
+    ]

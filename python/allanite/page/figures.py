@@ -1,0 +1,248 @@
+"""The figures of the page as data, for the screen, for files and for tables."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError, TooShortError
+from allanite.fit.curve import FAILS
+from allanite.page.samples import samples_figure
+from allanite.plots.axes import linear_axis, log_axis
+from allanite.plots.curves import allan_panels, parts, spectrum_panels
+from allanite.plots.deviation import plot_deviation
+from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Rule, Span
+from allanite.plots.themes import COMPONENTS
+from allanite.plots.time import plot_time
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from allanite.fit import Fit
+    from allanite.page.ladder import Work
+    from allanite.page.tab import Tab
+    from allanite.recording import Recording
+    from allanite.statespace.filtering import Innovations
+
+__all__ = ["VIEWS", "colors_of", "failing", "figure_of", "fit_of"]
+
+#: Curves that can be told apart on one pair of axes.
+MOST_CURVES = 8
+#: Samples that a filter runs over at once; of a longer record the first.
+MOST_FILTERED = 4_000_000
+#: |z| within which a failing range goes on beside its largest.
+BESIDE = 2.0
+
+
+def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Figure:
+    """The figure behind a view, with the colours that the effects have on this page."""
+    if name not in VIEWS:
+        raise InputError(f"Unknown view {name[:40]!r}: one of {', '.join(VIEWS)}")
+    figure: Figure = VIEWS[name](tab, options or {})
+    fit = fit_of(tab)
+    if fit is None:
+        return figure
+    order = [*fit.model.stochastic, *fit.model.deterministic]
+    known = dict(zip(map(id, fit.model.effects), colors_of(tab.work, fit), strict=True))
+    roles = {p.label: known[id(e)] for e, p in zip(order, parts(fit), strict=True)}
+
+    def painted(mark: Mark) -> Mark:
+        if isinstance(mark, Line | Rule) and mark.label in roles:
+            return replace(mark, color=roles[mark.label])
+        return mark
+
+    panels = tuple(replace(p, marks=tuple(map(painted, p.marks))) for p in figure.panels)
+    return replace(figure, panels=panels)
+
+
+def fit_of(tab: Tab) -> Fit | None:
+    """What is shown: the values tried, or the step that is looked at."""
+    step = tab.ladder.step
+    return tab.preview or (None if step is None else step.fit)
+
+
+def colors_of(work: Work, fit: Fit) -> list[str]:
+    """Colour role of each effect of a model: the one it was first seen in, in whatever company."""
+    out, seen = [], dict[str, int]()
+    for effect in fit.model.effects:
+        seen[effect.kind] = seen.get(effect.kind, 0) + 1
+        key = (effect.kind, seen[effect.kind])
+        place = work.colors.setdefault(key, len(work.colors))
+        out.append(COMPONENTS[place % len(COMPONENTS)])
+    return out
+
+
+def failing(fit: Fit) -> list[tuple[float, float, float]]:
+    """Ranges of τ in which the curve leaves the model, with measured over model where that is furthest off."""
+    curve = fit.curve
+    z = np.where(np.isfinite(curve.z), curve.z, 0.0)
+    out, start = [], 0
+    sign = np.where(np.abs(z) > BESIDE, np.sign(z), 0.0)
+    for i in range(1, z.size + 1):
+        if i < z.size and sign[i] == sign[start]:
+            continue
+        inside = np.abs(z[start:i])
+        if sign[start] and inside.max() >= FAILS:
+            at = start + int(inside.argmax())
+            ratio = float(curve.measured[at] / curve.model[at])
+            out.append((float(curve.tau[start]), float(curve.tau[i - 1]), ratio))
+        start = i
+    return out
+
+
+def _allan(tab: Tab, _: Mapping[str, str]) -> Figure:
+    fit = fit_of(tab)
+    if fit is None:
+        # Before the first fit there is the measured curve alone.
+        return plot_deviation(tab.log.oadev())
+    panels = allan_panels(fit, 0, None)
+    spans = [
+        Span(low / 1.06, high * 1.06, "fail", "" if i else "where the model fails")
+        for i, (low, high, _) in enumerate(failing(fit))
+    ]
+    panels = tuple(replace(p, marks=(*spans, *p.marks)) for p in panels)
+    return Figure("Allan deviation", f"model {fit.model.name}", panels, (3.0, 1.0), kind="fit")
+
+
+def _psd(tab: Tab, _: Mapping[str, str]) -> Figure:
+    fit = fit_of(tab) or tab.step.fit
+    check = tab.step.check if tab.preview is None else None
+    panels = spectrum_panels(fit, 0, None if check is None else check.where.worst_frequency)
+    return Figure(
+        "Power spectral density, two-sided",
+        f"model {fit.model.name}",
+        panels,
+        (3.0, 1.0),
+        kind="fit",
+    )
+
+
+def _map(tab: Tab, _: Mapping[str, str]) -> Figure:
+    check = tab.step.check
+    if check is None:
+        raise InputError("The map is being made …")
+    return plot_time(check)
+
+
+def _samples(tab: Tab, options: Mapping[str, str]) -> Figure:
+    step = tab.ladder.step
+    worst = None if step is None or step.check is None else step.check.where.worst_time
+    fit = fit_of(tab)
+    moments = []
+    if fit is not None:
+        moments = [(e.when[0], fit.display_name(e)) for e in fit.model if e.when is not None]
+    return samples_figure(tab.log, options, worst, moments)
+
+
+def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
+    """The log, a twin simulated from the model, other logs; without those the other columns of its kind."""
+    from allanite.comparison import compare
+    from allanite.plots import plot_compare
+
+    log, whole = tab.log, tab.work.recording
+    items: list[Any] = [(f"{log.columns[0]}, measured", log, None)]
+    if tab.ladder.steps:
+        items.append(("a simulated twin", _twin(tab.step.fit), None))
+    items += [(name, other, None) for name, other in tab.others if other.unit == log.unit]
+    if not tab.others:
+        same = [i for i, u in enumerate(whole.units) if u == log.unit and i != tab.column]
+        items += [(whole.columns[i], tab.work.log(i), None) for i in same]
+    return plot_compare(compare(items[:MOST_CURVES]))
+
+
+def _twin(fit: Fit) -> Recording:
+    data = fit.data
+    return fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
+
+
+def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
+    """Growth of the error since the last fix, by effect, beside the measured one."""
+    from allanite.statespace.growth import measured_growth, predict
+
+    fit = tab.step.fit
+    span = tab.log.duration
+    aided = _seconds(options, "aided", min(60.0, span / 40.0))
+    until = _seconds(options, "until", min(600.0, span / 10.0))
+    rate = tab.log.rate
+    tau = np.geomspace(max(1.0 / rate, until / 300.0), until, 13)
+    known = dict(zip((e.kind for e in fit.model), colors_of(tab.work, fit), strict=False))
+    panels = []
+    found = predict(fit, aided=aided, tau=tau)
+    for i, growth in enumerate(found):
+        marks: list[Mark] = []
+        for label, size in growth.budget.items():
+            kind = label.split(" ")[0]
+            color = known.get(kind, COMPONENTS[len(marks) % len(COMPONENTS)])
+            marks.append(Line(growth.tau, size, color, "" if i else label.replace("_", " "), 1.2))
+        marks.append(Line(growth.tau, growth.total, "model", "" if i else "model, in all", 2.2))
+        try:
+            seen = measured_growth(tab.log, growth)
+            words = f"measured, {seen.segments} segments"
+            marks.append(Points(seen.tau, seen.rms, "measured", "" if i else words))
+        except TooShortError:
+            pass
+        x = log_axis("time since the last fix (s)", growth.tau)
+        y = log_axis(f"error, {growth.quantity} ({growth.unit})", growth.total, 0.1 * growth.total)
+        panels.append(Panel(x, y, tuple(marks), 0, i, title=growth.quantity.capitalize()))
+    left = {name for g in found for name in g.left_out}
+    without = f"; without {', '.join(sorted(left))}" if left else ""
+    told = f"the bias was averaged over {aided:g} s before the fix{without}"
+    widths = (1.0,) * len(panels)
+    return Figure("Error since the last fix", told, tuple(panels), (1.0,), widths, kind="error")
+
+
+def _seconds(options: Mapping[str, str], name: str, otherwise: float) -> float:
+    try:
+        value = float(options.get(name) or otherwise)
+    except ValueError:
+        value = -1.0
+    if not 0.0 < value < 1e9:
+        raise InputError(f"{options.get(name, '')[:20]!r} is no number of seconds")
+    return value
+
+
+@lru_cache(maxsize=4)
+def _innovations(fit: Fit) -> Innovations:
+    from allanite.statespace import innovations
+
+    log = fit.recording
+    part = log if log.n <= MOST_FILTERED else log.trim(0.0, MOST_FILTERED / log.rate)
+    return innovations(part, fit)
+
+
+def _nis(tab: Tab, _: Mapping[str, str]) -> Figure:
+    """Normalised innovation squared of the filter that the model makes, over τ."""
+    found = _innovations(tab.step.fit)
+    by_tau = found.by_tau
+    marks: tuple[Mark, ...] = (
+        Band(by_tau.tau, by_tau.low, by_tau.high, "model", "95 % if the filter is right"),
+        Rule(1.0, "y", "guide", "solid"),
+        Points(by_tau.tau, by_tau.nis, "measured", "measured"),
+    )
+    x: Axis = log_axis("innovations averaged over τ (s)", by_tau.tau)
+    values = np.concatenate([by_tau.nis, by_tau.low, by_tau.high])
+    y = (
+        log_axis("NIS", values)
+        if values.max() > 5.0
+        else linear_axis("NIS", 0.0, 1.1 * float(values.max()))
+    )
+    told = (
+        f"{found.n} innovations, {found.space.states} states: mean NIS {found.mean_nis:.4g},"
+        f" {100 * found.coverage:.3g} % below the 95 % point, whiteness p {found.whiteness:.2g}"
+    )
+    panel = Panel(x, y, marks, title="NIS")
+    return Figure("Normalised innovation squared (NIS)", told, (panel,), kind="nis")
+
+
+VIEWS = {
+    "allan": _allan,
+    "psd": _psd,
+    "map": _map,
+    "samples": _samples,
+    "compare": _compare,
+    "error": _error,
+    "nis": _nis,
+}

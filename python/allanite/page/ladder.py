@@ -1,0 +1,139 @@
+"""What was done to a log: a ladder for each of its columns, and every state before for undo."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from allanite.effects import Effect
+    from allanite.fit import Error, Fit
+    from allanite.recording import Recording
+    from allanite.study import Rung
+    from allanite.suggestion import Check
+
+__all__ = ["Board", "Ladder", "Step", "Work"]
+
+#: Rows of which the content of a log is known again.
+ROWS = 1_000_000
+
+
+@dataclass(eq=False)
+class Step:
+    """A step as the page shows it: what was done, the fit, and its errors and its check once they are made."""
+
+    label: str
+    rung: Rung
+    error: Error | None = None
+    check: Check | None = None
+
+    @property
+    def fit(self) -> Fit:
+        """The fit of the step."""
+        return self.rung.fit
+
+
+@dataclass(frozen=True, eq=False)
+class Ladder:
+    """Steps, and the one that is looked at."""
+
+    steps: tuple[Step, ...] = ()
+    at: int = -1
+
+    @property
+    def step(self) -> Step | None:
+        """The step that is looked at."""
+        return self.steps[self.at] if self.steps else None
+
+
+@dataclass(frozen=True, eq=False)
+class Board:
+    """A ladder for each column, and the column that is looked at."""
+
+    ladders: tuple[Ladder, ...]
+    column: int = 0
+
+    def put(self, column: int, ladder: Ladder) -> Board:
+        """The board with another ladder."""
+        return replace(
+            self, ladders=(*self.ladders[:column], ladder, *self.ladders[column + 1 :])
+        )
+
+
+class Work:
+    """All that was done to one log, with undo and redo over all its columns.
+
+    Parameters
+    ----------
+    recording : Recording
+        What is analysed.
+    whole : Recording
+        What was read, of which it may be a part.
+    span : (start, end) or None
+        That part, s.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        whole: Recording | None = None,
+        span: tuple[float, float] | None = None,
+    ) -> None:
+        self.recording = recording
+        self.whole = recording if whole is None else whole
+        self.span = span
+        self.history = [Board((Ladder(),) * len(recording.columns))]
+        self.place = 0
+        self.digest = _digest(recording)
+        #: Effects that were taken out, by column: they can be brought back with the values they had.
+        self.tray: list[list[Effect]] = [[] for _ in recording.columns]
+        #: Colour role of each effect once it was seen: it keeps it.
+        self.colors: dict[tuple[str, int], int] = {}
+        self._columns: dict[int, Recording] = {}
+
+    @property
+    def board(self) -> Board:
+        """The state now."""
+        return self.history[self.place]
+
+    def log(self, column: int) -> Recording:
+        """One column, kept."""
+        if column not in self._columns:
+            self._columns[column] = self.recording.column(column)
+        return self._columns[column]
+
+    def look(self, column: int) -> None:
+        """Look at another column: nothing to undo."""
+        self.history[self.place] = replace(self.board, column=column)
+
+    def push(self, column: int, ladder: Ladder) -> None:
+        """Go on to another ladder of a column; what was undone is forgotten."""
+        if not self.board.ladders[column].steps:
+            # A column without a first fit is nothing to go back to.
+            self.history = [
+                b if b.ladders[column].steps else b.put(column, ladder) for b in self.history
+            ]
+            return
+        self.history = [*self.history[: self.place + 1], self.board.put(column, ladder)]
+        self.place += 1
+
+    def move(self, by: int) -> bool:
+        """One change back or forward; the column that it was of is looked at."""
+        if not 0 <= self.place + by < len(self.history):
+            return False
+        old, new = self.board, self.history[self.place + by]
+        changed = [i for i, one in enumerate(new.ladders) if one is not old.ladders[i]]
+        self.place += by
+        self.look(changed[0] if changed else old.column)
+        return True
+
+
+def _digest(recording: Recording) -> str:
+    """By what the same log is known again: its samples, rate and units."""
+    step = max(1, recording.n // ROWS)
+    part = np.ascontiguousarray(recording.samples[::step])
+    said = f"{recording.samples.shape} {recording.rate!r} {recording.units} {recording.quantity}"
+    return hashlib.blake2b(part.tobytes() + said.encode(), digest_size=12).hexdigest()

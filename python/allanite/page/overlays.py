@@ -1,0 +1,164 @@
+"""What only the screen shows: words under the pointer, points that engineers read off, what a drag needs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.numbers import number
+from allanite.common.parameters import Estimate
+from allanite.page.edits import shown_unit
+from allanite.page.figures import colors_of, failing
+from allanite.plots.words import unit_text
+
+if TYPE_CHECKING:
+    from allanite.fit import Fit
+    from allanite.page.ladder import Work
+    from allanite.plots.themes import Theme
+
+__all__ = ["hover", "live", "ranges", "readings"]
+
+
+def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> None:
+    """Give each trace what the pointer says of it, in words with units."""
+    across = {
+        "allan": "τ = %{x:.3~g} s",
+        "psd": "%{x:.3~g} Hz",
+        "compare": "τ = %{x:.3~g} s",
+        "error": "%{x:.3~g} s since the fix",
+        "nis": "τ = %{x:.3~g} s",
+    }.get(name, "%{x:.6~g}")
+    for trace in data:
+        if trace.get("type") == "heatmap" or trace.get("hoverinfo") == "skip":
+            continue
+        strip = str(trace.get("yaxis")) not in ("y", "y1") and name in ("allan", "psd")
+        what = "residual" if strip else (trace.get("name") or "value").split(":")[0]
+        tail = " σ" if strip else ("" if name in ("nis", "error", "psd") else f" {unit}")
+        height = "%{y:.2f}" if strip else "%{y:.4~g}"
+        trace["hovertemplate"] = (
+            f"<b>{what[:1].upper()}{what[1:]}</b><br>{across}<br>{height}{tail}<extra></extra>"
+        )
+        own = "Measured" if name == "allan" and str(what).startswith("measured") else ""
+        if own and fit is not None and len(trace["x"]) == fit.curve.tau.size:
+            trace["customdata"] = _told(fit, unit)
+            trace["hovertemplate"] = "%{customdata}<extra></extra>"
+
+
+def _told(fit: Fit, unit: str) -> list[str]:
+    from allanite.plots.curves import interval
+
+    curve = fit.curve
+    low, high = interval(curve.measured, curve.edf)
+    out = []
+    for t, a, b, c, d, z in zip(
+        curve.tau, curve.measured, low, high, curve.model, curve.z, strict=True
+    ):
+        off = 100.0 * (d / a - 1.0)
+        way = "high" if off > 0 else "low"
+        beyond = f", {abs(z):.1f} σ" if np.isfinite(z) else ""
+        out.append(
+            f"<b>Measured {number(float(a))} {unit}</b><br>τ = {number(float(t), 3)} s<br>"
+            f"95 % interval {number(float(b))} … {number(float(c))}<br>"
+            f"model {number(float(d))}: {abs(off):.2g} % too {way}{beyond}"
+        )
+    return out
+
+
+def ranges(fit: Fit, look: Theme) -> list[dict[str, Any]]:
+    """The factor by which the model is off, at the top of each failing range."""
+    return [
+        {
+            "text": f"×{number(max(ratio, 1 / ratio), 3)} too {'low' if ratio > 1 else 'high'}",
+            "x": float(np.log10(np.sqrt(low * high))),
+            "y": 0.995,
+            "xref": "x",
+            "yref": "y domain",
+            "yanchor": "top",
+            "showarrow": False,
+            "textangle": -90 if high / low < 4 else 0,
+            "font": {"size": 11, "color": look.text},
+        }
+        for low, high, ratio in failing(fit)
+    ]
+
+
+def readings(
+    fit: Fit, work: Work, unit: str | None, look: Theme, axes: dict[str, Any]
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Where N, B, K, … are read: markers and labels on the lines of the standard's five effects."""
+    (left, right), (bottom, top) = axes["xaxis"]["range"], axes["yaxis"]["range"]
+    traces, labels = [], []
+    curve = fit.curve
+    for effect, values, role in zip(
+        fit.model.effects, fit.estimates, colors_of(work, fit), strict=True
+    ):
+        line = effect.standard
+        value = None if line is None else values.get(line.name)
+        if line is None or not isinstance(value, Estimate) or not value.value > 0:
+            continue
+        sure = curve.edf >= min(10.0, float(curve.edf.max()))
+        tau = line.read_at or float(curve.tau[sure][np.argmin(curve.measured[sure])])
+        height = line.level * value.value
+        x, y = np.log10(tau), np.log10(height)
+        shown = value.to(
+            shown_unit(effect.parameter(line.name), value, fit.recording.unit, unit)
+        )
+        text = f"{line.name} {number(shown.value, 3)} {unit_text(shown.unit)}"
+        if not left <= x <= right:
+            continue
+        inside = bottom <= y <= top
+        color = look.color(role)
+        if inside:
+            traces.append(
+                {
+                    "type": "scatter",
+                    "mode": "markers",
+                    "x": [tau],
+                    "y": [height],
+                    "name": f"{line.name} is read here",
+                    "meta": "reading",
+                    "showlegend": False,
+                    "xaxis": "x",
+                    "yaxis": "y",
+                    "marker": {"symbol": "diamond-open", "size": 10, "color": color},
+                    "hovertemplate": f"<b>{text}</b><br>read at τ = {number(tau, 3)} s<extra></extra>",
+                }
+            )
+        labels.append(
+            {
+                "text": text if inside else f"{text} ↓ at {number(tau, 3)} s",
+                "x": float(x),
+                "y": float(y) if inside else 0.0,
+                "xref": "x",
+                "yref": "y" if inside else "y domain",
+                "xanchor": "left",
+                "yanchor": "bottom",
+                "xshift": 6,
+                "yshift": 3,
+                "showarrow": False,
+                "font": {"size": 12, "color": color},
+                "bgcolor": look.panel,
+                "opacity": 0.92,
+            }
+        )
+    return traces, labels
+
+
+def live(fit: Fit) -> dict[str, Any]:
+    """What the misfit and the curve are made of, so that the browser follows a drag without asking."""
+    solution, curve = fit.solution, fit.curve
+    places = [next(k for k, e in enumerate(fit.model) if e is s) for s in fit.model.stochastic]
+    own = [solution.columns[:, i] * solution.theta[i] for i in range(len(solution.theta))]
+    return {
+        "count": solution.count,
+        "power": solution.power,
+        "spectrum": solution.spectrum,
+        "own": {str(p): v for p, v in zip(places, own, strict=False)},
+        "groups": fit.data.bins.groups,
+        "dof": fit.misfit.dof,
+        "before": fit.misfit.reduced,
+        "measured": curve.measured,
+        "edf": curve.edf,
+        "tau": curve.tau,
+    }

@@ -1,0 +1,106 @@
+"""What the page asks for beside its state and its views: asked for once, or by a dialogue."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import AllaniteError, InputError
+from allanite.common.units import parse_unit
+from allanite.page.catalogue import catalogue
+from allanite.page.source import Reading
+from allanite.page.tables import table_of
+from allanite.page.views import VIEWS, figure_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from allanite.page.tab import Tab
+    from allanite.recording import Recording
+
+__all__ = ["part"]
+
+#: Points of a curve of the strip.
+POINTS = 24
+
+
+def part(tab: Tab, name: str) -> Any:
+    """A part by its name: ``strip``, ``catalogue``, ``inspect``, ``saved``, ``table-…`` of a view.
+
+    Raises
+    ------
+    InputError
+        An unknown name, or nothing to tell yet.
+    """
+    if name.startswith("table-"):
+        view = name.removeprefix("table-")
+        if view not in VIEWS:
+            raise InputError(f"No view {view[:40]!r}")
+        return table_of(figure_of(tab, view))
+    if name not in _PARTS:
+        raise InputError(f"Nothing is called {name[:40]!r}")
+    return _PARTS[name](tab)
+
+
+def _strip(tab: Tab) -> dict[str, Any]:
+    """A small curve of each column: an SVG path of 100 × 40, all of one unit on one scale."""
+    work = tab.work
+    curves = [_curve(work.log(i)) for i in range(len(work.recording.columns))]
+    units = work.recording.units
+    out = []
+    for curve, unit in zip(curves, units, strict=True):
+        alike = [c for c, u in zip(curves, units, strict=True) if u == unit and c is not None]
+        out.append(None if curve is None else _path(curve, alike))
+    return {"digest": work.digest, "paths": out}
+
+
+def _curve(column: Recording) -> Any:
+    """Logarithms of τ and of the deviation; None of a column that has none."""
+    try:
+        found = column.oadev()
+    except AllaniteError:
+        return None
+    tau, deviation = np.asarray(found.tau), np.asarray(found.deviation)
+    good = np.isfinite(deviation) & (deviation > 0)
+    if np.count_nonzero(good) < 3:
+        return None
+    tau, deviation = np.log10(tau[good]), np.log10(deviation[good])
+    at = np.unique(np.linspace(0, tau.size - 1, POINTS).round().astype(int))
+    return tau[at], deviation[at]
+
+
+def _path(curve: Any, alike: list[Any]) -> str:
+    left, right = min(c[0][0] for c in alike), max(c[0][-1] for c in alike)
+    low, high = min(c[1].min() for c in alike), max(c[1].max() for c in alike)
+    across = 100.0 * (curve[0] - left) / max(right - left, 1e-9)
+    down = 37.0 - 34.0 * (curve[1] - low) / max(high - low, 1e-9)
+    return "M" + "L".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down, strict=True))
+
+
+def _catalogue(tab: Tab) -> list[dict[str, Any]]:
+    kind = "" if tab.now is None else parse_unit(tab.log.unit).kind
+    return catalogue(kind)
+
+
+def _inspect(tab: Tab) -> dict[str, Any]:
+    source = tab.source
+    if source is None:
+        raise InputError("No log is open: drop a file or choose one")
+    # As the file has it: what was said of columns and units is laid over it by the form.
+    reading = source.reading
+    return source.inspect(Reading(rate=reading.rate, time_column=reading.time_column))
+
+
+def _saved(tab: Tab) -> dict[str, Any]:
+    from allanite.page.studies import study
+
+    return study(tab)
+
+
+_PARTS: dict[str, Callable[[Any], Any]] = {
+    "strip": _strip,
+    "catalogue": _catalogue,
+    "inspect": _inspect,
+    "saved": _saved,
+}

@@ -1,0 +1,110 @@
+"""The samples over time, down to single ones: what lies in a range, its covariates beneath."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.plots.axes import linear_axis
+from allanite.plots.recording import samples_panel
+from allanite.plots.spec import Band, Figure, Line, Mark, Panel, Points, Rule, Span
+from allanite.plots.time import time_scale
+from allanite.report.words import many
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from allanite.recording import Recording
+
+__all__ = ["samples_figure"]
+
+#: Stretches of the samples' envelope: more than a screen has pixels to tell apart.
+STRETCHES = 1600
+#: Samples that are drawn one by one.
+SINGLE = 3000
+#: So few that each gets its point.
+DOTS = 300
+
+
+def samples_figure(
+    log: Recording,
+    options: Mapping[str, str],
+    worst: tuple[float, float] | None,
+    moments: Sequence[tuple[float, str]] = (),
+) -> Figure:
+    """Samples from ``options["from"]`` to ``options["to"]``, s; `moments` are marked.
+
+    Parameters
+    ----------
+    log : Recording
+        One column.
+    worst : (start, end) or None
+        When the model fails, s.
+    moments : sequence of (s, str)
+    """
+    start, end = _range(log, options)
+    first, last = int(start * log.rate), min(log.n, int(np.ceil(end * log.rate)) + 1)
+    first, last = max(0, min(first, log.n - 4)), max(last, first + 4)
+    part = log if last - first >= log.n else log.trim(first / log.rate, last / log.rate)
+    size, name = time_scale(part.duration)
+    begin = first / log.rate / size
+    single = part.n <= SINGLE
+    panel = samples_panel(part, stretches=part.n if single else STRETCHES)
+    marks: list[Mark] = []
+    if worst is not None and worst[1] > start and worst[0] < end:
+        span = max(worst[0], start) / size, min(worst[1], end) / size
+        marks.append(Span(*span, "fail", "when the model fails"))
+    marks += [_moved(mark, begin) for mark in panel.marks]
+    if part.n <= DOTS:
+        line = next(m for m in marks if isinstance(m, Line))
+        marks.append(Points(line.x, line.y, "c1", "single samples", size=3.5))
+    marks += [Rule(t / size, "x", "model", "dash", n) for t, n in moments if start <= t <= end]
+    limits = (begin, begin + part.duration / size)
+    x = linear_axis(f"time ({name})", *limits, 8)
+    panels = [replace(panel, x=x, marks=tuple(marks), show_x=not part.covariates)]
+    kept = list(part.covariates.items())[:2]
+    for row, (column, values) in enumerate(kept, 1):
+        panels.append(_covariate(column, values, x, row, row == len(kept), part, begin * size, size))
+    each = part.n / STRETCHES
+    what = "every sample" if single else f"mean, minimum–maximum of {each:.0f} samples each"
+    heights = (3.0, *(1.0 for _ in kept))
+    told = f"{many(part.n)} samples, {what}"
+    return Figure("Samples", told, tuple(panels), heights, kind="samples")
+
+
+def _range(log: Recording, options: Mapping[str, str]) -> tuple[float, float]:
+    try:
+        start = float(options.get("from") or 0.0)
+        end = float(options.get("to") or log.duration)
+    except ValueError:
+        raise InputError("A range of time is two numbers of seconds") from None
+    start, end = max(0.0, start), min(log.duration, end)
+    if not end > start:
+        raise InputError("Nothing lies in this range of time")
+    return start, end
+
+
+def _moved(mark: Mark, by: float) -> Mark:
+    return replace(mark, x=mark.x + by) if isinstance(mark, Band | Line | Points) else mark
+
+
+def _covariate(
+    name: str, values: np.ndarray, x: object, row: int, last: bool, part: Recording, begin: float, size: float
+) -> Panel:
+    """Means of stretches of another column, on the same time."""
+    n = min(values.size, 800)
+    edges = np.arange(n + 1) * values.size // n
+    there = np.isfinite(values)
+    count = np.add.reduceat(there, edges[:-1], dtype=float)
+    total = np.add.reduceat(np.where(there, values, 0.0), edges[:-1])
+    mean = np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
+    time = (begin + 0.5 * (edges[:-1] + edges[1:]) / part.rate) / size
+    unit = part.covariate_units.get(name, "1")
+    label = name if unit == "1" else f"{name} ({unit})"
+    low, high = (float(np.nanmin(mean)), float(np.nanmax(mean))) if there.any() else (0.0, 1.0)
+    room = 0.08 * (high - low)
+    y = linear_axis(label, low - room, high + room, 3)
+    return Panel(x, y, (Line(time, mean, "c4", name, 1.2),), row, show_x=last)  # type: ignore[arg-type]

@@ -1,0 +1,66 @@
+// Nothing is lost: a page that is loaded again goes on; a log that comes back is offered what was done to it.
+import { $, S, act, el, ordered, say, speak } from "./core.js";
+
+const PREFIX = "allanite:study:", MOST = 30;
+let saved = "", timer = 0, failed = false, offered = new Set();
+
+export async function openTab() {
+  const was = sessionStorage.getItem("allanite:tab");
+  if (was) for (const wait of [0, 200]) {
+    await new Promise(done => setTimeout(done, wait));
+    try { await speak(`tabs/${was}/resume`, { method: "POST" }); S.tab = was; return; } catch { /* forgotten, or of another page */ }
+  }
+  S.tab = (await speak("tabs", { method: "POST" })).tab;
+  sessionStorage.setItem("allanite:tab", S.tab);
+}
+export function leaving() {
+  addEventListener("pagehide", () => navigator.sendBeacon(`tabs/${S.tab}/leave`));
+  addEventListener("pageshow", event => { if (event.persisted) location.reload(); });
+  addEventListener("beforeunload", event => {
+    if (failed ? grown(S.state) : ordered() && S.state.job.name.startsWith("Improving")) event.preventDefault();
+  });
+}
+const grown = state => Boolean(state && state.axes && state.axes.some(a => a.steps > 1));
+
+// Saved a moment after each change, under what the samples are.
+export function save() {
+  const { recording, version } = S.state, mark = recording && `${recording.digest} ${version}`;
+  if (!recording || !grown(S.state) || saved === mark) return;
+  clearTimeout(timer);
+  timer = setTimeout(async () => {
+    try {
+      const document = await speak(`tabs/${S.tab}/part/saved`);
+      localStorage.setItem(PREFIX + document.digest, JSON.stringify({ when: Date.now(), document }));
+      saved = mark; failed = false;
+      const all = Object.keys(localStorage).filter(k => k.startsWith(PREFIX)).map(k => [JSON.parse(localStorage.getItem(k)).when, k]).sort((a, b) => b[0] - a[0]);
+      for (const [, key] of all.slice(MOST)) localStorage.removeItem(key);
+    } catch { failed = true; }
+  }, 400);
+}
+// What was done to this log before, once for each opening of it.
+export function offer() {
+  const { recording } = S.state;
+  if (!recording) { $("offer").hidden = true; return; }
+  if (offered.has(recording.digest)) { if (grown(S.state)) $("offer").hidden = true; return; }
+  offered.add(recording.digest);
+  if (grown(S.state)) return;
+  let found = null;
+  try { found = JSON.parse(localStorage.getItem(PREFIX + recording.digest)); } catch { /* not ours */ }
+  if (!found || !found.document) return;
+  const axes = found.document.axes, steps = axes.reduce((n, a) => n + a.ladder.length - 1, 0);
+  if (steps < 1) return;
+  const when = new Date(found.when).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
+  const close = () => { $("offer").hidden = true; };
+  $("offer").replaceChildren(el("span", {}, `You worked on this log on ${when}: ${axes.length} ${axes.length > 1 ? "axes" : "axis"}, ${steps} ${steps > 1 ? "steps" : "step"}.`),
+    el("button", { class: "main", onclick: () => { close(); act({ do: "study", study: found.document }); } }, "Bring it back"),
+    el("button", { onclick: close }, "Start afresh"));
+  $("offer").hidden = false;
+}
+// A server that has forgotten this page is asked for a new tab.
+export async function again(message) {
+  if (!/not known any more/.test(message)) return false;
+  sessionStorage.removeItem("allanite:tab");
+  say("The page was asleep and goes on in a new tab");
+  await openTab();
+  return true;
+}

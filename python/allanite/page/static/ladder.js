@@ -1,0 +1,48 @@
+// What is missing, the verdict, the ladder of models.
+import { $, S, act, busy, capital, el, refill } from "./core.js";
+import { shade } from "./draw.js";
+
+export function verdict() {
+  const state = S.state, out = [];
+  const line = (kind, bold, text, more = {}) => el("p", { class: kind, ...more }, bold ? el("b", {}, bold + " ") : null, text);
+  const offer = (text, doing) => el("button", { onclick: doing }, text);
+  if (state.problem) out.push(line("bad", "Not read:", state.problem), offer("Set rate and units …", () => S.hooks.ask()));
+  else if (busy() && !state.checked) out.push();
+  else if (!state.ladder.length && state.log) out.push(line("", "Cancelled:", "nothing is fitted"), offer("Read it again", () => act({ do: "open", log: state.log_number })));
+  else if (!state.ladder.length) out.push(line("", "", "Open a log first"), offer("Open a log …", () => S.hooks.pick("log")));
+  else if (!state.checked) out.push(line("", "Cancelled:", "not searched for what is missing"), offer("Search", () => act({ do: "check" })));
+  else if (state.adequate) out.push(line("good", "✓ Adequate:", "no significant effect remains"));
+  else out.push(line("bad", "✗ Fails", state.where.length ? state.where[0] : "somewhere: the model is not adequate", { title: state.where.join("\n") }));
+  refill($("verdict"), ...out);
+}
+export function cards() {
+  refill($("cards"), ...(S.state.adequate ? [] : S.state.cards).map((c, i) => {
+    const percent = x => `width:${Math.max(1, Math.round(100 * x))}%`;
+    const mark = on => () => shade(on ? c.acts : null);
+    const bar = (name, share, text, kind = "") => el("span", { class: "measure", title: `${name}: ${text}` }, el("span", { class: "track" }, el("i", { class: kind, style: percent(share) })), text);
+    return el("article", { class: i === 0 && c.significant ? "card first" : "card", "data-kind": c.kind, "aria-label": c.name, tabindex: 0,
+      onmouseenter: mark(true), onmouseleave: mark(false), onfocusin: mark(true), onfocusout: mark(false) },
+      el("header", {}, el("h3", {}, capital(c.name)), c.significant ? null : el("span", { class: "tag" }, "not significant"),
+        el("button", { class: i === 0 ? "main add" : "add", "data-work": true, "aria-label": `Add ${c.name}`, onclick: () => act({ do: "add", number: c.number }) }, "Add")),
+      el("p", { class: "why" }, c.sentence),
+      el("div", { class: "bars" }, bar("Evidence", c.evidence, c.evidence_text), bar("Size", c.size, c.size_text, "size")),
+      el("details", {}, el("summary", {}, c.rivals.length ? `Rivals: ${c.rivals.join(", ")} · how to confirm` : "How to confirm"),
+        el("p", {}, capital(c.confirm), "."), el("p", { class: "tag" }, capital(c.physics), ".")));
+  }));
+}
+export function ladder() {
+  const state = S.state;
+  refill($("ladder"), ...state.ladder.map((r, i) => {
+    const [what, ...gone] = (r.label === "start" ? r.model : r.label).split(/(?<=.) (?=−)/);
+    return el("li", {},
+      el("button", { "aria-current": i === state.at ? "step" : null, class: i > state.at ? "later" : "", "data-rung": i, "aria-label": `Step ${i}: ${r.label}`,
+        title: `${r.model}\nχ²/dof ${r.chi2_text}, p ${r.p_text}\nLargest error ${r.max_text}; expected scatter ${r.chance_text} rms`,
+        onclick: () => act({ do: "go", rung: i }) },
+        el("span", { class: "what" }, `${i}  ${what}`, r.adequate ? el("span", { class: "ok" }, "  ✓") : null),
+        gone.length ? el("small", {}, gone.join(" ")) : null,
+        el("span", { class: "error" }, r.error_text, el("small", {}, ` rms (expected scatter ${r.chance_text})`)),
+        el("small", {}, `χ²/dof ${r.chi2_text} · unseen data ${r.predictive_text}`)));
+  }));
+  const list = $("ladder"), now = list.children[state.at];
+  if (now) list.scrollTo({ left: Math.max(0, now.offsetLeft - list.offsetLeft - 40) });
+}

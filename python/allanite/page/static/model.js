@@ -1,0 +1,111 @@
+// The model: its effects and their values, the tray, the catalogue, a typed model.
+import { $, S, act, capital, el, fill, icon, ordered, refill, short, speak, svg } from "./core.js";
+import { light } from "./draw.js";
+
+const drop = (c, v) => act({ do: "hold", place: c.place, name: v.name, value: v.held ? null : v.number });
+
+export function chips() {
+  const state = S.state;
+  if ($("chips").querySelector("input")) return;  // a value is being typed
+  const units = state.chip_units, at = Math.max(0, units.findIndex(u => u.value === state.chip_unit));
+  fill($("unit"), units.map((u, i) => [i, u.text]), at);
+  $("unit").hidden = units.length < 2;
+  $("add-effect").hidden = !state.chips.length;
+  $("model").textContent = state.chips.map(c => c.short).join(" + ");
+  refill($("chips"), ...state.chips.map(c => {
+    const color = c.color ? `var(--${c.color})` : "var(--line)";
+    const values = c.values.filter(v => v.free || c.values.length < 3).slice(0, 4);
+    const node = el("div", { class: "chip", style: `--own:${color}`, title: capital(c.physics), "data-kind": c.kind,
+      onmouseenter: () => lit(node, c.place), onmouseleave: () => lit(null, null), onfocusin: () => lit(node, c.place), onfocusout: () => lit(null, null) },
+      el("span", { class: "name" }, capital(c.name)),
+      el("div", { class: "values" }, ...values.map(v => value(c, v))),
+      el("button", { class: "icon remove", title: `Remove ${c.name}`, "aria-label": `Remove ${c.name}`, "data-work": true, onclick: () => act({ do: "remove", place: c.place }) }, icon("close")));
+    return node;
+  }));
+  tray(); tried();
+}
+function value(c, v) {
+  const row = el("div", { class: "value" }, el("span", { class: "symbol" }, v.symbol));
+  if (!v.free) { row.append(el("span", { class: "text" }, v.text), el("span", { class: "spread", title: v.spread }, v.spread)); return row; }
+  const what = `${v.name} of ${c.name}`;
+  row.append(
+    el("button", { class: "text", title: `Try another value of ${what}`, "aria-label": `${what}: ${v.text}. Try another value`, "data-work": true, onclick: () => edit(row, c, v) }, v.text),
+    el("span", { class: "spread", title: `95 % interval ${v.spread}` }, v.held ? "held" : v.spread),
+    el("button", { class: "icon lock", title: v.held ? `Held: let ${what} free` : `Hold ${what} at this value`, "aria-pressed": String(v.held), "data-work": true,
+      "aria-label": `Hold ${what}`, onclick: () => drop(c, v) }, icon(v.held ? "locked" : "open")));
+  return row;
+}
+function edit(row, c, v) {
+  const input = el("input", { value: v.number, "aria-label": `${v.name} in ${v.unit || "1"}`, inputmode: "decimal" });
+  const was = row.querySelector(".text").title;
+  let open = true;
+  const end = keep => {
+    if (!open) return;
+    open = false;  // before the input goes, which blurs it
+    input.remove();
+    if (keep && input.value.trim() && Number(input.value) !== v.number) act({ do: "what-if", place: c.place, name: v.name, value: input.value });
+    chips(); S.hooks.work();
+    [...document.querySelectorAll(".chip .text")].find(x => x.title === was)?.focus();
+  };
+  input.addEventListener("blur", () => end(false));
+  input.addEventListener("keydown", event => {
+    if (event.key === "Enter") { event.preventDefault(); end(true); }  // else it would press what gets the focus
+    if (event.key === "Escape") { event.stopPropagation(); end(false); }
+  });
+  row.replaceChildren(el("span", { class: "symbol" }, v.symbol), input, el("span", { class: "spread" }, `${v.unit}  Enter tries it`));
+  input.focus(); input.select();
+}
+function lit(node, place) {
+  for (const chip of document.querySelectorAll(".chip")) chip.classList.toggle("lit", chip === node);
+  light(place);
+}
+function tray() {
+  $("tray").hidden = !S.state.tray.length;
+  refill($("tray"), el("span", {}, "Taken out:"), ...S.state.tray.map(t => el("button", { title: `Bring back ${t.text}`, "aria-label": `Bring back ${t.name}`, "data-work": true, onclick: () => act({ do: "back", place: t.place }) }, icon("back"), capital(t.name))));
+}
+function tried() {
+  const found = S.state.preview;
+  $("tried").hidden = !found;
+  if (found) refill($("tried"),
+    el("span", {}, `Tried, not fitted: χ²/dof ${short(found.before)} → `, el("b", {}, short(found.chi2))),
+    el("button", { class: "main", "data-work": true, onclick: () => act({ do: "fit-tried" }) }, "Fit from here"),
+    el("button", { onclick: () => act({ do: "drop" }) }, "Forget"));
+}
+
+// -- the catalogue
+export async function openCatalogue() {
+  if (!S.state.chips.length) return;
+  const found = await speak(`tabs/${S.tab}/part/catalogue`);
+  const there = new Set(S.state.chips.map(c => c.kind)), columns = S.state.covariates || [];
+  const picture = (title, paths) => paths && svg("0 0 100 60", [
+    { d: paths[1], class: "base" }, { d: paths[0], class: "own" }], { class: "picture", role: "img", "aria-label": title, "aria-hidden": "false" });
+  $("effects").replaceChildren(...found.map(e => {
+    const has = there.has(e.kind) && e.single, lacks = e.needs.length && !columns.length;
+    return el("article", { "data-kind": e.kind, class: "effect" },
+      el("div", { class: "pictures" }, picture(`${e.name}: Allan curve`, e.pictures.curve), picture(`${e.name}: spectrum`, e.pictures.spectrum)),
+      el("div", {}, el("h3", {}, capital(e.name), el("code", {}, e.short)), el("p", {}, capital(e.physics), "."),
+        el("p", { class: "look" }, el("b", {}, "Looks like "), e.looks_like, ".")),
+      el("button", { class: "main", disabled: has || Boolean(lacks), title: lacks ? "The log has no other column that could be the cause" : null,
+        "aria-label": `Add ${e.name}`, onclick: () => { $("catalogue").close(); act({ do: "put", effect: e.needs.length ? `${e.short}(column=${columns[0]})` : e.short }); } }, has ? "In the model" : "Add"));
+  }));
+  $("catalogue").showModal();
+}
+export function typeModel() {
+  $("catalogue").close();
+  $("typed").hidden = false;
+  $("typed-model").value = (S.state.model || "").replace(/\(([^)]*)\)/g, (whole, inside) => inside.includes("!") ? whole : "");
+  $("typed-model").focus(); $("typed-model").select();
+}
+export function listenModel() {
+  $("add-effect").onclick = openCatalogue;
+  $("catalogue-close").onclick = () => $("catalogue").close();
+  $("catalogue-type").onclick = typeModel;
+  $("unit").onchange = event => act({ do: "unit", unit: S.state.chip_units[event.target.value].value });
+  $("typed").onsubmit = async event => {
+    event.preventDefault();
+    if (await act({ do: "model", model: $("typed-model").value })) $("typed").hidden = true;
+  };
+  $("typed-model").onkeydown = event => { if (event.key === "Escape") { event.stopPropagation(); $("typed").hidden = true; $("add-effect").focus(); } };
+}
+export const mainValue = chip => chip && (chip.values.find(v => v.free && !["s", "Hz"].includes(v.unit)) || chip.values.find(v => v.free));
+export const allowed = () => !ordered();

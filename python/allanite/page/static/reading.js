@@ -1,0 +1,74 @@
+// How a log is read: column by column what was understood, to be changed; doubts with what settles them.
+import { $, S, act, el, fill, speak, svg } from "./core.js";
+
+const ROLES = { sensor: "Sensor", time: "Clock", temperature: "Temperature", index: "Index", counter: "Counter", other: "Other", text: "Text" };
+let found = null;
+
+export async function ask() {
+  const state = S.state;
+  if (!state.log || state.fixed) return;
+  $("form-log").textContent = state.log;
+  $("form-problem").textContent = state.problem || "";
+  $("form-rate").value = state.reading.rate ? Number(state.reading.rate.toPrecision(8)) : "";
+  $("form-quantity").value = state.reading.quantity || "";
+  $("form-columns").replaceChildren(el("p", { class: "faint" }, "Looking at the columns …"));
+  $("form-offers").replaceChildren();
+  fill($("form-time"), [["", "as found"]], "");
+  if (!$("form").open) $("form").showModal();
+  found = null;
+  try { found = await speak(`tabs/${S.tab}/part/inspect`); }
+  catch (error) { $("form-columns").replaceChildren(el("p", { class: "bad" }, error.message)); return; }
+  times(); offers(); columns();
+}
+function times() {
+  const clocks = found.columns.filter(c => c.role === "time" && c.name !== "(time)");
+  fill($("form-time"), [["", "as found"], ["none", "none: the rate is given"], ...clocks.map(c => [c.name, c.rate ? `${c.name} (${Number(c.rate.toPrecision(5))} Hz)` : c.name])], S.state.reading.time_column || "");
+}
+// Doubts in sentences, each with a button that does what it proposes.
+function offers() {
+  const out = [], rate = found.columns.find(c => c.role === "time" && c.rate);
+  const now = Number($("form-rate").value);
+  if (rate && Math.abs(rate.rate / now - 1) > 1e-3) out.push(el("p", {}, `The clock ${rate.name} says ${Number(rate.rate.toPrecision(5))} Hz${now ? `, not ${now} Hz` : ""}. `,
+    el("button", { type: "button", onclick: () => { $("form-rate").value = Number(rate.rate.toPrecision(8)); } }, `Use ${Number(rate.rate.toPrecision(5))} Hz`)));
+  for (const f of found.findings) if (f.kind !== "rate") out.push(el("p", { class: f.severity }, f.message));
+  $("form-offers").replaceChildren(...out);
+}
+function columns() {
+  const reading = S.state.reading, chosen = new Set(reading.columns), units = S.state.units;
+  const head = el("tr", {}, ...["Use", "Column", "Understood as", "Unit", "First rows", "Whole record", ""].map(t => el("th", {}, t)));
+  const rows = found.columns.map(c => {
+    const sensor = ["sensor", "other", "index", "counter"].includes(c.role), used = chosen.size ? chosen.has(c.name) : c.used && c.role === "sensor";
+    const own = reading.column_units[c.name] || c.unit || "";
+    const known = units.map(u => [u.value, u.text]);
+    const list = own && !units.some(u => u.value === own) ? [[own, own], ...known] : known;
+    const unit = sensor ? el("select", { "data-unit": c.name, "aria-label": `Unit of ${c.name}` }, ...list.map(([v, t]) => el("option", { value: v, selected: v === (own || "1") }, t))) : el("span", {}, c.unit || "");
+    return el("tr", { class: used ? "" : "unused" },
+      el("td", {}, sensor ? el("input", { type: "checkbox", "data-use": c.name, checked: used, "aria-label": `Use ${c.name}`, onchange: event => event.target.closest("tr").classList.toggle("unused", !event.target.checked) }) : null),
+      el("th", { scope: "row" }, c.name || "(no name)"), el("td", {}, `${ROLES[c.role] || c.role}${c.rate ? `, ${Number(c.rate.toPrecision(5))} Hz` : ""}${c.role === "temperature" && c.used ? ": offered as a cause" : ""}`),
+      el("td", {}, unit), el("td", { class: "first" }, c.first.map(v => Number(v.toPrecision(5))).join("  ")), el("td", {}, spark(c.spark)),
+      el("td", { class: "doubt" }, doubt(c)));
+  });
+  $("form-columns").replaceChildren(el("table", {}, el("thead", {}, head), el("tbody", {}, ...rows)));
+}
+function doubt(c) {
+  if (["time", "index", "counter"].includes(c.role)) return "Not analysed";
+  return c.doubts.map(d => d.replace(": give it", ": choose it")).map(d => d[0].toUpperCase() + d.slice(1)).join(". ");
+}
+function spark(pairs) {
+  if (!pairs) return "";
+  const x = i => (pairs.length > 1 ? 98 * i / (pairs.length - 1) + 1 : 50).toFixed(1), y = v => (19 - 18 * v).toFixed(1);
+  const d = pairs.map(([low, high], i) => low === null ? "" : `M${x(i)},${y(low)}V${Math.abs(y(high) - y(low)) < 0.8 ? y(high) - 0.8 : y(high)}`).join("");
+  return svg("0 0 100 20", [{ d }], { class: "spark", preserveAspectRatio: "none" });
+}
+export function listenReading() {
+  $("reading").onclick = ask;
+  $("form").onclose = () => {
+    if ($("form").returnValue !== "yes") return;
+    S.asked = false;
+    const boxes = [...$("form").querySelectorAll("[data-use]")], use = boxes.filter(b => b.checked).map(b => b.dataset.use);
+    const usual = found ? found.columns.filter(c => c.used && c.role === "sensor").map(c => c.name) : [];
+    const same = use.length === usual.length && use.every(n => usual.includes(n));
+    const units = Object.fromEntries([...$("form").querySelectorAll("[data-unit]")].filter(s => use.includes(s.dataset.unit)).map(s => [s.dataset.unit, s.value]));
+    act({ do: "read", rate: $("form-rate").value.trim(), quantity: $("form-quantity").value, time_column: $("form-time").value, columns: same ? [] : use, units });
+  };
+}

@@ -1,0 +1,148 @@
+// The views: which is shown, its controls, its numbers, its files.
+import { $, S, act, capital, el, refill, say, speak, theme } from "./core.js";
+import { axesTable } from "./axes.js";
+import * as Draw from "./draw.js";
+
+let drawn = "";
+export const query = () => new URLSearchParams({ theme: theme(), ...S.options }).toString();
+
+export async function figure() {
+  const state = S.state, want = `${state.version} ${S.view} ${query()}`;
+  if (want === drawn) return;
+  Draw.away();
+  if (S.view === "axes") { drawn = want; Draw.clear(); key(); $("empty").textContent = ""; refill($("table"), state.recording ? axesTable() : ""); $("table").hidden = false; document.body.dataset.drawn = want; return; }
+  $("table").hidden = $("numbers").getAttribute("aria-pressed") !== "true";
+  // The measured curve and the samples are there before the first fit.
+  if (!state.recording || (!state.ladder.length && !["allan", "samples"].includes(S.view))) {
+    Draw.clear(); drawn = ""; $("key").replaceChildren(); $("readout").replaceChildren();
+    if (state.log) $("empty").textContent = state.problem ? "" : "Reading and fitting …";
+    else welcome();
+    return;
+  }
+  drawn = want;
+  if (S.view !== Draw.shown.view?.name) $("empty").textContent = ["nis", "error", "compare"].includes(S.view) ? "Computing …" : "";
+  try {
+    const got = await speak(`tabs/${S.tab}/view/${S.view}?${query()}`);
+    if (want !== drawn) return;
+    $("empty").textContent = "";
+    key(got);
+    await Draw.show(got);
+    $("plot").setAttribute("aria-label", `${got.title}: ${got.subtitle}`);
+    if (!$("table").hidden) numbers();
+    document.body.dataset.drawn = want;
+  } catch (error) {
+    if (want !== drawn) return;
+    Draw.clear(); $("empty").textContent = error.message;
+  }
+}
+function welcome() {
+  refill($("empty"), el("div", { class: "welcome" }, el("h2", {}, "Which noise does your sensor have?"),
+    el("p", {}, "Drop a log of a sensor at rest here: CSV, NPZ, NPY, MATLAB, ROS bag, ULog, HDF5, Parquet."),
+    el("div", {}, el("button", { class: "main", onclick: () => S.hooks.pick("log") }, "Open a log …"), el("button", { onclick: () => act({ do: "example" }) }, "Try an example")),
+    el("ol", {}, ...["The curve is measured, and a first model fitted to it.", "Where it fails is shaded, and what is missing stands beside it, with the evidence.", "Add an effect, or let all be added: each step is kept.", "Export the parameters of all axes for your filter."].map(t => el("li", {}, t)))));
+}
+function key(got) {
+  const state = S.state, item = (style, text, kind = "", title = null) => el("span", { title }, el("i", { class: kind, style }), text);
+  const allan = [item("", "Measured ± 95 %", "dot"), item("border-color:var(--c-model)", state.preview ? "Tried" : "Model"),
+    item("background:var(--c-model)", "Expected scatter (95 %)", "box", "Where the measured curve lies if the model is true: dark at each τ by itself, pale at all together")];
+  if (!state.preview && !state.adequate && state.where.length) allan.push(item("background:var(--fail);opacity:.6", "Fails", "box"));
+  const samples = [item("border-color:var(--c1)", "Mean"), item("background:var(--c1)", "Minimum–maximum", "box")];
+  $("key").replaceChildren(...({ allan, psd: allan, samples }[S.view] || []));
+  $("readout").textContent = got && !["allan", "psd"].includes(S.view) ? capital(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
+}
+export function redraw() { drawn = ""; figure(); }
+export function go(name) {
+  if (name !== S.view) S.options = {};
+  S.view = name;
+  for (const button of document.querySelectorAll("[role=tab]")) {
+    const on = button.dataset.tab === name;
+    button.setAttribute("aria-selected", on); button.tabIndex = on ? 0 : -1;
+    if (on) button.parentElement.scrollTo({ left: button.offsetLeft - button.parentElement.offsetLeft - 40 });
+  }
+  controls(); figure();
+}
+
+// -- controls of a view
+export function controls() {
+  const there = Boolean(S.state.recording), of = { compare, samples, error }[S.view];
+  const parts = there && of ? of() : [];
+  $("beside").hidden = !parts.length;
+  refill($("beside"), ...parts);
+  sheet();
+}
+function compare() {
+  const state = S.state, logs = state.logs.map((name, i) => ({ name, i })).filter(({ name, i }) => i !== state.log_number && !state.others.some(o => o.startsWith(`${name} `)));
+  const gone = (name, order) => el("span", { class: "beside" }, name, el("button", { class: "icon", "aria-label": `No longer compare with ${name}`, onclick: () => act({ do: "alone", ...order }) }, "×"));
+  return [el("span", {}, "Beside it:"), ...state.others.map(name => gone(name, { name })), state.sheet ? gone(state.sheet.name, {}) : null,
+    ...logs.map(({ name, i }) => el("button", { onclick: () => act({ do: "compare", log: i }) }, `+ ${name}`)),
+    el("button", { onclick: () => S.hooks.pick("compare") }, "+ A log …"), el("button", { onclick: () => S.hooks.pick("sheet") }, "+ A data sheet …")];
+}
+function samples() {
+  const out = [], { span, duration } = S.state.recording;
+  if (S.options.from !== undefined) {
+    const from = Number(S.options.from), to = Number(S.options.to);
+    const text = `${Number(Math.max(0, from).toPrecision(6))}–${Number(Math.min(duration, to).toPrecision(6))} s`;
+    out.push(el("span", {}, text), el("button", { class: "main", onclick: () => act({ do: "take", from, to }).then(done => { if (done) { S.options = {}; redraw(); } }) }, "Analyse only this"),
+      el("button", { onclick: () => { S.options = {}; controls(); redraw(); } }, "Show all"));
+  } else out.push(el("span", {}, "Drag over the samples to zoom, down to single ones; a double click shows all."));
+  if (span) out.push(el("button", { onclick: () => act({ do: "take" }) }, "Take the whole record again"));
+  return out;
+}
+function error() {
+  const field = (name, text) => el("label", {}, text, el("input", { inputmode: "decimal", size: 7, value: S.options[name] || "", placeholder: "auto", onchange: event => { const v = event.target.value.trim(); if (v) S.options[name] = v; else delete S.options[name]; redraw(); } }), "s");
+  return [field("aided", "Aided for"), field("until", "then without a fix for")];
+}
+function sheet() {
+  const state = S.state;
+  $("sheet").hidden = S.view !== "compare" || !state.sheet || !state.recording;
+  if ($("sheet").hidden) return;
+  $("sheet").replaceChildren(
+    el("table", {}, el("caption", {}, `The model beside the data sheet ${state.sheet.name}`),
+      el("tr", {}, ...["Figure", "Data sheet", "Measured", "Measured / sheet (95 %)", "Remark"].map(t => el("th", {}, t))),
+      ...state.sheet.rows.map(r => el("tr", {}, el("th", {}, r.figure), el("td", {}, r.sheet), el("td", {}, r.measured), el("td", {}, r.ratio), el("td", { class: "remark" }, r.remark)))),
+    ...state.sheet.remarks.map(r => el("p", {}, r)));
+}
+
+// -- numbers and files
+async function numbers() {
+  try {
+    const tables = await speak(`tabs/${S.tab}/part/table-${S.view}?${query()}`);
+    const text = v => v === null ? "" : typeof v === "number" ? String(Number(v.toPrecision(6))) : v;
+    const copy = t => navigator.clipboard.writeText([t.head, ...t.rows].map(r => r.map(text).join("\t")).join("\n")).then(() => say("The numbers are in the clipboard", 3));
+    $("table").replaceChildren(...tables.map(t => el("table", {}, el("caption", {}, capital(t.title), el("button", { onclick: () => copy(t) }, "Copy")),
+      el("thead", {}, el("tr", {}, ...t.head.map(h => el("th", {}, capital(h))))), el("tbody", {}, ...t.rows.slice(0, 600).map(r => el("tr", {}, ...r.map(v => el("td", {}, text(v)))))))));
+  } catch (error) { $("table").textContent = error.message; }
+}
+export async function get(name) {
+  try {
+    const answer = await fetch(`tabs/${S.tab}/file/${name}?${query()}`);
+    if (!answer.ok) throw new Error((await answer.json()).error);
+    const called = decodeURIComponent((answer.headers.get("content-disposition") || "").split("''")[1] || name);
+    const note = decodeURIComponent(answer.headers.get("x-note") || "");
+    const anchor = el("a", { href: URL.createObjectURL(await answer.blob()), download: called });
+    anchor.click();
+    setTimeout(() => URL.revokeObjectURL(anchor.href), 10000);
+    if (note) say(`${called}: ${note}`);
+  } catch (error) { say(error.message); }
+}
+export function listenViews() {
+  for (const button of document.querySelectorAll("[role=tab]")) {
+    button.onclick = () => go(button.dataset.tab);
+    button.onkeydown = event => {
+      const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+      if (!step) return;
+      const all = [...document.querySelectorAll("[role=tab]")], next = all[(all.indexOf(button) + step + all.length) % all.length];
+      next.focus(); go(next.dataset.tab);
+    };
+  }
+  $("numbers").onclick = () => {
+    const on = $("numbers").getAttribute("aria-pressed") !== "true";
+    $("numbers").setAttribute("aria-pressed", on);
+    if (S.view === "axes") return;
+    $("table").hidden = !on;
+    if (on && S.state.recording) { $("table").textContent = "…"; numbers(); }
+  };
+  $("full").onclick = () => document.fullscreenElement ? document.exitFullscreen() : $("left").requestFullscreen();
+  $("plot").addEventListener("pointermove", Draw.cursor);
+  $("plot").addEventListener("pointerleave", Draw.away);
+}
