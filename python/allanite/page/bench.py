@@ -107,7 +107,7 @@ class Bench:
 
     # -- work ----------------------------------------------------------------------------------------
 
-    def run(self, name: str, work: Callable[[Job], None]) -> None:
+    def run(self, name: str, work: Callable[[Job], object]) -> None:
         """Start a job; one at a time."""
         with self.lock:
             if self.job is not None and self.job.busy:
@@ -144,6 +144,7 @@ class Bench:
             self.version += 1
 
     def climb(self, job: Job, step: Step, column: int) -> None:
+        """Put a step on the ladder of a column."""
         look(step.fit)
         with self.change(job):
             ladder = self.board.ladders[column]
@@ -174,6 +175,7 @@ class Bench:
         return step.check
 
     def rest(self, job: Job, step: Step) -> None:
+        """Find what a step lacks, unless something else is asked for."""
         job.gives_way = True
         self.finish(job, step)
 
@@ -258,6 +260,7 @@ class Bench:
         return step
 
     def start(self, job: Job, column: int) -> Step:
+        """The first model of a column, if it has none."""
         known = self.board.ladders[column].step
         if known is not None:
             return known
@@ -269,6 +272,12 @@ class Bench:
         with self.change(job):
             self.push(Ladder((step,), 0), column)
         return step
+
+    def recheck(self) -> None:
+        """Make a check that was cancelled before it was done."""
+        step = self.ladder.step
+        if step is not None and step.check is None and not self.busy:
+            self.run("Looking for what is missing", lambda job: self.rest(job, step))
 
     def resume(self) -> None:
         """Go on after a pause: with what was read, fitted and searched when the page was left."""

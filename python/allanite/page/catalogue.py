@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,7 +66,7 @@ def catalogue(kind: str) -> list[dict[str, Any]]:
             "check_by": cls.check_by,
             "single": cls.single,
             "needs": [p.name for p in cls.parameters if p.role == "choice" and p.name == "column"],
-            "pictures": _pictures(cls),
+            "pictures": _pictures(cls),  # type: ignore[arg-type]
         }
         for cls in tuple(CATALOGUE)
     ]
@@ -130,7 +131,7 @@ def _measured(signal: Array) -> tuple[Array, Array]:
     edges = np.geomspace(FREQUENCY[0] / 1.1, 0.5, FREQUENCY.size + 1)
     found = [
         float(power[(frequency >= a) & (frequency <= b)].max(initial=0.0))
-        for a, b in zip(edges[:-1], edges[1:], strict=True)
+        for a, b in pairwise(edges)
     ]
     return np.array(variance), np.array(found)
 

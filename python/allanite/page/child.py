@@ -80,7 +80,7 @@ def ask(
                 " or larger than the memory"
             )
         with target.open("rb") as file:
-            found = pickle.load(file)  # noqa: S301 - written by `main` below
+            found = pickle.load(file)
     if isinstance(found, dict) and "error" in found:
         raise _error(found["error"])
     return found
@@ -105,9 +105,8 @@ def main(text: str) -> None:
         found = {"error": {**said, "short": isinstance(error, TooShortError)}}
     except MemoryError:
         needs = "more memory than is free: average it down first, or take fewer columns"
-        found = {
-            "error": dict(found=needs, missing=None, remedy="", where=order["path"], short=False)
-        }
+        said = {"found": needs, "missing": None, "remedy": "", "where": order["path"]}
+        found = {"error": {**said, "short": False}}
     target = Path(order["target"])
     part = target.with_suffix(".part")
     with part.open("wb") as file:

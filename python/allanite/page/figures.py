@@ -168,15 +168,14 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
     until = _seconds(options, "until", min(600.0, span / 10.0))
     rate = tab.log.rate
     tau = np.geomspace(max(1.0 / rate, until / 300.0), until, 13)
-    known = dict(zip((e.kind for e in fit.model), colors_of(tab.work, fit), strict=False))
+    known = dict(zip((e.short for e in fit.model), colors_of(tab.work, fit), strict=True))
     panels = []
     found = predict(fit, aided=aided, tau=tau)
     for i, growth in enumerate(found):
         marks: list[Mark] = []
         for label, size in growth.budget.items():
-            kind = label.split(" ")[0]
-            color = known.get(kind, COMPONENTS[len(marks) % len(COMPONENTS)])
-            marks.append(Line(growth.tau, size, color, "" if i else label.replace("_", " "), 1.2))
+            color = known.get(label.rstrip("0123456789"), "raw")
+            marks.append(Line(growth.tau, size, color, "" if i else label, 1.2))
         marks.append(Line(growth.tau, growth.total, "model", "" if i else "model, in all", 2.2))
         try:
             seen = measured_growth(tab.log, growth)

@@ -58,9 +58,7 @@ class Board:
 
     def put(self, column: int, ladder: Ladder) -> Board:
         """The board with another ladder."""
-        return replace(
-            self, ladders=(*self.ladders[:column], ladder, *self.ladders[column + 1 :])
-        )
+        return replace(self, ladders=(*self.ladders[:column], ladder, *self.ladders[column + 1 :]))
 
 
 class Work:

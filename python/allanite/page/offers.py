@@ -14,7 +14,7 @@ __all__ = ["offers", "sentence"]
 
 def sentence(text: str) -> str:
     """With a capital where it begins with a word of ours, not with the name of a column."""
-    head = text.split(" ", 1)[0]
+    head = text.split(" ", 1)[0].rstrip(",.:")
     return text[:1].upper() + text[1:] if head.islower() and head.isalpha() else text
 
 

@@ -101,9 +101,7 @@ def readings(
         tau = line.read_at or float(curve.tau[sure][np.argmin(curve.measured[sure])])
         height = line.level * value.value
         x, y = np.log10(tau), np.log10(height)
-        shown = value.to(
-            shown_unit(effect.parameter(line.name), value, fit.recording.unit, unit)
-        )
+        shown = value.to(shown_unit(effect.parameter(line.name), value, fit.recording.unit, unit))
         text = f"{line.name} {number(shown.value, 3)} {unit_text(shown.unit)}"
         if not left <= x <= right:
             continue
@@ -132,9 +130,9 @@ def readings(
                 "y": float(y) if inside else 0.0,
                 "xref": "x",
                 "yref": "y" if inside else "y domain",
-                "xanchor": "left",
+                "xanchor": "right" if x > left + 0.7 * (right - left) else "left",
                 "yanchor": "bottom",
-                "xshift": 6,
+                "xshift": -6 if x > left + 0.7 * (right - left) else 6,
                 "yshift": 3,
                 "showarrow": False,
                 "font": {"size": 12, "color": color},
@@ -156,7 +154,8 @@ def live(fit: Fit) -> dict[str, Any]:
         "spectrum": solution.spectrum,
         "own": {str(p): v for p, v in zip(places, own, strict=False)},
         "groups": fit.data.bins.groups,
-        "dof": fit.misfit.dof,
+        # Nothing is fitted while a line is dragged.
+        "dof": len(fit.data.bins.groups),
         "before": fit.misfit.reduced,
         "measured": curve.measured,
         "edf": curve.edf,

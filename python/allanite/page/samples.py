@@ -67,7 +67,9 @@ def samples_figure(
     panels = [replace(panel, x=x, marks=tuple(marks), show_x=not part.covariates)]
     kept = list(part.covariates.items())[:2]
     for row, (column, values) in enumerate(kept, 1):
-        panels.append(_covariate(column, values, x, row, row == len(kept), part, begin * size, size))
+        panels.append(
+            _covariate(column, values, x, row, row == len(kept), part, begin * size, size)
+        )
     each = part.n / STRETCHES
     what = "every sample" if single else f"mean, minimum–maximum of {each:.0f} samples each"
     heights = (3.0, *(1.0 for _ in kept))
@@ -92,7 +94,14 @@ def _moved(mark: Mark, by: float) -> Mark:
 
 
 def _covariate(
-    name: str, values: np.ndarray, x: object, row: int, last: bool, part: Recording, begin: float, size: float
+    name: str,
+    values: np.ndarray,
+    x: object,
+    row: int,
+    last: bool,
+    part: Recording,
+    begin: float,
+    size: float,
 ) -> Panel:
     """Means of stretches of another column, on the same time."""
     n = min(values.size, 800)

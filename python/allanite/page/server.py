@@ -8,7 +8,7 @@ import secrets
 import socket
 import threading
 import time
-from functools import cache, partial
+from functools import cache
 from importlib import resources
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
@@ -18,8 +18,8 @@ from allanite.common.errors import AllaniteError, InputError
 from allanite.page import documents
 from allanite.page.desk import GRACE, Desk
 from allanite.page.guard import Guard
-from allanite.page.source import Source, check_name
 from allanite.page.parts import part
+from allanite.page.source import Source, check_name
 from allanite.page.state import act, state, work
 from allanite.page.views import finite, view
 from allanite.page.words import WORDS
@@ -80,7 +80,9 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
                 return JSONResponse({"error": " ".join(error.worded(WORDS).split())}, 400)
             except (ValueError, TypeError, KeyError, RecursionError, OverflowError) as error:
                 kind = type(error).__name__
-                return JSONResponse({"error": f"This cannot be done with what was sent ({kind})"}, 400)
+                return JSONResponse(
+                    {"error": f"This cannot be done with what was sent ({kind})"}, 400
+                )
 
         return safe
 
@@ -102,8 +104,8 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
 
     async def leave_tab(request: Request) -> Any:
         desk.leave(request.path_params["tab"])
-        later = partial(asyncio.to_thread, desk.sweep)
-        asyncio.get_running_loop().call_later(GRACE + 1.0, lambda: asyncio.ensure_future(later()))
+        loop = asyncio.get_running_loop()
+        loop.call_later(GRACE + 1.0, lambda: loop.run_in_executor(None, desk.sweep))
         return {}
 
     async def resume_tab(request: Request) -> Any:

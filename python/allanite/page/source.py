@@ -70,9 +70,8 @@ class Source:
         InputError
             The log cannot be used as asked; the message speaks of its name.
         """
-        if self.recording is not None:
-            recording = self.recording
-        else:
+        recording = self.recording
+        if recording is None:
             recording = self._ask("read", reading, watch).called(self.name)
         return recording if reading.output_unit is None else recording.to(reading.output_unit)
 

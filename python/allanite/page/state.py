@@ -11,14 +11,14 @@ from allanite.common.units import conversion, parse_unit
 from allanite.effects import standard
 from allanite.page.cards import cards, chips, rung
 from allanite.page.documents import compare_with, sheet_rows
-from allanite.page.figures import colors_of
-from allanite.page.studies import open_study
 from allanite.page.edits import SHEET, effect, shown_unit
+from allanite.page.figures import colors_of
 from allanite.page.offers import offers, sentence
 from allanite.page.source import Reading
+from allanite.page.studies import open_study
 from allanite.page.words import WORDS
-from allanite.recording.at_rest import quiet_span
 from allanite.plots.words import duration_text, unit_text
+from allanite.recording.at_rest import quiet_span
 from allanite.report.words import many
 
 if TYPE_CHECKING:
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 __all__ = ["act", "state", "work"]
 
+#: A gyroscope with a lag and a line beside the standard's three effects.
+EXAMPLE = "N(N=1e-4)+B(B=2e-5)+K(K=2e-7)+GM(q_c=3e-5,correlation_time=20)+SIN(frequency=1.7,amplitude=3e-5)"
 #: Units offered; any other can be typed on the command line.
 UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug", "1")
 
@@ -123,7 +125,9 @@ def _axes(work: Work) -> list[dict[str, Any]]:
                 "values": {}
                 if step is None
                 else {
-                    v["symbol"]: f"{v['text']}" for c in chips(step.fit) for v in c["values"]
+                    v["symbol"]: f"{v['text']}"
+                    for c in chips(step.fit)
+                    for v in c["values"]
                     if v["name"] in ("N", "B", "K")
                 },
                 "error": None if error is None else rung(step)["error_text"] if step else None,
@@ -185,7 +189,11 @@ def _recording(tab: Tab) -> dict[str, Any]:
         "unit": unit_text(column.unit),
         "text": f"{many(column.n)} samples · {duration_text(column.duration)} at {column.rate:.6g} Hz",
         "audit": [
-            {"severity": f.severity, "message": sentence(f.worded(WORDS)), "offers": offers(f, column.rate, column.duration)}
+            {
+                "severity": f.severity,
+                "message": sentence(f.worded(WORDS)),
+                "offers": offers(f, column.rate, column.duration),
+            }
             for f in found
         ],
     }
@@ -281,15 +289,13 @@ def _rate(tab: Tab, order: dict[str, Any]) -> None:
 
 def _example(tab: Tab) -> None:
     """A recording with hidden effects, simulated."""
-    from allanite.cli.commands.demo import HIDDEN, SHOWN
     from allanite.effects import parse_model
     from allanite.page.source import Source
 
     name = "example.npz"
     if name not in [s.name for s in tab.sources]:
-        model = parse_model(f"{SHOWN}+{HIDDEN}")
-        found = model.simulate(duration=3600.0, rate=50.0, seed=1, unit="rad/s").called(name)
-        tab.sources.append(Source(name, recording=found))
+        found = parse_model(EXAMPLE).simulate(duration=3600.0, rate=50.0, seed=1, unit="rad/s")
+        tab.sources.append(Source(name, recording=found.called(name)))
     tab.open([s.name for s in tab.sources].index(name))
 
 

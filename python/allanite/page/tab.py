@@ -70,7 +70,9 @@ class Tab(Bench):
     def _add(self, effect: Effect) -> None:
         fit = self.step.fit
         if type(effect).single and any(e.kind == effect.kind for e in fit.model):
-            raise InputError(f"The model has its {fit.display_name(effect)}; a second one is the same")
+            raise InputError(
+                f"The model has its {fit.display_name(effect)}; a second one is the same"
+            )
         name = fit.display_name(effect)
         self._refit(f"+ {name}", f"Adding {name}", lambda: Rung(fit.add(effect), effect))
 
@@ -197,9 +199,3 @@ class Tab(Bench):
             self.preview = None
             self.version += 1
         self.recheck()
-
-    def recheck(self) -> None:
-        """Make a check that was cancelled before it was done."""
-        step = self.ladder.step
-        if step is not None and step.check is None and not self.busy:
-            self.run("Looking for what is missing", lambda job: self.rest(job, step))

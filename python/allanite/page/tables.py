@@ -89,4 +89,3 @@ def _map(panel: Panel, mark: HeatMap) -> dict[str, Any]:
 def _plain(value: Any) -> float | None:
     number = float(value)
     return number if math.isfinite(number) else None
-

@@ -9,6 +9,7 @@ from allanite.common.errors import AllaniteError
 from allanite.common.units import conversion, parse_unit
 from allanite.page import overlays
 from allanite.page.figures import VIEWS, figure_of, fit_of
+from allanite.page.offers import sentence
 from allanite.plots.curves import parts
 from allanite.plots.plotly_painter import words
 from allanite.plots.themes import theme_of
@@ -71,6 +72,10 @@ def view(
         data += points
         layout["annotations"] += labels
         found["units"] = _units(tab.log.unit)
+    for trace in data:
+        if trace.get("type") == "heatmap":
+            title = trace["colorbar"]["title"]
+            title["text"] = sentence(title["text"])
     _arrange(layout, name, look)
     return {**found, **painted}
 
@@ -80,9 +85,8 @@ def _arrange(layout: dict[str, Any], name: str, look: Any) -> None:
         if key.startswith("xaxis") and axis["domain"][0] > 0.0:
             # A page is narrower than paper: room for the title of an axis between two panels.
             axis["domain"] = [axis["domain"][0] + 0.05, axis["domain"][1]]
-        if key.startswith(("xaxis", "yaxis")) and axis["title"]["text"]:
-            text = axis["title"]["text"]
-            axis["title"]["text"] = text[:1].upper() + text[1:] if text[:1] not in "τf" else text
+        if key.startswith("xaxis") or (key.startswith("yaxis") and name != "samples"):
+            axis["title"]["text"] = sentence(axis["title"]["text"])
     layout["showlegend"] = name in LEGEND
     layout["legend"] = {
         "orientation": "h",

@@ -10,8 +10,8 @@ import pytest
 from allanite import Recording
 from allanite.fit import fit_model
 from allanite.page import bench as bench_module
-from allanite.page.source import Source
 from allanite.page.ladder import Ladder, Step, Work
+from allanite.page.source import Source
 from allanite.page.tab import Tab
 from allanite.page.views import finite, view
 from allanite.study import Rung
