@@ -14,6 +14,7 @@ from allanite.planning import expected as _expected
 from allanite.planning.detection import Power, as_effect, as_model, chance_of
 from allanite.planning.detection import power as power_of
 from allanite.planning.errors import standard_errors
+from allanite.planning.telling import log_odds, two_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,6 +32,8 @@ CLOSE = 1.02
 RATES = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
 #: A rate is as good as the best one where the record is longer by less than this.
 AS_GOOD = 1.1
+#: Expected odds at which two effects count as told apart.
+ODDS = 1000.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,6 +103,7 @@ def plan(
     power: float = 0.9,
     know: str | None = None,
     to: float = 0.1,
+    tell: tuple[str, str] | None = None,
     rate: float | None = None,
     covariates: Columns | None = None,
 ) -> Plan:
@@ -110,13 +114,16 @@ def plan(
     model : Model, Effect or str
         What is modelled anyway, with values.
     find : Effect or str, optional
-        The effect to be found, with values. Either this or `know`.
+        The effect to be found, with values. This, `know` or `tell`.
     power : float
         Probability with which `check` is to find it.
     know : str, optional
         A number of the model (and of `find`): ``K``, ``GM.correlation_time``.
     to : float
         Its standard error as a share of its value.
+    tell : (str, str), optional
+        Two effects, such as ``("K", "GM")``, one of which is in the model: the expected odds against the other are to be
+        1000 : 1.
     rate : float, optional
         Hz. Without it rates from 0.1 to 1000 Hz are compared (the samples being averages over their interval, so that
         the densities stay what they are), and the lowest one is taken whose record is within a tenth of the
@@ -131,19 +138,24 @@ def plan(
     Raises
     ------
     InputError
-        Neither or both of `find` and `know`, numbers out of range, or a question that ten years of record do not
+        None or several of `find`, `know` and `tell`, numbers out of range, or a question that ten years of record do not
         answer.
     """
     base = as_model(model)
     effect = None if find is None else as_effect(find)
-    if (effect is None) == (know is None):
-        raise InputError("plan: ask either to find an effect or to know a number")
+    if sum(asked is not None for asked in (effect, know, tell)) != 1:
+        raise InputError(
+            "plan: ask either to find an effect, to know a number or to tell two effects apart"
+        )
     if not 0.0 < power < 1.0:
         raise InputError(f"power = {power}: a probability between 0 and 1, such as 0.9")
     to = positive(to, "to", "", "a positive share of the value, such as 0.1 for 10 %")
     rate = None if rate is None else positive_rate(rate)
     _expected.require(base if effect is None else base + effect)
-    if know is not None:
+    if tell is not None:
+        question = f"to tell {tell[0]} from {tell[1]} at {ODDS:g} : 1"
+        enough = _told_apart(base, tell, covariates)
+    elif know is not None:
         question = f"to know {know} to {100 * to:g} %"
         enough = _known_enough(base, know, to, covariates)
     else:
@@ -153,9 +165,10 @@ def plan(
     tried = tuple((r, _shortest(enough, r)) for r in (RATES if rate is None else (rate,)))
     possible = [(d, r) for r, d in tried if d is not None]
     if not possible:
-        raise InputError(
-            f"plan: ten years of record do not suffice {question}: it cannot be told from the rest of the model"
-        )
+        why = "it cannot be told from the rest of the model"
+        if tell is not None:
+            why = "the other one can look like it; give the model with that one and its values"
+        raise InputError(f"plan: ten years of record do not suffice {question}: {why}")
     best = min(possible)[0]
     duration, chosen = min(((d, r) for d, r in possible if d <= AS_GOOD * best), key=lambda p: p[1])
     return Plan(
@@ -174,6 +187,18 @@ def _found(
         data = _expected.blank(round(duration * rate), rate)
         odds = chance_of(base, effect, data, _expected.coarse(data, covariates))
         return odds.probability >= wanted
+
+    return enough
+
+
+def _told_apart(
+    base: Model, names: tuple[str, str], covariates: Columns | None
+) -> Callable[[float, float], bool]:
+    truth, other = two_of(base, names)
+
+    def enough(duration: float, rate: float) -> bool:
+        data = _expected.blank(round(duration * rate), rate)
+        return log_odds(truth, other, data, covariates) >= np.log(ODDS)
 
     return enough
 

@@ -17,6 +17,9 @@ from allanite.cli.options import json_option
 @click.option("--find", metavar="EFFECT", help='Effect to be found, e.g. "GM(T=30,q_c=2e-3)".')
 @click.option("--know", metavar="NAME", help="Number to be known: K, GM.correlation_time.")
 @click.option(
+    "--tell", metavar="A,B", help="Two effects to be told apart, one of them in MODEL: K,GM."
+)
+@click.option(
     "--to",
     "share",
     default="10%",
@@ -43,13 +46,14 @@ def command(
     model: str,
     find: str | None,
     know: str | None,
+    tell: str | None,
     share: str,
     power: float,
     rate: float | None,
     duration: float | None,
     as_json: bool,
 ) -> None:
-    """How long to record, and at what rate, to find an effect or to know a number of MODEL.
+    """How long to record, and at what rate, to find an effect, to know a number of MODEL or to tell two effects apart.
 
     Computed from the information in the spectrum that the model predicts; nothing is simulated.
     """
@@ -73,9 +77,27 @@ def command(
         found = power_of(base, find, duration=duration, rate=rate)
         document, result = found.to_dict(), found
     else:
-        planned = plan(base, find=find, know=know, to=_share(share), power=power, rate=rate)
+        planned = plan(
+            base,
+            find=find,
+            know=know,
+            tell=None if tell is None else _two(tell),
+            to=_share(share),
+            power=power,
+            rate=rate,
+        )
         document, result = planned.to_dict(), planned
     click.echo(dumps(document) if as_json else str(result))
+
+
+def _two(text: str) -> tuple[str, str]:
+    """``K,GM``."""
+    from allanite.common.errors import InputError
+
+    first, comma, second = (part.strip() for part in text.partition(","))
+    if not comma or not first or not second or "," in second:
+        raise InputError(f"--tell {text}: two effects with a comma between, such as K,GM")
+    return first, second
 
 
 def _share(text: str) -> float:

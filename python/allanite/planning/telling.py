@@ -1,0 +1,72 @@
+"""Which record tells two effects apart that explain another record equally well."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.common.errors import InputError
+from allanite.effects import Deterministic, Model, parse_model
+from allanite.fit.whittle import log_likelihood
+from allanite.planning import expected as _expected
+
+if TYPE_CHECKING:
+    from allanite.fit.data import Data
+    from allanite.planning.expected import Columns
+
+__all__ = ["log_odds", "two_of"]
+
+
+def two_of(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
+    """The model with values, and the one in which the other effect stands for the one that it has.
+
+    Parameters
+    ----------
+    base : Model
+        With values; it holds one of the two.
+    names : (str, str)
+        Effects as they are written in a model: ``K``, ``GM``.
+
+    Raises
+    ------
+    InputError
+        None or both of the two are in the model, or the other one is a known function of time.
+    """
+    if len(names) != 2:
+        raise InputError(f"tell = {', '.join(names)}: two effects, such as K,GM")
+    given = [parse_model(name).effects[0] for name in names]
+    held = [e.kind in {b.kind for b in base} for e in given]
+    if sum(held) != 1:
+        count = "both" if all(held) else "none"
+        raise InputError(
+            f"tell = {', '.join(names)}: the model {base.name} has {count} of the two, it needs one of them with values"
+        )
+    own, other = (given[0], given[1]) if held[0] else (given[1], given[0])
+    if isinstance(other, Deterministic):
+        raise InputError(
+            f"tell = {', '.join(names)}: what {other.short} would be in such a record depends on chance;"
+            f" give the model with {other.short} and its values, and {own.short} as what it might be taken for"
+        )
+    place = next(i for i, e in enumerate(base) if e.kind == own.kind)
+    return base, Model((*base.effects[:place], *base.effects[place + 1 :], other))
+
+
+def log_odds(truth: Model, other: Model, data: Data, columns: Columns | None = None) -> float:
+    """By how much logL is expected to fall where the other model is fitted to a record of the truth, nats.
+
+    Parameters
+    ----------
+    truth, other : Model
+        See `two_of`.
+    data : Data
+        Length and rate of the record (`expected.blank`).
+    columns : mapping of str to callable, optional
+        Expected course of each column.
+    """
+    power = _expected.expected_power(truth, data)
+    grid = _expected.coarse(data, columns)
+    for effect in truth.deterministic:
+        if effect.kind not in {e.kind for e in other}:
+            power = power + _expected.signal_power(effect, data, grid) / data.bins.count
+    best = _expected.best_fit(_expected.random_part(other), power, data).log_likelihood
+    noise = _expected.expected_power(truth, data)
+    return log_likelihood(noise, data.bins.count, noise) - best
