@@ -10,10 +10,9 @@ from allanite import _kernels
 from allanite.axes.coherence import CrossSpectrum, cross_spectra
 from allanite.axes.forms import Form, common_form
 from allanite.axes.lines import CommonLine, common_lines
-from allanite.axes.threads import side_by_side
 from allanite.axes.triads import NAMES, triads
 from allanite.common import verbs
-from allanite.common.errors import AllaniteError
+from allanite.common.threads import results, side_by_side
 from allanite.common.units import parse_unit
 
 if TYPE_CHECKING:
@@ -165,10 +164,5 @@ def common_of(studies: Mapping[str, Study]) -> Common:
         kind = parse_unit(own[names[0]].recording.unit).kind
         return lambda: Sensor(NAMES[kind], names, common_form(own), cross_spectra(own))
 
-    found = side_by_side([sensor(names) for names in groups])
-    sensors: list[Sensor] = []
-    for one in found:
-        if isinstance(one, AllaniteError):
-            raise one
-        sensors.append(one)
+    sensors = results(side_by_side([sensor(names) for names in groups]))
     return Common(tuple(sensors), common_lines(fits))

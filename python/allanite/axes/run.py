@@ -6,18 +6,18 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from allanite.axes.characterization import Characterization, common_of
-from allanite.axes.threads import side_by_side
 from allanite.common.errors import AllaniteError
+from allanite.common.threads import side_by_side
 from allanite.study import LIMIT, improve
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from allanite.effects import Effect, Model
     from allanite.recording import Recording
     from allanite.study import Study
 
-__all__ = ["characterize"]
+__all__ = ["characterize", "improve_columns"]
 
 
 def characterize(
@@ -54,25 +54,7 @@ def characterize(
         No column can be characterised: what was wrong with the first.
     """
     columns = list(recording)
-
-    def task(column: Recording) -> Callable[[], Study]:
-        name, most = column.columns[0], limit + 1
-
-        def report(done: int, _total: int) -> None:
-            if on_progress is not None and done < most:
-                on_progress(name, done, most)
-
-        def study() -> Study:
-            _ = column.audit  # kept by the column
-            try:
-                return improve(column, model, report, limit, tolerance)
-            finally:
-                if on_progress is not None:
-                    on_progress(name, most, most)
-
-        return study
-
-    found = side_by_side([task(column) for column in columns])
+    found = improve_columns(columns, model, on_progress, limit, tolerance)
     studies: dict[str, Study] = {}
     failed: dict[str, AllaniteError] = {}
     for column, result in zip(columns, found, strict=True):
@@ -88,3 +70,33 @@ def characterize(
         MappingProxyType({name: str(error) for name, error in failed.items()}),
         common_of(studies),
     )
+
+
+def improve_columns(
+    columns: Sequence[Recording],
+    model: Model | Effect | str,
+    on_progress: Callable[[str, int, int], None] | None = None,
+    limit: int = LIMIT,
+    tolerance: float | None = None,
+) -> list[Study | AllaniteError]:
+    """The ladder of each column, two at a time, or why there is none; parameters as of `characterize`."""
+
+    def task(column: Recording) -> Callable[[], Study]:
+        name, most = column.columns[0], limit + 1
+
+        def report(done: int, _total: int) -> None:
+            if on_progress is not None and done < most:
+                on_progress(name, done, most)
+
+        def study() -> Study:
+            _ = column.audit  # kept by the column
+            try:
+                found: Study = improve(column, model, report, limit, tolerance)
+            finally:
+                if on_progress is not None:
+                    on_progress(name, most, most)
+            return found
+
+        return study
+
+    return side_by_side([task(column) for column in columns])

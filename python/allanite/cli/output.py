@@ -10,6 +10,7 @@ import sys
 import tempfile
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from allanite.cli.options import LogOptions
     from allanite.cli.stream import Stream
+    from allanite.fit import Fit
     from allanite.recording import Recording
     from allanite.report import Report
 
@@ -33,6 +35,8 @@ __all__ = [
     "notes",
     "plot",
     "progress",
+    "progress_of_axes",
+    "save_fits",
     "show",
     "whole_file",
     "write_report",
@@ -95,16 +99,22 @@ def check_target(path: str | Path) -> None:
         raise InputError(f"{target} is a directory: give the name of a file")
 
 
-def check_targets(plot: str | None = None, save: str | None = None, columns: int = 1) -> None:
-    """Refuse --plot and --save targets early; one saved model is of one column."""
+def check_targets(plot: str | None = None, save: str | None = None) -> None:
+    """Refuse --plot and --save targets early."""
     if plot is not None:
         if Path(plot).suffix.lower() not in (".svg", ".png", ".pdf"):
             raise InputError(f"--plot {plot}: the name must end in .svg, .png or .pdf")
         check_target(plot)
     if save is not None:
-        if columns > 1:
-            raise InputError(f"--save writes one model: choose one of {columns} columns (--column)")
         check_target(save)
+
+
+def save_fits(fits: Sequence[Fit], path: str) -> None:
+    """Write fitted models as one file: a document, or one a column."""
+    documents = [fit.to_dict() for fit in fits]
+    one = {"schema": documents[0]["schema"], "columns": documents}
+    with whole_file(path) as draft:
+        draft.write_text(dumps(one if len(fits) > 1 else documents[0]) + "\n", encoding="utf-8")
 
 
 @contextmanager
@@ -196,3 +206,32 @@ def write_report(report: Report, target: Path, interactive: bool = False) -> Non
         else:
             write_figures(report, folder)
             draft.write_text(report.to_markdown(folder.name), encoding="utf-8")
+
+
+@contextmanager
+def progress_of_axes(
+    columns: int, options: LogOptions
+) -> Iterator[Callable[[str, int, int], None] | None]:
+    """Give a callback that shows what each axis is at, on a terminal."""
+    if options.quiet or not sys.stderr.isatty():
+        yield None
+        return
+    at: dict[str, int] = {}
+    lock = Lock()
+
+    def shown(_item: object) -> str:
+        return " · ".join(f"{name} step {done}" for name, done in at.items())
+
+    with click.progressbar(
+        length=columns, label="axes", file=sys.stderr, item_show_func=shown
+    ) as bar:
+
+        def report(column: str, done: int, total: int) -> None:
+            with lock:
+                ended = done == total
+                at[column] = done
+                if ended:
+                    del at[column]
+                bar.update(int(ended), at)
+
+        yield report

@@ -13,10 +13,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from allanite.axes import Characterization
+    from allanite.common.several import Several
     from allanite.deviation import Deviation, DynamicDeviation
     from allanite.deviation.columns import Deviations
     from allanite.effects import Model
     from allanite.fit import Fit
+    from allanite.fit.columns import Fits
     from allanite.plots import Figure
     from allanite.recording import Recording
     from allanite.report import Report
@@ -26,8 +28,8 @@ if TYPE_CHECKING:
     from allanite.suggestion import Check
 
 
-def recording_oadev(self: Recording, **options: Any) -> Deviation:
-    """Overlapping Allan deviation; see `allanite.oadev`."""
+def recording_oadev(self: Recording, **options: Any) -> Deviation | Any:
+    """Overlapping Allan deviation, of several columns `Deviations`; see `allanite.oadev`."""
     from allanite.deviation import oadev
 
     return oadev(self, **options)
@@ -73,8 +75,8 @@ def dynamic_plot(
     return plot_dynamic(self, path, theme)
 
 
-def model_fit(self: Model, recording: Recording, **options: Any) -> Fit:
-    """Fit the model to a recording: `allanite.fit_model`."""
+def model_fit(self: Model, recording: Recording, **options: Any) -> Fit | Any:
+    """Fit the model to a recording, of several columns `Fits`: `allanite.fit_model`."""
     from allanite.fit import fit_model
 
     return fit_model(recording, self, **options)
@@ -99,6 +101,14 @@ def model_state_space(self: Model, rate: float, **options: Any) -> StateSpace:
     from allanite.statespace import state_space
 
     return state_space(self, rate, **options)
+
+
+def fits_check(self: Fits, **options: Any) -> Several[Check]:
+    """The criticism of each column's fit: `allanite.suggestion.check_fit`."""
+    from allanite.common.several import Several
+    from allanite.suggestion import check_fit
+
+    return Several({name: check_fit(fit, **options) for name, fit in self.items()})
 
 
 def fit_check(self: Fit, **options: Any) -> Check:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 from allanite import _kernels
 from allanite.common import verbs
 from allanite.common.several import Several, by_column
 from allanite.deviation.result import Deviation
+from allanite.recording import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from allanite.recording import Recording
-
-__all__ = ["Deviations", "deviations"]
+__all__ = ["Deviations", "deviations", "has_columns"]
 
 
 class Deviations(Several[Deviation]):
@@ -43,3 +42,8 @@ class Deviations(Several[Deviation]):
 def deviations(recording: Recording, compute: Callable[[Recording], Deviation]) -> Deviations:
     """What an estimator makes of each column."""
     return Deviations(recording, by_column(recording, compute))
+
+
+def has_columns(x: object) -> TypeGuard[Recording]:
+    """Whether it is a recording of several columns."""
+    return isinstance(x, Recording) and len(x.columns) > 1

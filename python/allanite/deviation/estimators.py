@@ -11,6 +11,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.deviation import bias
 from allanite.deviation.averaging import Taus, samples_of
+from allanite.deviation.columns import deviations, has_columns
 from allanite.deviation.estimation import estimate
 from allanite.deviation.table import ESTIMATORS, Estimator
 
@@ -27,7 +28,7 @@ TEXT = """{title}: {source}.
     ----------
     x : array_like of shape (n,) or Recording
         Samples; a recording brings its own rate, unit and quantity. NaN samples cost only the terms that touch
-        them; integers are used exactly.
+        them; integers are used exactly. Of a recording of several columns each is taken.
     rate : float
         Sampling rate, Hz.
     taus : {{"octave", "decade", "all"}} or int or sequence of float
@@ -43,7 +44,7 @@ TEXT = """{title}: {source}.
     -------
     Deviation
         Shape (k,), in the unit of the rate{unit};
-        {interval}.
+        {interval}. Of several columns a mapping from their names.
 
     Raises
     ------
@@ -69,7 +70,7 @@ class Deviate(Protocol):
         taus: Taus = "octave",
         factors: ArrayLike | None = None,
         quantity: str = "rate",
-    ) -> Deviation:
+    ) -> Deviation | Any:
         """Deviation of a record."""
 
 
@@ -86,7 +87,7 @@ class Correctable(Protocol):
         factors: ArrayLike | None = None,
         quantity: str = "rate",
         unbiased: bool = ...,
-    ) -> Deviation:
+    ) -> Deviation | Any:
         """Deviation of a record."""
 
 
@@ -122,7 +123,9 @@ def _deviation(more: str, **what: Any) -> Deviate:
         taus: Taus = "octave",
         factors: ArrayLike | None = None,
         quantity: str = "rate",
-    ) -> Deviation:
+    ) -> Deviation | Any:
+        if has_columns(x):
+            return deviations(x, lambda column: deviation(column, taus=taus, factors=factors))
         return estimate(row, samples_of(x, rate, quantity), taus, factors)
 
     function: Deviate = _described(deviation, row, more)
@@ -140,7 +143,11 @@ def _corrected(more: str, **what: Any) -> Correctable:
         factors: ArrayLike | None = None,
         quantity: str = "rate",
         unbiased: bool = row.unbiased,
-    ) -> Deviation:
+    ) -> Deviation | Any:
+        if has_columns(x):
+            return deviations(
+                x, lambda column: deviation(column, taus=taus, factors=factors, unbiased=unbiased)
+            )
         return estimate(row, samples_of(x, rate, quantity), taus, factors, unbiased)
 
     function: Correctable = _described(deviation, row, more)

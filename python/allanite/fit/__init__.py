@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from allanite.common.errors import InputError
+from allanite.common.several import by_column
 from allanite.effects import Periodic
 from allanite.fit.data import prepare
 from allanite.fit.engine import solve
@@ -24,13 +25,13 @@ METHODS = ("whittle", "gls", "lines")
 
 def fit_model(
     recording: Recording | Summary, model: Model | Effect | str, method: str = "whittle"
-) -> Fit:
-    """Fit a model to a recording of one column.
+) -> Fit | Any:
+    """Fit a model to a recording.
 
     Parameters
     ----------
     recording : Recording or Summary
-        One column; see `Recording.column`.
+        One column; of a recording of several each is fitted.
     model : Model, Effect or str
         Values are starting values, held ones stay, None is found.
     method : {"whittle", "gls", "lines"}
@@ -40,11 +41,12 @@ def fit_model(
     Returns
     -------
     Fit
+        Of several columns `Fits`, a mapping from their names.
 
     Raises
     ------
     InputError
-        Several columns, infinities, an unknown method, a line beyond half of the rate.
+        Infinities, an unknown method, a line beyond half of the rate.
     TooShortError
         Fewer than 32 samples, or constant ones.
     """
@@ -59,10 +61,10 @@ def fit_model(
         raise InputError(f"method {method!r} is unknown (known: {', '.join(METHODS)})")
     if isinstance(recording, Summary) and recording.whole:
         recording = recording.recording()
-    if len(recording.columns) != 1:
-        raise InputError(
-            f"a fit needs one column, the recording has {', '.join(recording.columns)}: choose with .column(name)"
-        )
+    if len(recording.columns) > 1:
+        from allanite.fit.columns import Fits
+
+        return Fits(by_column(recording, lambda column: fit_model(column, model, method)))
     if missing := [
         f"{e.kind}.{p.name}"
         for e in model

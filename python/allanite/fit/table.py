@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.parameters import Estimate
-from allanite.common.printing import printed, table_unit
+from allanite.common.printing import in_table, printed
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
@@ -23,10 +23,9 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
         for name, value in values.items():
             if value is None:
                 continue
-            power = effect.parameter(name).unit
-            if isinstance(value, Estimate) and isinstance(power, float):
-                sheet = effect.parameter(name).sheet
-                value = value.to(table_unit(fit.recording.unit, power, sheet))
+            if isinstance(value, Estimate):
+                declared = effect.parameter(name)
+                value = in_table(value, declared.unit, declared.sheet, fit.recording.unit)
             number, interval = _cells(value)
             rows.append((title, name, number, "held" if name in effect.held else interval))
             title = ""

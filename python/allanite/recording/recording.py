@@ -233,13 +233,22 @@ class Recording:
         InputError
             There is no such column; the names are listed.
         """
-        at = find_column(name, self.columns)
+        return self._taking([find_column(name, self.columns)])
+
+    def __getitem__(self, columns: str | int | Sequence[str | int]) -> Recording:
+        """``recording["gyro_x"]`` is `column`; ``recording[["gyro_x", "gyro_y"]]`` has several, in that order."""
+        names = (columns,) if isinstance(columns, (str, int)) else columns
+        if not names:
+            raise InputError(f"no column is named: there are {', '.join(self.columns)}")
+        return self._taking([find_column(name, self.columns) for name in names])
+
+    def _taking(self, places: list[int]) -> Recording:
+        kept = places[0] if len(places) == 1 else places
+        whole = self.samples.ndim == 1
         return self._with(
-            samples=locked(np.ascontiguousarray(self.samples[:, at]))
-            if self.samples.ndim == 2
-            else self.samples,
-            columns=(self.columns[at],),
-            units=(self.units[at],),
+            samples=self.samples if whole else locked(np.ascontiguousarray(self.samples[:, kept])),
+            columns=tuple(self.columns[i] for i in places),
+            units=tuple(self.units[i] for i in places),
         )
 
     def __iter__(self) -> Iterator[Recording]:

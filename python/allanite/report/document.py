@@ -223,15 +223,10 @@ def make_report(
 
 def report_of(found: Characterization, options: Mapping[str, str] | None = None) -> Report:
     """The report on a characterised sensor: all axes at once, then each by itself."""
-    from allanite.axes.threads import side_by_side
+    from allanite.common.threads import results, side_by_side
 
     tasks = [partial(_entry, study) for study in found.studies.values()]
-    entries = []
-    for entry in side_by_side(tasks):
-        if not isinstance(entry, Entry):
-            raise entry
-        entries.append(entry)
-    return Report(tuple(entries), MappingProxyType(dict(options or {})), found)
+    return Report(tuple(results(side_by_side(tasks))), MappingProxyType(dict(options or {})), found)
 
 
 def _entry(study: Study) -> Entry:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.several import Several, by_column
+from allanite.common.threads import results, side_by_side
 from allanite.fit import fit_model
 from allanite.fit.prediction import worse
 from allanite.study.ladder import Rung, Study
@@ -36,13 +38,13 @@ def improve(
     on_progress: Callable[[int, int], None] | None = None,
     limit: int = LIMIT,
     tolerance: float | None = None,
-) -> Study:
+) -> Study | Any:
     """Add the best missing effect until nothing significant is left.
 
     Parameters
     ----------
     recording : Recording
-        One column.
+        Of several columns each is improved, two at a time.
     model : Model, Effect or str
         Where to start.
     on_progress : callable, optional
@@ -55,7 +57,13 @@ def improve(
     Returns
     -------
     Study
+        Of several columns `Several`, a mapping from their names; `allanite.characterize` compares them.
     """
+    if len(recording.columns) > 1:
+        tasks = by_column(
+            recording, lambda c: lambda: improve(c, model, on_progress, limit, tolerance)
+        )
+        return Several(dict(zip(tasks, results(side_by_side(list(tasks.values()))), strict=True)))
     fit = fit_model(recording, model)
     ladder = [Rung(fit)]
     while True:

@@ -8,6 +8,7 @@ import numpy as np
 
 from allanite.common.numbers import tidy
 from allanite.common.parameters import Estimate
+from allanite.common.printing import in_table, printed
 from allanite.effects import Periodic
 from allanite.suggestion.drifts import column_slopes
 
@@ -22,8 +23,9 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
     """One or two sentences: name and numbers, where and how much of the deviation, physics."""
     values = found.estimates[-1]
     numbers = ", ".join(
-        f"{n} = {float(v):.3g}{'' if v.unit == '1' else ' ' + v.unit}"
+        _said(n, in_table(v, p.unit, p.sheet, before.recording.unit))
         for n, v in values.items()
+        for p in [effect.parameter(n)]
         if isinstance(v, Estimate)
     )
     name = before.display_name(effect)
@@ -48,6 +50,13 @@ def explain(effect: Effect, found: Fit, before: Fit, note: str = "") -> str:
             )
     note = f"{note}. " if note else _hysteresis(effect, found)
     return tidy(f"{text}. {note}Physically: {effect.physics}.")
+
+
+def _said(name: str, value: Estimate) -> str:
+    """``K = 12.3 °/h/√h``."""
+    return (
+        f"{name} = {float(value):.3g} {'' if value.unit == '1' else printed(value.unit)}".rstrip()
+    )
 
 
 def _hysteresis(effect: Effect, found: Fit) -> str:

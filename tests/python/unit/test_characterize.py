@@ -10,8 +10,8 @@ from referencing import Registry, Resource
 
 import allanite as al
 from allanite.axes.coherence import cross_spectra
-from allanite.axes.threads import side_by_side
 from allanite.axes.triads import triads
+from allanite.common.threads import side_by_side
 from six_axes import NAMES, six_axes
 
 

@@ -48,9 +48,23 @@ def command(log: str, kind: str, taus: str, plot: str | None, options: LogOption
     output.check_targets(plot)
     passing = _streams(log, kind, taus, options)
     results = _stream(log, options, taus) if passing else _whole(log, kind, taus, options)
-    output.plot(results, [r.recording.columns[0] for r in results], plot)
+    if plot is not None and len(results) > 1:
+        _plot_all(results, plot)
+    else:
+        output.plot(results, [r.recording.columns[0] for r in results], plot)
     output.notes([r.recording for r in results], options)
     output.show(results, options)
+
+
+def _plot_all(results: list[_Measured], path: str) -> None:
+    """All columns in one figure."""
+    from allanite.cli.output import whole_file
+    from allanite.comparison.curves import of_deviations
+    from allanite.plots import plot_compare
+
+    curves = of_deviations({r.recording.columns[0]: r.deviation for r in results})
+    with whole_file(path) as draft:
+        plot_compare(curves, draft, title="Columns")
 
 
 def _streams(log: str, kind: str, taus: str, options: LogOptions) -> bool:

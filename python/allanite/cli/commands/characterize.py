@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from contextlib import contextmanager
 from pathlib import Path
-from threading import Lock
 from typing import TYPE_CHECKING
 
 import click
@@ -15,8 +12,6 @@ from allanite.cli.options import LogOptions, log_options, model_option, plot_opt
 from allanite.export import TARGETS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from allanite.axes import Characterization
 
 
@@ -63,7 +58,7 @@ def command(
     parsed = parse_model(model)
     _check(plot, report, save, target, output)
     recording = recording_of(log, options)
-    with _progress(len(recording.columns), options) as on_progress:
+    with out.progress_of_axes(len(recording.columns), options) as on_progress:
         found = characterize(recording, parsed, on_progress, tolerance=tolerance)
     written = []
     if plot is not None:
@@ -133,32 +128,3 @@ def _export(found: Characterization, target: str, output: Path, overbound: bool)
             draft.write_text(text, encoding="utf-8")
         written.append(str(path))
     return written
-
-
-@contextmanager
-def _progress(
-    columns: int, options: LogOptions
-) -> Iterator[Callable[[str, int, int], None] | None]:
-    """Give a callback that shows what each axis is at, on a terminal."""
-    if options.quiet or not sys.stderr.isatty():
-        yield None
-        return
-    at: dict[str, int] = {}
-    lock = Lock()
-
-    def shown(_item: object) -> str:
-        return " · ".join(f"{name} step {done}" for name, done in at.items())
-
-    with click.progressbar(
-        length=columns, label="axes", file=sys.stderr, item_show_func=shown
-    ) as bar:
-
-        def report(column: str, done: int, total: int) -> None:
-            with lock:
-                ended = done == total
-                at[column] = done
-                if ended:
-                    del at[column]
-                bar.update(int(ended), at)
-
-        yield report

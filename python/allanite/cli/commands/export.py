@@ -29,6 +29,9 @@ from allanite.export import TARGETS
 @click.option(
     "--until", type=float, metavar="SECONDS", help="Longest τ of use (default: a tenth of the log)."
 )
+@click.option(
+    "--column", multiple=True, metavar="NAME", help="Axis of a file of several; repeatable."
+)
 @click.option("-o", "--output", metavar="FILE", help="File to write; default stdout.")
 def command(
     models: tuple[str, ...],
@@ -37,6 +40,7 @@ def command(
     rate: float | None,
     overbound: bool,
     until: float | None,
+    column: tuple[str, ...],
     output: str | None,
 ) -> None:
     """Write the coefficients of MODELs (saved fits, or sums with values) for another program.
@@ -49,12 +53,16 @@ def command(
     from allanite.effects.files import model_to_dict, parse_model
     from allanite.export import export
     from allanite.export._axis import axes_of, documents_of
+    from allanite.recording.samples import find_column
 
     axes = []
     for model in models:
         is_file = model.endswith(".json") or Path(model).is_file()
         documents = documents_of(model) if is_file else [model_to_dict(parse_model(model))]
         axes += axes_of(documents, unit, model)
+    if column:
+        names = [axis.name for axis in axes]
+        axes = [axes[find_column(name, names)] for name in column]
     text = export(axes, target, rate, overbound=overbound, until=until)
     if output is None:
         click.echo(text, nl=False)

@@ -44,11 +44,10 @@ def command(
 
     parsed = parse_model(model)
     columns = [column for log in logs for column in columns_of(log, options)]
-    output.check_targets(plot, save, len(columns))
+    output.check_targets(plot, save)
     fits = [parsed.fit(column, method=method) for column in columns]
     if save is not None:
-        with output.whole_file(save) as draft:
-            fits[0].save(draft)
+        output.save_fits(fits, save)
     names = [c.columns[0] for c in columns]
     if len(logs) > 1:
         names = [f"{number}-{name}" for number, name in enumerate(names, start=1)]

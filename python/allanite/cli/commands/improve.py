@@ -45,23 +45,29 @@ def command(
     plot: str | None,
     options: LogOptions,
 ) -> None:
-    """Check, add the best effect, refit LOG, until nothing helps; print the ladder."""
+    """Check, add the best effect, refit LOG, until nothing helps; print the ladder.
+
+    Of several columns two are improved at a time.
+    """
+    from allanite.axes.run import improve_columns
     from allanite.cli import output
     from allanite.cli.options import columns_of
+    from allanite.common.threads import results
     from allanite.effects.files import parse_model
+    from allanite.study import improve
 
     parsed = parse_model(model)
     columns = columns_of(log, options)
-    output.check_targets(plot, save, len(columns))
-    from allanite.study import improve
-
-    studies = []
-    for column in columns:
-        with output.progress(column.columns[0], options) as on_progress:
-            studies.append(improve(column, parsed, on_progress, tolerance=tolerance))
+    output.check_targets(plot, save)
+    if len(columns) == 1:
+        with output.progress(columns[0].columns[0], options) as on_progress:
+            studies = [improve(columns[0], parsed, on_progress, tolerance=tolerance)]
+    else:
+        with output.progress_of_axes(len(columns), options) as on_axes:
+            found = improve_columns(columns, parsed, on_axes, tolerance=tolerance)
+        studies = results(found)
     if save is not None:
-        with output.whole_file(save) as draft:
-            studies[0].fit.save(draft)
+        output.save_fits([study.fit for study in studies], save)
     output.plot(studies, [c.columns[0] for c in columns], plot)
     output.notes(columns, options)
     output.show(studies, options)

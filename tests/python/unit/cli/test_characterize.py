@@ -66,3 +66,30 @@ def test_what_cannot_be_written_is_refused_first(run, six, tmp_path):
     refused(run("characterize", six, "--report", "x.pdf"), 2, ".html")
     refused(run("characterize", six, "--export", "all", "--output", tmp_path / "no"), 2, "folder")
     refused(run("characterize", six, "--plot", tmp_path / "no" / "x.svg"), 2, "does not exist")
+
+
+def test_several_columns_in_every_command(run, six, tmp_path):
+    two = ("--column", "gyro_x", "--column", "acc_x")
+    models = tmp_path / "two.json"
+    code, out, err = run("fit", six, *two, "--model", "N", "--save", models)
+    assert (code, err) == (0, "")
+    saved = strict(models.read_text())
+    assert [d["recording"]["column"] for d in saved["columns"]] == ["gyro_x", "acc_x"]
+    code, out, _ = run("export", models, "--format", "kalibr", "--column", "acc_x")
+    assert code == 0
+    assert "gyroscope_noise_density: " not in out.replace("# gyroscope", "")
+    refused(run("export", models, "--column", "acc_y"), 2, "acc_y", "gyro_x")
+    figure = tmp_path / "two.svg"
+    assert run("adev", six, *two, "--plot", figure)[0] == 0
+    assert [p.name for p in tmp_path.glob("*.svg")] == ["two.svg"]
+    ladder = tmp_path / "ladder.json"
+    code, out, _ = run("improve", six, *two, "--model", "N", "--save", ladder, "--json")
+    assert code == 0
+    assert [d["schema"] for d in strict(out)["columns"]] == ["allanite/improve/2"] * 2
+    assert len(strict(ladder.read_text())["columns"]) == 2
+    for command in ("check", "adev", "report"):
+        code, out, _ = run(
+            command, six, *two, "--json", *(() if command == "adev" else ("--model", "N"))
+        )
+        assert code == 0
+        assert [d["recording"]["column"] for d in strict(out)["columns"]] == ["gyro_x", "acc_x"]

@@ -14,7 +14,7 @@ from allanite.common.errors import AllaniteError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["side_by_side"]
+__all__ = ["results", "side_by_side"]
 
 T = TypeVar("T")
 
@@ -55,3 +55,13 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
     finally:
         waiting.clear()
     return [found[place] for place in range(len(tasks))]
+
+
+def results(found: Sequence[T | AllaniteError]) -> list[T]:
+    """What `side_by_side` returned, where every task must succeed: the first refusal is raised."""
+    out = []
+    for one in found:
+        if isinstance(one, AllaniteError):
+            raise one
+        out.append(one)
+    return out

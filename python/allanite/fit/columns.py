@@ -1,0 +1,48 @@
+"""Fits of one model to several columns of a recording, as one object."""
+
+from __future__ import annotations
+
+import json
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.common import verbs
+from allanite.common.errors import InputError
+from allanite.common.several import Several
+from allanite.fit.result import Fit
+
+if TYPE_CHECKING:
+    from allanite.fit.many import ManyFits
+
+__all__ = ["Fits"]
+
+
+class Fits(Several[Fit]):
+    """A fit a column, by its name."""
+
+    @cached_property
+    def together(self) -> tuple[ManyFits, ...]:
+        """Columns of one unit and model pooled, and whether they agree."""
+        from allanite.fit.many import of_fits
+
+        groups: dict[tuple[str, str], list[Fit]] = {}
+        for fit in self.values():
+            groups.setdefault((fit.recording.unit, fit.model.name), []).append(fit)
+        return tuple(of_fits(group) for group in groups.values() if len(group) > 1)
+
+    check = verbs.fits_check
+
+    def to_dict(self) -> dict[str, Any]:
+        """``columns`` of the contract, and ``pooled``, one entry a unit."""
+        return {**super().to_dict(), "pooled": [many.pooled_dict() for many in self.together]}
+
+    def save(self, path: str | Path) -> None:
+        """Write the fits as JSON, which ``--model``, `allanite simulate`, `compare` and `export` read back."""
+        target = Path(path)
+        if not target.parent.is_dir():
+            raise InputError(f"{target}: the folder {target.parent} does not exist")
+        target.write_text(json.dumps(super().to_dict(), indent=1) + "\n", encoding="utf-8")
+
+    def __str__(self) -> str:
+        return "\n\n".join([super().__str__(), *map(str, self.together)])

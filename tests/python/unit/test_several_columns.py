@@ -1,0 +1,75 @@
+"""Several columns in one object: a mapping from the name of a column to its result."""
+
+import json
+
+import numpy as np
+import pytest
+
+import allanite as al
+from six_axes import NAMES, six_axes
+
+
+@pytest.fixture(scope="module")
+def log():
+    return six_axes(4000, models=("N(N=0.01)", "N(N=0.01)", "N(N=0.02)") + ("N(N=0.001)",) * 3)
+
+
+def test_columns_are_taken_by_name(log):
+    assert log["gyro_x"].columns == ("gyro_x",)
+    assert np.array_equal(log["gyro_x"].samples, log.column("gyro_x").samples)
+    two = log[["acc_z", "gyro_x"]]
+    assert two.columns == ("acc_z", "gyro_x")
+    assert two.units == ("m/s^2", "deg/s")
+    assert np.array_equal(two.samples, log.samples[:, [5, 0]])
+    assert not two.samples.flags.writeable
+    assert log[["gyro_y"]].samples.ndim == 1
+    for wrong in ("gyro", ["gyro_x", "nothing"], []):
+        with pytest.raises(al.InputError, match="column"):
+            log[wrong]
+
+
+@pytest.mark.parametrize("estimator", ["oadev", "mdev", "totdev"])
+def test_deviations_of_all_columns(log, estimator, tmp_path):
+    compute = getattr(al, estimator)
+    found = compute(log, taus="decade")
+    assert tuple(found) == NAMES
+    for name in NAMES:
+        alone = compute(log[name], taus="decade")
+        assert np.array_equal(found[name].deviation, alone.deviation)
+        assert found[name].unit == alone.unit
+    document = json.loads(json.dumps(found.to_dict()))
+    assert document["schema"] == "allanite/adev/1"
+    assert [d["recording"]["column"] for d in document["columns"]] == list(NAMES)
+    assert all(name in str(found) for name in NAMES)
+    assert len(found.plot(tmp_path / "all.svg").panels) == 2
+
+
+def test_fits_of_all_columns(log, tmp_path):
+    fits = al.AngleRandomWalk().fit(log)
+    assert tuple(fits) == NAMES
+    assert float(fits["gyro_z"]["N"]) == float(al.AngleRandomWalk().fit(log["gyro_z"])["N"])
+    document = fits.to_dict()
+    assert [d["recording"]["column"] for d in document["columns"]] == list(NAMES)
+    gyroscope, accelerometer = document["pooled"]
+    assert not gyroscope["agree"]
+    assert accelerometer["agree"]
+    assert "the recordings differ: N" in str(fits)
+    fits.save(tmp_path / "six.json")
+    saved = json.loads((tmp_path / "six.json").read_text())
+    assert [d["recording"]["column"] for d in saved["columns"]] == list(NAMES)
+    checks = fits["gyro_x"].check(), fits.check()["gyro_x"]
+    assert checks[0].to_dict() == checks[1].to_dict()
+
+
+def test_improve_of_two_columns(log):
+    two = log[["gyro_x", "acc_x"]]
+    studies = al.improve(two, "N")
+    assert tuple(studies) == ("gyro_x", "acc_x")
+    assert studies["acc_x"].fit.model == al.improve(log["acc_x"], "N").fit.model
+    document = studies.to_dict()
+    assert document["schema"] == "allanite/improve/2"
+    assert len(document["columns"]) == 2
+    assert "<h4>gyro_x</h4>" in studies._repr_html_()
+    stuck = al.Recording(np.zeros((100, 2)), 1, columns=("a", "b"))
+    with pytest.raises(al.TooShortError, match="constant"):
+        al.improve(stuck, "N")
