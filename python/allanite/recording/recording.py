@@ -243,13 +243,11 @@ class Recording:
         return self._taking([find_column(name, self.columns) for name in names])
 
     def _taking(self, places: list[int]) -> Recording:
-        kept = places[0] if len(places) == 1 else places
-        whole = self.samples.ndim == 1
-        return self._with(
-            samples=self.samples if whole else locked(np.ascontiguousarray(self.samples[:, kept])),
-            columns=tuple(self.columns[i] for i in places),
-            units=tuple(self.units[i] for i in places),
-        )
+        kept = self.samples
+        if kept.ndim > 1:
+            kept = locked(np.ascontiguousarray(kept[:, places[0] if len(places) == 1 else places]))
+        names, units = zip(*((self.columns[i], self.units[i]) for i in places), strict=True)
+        return self._with(samples=kept, columns=names, units=units)
 
     def __iter__(self) -> Iterator[Recording]:
         """Yield the columns, each a recording of its own."""

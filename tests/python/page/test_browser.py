@@ -200,7 +200,14 @@ def test_a_log_without_a_rate_is_asked_about(tab, hidden, tmp_path):
     """What was understood of each column is shown; a counter is no sensor; the unit is chosen."""
     samples = np.asarray(hidden.samples[:5000])
     rows = np.column_stack([np.arange(samples.size), samples])
-    np.savetxt(tmp_path / "bare.csv", rows, fmt=("%d", "%.6f"), delimiter=",", header="index,gyro", comments="")
+    np.savetxt(
+        tmp_path / "bare.csv",
+        rows,
+        fmt=("%d", "%.6f"),
+        delimiter=",",
+        header="index,gyro",
+        comments="",
+    )
     tab.locator(".menu summary").click()
     give(tab, "[data-pick=log]", tmp_path / "bare.csv")
     tab.wait_for_selector("dialog[open] #form-columns table")
