@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from allanite.readers.inspection import inspect
     from allanite.recording import Recording
     from allanite.report import Report, make_report
+    from allanite.scale import Fleet, Watch, fleet
     from allanite.spectrum import Spectrum, psd
     from allanite.statespace import Innovations, StateSpace, innovations
     from allanite.statespace.growth import Growth, measured_growth, predict
@@ -145,6 +146,9 @@ _HOME = {
     "Suggestion": "allanite.suggestion",
     "Summary": "allanite.summary",
     "summarise": "allanite.summary",
+    "Fleet": "allanite.scale",
+    "Watch": "allanite.scale",
+    "fleet": "allanite.scale",
 }
 
 __all__ = [
@@ -166,6 +170,7 @@ __all__ = [
     "Effect",
     "Estimate",
     "Fit",
+    "Fleet",
     "GaussMarkov",
     "Growth",
     "Innovations",
@@ -191,6 +196,7 @@ __all__ = [
     "Summary",
     "TooShortError",
     "WarmUp",
+    "Watch",
     "__version__",
     "adev",
     "characterize",
@@ -200,6 +206,7 @@ __all__ = [
     "explore",
     "fit_many",
     "fit_model",
+    "fleet",
     "hdev",
     "htotdev",
     "improve",
@@ -236,6 +243,8 @@ def __getattr__(name: str) -> object:
         from allanite._kernels import version
 
         value: object = version()
+    elif name == "scale":
+        value = import_module("allanite.scale")
     elif name in _HOME:
         value = getattr(import_module(_HOME[name]), name)
     else:

@@ -39,6 +39,8 @@ COMMANDS = {
     "predict": "Growth of the error of angle, velocity, position or phase since the last fix.",
     "plan": "How long to record, and how fast, to find an effect or to know a coefficient.",
     "simulate": "Samples of a model, seeded, of any length.",
+    "fleet": "Every axis of every log of a folder: one table, and which units deviate.",
+    "watch": "Samples as they come: an alarm when a model does not hold any more.",
     "demo": "The whole loop on a generated recording with hidden effects.",
 }
 
@@ -86,6 +88,10 @@ def _command(name: str) -> click.Command | None:
             from allanite.cli.commands.demo import command
         case "predict":
             from allanite.cli.commands.predict import command
+        case "fleet":
+            from allanite.cli.commands.fleet import command
+        case "watch":
+            from allanite.cli.commands.watch import command
         case "inspect":
             from allanite.cli.commands.inspect import command
         case _:

@@ -107,7 +107,7 @@ class Accumulator:
             x = _counted(x, self._base)
         elif self._base:
             x = x - float(self._base)
-        self._core.update(np.ascontiguousarray(x, np.float64))
+        self._core.update(np.require(x, np.float64, ["C", "A"]))
 
     def merge(self, other: Accumulator) -> None:
         """Join the stretch that follows this one.

@@ -1,0 +1,54 @@
+"""allanite fleet: every log, every axis, one table."""
+
+from __future__ import annotations
+
+import click
+
+from allanite.cli.options import DEFAULT_MODEL, json_option
+
+
+@click.command("fleet")
+@click.argument("logs")
+@click.option("--out", required=True, metavar="FILE", help="Table: Parquet, or CSV by its name.")
+@click.option(
+    "--model",
+    default=DEFAULT_MODEL,
+    show_default=True,
+    metavar="MODEL",
+    help="Where every ladder starts.",
+)
+@click.option("--rate", type=float, metavar="HZ", help="Sampling rate.")
+@click.option("--unit", metavar="UNIT", help="Unit of the samples.")
+@click.option("--scheduler", metavar="ADDRESS", help="Scheduler of Dask, e.g. tcp://host:8786.")
+@json_option
+@click.option("--quiet", is_flag=True, help="No progress.")
+def command(
+    logs: str,
+    out: str,
+    model: str,
+    rate: float | None,
+    unit: str | None,
+    scheduler: str | None,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Improve a model of every axis of LOGS, a folder, a pattern or a list of paths in a file.
+
+    Logs that are done, by their content, are not done again: run it again to go on. Prints what the fleet has in common and
+    which units deviate.
+    """
+    from allanite.cli.output import dumps
+    from allanite.effects.files import parse_model
+    from allanite.scale import fleet, run_fleet
+
+    parse_model(model)
+
+    def on_done(done: int, total: int, path: str) -> None:
+        if not quiet:
+            click.echo(f"{done}/{total} {path}", err=True)
+
+    rows = run_fleet(
+        logs, out, model=model, rate=rate, unit=unit, scheduler=scheduler, on_done=on_done
+    )
+    found = fleet(rows)
+    click.echo(dumps(found.to_dict()) if as_json else str(found))

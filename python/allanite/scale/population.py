@@ -1,0 +1,306 @@
+"""What a fleet tells: the population of each number, and which units are not of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.showing import brief
+
+__all__ = ["Deviating", "Fleet", "Population", "fleet"]
+
+#: Share of false ones among the units that are named.
+FALSE = 0.01
+#: Fewest units of which there is a population.
+FEWEST = 8
+#: Share of the units from which an effect belongs to the type, not to the unit.
+COMMON = 0.2
+#: Confidence of the limits, and the part of all units that they cover.
+CONFIDENCE, COVERED = 0.95, 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Population:
+    """One number of one axis over all units.
+
+    Attributes
+    ----------
+    column, name : str
+    units : int
+        Of which it is known.
+    median, spread : float
+        The middle, and the robust standard deviation relative to it (absolute for a mean), chance of the records taken out.
+    median_interval : (float, float)
+        95 %, from order statistics.
+    typical : (float, float)
+        The middle half of the units.
+    maximum : float or None
+        Value that 95 % of all units stay below, with 95 % confidence; None with fewer than 59 units, which cannot tell.
+    """
+
+    column: str
+    name: str
+    units: int
+    median: float
+    spread: float
+    median_interval: tuple[float, float]
+    typical: tuple[float, float]
+    maximum: float | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Deviating:
+    """A unit that is not of the population, and by what.
+
+    Attributes
+    ----------
+    file, column : str
+    by : str
+        The effect that others do not have, or the number that is not theirs.
+    value : float or None
+        Of the number.
+    p_value : float
+        Of the unit being one of the others.
+    """
+
+    file: str
+    column: str
+    by: str
+    value: float | None
+    p_value: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fleet:
+    """Populations of all numbers, the units that deviate, and the logs that could not be read."""
+
+    files: int
+    axes: int
+    population: tuple[Population, ...]
+    deviating: tuple[Deviating, ...]
+    failed: dict[str, str]
+
+    __repr__ = brief
+
+    def __getitem__(self, name: str) -> Population:
+        """A population by ``column.number``, or by the number where there is one column."""
+        for one in self.population:
+            if name in (f"{one.column}.{one.name}", one.name):
+                return one
+        raise KeyError(f"no {name!r} in the fleet")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Schema ``allanite/fleet/1``."""
+        return {
+            "schema": "allanite/fleet/1",
+            "files": self.files,
+            "axes": self.axes,
+            "population": [one.to_dict() for one in self.population],
+            "deviating": [one.to_dict() for one in self.deviating],
+            "failed": self.failed,
+        }
+
+    def __str__(self) -> str:
+        lines = [f"{self.files} logs, {self.axes} axes, {len(self.failed)} failed", ""]
+        table = [
+            ["axis", "number", "units", "median", "95 %", "spread", "half of all", "95 % below"]
+        ]
+        for p in self.population:
+            spread = f"{p.spread:.2g}" if p.name == "mean" else f"{100 * p.spread:.2g} %"
+            limits = [f"{a:.4g} … {b:.4g}" for a, b in (p.median_interval, p.typical)]
+            top = "–" if p.maximum is None else f"{p.maximum:.4g}"
+            row = [
+                p.column,
+                p.name,
+                str(p.units),
+                f"{p.median:.4g}",
+                limits[0],
+                spread,
+                limits[1],
+                top,
+            ]
+            table.append(row)
+        widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
+        lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
+        share = 100 * FALSE
+        lines += [
+            "",
+            f"deviating units (at most {share:g} % of them by chance): {len(self.deviating)}",
+        ]
+        lines += [
+            f"  {d.file} · {d.column}: {d.by.replace('_', ' ')}"
+            + ("" if d.value is None else f" = {d.value:.4g}")
+            + f" (p = {d.p_value:.1g})"
+            for d in self.deviating
+        ]
+        lines += [f"  {path}: {why}" for path, why in self.failed.items()]
+        return "\n".join(lines)
+
+
+def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
+    """Populations and deviating units of the rows that `run_fleet` (``allanite fleet``) has written.
+
+    Parameters
+    ----------
+    table : str, Path or sequence of dict
+        Parquet or CSV table, or its rows.
+
+    Returns
+    -------
+    Fleet
+
+    Raises
+    ------
+    InputError
+        No such table, or none of these.
+    TooShortError
+        No row with numbers.
+    """
+    rows = _read(Path(table)) if isinstance(table, (str, Path)) else list(table)
+    good = [row for row in rows if row.get("status") == "done" and row.get("numbers")]
+    if not good:
+        raise TooShortError("no axis was characterised: the table has no numbers")
+    found: list[Deviating] = []
+    population = []
+    for column in dict.fromkeys(str(row["column"]) for row in good):
+        axis = [row for row in good if row["column"] == column]
+        numbers = [json.loads(row["numbers"]) for row in axis]
+        for name in dict.fromkeys(name for one in numbers for name in one):
+            known = [(i, one[name]) for i, one in enumerate(numbers) if name in one]
+            if len(known) < FEWEST:
+                continue
+            one, chances = _population(column, name, [value for _, value in known])
+            population.append(one)
+            for (i, value), p in zip(known, chances, strict=True):
+                by = name if name != "mean" else "mean (bias)"
+                found.append(Deviating(axis[i]["file"], column, by, value[0], float(p)))
+        effects = [json.loads(row["effects"]) for row in axis]
+        for kind in dict.fromkeys(kind for one in effects for kind in one):
+            if sum(kind in one for one in effects) < COMMON * len(axis) or len(axis) < FEWEST:
+                found += [
+                    Deviating(row["file"], column, kind, None, one.get(kind, 1.0))
+                    for row, one in zip(axis, effects, strict=True)
+                ]
+    failed = {
+        f"{row['file']}{' · ' if row['column'] else ''}{row['column']}": str(row["remarks"])
+        for row in rows
+        if row.get("status") == "failed"
+    }
+    files = len({row["file"] for row in rows})
+    return Fleet(files, len(good), tuple(population), _true(found), failed)
+
+
+def _true(found: list[Deviating]) -> tuple[Deviating, ...]:
+    """Those that are named: Benjamini & Hochberg (1995) over all units and all that was looked at."""
+    found = sorted(found, key=lambda one: one.p_value)
+    last = 0
+    for rank, one in enumerate(found, start=1):
+        if one.p_value <= FALSE * rank / len(found):
+            last = rank
+    best: dict[tuple[str, str], Deviating] = {}
+    for one in found[:last]:
+        key = one.file, one.column
+        # An effect says more than the numbers that it moves.
+        if key not in best or (best[key].value is not None and one.value is None):
+            best[key] = one
+    return tuple(best.values())
+
+
+def _population(
+    column: str, name: str, values: list[list[float | None]]
+) -> tuple[Population, NDArray[np.float64]]:
+    """Population of a number, and the chance of each unit's."""
+    from scipy.special import ndtr, stdtr
+
+    x = np.array([float(v[0] or 0.0) for v in values])
+    error = np.array([float(v[3]) if v[3] is not None else 0.0 for v in values])
+    relative = name != "mean" and bool((x > 0.0).all())
+    y = np.log(x) if relative else x
+    if relative:
+        error = error / x
+    middle = float(np.median(y))
+    scatter = 1.4826 * float(np.median(np.abs(y - middle)))
+    # What units differ by beyond what chance gives in each.
+    own = float(np.sqrt(max(scatter**2 - float(np.median(error)) ** 2, 0.0)))
+    width = np.sqrt(np.maximum(own**2 + error**2, (1e-9 * max(abs(middle), 1e-300)) ** 2))
+    width = np.maximum(width, scatter)
+    # Populations are skew: each side has a width of its own.
+    for side in (y > middle, y < middle):
+        if side.any():
+            one = 1.4826 * float(np.median(np.abs(y[side] - middle)))
+            width[side] = np.maximum(width[side], one)
+    z = (y - middle) / width
+    # The spread itself is known from so many units: Student's law with half their number.
+    chance = (
+        2.0 * stdtr(max(len(values) // 2, 2), -np.abs(z))
+        if len(values) < 200
+        else 2.0 * ndtr(-np.abs(z))
+    )
+    order = np.sort(x)
+    low, high = _ranks(len(values))
+    quarter = np.quantile(x, [0.25, 0.75])
+    spread = own if relative or name == "mean" else scatter / max(abs(middle), 1e-300)
+    return (
+        Population(
+            column,
+            name,
+            len(values),
+            float(np.median(x)),
+            spread,
+            (float(order[low]), float(order[high])),
+            (float(quarter[0]), float(quarter[1])),
+            _below(order),
+        ),
+        chance,
+    )
+
+
+def _below(order: NDArray[np.float64]) -> float | None:
+    """The order statistic below which 95 % of all units are, with 95 % confidence."""
+    from scipy.special import bdtr
+
+    enough = np.flatnonzero(bdtr(np.arange(order.size), order.size, COVERED) >= CONFIDENCE)
+    return float(order[enough[0]]) if enough.size else None
+
+
+def _ranks(n: int) -> tuple[int, int]:
+    """Places of the order statistics that hold the median with 95 %."""
+    from scipy.special import bdtr
+
+    low = int(sum(bdtr(k, n, 0.5) <= (1.0 - CONFIDENCE) / 2.0 for k in range(n // 2)))
+    return max(low - 1, 0), min(n - low, n - 1)
+
+
+def _read(path: Path) -> list[dict[str, Any]]:
+    if not path.is_file():
+        raise InputError(f"{path}: no such table")
+    if path.suffix.lower() == ".csv":
+        import csv
+
+        with path.open(newline="", encoding="utf-8") as file:
+            rows: list[dict[str, Any]] = list(csv.DictReader(file))
+    else:
+        from pyarrow import ArrowInvalid, parquet
+
+        try:
+            rows = parquet.read_table(path).to_pylist()
+        except ArrowInvalid:
+            raise InputError(f"{path}: damaged, or no Parquet table") from None
+    if rows and not {"file", "column", "status", "numbers", "effects"} <= set(rows[0]):
+        raise InputError(f"{path}: not a table of `allanite fleet`")
+    return rows

@@ -1,0 +1,277 @@
+"""Summaries by Dask, fleets, and the watch."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.scale import run_fleet
+from allanite.scale.logs import JOURNAL
+from allanite.scale.watch import SEGMENT, TOLERANCE, Watch, _share
+
+RATE = 100.0
+
+
+def same(ours, theirs, rounding=0.0):
+    for one, other in zip(ours, theirs, strict=True):
+        a, b = one.reading(), other.reading()
+        assert np.array_equal(a.samples, b.samples)
+        for x, y in zip(a.octaves, b.octaves, strict=True):
+            assert np.array_equal(x.power.value, y.power.value)
+        curve, expected = one.oadev().deviation, other.oadev().deviation
+        assert np.max(np.abs(curve / expected - 1.0)) <= rounding
+
+
+@pytest.fixture(scope="module")
+def array():
+    da = pytest.importorskip("dask.array")
+    # Whole numbers: of them the Allan curve too is exact, whatever the tree.
+    x = np.round(np.random.default_rng(1).standard_normal((700_000, 2)) * 100.0)
+    return x, da.from_array(x, chunks=(90_001, 1))
+
+
+@pytest.mark.parametrize("scheduler", ["synchronous", "threads"])
+def test_dask_changes_no_bit(array, scheduler):
+    import dask
+
+    x, chunks = array
+    with dask.config.set(scheduler=scheduler):
+        found = al.scale.summarise(chunks, rate=RATE, columns=["a", "b"])
+    assert found.n == 700_000
+    same(found, al.summarise(x, rate=RATE, columns=["a", "b"]))
+
+
+CLUSTER = """
+import os, signal, sys, threading, time
+import numpy as np, dask.array as da
+from dask.distributed import Client, LocalCluster
+import allanite as al
+if __name__ == "__main__":
+    x = np.load(sys.argv[1])
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        with Client(cluster.scheduler_address) as client:
+            pids = list(client.run(os.getpid).values())
+            threading.Timer(0.3, lambda: os.kill(pids[0], signal.SIGKILL)).start()
+            s = al.scale.summarise(da.from_array(x, chunks=20_000), rate=100.0, client=client)
+            s.save(sys.argv[2])
+"""
+
+
+@pytest.mark.statistical
+def test_a_worker_killed_changes_nothing(array, tmp_path):
+    pytest.importorskip("distributed")
+    x = np.ascontiguousarray(array[0][:, 0])
+    np.save(tmp_path / "x.npy", x)
+    (tmp_path / "run.py").write_text(CLUSTER)
+    arguments = [sys.executable, "run.py", "x.npy", "s.summary"]
+    subprocess.run(arguments, cwd=tmp_path, check=True, capture_output=True, timeout=120)
+    same(al.Summary.load(tmp_path / "s.summary"), al.summarise(x, rate=RATE))
+
+
+def test_a_broken_log_is_reported(tmp_path):
+    pytest.importorskip("dask")
+    good, bad = tmp_path / "good.npy", tmp_path / "bad.npy"
+    np.save(good, np.random.default_rng(2).standard_normal(1000))
+    bad.write_bytes(b"\x93NUMPY damaged")
+    found = al.scale.summarise([good, bad], rate=RATE)
+    assert found[good].n == 1000
+    assert list(found.failed) == [str(bad)]
+    assert "bad.npy" in found.failed[str(bad)]
+    with pytest.raises(al.InputError, match="no logs"):
+        al.scale.summarise([])
+
+
+# -- fleets ----------------------------------------------------------------------------------------
+
+
+def write_log(path, seed, effect=""):
+    model = al.parse_model(f"N(N=0.01)+K(K=0.001){effect}")
+    r = model.simulate(rate=20.0, duration=50.0, seed=seed)
+    np.savetxt(path, np.asarray(r.samples), header="gx", comments="")
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("logs")
+    for seed in range(3):
+        write_log(folder / f"unit{seed}.csv", seed)
+    (folder / "unit3.csv").write_text("gx\nno number\n")
+    return folder
+
+
+def test_a_fleet_is_resumed_by_content(logs, tmp_path):
+    out, done = tmp_path / "fleet.parquet", []
+    run = lambda: run_fleet(  # noqa: E731
+        logs, out, rate=20.0, on_done=lambda i, n, path: done.append(path)
+    )
+    rows = run()
+    assert len(done) == 4
+    assert [row["status"] for row in rows] == ["done", "done", "done", "failed"]
+    # As after a kill: the last line of the journal is cut.
+    journal = out.with_name(out.name + JOURNAL)
+    lines = journal.read_text().splitlines()
+    journal.write_text("\n".join(lines[:3]) + "\n" + lines[3][:20])
+    done.clear()
+    again = run()
+    assert len(done) == 1
+    assert [row["file"] for row in again] == [row["file"] for row in rows]
+    assert al.fleet(out).files == 4
+    assert list(al.fleet(out).failed)
+
+
+def unit(name, n, effects=None, column="gx"):
+    numbers = {"N": [n, 0.98 * n, 1.02 * n, 0.01 * n], "mean": [0.1, None, None, None]}
+    return {
+        "file": name,
+        "column": column,
+        "status": "done",
+        "numbers": json.dumps(numbers),
+        "effects": json.dumps(effects or {}),
+        "remarks": "",
+    }
+
+
+def test_units_that_deviate_are_named_and_by_what():
+    rng = np.random.default_rng(3)
+    rows = [unit(f"u{i}", 0.01 * np.exp(0.05 * rng.standard_normal())) for i in range(200)]
+    rows += [unit("loud", 0.02), unit("buzzing", 0.01, {"sinusoid": 1e-9})]
+    # One false addition among 200 ladders is what 1 % a ladder gives: not a deviating unit.
+    rows += [unit("chance", 0.01, {"resonance": 8e-3})]
+    found = al.fleet(rows)
+    assert {(d.file, d.by) for d in found.deviating} == {("loud", "N"), ("buzzing", "sinusoid")}
+    n = found["gx.N"]
+    assert n.median == pytest.approx(0.01, rel=0.02)
+    # 5 % spread, known to 1/√(2·200)·1.6 by its median: 8 %; three of these.
+    assert n.spread == pytest.approx(0.05, rel=0.25)
+    assert n.maximum is not None
+    assert n.maximum > 0.0105
+    assert "buzzing · gx: sinusoid" in str(found)
+
+
+def test_the_spread_of_records_is_not_that_of_units():
+    rng = np.random.default_rng(4)
+    rows = [unit(f"u{i}", 0.01 * np.exp(0.01 * rng.standard_normal())) for i in range(300)]
+    assert al.fleet(rows)["gx.N"].spread < 0.005
+
+
+# -- watch -----------------------------------------------------------------------------------------
+
+MODEL = "N(N=0.01)+K(K=0.001)"
+
+
+def watched(watch, samples, size=5000):
+    for at in range(0, samples.size, size):
+        alarm = watch.update(samples[at : at + size])
+        if alarm is not None:
+            return alarm
+    return None
+
+
+def test_shares_of_all_starts_are_one_capital():
+    shares = np.array([_share(k) for k in range(1, 100_000)])
+    assert (shares > 0.0).all()
+    assert shares.sum() < 1.0
+
+
+def test_the_bet_is_fair_at_the_edge_of_the_tolerance():
+    watch = Watch(al.parse_model(MODEL), RATE)
+    # E exp(½ P (1/ρ − 1/r)) (ρ/r)^{d/2} is 1 for P ~ ρ χ²_d: no bet gains on what still counts as the model.
+    for at in (0, 5, 100, watch._ratios.size - 1):
+        r, d = watch._ratios[at], watch._freedom[at]
+        rho = (1.0 + TOLERANCE) ** 2 if r > 1.0 else (1.0 - TOLERANCE) ** 2
+        mean = (rho / r) ** (d / 2) * (1.0 - rho * (1.0 / rho - 1.0 / r)) ** (-d / 2)
+        assert mean == pytest.approx(1.0, rel=1e-9)
+
+
+def test_no_alarm_under_the_model_and_one_beyond_it():
+    model = al.parse_model(MODEL)
+    quiet = model.simulate(rate=RATE, duration=2000.0, seed=5).samples
+    watch = Watch(model, RATE)
+    assert watched(watch, quiet) is None
+    louder = al.parse_model("N(N=0.011)+K(K=0.001)").simulate(rate=RATE, duration=200.0, seed=6)
+    alarm = watched(watch, np.asarray(louder.samples))
+    assert alarm is not None
+    # 10 % are 10 nats a segment of 10 s: two or three of them, and one that straddles the change.
+    assert 2000.0 <= alarm.time_s < 2060.0
+    assert alarm.since_s == pytest.approx(2000.0, abs=11.0)
+    assert alarm.ratio == pytest.approx(1.21, rel=0.1)
+    assert watch.summary.n == watch.taken
+
+
+def test_a_line_and_a_lag_are_found():
+    for effect, low in (("SIN(frequency=20,amplitude=0.05)", 19.0), ("GM(q_c=0.02,T=1)", 0.0)):
+        model = al.parse_model(MODEL)
+        watch = Watch(model, RATE)
+        x = al.parse_model(f"{MODEL}+{effect}").simulate(rate=RATE, duration=600.0, seed=7)
+        alarm = watched(watch, np.asarray(x.samples))
+        assert alarm is not None
+        assert alarm.low_hz >= low
+        assert alarm.ratio > 1.2
+
+
+def test_a_watch_survives_a_restart(tmp_path):
+    model = al.parse_model(MODEL)
+    x = np.asarray(model.simulate(rate=RATE, duration=300.0, seed=8).samples)
+    whole, first = Watch(model, RATE), Watch(model, RATE)
+    whole.update(x)
+    first.update(x[:12_345])
+    first.save(tmp_path / "state")
+    second = Watch(model, RATE)
+    second.restore(tmp_path / "state")
+    second.update(x[12_345:])
+    assert second.to_dict() == whole.to_dict()
+    # The curve's sums are of differences about another origin after a restart.
+    same(second.summary, whole.summary, rounding=1e-12)
+    with pytest.raises(al.InputError, match="it is of the model"):
+        Watch(al.parse_model("N(N=1)"), RATE).restore(tmp_path / "state")
+    with pytest.raises(al.InputError, match="has no value"):
+        Watch(al.parse_model("N"), RATE)
+
+
+def run(*arguments, **options):
+    code = "from allanite.cli import main; main()"
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, **options)
+
+
+def test_watch_from_the_command_line(tmp_path):
+    model = al.parse_model(MODEL)
+    x = np.asarray(model.simulate(rate=RATE, duration=100.0, seed=9).samples)
+    log = tmp_path / "log.csv"
+    np.savetxt(log, x, header="gx", comments="")
+    options = ["--model", MODEL, "--rate", "100", "--state", "s", "--prometheus", "p.prom"]
+    for samples in (10_000, 20_000):
+        done = run("watch", str(log), *options, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert json.loads(done.stdout.splitlines()[-1])["samples"] == samples
+        with log.open("a") as file:
+            np.savetxt(file, x)
+    assert "allanite_model_holds 1" in (tmp_path / "p.prom").read_text()
+    assert run("watch", "udp://10.0.0.1:99", *options).returncode == 2
+
+
+def test_watch_of_datagrams():
+    from allanite.cli.commands.watch import _rows
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    found = []
+    reader = threading.Thread(
+        target=lambda: found.extend(_rows(f"udp://127.0.0.1:{port}", 1, 0, follow=False))
+    )
+    reader.start()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        while reader.is_alive():
+            sender.sendto(b"0.1,0.5\n0.2,0.6\n", ("127.0.0.1", port))
+            sender.sendto(b"end", ("127.0.0.1", port))
+            reader.join(0.05)
+    assert np.concatenate(found)[:2].tolist() == [0.5, 0.6]
+    assert SEGMENT == 1024
