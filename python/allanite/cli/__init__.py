@@ -89,9 +89,9 @@ def _command(name: str) -> click.Command | None:
         case "predict":
             from allanite.cli.commands.predict import command
         case "fleet":
-            from allanite.cli.commands.fleet import command
+            from allanite.cli.commands.scale.fleet import command
         case "watch":
-            from allanite.cli.commands.watch import command
+            from allanite.cli.commands.scale.watch import command
         case "inspect":
             from allanite.cli.commands.inspect import command
         case _:

@@ -258,7 +258,7 @@ def test_watch_from_the_command_line(tmp_path):
 
 
 def test_watch_of_datagrams():
-    from allanite.cli.commands.watch import _rows
+    from allanite.cli.commands.scale.watch import _rows
 
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
