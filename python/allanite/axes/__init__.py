@@ -4,5 +4,6 @@ from __future__ import annotations
 
 from allanite.axes.characterization import Characterization, Common, Sensor
 from allanite.axes.run import characterize
+from allanite.axes.twin import Twin, twin
 
-__all__ = ["Characterization", "Common", "Sensor", "characterize"]
+__all__ = ["Characterization", "Common", "Sensor", "Twin", "characterize", "twin"]

@@ -11,6 +11,7 @@ from allanite.axes.coherence import CrossSpectrum, cross_spectra
 from allanite.axes.forms import Form, common_form
 from allanite.axes.lines import CommonLine, common_lines
 from allanite.axes.triads import NAMES, triads
+from allanite.axes.twin import samples_of, twin
 from allanite.common import verbs
 from allanite.common.threads import results, side_by_side
 from allanite.common.units import parse_unit
@@ -111,6 +112,7 @@ class Characterization:
             "schema": "allanite/characterize/1",
             "version": _kernels.version(),
             "columns": [study.to_dict() for study in self.studies.values()],
+            "samples": {name: samples_of(study) for name, study in self.studies.items()},
             "failed": dict(self.failed),
             "common": self.common.to_dict(),
         }
@@ -122,6 +124,10 @@ class Characterization:
 
         text = json.dumps(self.to_dict(), indent=1, ensure_ascii=False)
         Path(path).write_text(text + "\n", encoding="utf-8")
+
+    def simulate(self, **options: Any) -> Recording:
+        """A simulated sensor of the same axes; options as of `allanite.axes.twin`, which also says what is left out."""
+        return twin(self.to_dict(), **options).recording
 
     plot = verbs.characterization_plot
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from allanite.study import Study
 
 __all__ = ["characterize", "improve_columns"]
+
+#: Suggestions that are kept of a last model that lacks nothing.
+SHOWN = 2
 
 
 def characterize(
@@ -72,6 +76,13 @@ def characterize(
     )
 
 
+def _lighter(study: Study) -> Study:
+    """The study without suggestions that nobody is shown: each holds a fit of its own, as large as the record."""
+    check = study.check
+    shown = tuple(s for i, s in enumerate(check.suggestions) if s.significant or i < SHOWN)
+    return replace(study, check=replace(check, suggestions=shown))
+
+
 def improve_columns(
     columns: Sequence[Recording],
     model: Model | Effect | str,
@@ -95,7 +106,7 @@ def improve_columns(
             finally:
                 if on_progress is not None:
                     on_progress(name, most, most)
-            return found
+            return _lighter(found)
 
         return study
 

@@ -29,6 +29,16 @@ if TYPE_CHECKING:
 )
 @click.option("--seed", type=SEED, default=0, show_default=True, metavar="N", help="Seed.")
 @click.option("-o", "--output", metavar="FILE", help=".npz, .npy or .csv; default CSV on stdout.")
+@click.option(
+    "--all-axes",
+    is_flag=True,
+    help="Every axis of a characterised sensor (MODEL is what characterize --save wrote).",
+)
+@click.option(
+    "--covariates",
+    metavar="LOG",
+    help="With --all-axes: a log whose temperature (or other covariates) the axes follow.",
+)
 @json_option
 def command(
     model: str,
@@ -38,16 +48,23 @@ def command(
     unit: str | None,
     seed: int,
     output: str | None,
+    all_axes: bool,
+    covariates: str | None,
     as_json: bool,
 ) -> None:
-    """Simulate MODEL (a sum with values, e.g. "N(N=0.01)+K(K=1e-4)", or a model file)."""
+    """Simulate MODEL (a sum with values, e.g. "N(N=0.01)+K(K=1e-4)", or a model file).
+
+    With --all-axes the length is that of the measured log, unless one is given.
+    """
     from allanite.cli.models import models_of
-    from allanite.cli.output import check_target, dumps, whole_file
+    from allanite.cli.output import check_target
     from allanite.common.errors import InputError
     from allanite.common.validation import positive, positive_rate, whole
     from allanite.simulate import SAMPLES
 
-    if (duration is None) == (samples is None):
+    if covariates is not None and not all_axes:
+        raise InputError("--covariates is for --all-axes")
+    if (duration is None) == (samples is None) and not (all_axes and duration is None):
         raise InputError("give the length: either --duration S or --samples N")
     if as_json and output is None:
         raise InputError("--json describes the file that is written: name it with --output")
@@ -58,9 +75,15 @@ def command(
     if output is not None:
         _known_format(output)
         check_target(output)
+    if all_axes:
+        recording = _twin(model, rate, duration, samples, seed, covariates)
+        _deliver(recording if unit is None else recording.to(unit), model, seed, output, as_json)
+        return
     models = models_of(model)
     if len(models) > 1:
-        raise InputError(f"{model} holds the models of {len(models)} columns: save one at a time")
+        raise InputError(
+            f"{model} holds the models of {len(models)} columns: give --all-axes, or save one at a time"
+        )
     rate = models[0].rate if rate is None else rate
     if rate is None:
         raise InputError("no sampling rate", missing="rate", remedy=": give {rate}")
@@ -71,6 +94,55 @@ def command(
     recording = models[0].model.simulate(**length, rate=rate, seed=seed, unit=own)
     if unit is not None:
         recording = recording.to(unit)
+    _deliver(recording, model, seed, output, as_json)
+
+
+def _twin(
+    path: str,
+    rate: float | None,
+    duration: float | None,
+    samples: int | None,
+    seed: int,
+    log: str | None,
+) -> Recording:
+    """Every axis of a saved characterisation; what is left out goes to stderr."""
+    import json
+    from pathlib import Path
+
+    from allanite.axes.twin import twin
+    from allanite.common.errors import InputError
+    from allanite.readers import read
+
+    with about(path):
+        try:
+            document = json.loads(Path(path).read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise InputError(f"not a file of characterize --save ({error})") from None
+        if not isinstance(document, dict):
+            raise InputError("not a file of characterize --save: no JSON object")
+    given = None
+    if log is not None:
+        source = read(log)
+        given = dict(source.covariates)
+        if not given:
+            raise InputError(
+                f"--covariates {log}: there is no temperature or other covariate in it"
+            )
+        if duration is None and samples is None:
+            samples, rate = source.n, rate or source.rate
+    with about(path):
+        found = twin(document, duration=duration, n=samples, rate=rate, seed=seed, covariates=given)
+    for what in found.left_out:
+        click.echo(f"· left out: {what}", err=True)
+    return found.recording
+
+
+def _deliver(
+    recording: Recording, model: str, seed: int, output: str | None, as_json: bool
+) -> None:
+    """Write a recording to a file and say so, or as CSV to standard output."""
+    from allanite.cli.output import dumps, whole_file
+
     if output is None:
         _csv(recording, None)
         return

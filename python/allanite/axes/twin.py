@@ -1,0 +1,176 @@
+"""A simulated sensor with the models of a characterised one: every axis, with its mean, its steps and its range."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.effects import Model
+from allanite.effects.files import model_from_dict
+from allanite.recording import Recording
+from allanite.simulate import simulate
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from allanite.study import Study
+
+__all__ = ["Twin", "samples_of", "twin"]
+
+#: Share of the white variance that rounding may be: beyond it the samples stand on a few steps and nothing is taken out.
+SHARE = 0.5
+#: What no noise model holds.
+NEVER = (
+    "scale factor, misalignment, cross-axis and g-sensitivity: this log at rest does not show them"
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Twin:
+    """A simulated recording of all axes, and what of the sensor is not in it.
+
+    Attributes
+    ----------
+    recording : Recording
+    left_out : tuple of str
+        One sentence each.
+    """
+
+    recording: Recording
+    left_out: tuple[str, ...]
+
+
+def samples_of(study: Study) -> dict[str, Any]:
+    """What the models do not say of a column's samples: mean, range, step, and the values at which they were cut."""
+    recording = study.recording
+    x = recording.rate_samples()
+    found: dict[str, Any] = {
+        "mean": float(np.nanmean(x)),
+        "minimum": float(np.nanmin(x)),
+        "maximum": float(np.nanmax(x)),
+        "step": None,
+        "clipped": [],
+    }
+    if recording.quantity == "rate":
+        for finding in recording.audit:
+            if finding.kind == "quantisation":
+                found["step"] = finding.values["step"]
+            if finding.kind == "clipping":
+                found["clipped"].append(float(finding.values["value"]))
+    return found
+
+
+def twin(
+    document: Mapping[str, Any],
+    *,
+    duration: float | None = None,
+    n: int | None = None,
+    rate: float | None = None,
+    seed: int = 0,
+    covariates: Mapping[str, ArrayLike] | None = None,
+) -> Twin:
+    """Simulate every axis of a saved characterisation.
+
+    Each axis is a record of its own of the same seed, with the mean of the measured one, rounded to its step, and cut
+    where it was cut; filters (bandwidths), lines, drifts and steps are those of its model.
+
+    Parameters
+    ----------
+    document : mapping
+        ``allanite/characterize/1``, as `Characterization.to_dict` gives and `save` writes.
+    duration, n : float, int, optional
+        Seconds, or samples; as long as the measured record if neither is given.
+    rate : float, optional
+        Hz; that of the measured record if left out.
+    seed : int
+    covariates : mapping of str to array_like of shape (n,), optional
+        Columns that the models follow (a temperature). Without one its effect is left out.
+
+    Returns
+    -------
+    Twin
+
+    Raises
+    ------
+    InputError
+        No characterisation, or a length that cannot be simulated.
+    """
+    if document.get("schema") != "allanite/characterize/1":
+        raise InputError(
+            f"schema {document.get('schema')!r} is not of all axes: expected 'allanite/characterize/1'"
+        )
+    columns, left_out = [], [NEVER]
+    for axis, one in enumerate(document["columns"]):
+        told = one["recording"]
+        name = told["column"]
+        fit = {"schema": "allanite/fit/1", "effects": one["ladder"][-1]["effects"]}
+        model = model_from_dict(fit, name)
+        at = float(rate or told["rate_hz"])
+        size = {"duration": duration} if n is None else {"n": n}
+        if duration is None and n is None:
+            size = {"n": round(told["duration_s"] * at)}
+        kept, without = _possible(model, covariates or {})
+        left_out += [f"{name}: {what}" for what in without]
+        known = document.get("samples", {}).get(name, {})
+        kept, step = _less_rounding(kept, known.get("step"), at)
+        if known.get("step") and step is None:
+            left_out.append(f"{name}: rounding to {known['step']:.3g} {told['unit']}, in N")
+        record = simulate(
+            kept, **size, rate=at, seed=seed, unit=told["unit"], covariates=covariates, axis=axis
+        )
+        columns.append((name, record, _as_recorded(record.samples, known, step)))
+    first = columns[0][1]
+    if len({record.rate for _, record, _ in columns}) > 1:
+        raise InputError("the axes have different rates", missing="rate", remedy=": give {rate}")
+    recording = Recording(
+        np.column_stack([samples for *_, samples in columns]),
+        first.rate,
+        unit=[record.unit for _, record, _ in columns],
+        columns=[name for name, *_ in columns],
+        covariates=first.covariates,
+    )
+    left_out += [f"{name}: {why}" for name, why in document.get("failed", {}).items()]
+    return Twin(recording, tuple(left_out))
+
+
+def _possible(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Model, list[str]]:
+    """The model without what follows a column that is not given."""
+    kept = [e for e in model if e.follows is None or e.follows in covariates]
+    gone = [
+        f"the effect of {e.follows}, of which no values are given" for e in model if e not in kept
+    ]
+    outliers = [e for e in kept if getattr(e, "removes", False)]
+    gone += [f"{e.kind.replace('_', ' ')}: wrong samples of one record" for e in outliers]
+    return Model(tuple(e for e in kept if e not in outliers)), gone
+
+
+def _less_rounding(model: Model, step: float | None, rate: float) -> tuple[Model, float | None]:
+    """White noise less the variance step²/12 that rounding adds again, and the step, None where it is too coarse."""
+    white = model.white
+    if not step or white is None:
+        return model, None
+    level = getattr(white, white.coefficient) ** 2
+    rounding = step**2 / 12.0 / rate
+    if rounding > SHARE * level:
+        return model, None
+    place = model.effects.index(white)
+    less = float(np.sqrt(level - rounding))
+    return model.replaced(place, **{white.coefficient: less}), step
+
+
+def _as_recorded(
+    samples: NDArray[np.float64], known: Mapping[str, Any], step: float | None
+) -> NDArray[np.float64]:
+    """Samples about the measured mean, rounded to the step and cut where the sensor's range ends."""
+    out = samples + known.get("mean", 0.0)
+    if step is not None:
+        out = np.round(out / step) * step
+    for edge in known.get("clipped", ()):
+        below = edge < known["mean"]
+        out = np.maximum(out, edge) if below else np.minimum(out, edge)
+    return out
