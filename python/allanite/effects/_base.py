@@ -198,6 +198,10 @@ class Effect:
         """The choices to try: all that agree with what is given; only itself, as here, where there are none."""
         return (self,)
 
+    def extended(self) -> tuple[Self, ...]:
+        """Richer forms, tried from the values of this one where it alone leaves a discrepancy; none, as here, for most."""
+        return ()
+
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Values of a shape parameter worth trying on n samples at `rate` Hz.
 

@@ -11,9 +11,13 @@ from numpy.typing import NDArray
 from allanite.common.errors import InputError
 from allanite.effects import lowpass
 from allanite.effects._base import Modifier, Parameter
+from allanite.effects.terms import White
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
+
+#: Floor from which the one of a record is looked for, and its range.
+FLOOR, FLOORS = 0.1, (1e-3, 0.45)
 
 
 @dataclass(frozen=True)
@@ -25,11 +29,14 @@ class Bandwidth(Modifier):
     ``digital`` ones of first order; ``smoothed`` 2 or 3 equal smoothers y += α(x − y) (one is ``sampled`` of order 1);
     ``moving_average`` 1 to 3 equal means over a time, as
     of a CIC decimator; ``fir`` a sharp decimation filter, a sinc in a Hamming window, `order` samples long.
+
+    What is rounded or picked up after the filter is white again: `floor` is its density over N, none where it is not given.
     """
 
     cutoff: float | None = None
     order: float | None = None
     design: str | None = None
+    floor: float | None = None
 
     kind: ClassVar[str] = "bandwidth"
     short: ClassVar[str] = "BW"
@@ -47,6 +54,15 @@ class Bandwidth(Modifier):
             high=64,
         ),
         Parameter("design", "text", ", ".join(lowpass.DESIGNS), "choice"),
+        Parameter(
+            "floor",
+            "1",
+            "density of the white noise after the filter over N",
+            "shape",
+            low=1e-6,
+            high=0.95,
+            optional=True,
+        ),
     )
     single: ClassVar[bool] = True
     physics: ClassVar[str] = (
@@ -77,6 +93,17 @@ class Bandwidth(Modifier):
     def _orders(self) -> tuple[int, ...]:
         return tuple(sorted({o for orders in lowpass.DESIGNS.values() for o in orders}))
 
+    @property
+    def free_shapes(self) -> tuple[str, ...]:
+        """The cutoff, and the floor where there is one."""
+        return tuple(n for n in super().free_shapes if n != "floor" or self.floor is not None)
+
+    def extended(self) -> tuple[Bandwidth, ...]:
+        """With white noise after the filter."""
+        if self.floor is not None or "floor" in self.held:
+            return ()
+        return (self.with_values(floor=FLOOR),)
+
     def variants(self) -> tuple[Bandwidth, ...]:
         """The designs to try: all that agree with what is given."""
         # An order that is given is tried in every design that has it, one that is not in the few that tell.
@@ -93,6 +120,8 @@ class Bandwidth(Modifier):
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Cutoffs from a hundredth of the rate to where nothing of the roll-off is left to see."""
+        if name == "floor":
+            return np.array(FLOORS)
         design, low = self.design or "sampled", 0.01
         if design == "fir":
             # A shorter one has no lower cutoff.
@@ -106,11 +135,15 @@ class Bandwidth(Modifier):
         span: tuple[float, float] | None = None,
     ) -> tuple[Term, ...]:
         """Autocovariance of the filtered noise, normalised to `white` at zero frequency."""
-        return tuple(t.scaled(white) for t in lowpass.terms(*self._at(rate)))
+        after = (self.floor or 0.0) ** 2 * white
+        filtered = tuple(t.scaled(white - after) for t in lowpass.terms(*self._at(rate)))
+        return (*filtered, White(after)) if after else filtered
 
     def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]]:
-        """The filter itself."""
-        return lowpass.generators(*self._at(rate), white)
+        """The filter itself, and the noise after it."""
+        after = (self.floor or 0.0) ** 2 * white
+        filtered = lowpass.generators(*self._at(rate), white - after)
+        return [*filtered, ("white", [float(np.sqrt(after))])] if after else filtered
 
     def _at(self, rate: float) -> tuple[str, int, float]:
         design = self.design or "sampled"

@@ -26,11 +26,14 @@ from allanite.suggestion.evidence import arc_length
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
+    from allanite.fit.whittle import Maximum
 
 __all__ = ["Candidate", "Screen", "directions", "screen_spectral"]
 
 #: A candidate that raises logL by less is not refitted.
 LEAST = 0.5
+#: Plain forms of an effect from which the richer one is looked for, and the least rise of logL for which it is taken.
+EXTENDED, WORTH = 8, 8.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,7 +71,7 @@ class Screen:
 
 
 def _points(blank: Effect, data: Data) -> list[Effect]:
-    names = [p.name for p in blank.parameters if p.role == "shape"]
+    names = blank.free_shapes
     out = []
     for variant in blank.variants():
         grids = [variant.grid(name, data.n, data.rate) for name in names]
@@ -134,6 +137,25 @@ def screen_spectral(solution: Solution, data: Data) -> Screen:
     return Screen(tuple(found), tuple(arcs), tuple(families))
 
 
+def _extended(
+    ends: list[tuple[Model, Maximum]], model: Model, best: Maximum, part: RandomPart
+) -> tuple[Model, Maximum]:
+    """The richer form of an effect, where the plain one leaves a discrepancy that it lessens by more than it costs."""
+    if best.scale is None:
+        return model, best
+    last = len(model) - 1
+    found = model, best
+    for plain, start in sorted(ends, key=lambda end: -end[1].log_likelihood)[:EXTENDED]:
+        for effect in plain.effects[last].extended():
+            richer = Model((*plain.effects[:last], effect))
+            places = [p for p in free_places(richer) if p[0] == last]
+            climbed = part.climb(part.linear(richer), start.theta, start.scale)
+            tried = polish(richer, places, climbed, part, roughly=True)
+            if tried[1].log_likelihood > max(found[1].log_likelihood, best.log_likelihood + WORTH):
+                found = tried
+    return found
+
+
 def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate | None:
     """The best of many starting points, shapes polished from the best few that differ."""
     scanned = added(base.model, points, base.best, part)
@@ -145,6 +167,7 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
         for found, model in worth_polishing(scanned)
     ]
     model, best = simplest(ends, last)
+    model, best = _extended(ends, model, best, part)
     # Steps and lines are found again beside the best; other shapes follow when it is added.
     model = with_coefficients(model, best.theta)
     solution = solve(part.data, model, start=best, rounds=3, polish=False)

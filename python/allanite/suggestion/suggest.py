@@ -223,9 +223,13 @@ def suggest(
 
 
 def _rank(found: Suggestion) -> tuple[bool, bool, float]:
-    """Significant ones first; what takes samples out explains none of them and comes after what does."""
-    cleans = isinstance(found.effect, Modifier) and found.effect.removes
-    return found.significant, not cleans, found.rank
+    """Significant ones first; what takes samples out explains none of them and comes after what does.
+
+    So does a change of the noise level: the spectrum and the Allan curve stay as they are.
+    """
+    effect = found.effect
+    elsewhere = isinstance(effect, Modifier) and (effect.removes or effect.passing)
+    return found.significant, not elsewhere, found.rank
 
 
 def _suggestion(

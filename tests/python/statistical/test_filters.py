@@ -6,7 +6,11 @@ One record of each design; `benches/python/filters.py` has them all, and how the
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy import signal
+
+import allanite as al
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "benches" / "python"))
 import filters
@@ -35,3 +39,18 @@ def test_the_first_rung_is_the_filter(name):
     assert len(kinds) <= 2, study
     # N of 180 000 samples has a standard error of 0.5 % at a cutoff of a tenth of the rate.
     assert abs(level - 1.0) < 0.03
+
+
+def test_what_is_rounded_after_the_filter_is_part_of_it():
+    """White noise of 1/20 of N after a Butterworth low-pass of 5 Hz: no lag, no resonance, both numbers right."""
+    n, rate, N = 180_000, 100.0, 0.0126
+    b, a = signal.butter(2, 0.1)
+    rng = np.random.default_rng(4)
+    filtered = signal.lfilter(b, a, rng.standard_normal(n + 4096))[4096:]
+    samples = N * np.sqrt(rate) * (filtered + 0.05 * rng.standard_normal(n))
+    study = al.improve(al.Recording(samples, rate=rate, unit="rad/s"), "N+B+K")
+    assert [rung.added.kind for rung in study.ladder[1:]] == ["bandwidth"], study
+    assert study.adequate, study
+    for name, true in {"cutoff": 5.0, "floor": 0.05}.items():
+        low, high = study.fit[f"BW.{name}"].interval
+        assert low <= true <= high

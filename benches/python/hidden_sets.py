@@ -1,0 +1,183 @@
+"""One, two and three effects hidden at once: does the ladder end with exactly them, or with their declared rivals?
+
+The effects are drawn from B, K, GM, SIN, STEP, COV, Q, BW, RES and R; each is as strong as `power` says is worth ΔlogL of
+30 beside the rest. The samples come from tests/python/generators.py, which know nothing of the package.
+
+    python benches/python/hidden_sets.py [--seeds 50] [--hidden 1 2 3] [--start N N+B+K]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
+
+import allanite as al
+import generators as g
+
+RATE, LENGTH = 50.0, 180_000
+DURATION = LENGTH / RATE
+N, B, K = 0.0126, 0.002, 9.07e-5
+WORTH = 30.0
+KINDS = ("B", "K", "GM", "SIN", "STEP", "COV", "Q", "BW", "RES", "R")
+NAMES = {
+    "B": "bias_instability",
+    "K": "rate_random_walk",
+    "GM": "gauss_markov",
+    "SIN": "sinusoid",
+    "STEP": "bias_step",
+    "COV": "covariate",
+    "Q": "quantization",
+    "BW": "bandwidth",
+    "RES": "resonance",
+    "R": "rate_ramp",
+}
+
+
+def course(time_s):
+    """Temperature: a slow wave and a warm-up."""
+    return 2.0 * np.sin(2 * np.pi * time_s / 2500.0) + 3.0 * np.exp(-time_s / 1500.0)
+
+
+def effect_of(kind, size, u):
+    """The effect of a strength, as a model string."""
+    return {
+        "B": f"B(B={size})",
+        "K": f"K(K={size})",
+        "GM": f"GM(q_c={size},correlation_time={u['time']})",
+        "SIN": f"SIN(frequency={u['frequency']},amplitude={size},phase={u['phase']})",
+        "STEP": f"STEP(time={u['when']},height={size})",
+        "COV": f"COV(column=temperature,coefficient={size},lag=0)",
+        "Q": f"Q(Q={size})",
+        "BW": f"BW(cutoff={1.0 / size},order=2,design=digital)",
+        "RES": f"RES(frequency={u['ring']},damping={u['damping']},rms={size})",
+        "R": f"R(R={size})",
+    }[kind]
+
+
+def samples_of(kind, size, rng, u):
+    """The effect's own samples; None for the filter, which changes the white noise."""
+    t = np.arange(LENGTH) / RATE
+    return {
+        "B": lambda: g.flicker(rng, LENGTH, RATE, size),
+        "K": lambda: g.walk(rng, LENGTH, RATE, size),
+        "GM": lambda: g.gauss_markov(rng, LENGTH, RATE, size, u["time"]),
+        "SIN": lambda: g.sinusoid(LENGTH, RATE, u["frequency"], size, u["phase"]),
+        "STEP": lambda: g.step(LENGTH, RATE, u["when"], size),
+        "COV": lambda: size * (course(t) - course(t).mean()),
+        "Q": lambda: g.quantization(rng, LENGTH, RATE, size),
+        "RES": lambda: g.resonance(rng, LENGTH, RATE, u["ring"], u["damping"], size),
+        "R": lambda: g.ramp(LENGTH, RATE, size),
+    }[kind]()
+
+
+def numbers(rng):
+    """Shapes of every kind, drawn once a record."""
+    return {
+        "time": float(np.exp(rng.uniform(np.log(2.0), np.log(100.0)))),
+        "frequency": float(rng.uniform(0.5, 20.0)),
+        "phase": float(rng.uniform(0.0, 2.0 * np.pi)),
+        "when": float(rng.uniform(0.2, 0.8) * DURATION),
+        "ring": float(rng.uniform(3.0, 15.0)),
+        "damping": float(np.exp(rng.uniform(np.log(0.02), np.log(0.1)))),
+    }
+
+
+def strength(base, kind, u):
+    """The size worth `WORTH` beside the model."""
+    low, high = (1 / 25.0, 1 / 0.5) if kind == "BW" else (1e-8, 1.0)
+    for _ in range(40):
+        middle = float(np.sqrt(low * high))
+        found = al.power(
+            base,
+            effect_of(kind, middle, u),
+            duration=DURATION,
+            rate=RATE,
+            covariates={"temperature": course},
+        )
+        if found.delta_log_likelihood < WORTH:
+            low = middle
+        else:
+            high = middle
+        if high < 1.02 * low:
+            break
+    return high
+
+
+def one(seed, hidden, start):
+    """Kinds that were hidden, kinds that the ladder ends with beside the start's, and the study."""
+    rng = np.random.default_rng([seed, hidden, len(start)])
+    pool = [k for k in KINDS if k not in start.split("+")]
+    kinds = list(rng.choice(pool, hidden, replace=False))
+    u = numbers(rng)
+    base = f"N(N={N})" + (f"+B(B={B})+K(K={K})" if start != "N" else "")
+    sizes = {k: strength(base, k, u) for k in kinds}
+    if "BW" in kinds:
+        from scipy import signal
+
+        b, a = signal.butter(2, 2.0 / sizes["BW"] / RATE)
+        white = signal.lfilter(b, a, g.white(rng, LENGTH + 4096, RATE, N))[4096:]
+    else:
+        white = g.white(rng, LENGTH, RATE, N)
+    x = white
+    if start != "N":
+        x = x + g.flicker(rng, LENGTH, RATE, B) + g.walk(rng, LENGTH, RATE, K)
+    for kind in kinds:
+        if kind != "BW":
+            x = x + samples_of(kind, sizes[kind], rng, u)
+    t = np.arange(LENGTH) / RATE
+    thermometer = course(t) + 0.01 * rng.standard_normal(LENGTH)
+    recording = al.Recording(x, rate=RATE, unit="rad/s", covariates={"temperature": thermometer})
+    study = al.improve(recording, start)
+    return [NAMES[k] for k in kinds], study
+
+
+def matches(hidden, study, start):
+    """Whether what was added is what was hidden, each or a declared rival of it."""
+    kept = {"angle_random_walk"} | {NAMES[k] for k in start.split("+")[1:]}
+    added = [e.kind for e in study.fit.model if e.kind not in kept]
+    rivals = {e.kind: set(e.rivals) for e in al.CATALOGUE}
+    left = list(added)
+    for kind in hidden:
+        hit = (
+            kind
+            if kind in left
+            else next((k for k in left if k in rivals[kind] or kind in rivals[k]), None)
+        )
+        if hit is None:
+            return False
+        left.remove(hit)
+    return not left
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seeds", type=int, default=50)
+    parser.add_argument("--hidden", type=int, nargs="+", default=[1, 2, 3])
+    parser.add_argument("--start", nargs="+", default=["N", "N+B+K"])
+    asked = parser.parse_args()
+    for hidden in asked.hidden:
+        for start in asked.start:
+            began = time.process_time()
+            found = Counter()
+            for seed in range(asked.seeds):
+                kinds, study = one(seed, hidden, start)
+                exact = matches(kinds, study, start)
+                found[exact] += 1
+                if not exact:
+                    print(f"   seed {seed}: {'+'.join(kinds)} → {study.fit.model}", flush=True)
+            spent = (time.process_time() - began) / asked.seeds
+            print(
+                f"{hidden} hidden, from {start}: {found[True]} of {asked.seeds} exact, {spent:.1f} s each",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()
