@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import number
+from allanite.common.numbers import number, with_interval
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed, table_unit
 from allanite.common.units import ACCELERATION, FREQUENCY, parse_unit
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.study import Study
 
-__all__ = ["Row", "legend", "rows", "with_interval"]
+__all__ = ["Row", "legend", "rows"]
 
 SI = {"angular rate": "rad/s", ACCELERATION: "m/s^2"}
 #: What data sheets of accelerometers say as well.
@@ -104,17 +103,6 @@ def _text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True)
         held = " (held)" if interval and parameter.name in effect.held else ""
         return number(float(value), 4) + held
     return with_interval(float(value), value.interval)
-
-
-def with_interval(value: float, interval: tuple[float, float]) -> str:
-    """``0.5998 (0.594 … 0.606)``: two figures of the interval's width, at least three in all."""
-    low, high = interval
-    size, width = max(abs(low), abs(high)), high - low
-    figures = 3
-    if width > 0.0 and size > 0.0:
-        figures = min(max(3, 1 + math.ceil(math.log10(2.0 * size / width))), 12)
-    ends = f"({number(low, figures)} … {number(high, figures)})"
-    return f"{number(value, max(4, figures))} {ends}"
 
 
 def _discrepancy(fit: Fit) -> str:

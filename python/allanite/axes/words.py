@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.axes.rows import with_interval
-from allanite.common.numbers import tidy
+from allanite.common.numbers import tidy, with_interval
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 
-__all__ = ["number", "tidy"]
+__all__ = ["number", "tidy", "with_interval"]
 
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
@@ -30,3 +31,14 @@ def tidy(sentence: str) -> str:
     """A sentence with its numbers for the eye: 2.37e+03 is 2370, 3e-05 is 3·10⁻⁵."""
     words = _POWER.sub(lambda m: number(float(m[0].replace("−", "-")), 3), sentence)
     return _MINUS.sub("−", words)
+
+
+def with_interval(value: float, interval: tuple[float, float]) -> str:
+    """``0.5998 (0.594 … 0.606)``: as many figures as show the interval; a frequency may be known to six."""
+    low, high = interval
+    size, width = max(abs(low), abs(high)), high - low
+    figures = 3
+    if width > 0.0 and size > 0.0:
+        figures = min(max(3, 1 + math.ceil(math.log10(2.0 * size / width))), 12)
+    ends = f"({number(low, figures)} … {number(high, figures)})"
+    return f"{number(value, max(4, figures))} {ends}"

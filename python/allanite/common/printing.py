@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from allanite.common.parameters import Estimate
 
-__all__ = ["ASKED", "in_table", "printed", "sample_unit", "table_unit"]
+__all__ = ["ASKED", "in_sheet", "in_table", "printed", "sample_unit", "table_unit"]
 
 #: Whether the unit of the samples was asked for, and coefficients are printed in its relatives.
 ASKED: ContextVar[bool] = ContextVar("asked", default=False)
@@ -64,6 +64,18 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
         -0.5: f"{name}/sqrt(s)",
         -1.0: f"{name}/s",
     }.get(power, f"({name})*s^{power:g}")
+
+
+def in_sheet(value: Estimate, sheet: Mapping[str, str]) -> Estimate:
+    """A fitted number in the data-sheet unit of its kind of sensor; as it is where there is none, or U was asked for."""
+    if ASKED.get():
+        return value
+    for unit in sheet.values():
+        try:
+            return value.to(unit)
+        except InputError:
+            continue
+    return value
 
 
 def in_table(

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.recording import Recording
 
-__all__ = ["ManyFits", "Pooled", "by_errors", "fit_many", "of_fits"]
+__all__ = ["ManyFits", "Pooled", "aligned", "by_errors", "fit_many", "of_fits"]
 
 #: Below this probability recordings are said to differ, and their mean is one of a population.
 DIFFER = 0.05
@@ -111,52 +111,12 @@ class ManyFits:
         }
 
     def __str__(self) -> str:
-        names = [r.name for r in self.pooled]
-        values = _aligned(self.fits)
-        table = [["", *names]]
-        for label, found in zip(self.labels, values, strict=True):
-            table.append([label, *(_cell(found[n]) for n in names)])
-        table.append(["all", *(_pooled_cell(r) for r in self.pooled)])
-        spreads = ("?" if r.spread is None else f"{100 * r.spread:.2g} %" for r in self.pooled)
-        table.append(["between recordings", *spreads])
-        table.append(["they agree, p", *(f"{r.p_value:.2g}" for r in self.pooled)])
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
-        units = ", ".join(f"{r.name} in {r.unit}" for r in self.pooled if r.unit not in ("1", ""))
-        verdict = (
-            "the recordings agree: the last value of each number is common to all"
-            if self.agree
-            else "the recordings differ: "
-            + ", ".join(r.name for r in self.pooled if not r.agree)
-            + " (values are means over recordings)"
-        )
-        return "\n".join([f"model {self.fits[0].model.name}, {units}", "", *lines, "", verdict])
+        from allanite.fit.many_table import many_table
+
+        return many_table(self)
 
 
-def _cell(estimate: Estimate) -> str:
-    if not estimate.detected:
-        return "not detected" if estimate.interval is None else f"< {estimate.interval[1]:.3g}"
-    if estimate.interval is None:
-        return f"{float(estimate):.4g}"
-    return _with_interval(float(estimate), estimate.interval)
-
-
-def _with_interval(value: float, interval: tuple[float, float]) -> str:
-    """As many figures as show the interval: a frequency may be known to six."""
-    low, high = interval
-    size, width = max(abs(low), abs(high)), high - low
-    figures = 3
-    if width > 0.0 < size:
-        figures = int(np.clip(1 + np.ceil(np.log10(2.0 * size / width)), 3, 12))
-    return f"{value:.{max(4, figures)}g} ({low:.{figures}g} … {high:.{figures}g})"
-
-
-def _pooled_cell(row: Pooled) -> str:
-    low, high = row.interval
-    return f"< {high:.3g}" if low <= 0.0 <= row.value else _with_interval(row.value, row.interval)
-
-
-def _aligned(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
+def aligned(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
     """Numbers of each fit that have an interval and say something of the sensor, by the names of the first fit.
 
     Neither what happened once nor the phase of a line: they belong to one record. Of several lines (or lags) those of one
@@ -248,7 +208,7 @@ def of_fits(fits: Sequence[Fit]) -> ManyFits:
 
 
 def _pool(fits: tuple[Fit, ...]) -> tuple[Pooled, ...]:
-    tables = _aligned(fits)
+    tables = aligned(fits)
     by_likelihood = _coefficient_places(fits)
     out = []
     for name, first in tables[0].items():

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
+from allanite.common.printing import in_sheet
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -70,7 +71,9 @@ def values_text(effect: Effect | type[Effect], values: dict[str, Any], most: int
             value = values.get(name)
         if not isinstance(value, Estimate) or len(found) == most:
             continue
-        symbol = effect.parameter(name).symbol or name
+        declared = effect.parameter(name)
+        symbol = declared.symbol or name
+        value = in_sheet(value, declared.sheet)
         unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
         # A time or frequency has no upper limit that says anything.
         size = value.unit not in ("s", "Hz")

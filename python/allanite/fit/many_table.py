@@ -1,0 +1,71 @@
+"""Several fits of one model as a table for people, in data-sheet units."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from allanite.common.numbers import number, with_interval
+from allanite.common.parameters import Estimate
+from allanite.common.printing import in_table, printed
+from allanite.fit.many import aligned
+
+if TYPE_CHECKING:
+    from allanite.fit.many import ManyFits, Pooled
+    from allanite.fit.result import Fit
+
+__all__ = ["many_table"]
+
+
+def many_table(many: ManyFits) -> str:
+    """A row a recording, then what they have in common and whether they agree."""
+    fit = many.fits[0]
+    pooled = [_pooled_in_table(fit, row) for row in many.pooled]
+    table = [["", *(row.name for row in pooled)]]
+    for label, found in zip(many.labels, aligned(many.fits), strict=True):
+        cells = (_cell(_in_table(fit, row.name, found[row.name])) for row in pooled)
+        table.append([label, *cells])
+    table.append(["all", *(_pooled_cell(row) for row in pooled)])
+    spreads = ("?" if row.spread is None else f"{100 * row.spread:.2g} %" for row in pooled)
+    table.append(["between recordings", *spreads])
+    table.append(["they agree, p", *(f"{row.p_value:.2g}" for row in pooled)])
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
+    units = ", ".join(f"{r.name} in {printed(r.unit)}" for r in pooled if r.unit not in ("1", ""))
+    verdict = (
+        "the recordings agree: the last value of each number is common to all"
+        if many.agree
+        else "the recordings differ: "
+        + ", ".join(row.name for row in pooled if not row.agree)
+        + " (values are means over recordings)"
+    )
+    return "\n".join([f"model {fit.model.name}, {units}", "", *lines, "", verdict])
+
+
+def _in_table(fit: Fit, name: str, value: Estimate) -> Estimate:
+    """A number in the unit in which tables print it, by its name in `aligned`."""
+    label, _, parameter = name.rpartition(".")
+    effect = fit.model.effects[fit.model.labels.index(label or name)]
+    declared = effect.parameter(parameter)
+    return in_table(value, declared.unit, declared.sheet, fit.recording.unit)
+
+
+def _pooled_in_table(fit: Fit, row: Pooled) -> Pooled:
+    value = _in_table(fit, row.name, Estimate(row.value, None, row.interval, row.unit))
+    assert value.interval is not None
+    return replace(row, unit=value.unit, value=float(value), interval=value.interval)
+
+
+def _cell(estimate: Estimate) -> str:
+    if not estimate.detected:
+        return "not detected" if estimate.interval is None else f"< {number(estimate.interval[1])}"
+    if estimate.interval is None:
+        return number(float(estimate), 4)
+    return with_interval(float(estimate), estimate.interval)
+
+
+def _pooled_cell(row: Pooled) -> str:
+    low, high = row.interval
+    return (
+        f"< {number(high)}" if low <= 0.0 <= row.value else with_interval(row.value, row.interval)
+    )
