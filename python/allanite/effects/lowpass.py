@@ -66,6 +66,7 @@ MEANS = {1: 0.442947, 2: 0.318936, 3: 0.261672}
 PHASES = 4
 
 
+@lru_cache(maxsize=8192)
 def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
     """Autocovariance of white noise of variance 1 behind the filter."""
     if design in {"moving_average", "fir"}:

@@ -86,8 +86,11 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
     """Change of bin power for a small amount of the effect, shape (bins,)."""
     model = solution.model
     if isinstance(effect, Modifier):
-        changed = Model((*model.effects, effect))
-        return column(data.terms(changed), data) - solution.spectrum
+        if model.white is None:
+            return np.zeros_like(solution.spectrum)
+        place = next(i for i, e in enumerate(model.stochastic) if e.white)
+        changed = column(data.unit_terms(model + effect, model.white), data)
+        return float(solution.theta[place]) * (changed - solution.columns[:, place])
     assert isinstance(effect, Stochastic)
     return column(data.unit_terms(model, effect), data)
 
