@@ -1,38 +1,19 @@
 """Every axis at once: the studies, what the axes share, and what is shown of it."""
 
-import json
-from importlib.resources import files
-
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
-from referencing import Registry, Resource
 
 import allanite as al
 from allanite.axes.coherence import cross_spectra
 from allanite.axes.triads import triads
 from allanite.common.threads import side_by_side
+from documents import valid
 from six_axes import NAMES, six_axes
 
 
 @pytest.fixture(scope="module")
 def found():
     return al.characterize(six_axes())
-
-
-def valid(document):
-    schemas = files("allanite") / "schemas"
-    texts = {p.name: json.loads(p.read_text("utf-8")) for p in schemas.iterdir()}
-    resources = [(s["$id"], Resource.from_contents(s)) for s in texts.values()]
-    for schema in texts.values():
-        Draft202012Validator.check_schema(schema)
-    validator = Draft202012Validator(
-        texts["characterize.json"], registry=Registry().with_resources(resources)
-    )
-    plain = json.loads(json.dumps(document, allow_nan=False))
-    errors = [f"{e.json_path}: {e.message}" for e in validator.iter_errors(plain)]
-    assert errors == []
-    return plain
 
 
 def test_every_axis_is_what_improve_says_of_it(found):
