@@ -9,8 +9,9 @@ from allanite.common.several import by_column
 from allanite.effects import Periodic
 from allanite.fit.data import prepare
 from allanite.fit.engine import solve
+from allanite.fit.measures import Error, Misfit
 from allanite.fit.missing import settle
-from allanite.fit.result import Error, Fit, Misfit
+from allanite.fit.result import Fit
 from allanite.fit.summarised import of_summary, refused
 from allanite.summary import Summary
 
