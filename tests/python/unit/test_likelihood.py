@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 from scipy.special import gammaln
 
-from allanite.errors import InputError
+from allanite.common.errors import InputError
 from allanite.fit import discrepancy, whittle
 from allanite.fit.discrepancy import EVIDENCE, SCALES
 from allanite.spectrum.spectrum import cells_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.errors import TooShortError
+from allanite.common.errors import TooShortError
 from allanite.fit.data import column, prepare
 from allanite.fit.missing import _Bridge, _pairs, complete
 from allanite.fit.whittle import normal_scores
