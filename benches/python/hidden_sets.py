@@ -139,20 +139,26 @@ def one(seed, hidden, start):
 
 
 def matches(hidden, study, start):
-    """Whether what was added is what was hidden, each or a declared rival of it."""
-    kept = {"angle_random_walk"} | {NAMES[k] for k in start.split("+")[1:]}
-    added = [e.kind for e in study.fit.model if e.kind not in kept]
+    """Whether the model holds what was hidden, each or a declared rival of it, and nothing else.
+
+    What the start asked for may be gone, or a declared rival of it may stand there.
+    """
     rivals = {e.kind: set(e.rivals) for e in al.CATALOGUE}
-    left = list(added)
-    for kind in hidden:
-        hit = (
-            kind
-            if kind in left
-            else next((k for k in left if k in rivals[kind] or kind in rivals[k]), None)
-        )
-        if hit is None:
+    left = [e.kind for e in study.fit.model]
+
+    def taken(kind):
+        same = [k for k in left if k == kind]
+        like = [k for k in left if k in rivals[kind] or kind in rivals[k]]
+        for found in (same + like)[:1]:
+            left.remove(found)
+            return True
+        return False
+
+    asked = ["angle_random_walk", *(NAMES[k] for k in start.split("+")[1:])]
+    # First what is there by its own name, then what stands for it.
+    for kind in sorted([*hidden, *asked], key=lambda k: k not in left):
+        if not taken(kind) and kind in hidden:
             return False
-        left.remove(hit)
     return not left
 
 

@@ -21,7 +21,16 @@ if TYPE_CHECKING:
     from allanite.fit.engine import Solution
     from allanite.fit.result import Fit
 
-__all__ = ["Alternative", "alternatives", "may_leave", "numbers", "price", "rivals", "shown"]
+__all__ = [
+    "RIVAL",
+    "Alternative",
+    "alternatives",
+    "may_leave",
+    "numbers",
+    "price",
+    "rivals",
+    "shown",
+]
 
 #: ln(evidence) within which two effects cannot be told apart (20 : 1).
 RIVAL = 3.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from allanite.effects import Deterministic, Effect, Model, Modifier
 from allanite.fit import fit_model
-from allanite.fit.alternatives import may_leave, numbers, price, shown
+from allanite.fit.alternatives import RIVAL, may_leave, numbers, price, shown
 from allanite.fit.engine import solve
 from allanite.fit.result import Fit
 
@@ -21,10 +21,8 @@ __all__ = ["pruned", "refitted", "swapped"]
 #: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
 #: showed once, while it explains more than what is not there does by chance.
 KEEP, NEEDLESS = 0.5, 0.5
-#: Rise of ln(evidence) for which one effect takes the place of another.
-CLEARLY = 2.0
-#: One that is less clearly better, by this much of logL for each number more, does if it leaves no more than this of the
-#: logarithm of the Allan error.
+#: One effect takes the place of another if they can be told apart; one that is less clearly better, by this much of logL
+#: for each number more, does if it leaves no more than this of the logarithm of the Allan error.
 HARDLY, NEARER = 3.0, 0.8
 
 
@@ -125,7 +123,7 @@ def swapped(
                 continue
             risen = found.solution.log_likelihood - fit.solution.log_likelihood
             enough = risen >= HARDLY * max(1, numbers(found.effect) - numbers(effect))
-            if found.evidence >= CLEARLY or (enough and _nearer(_of(fit, found.solution), fit)):
+            if found.evidence >= RIVAL or (enough and _nearer(_of(fit, found.solution), fit)):
                 best = found.evidence, found, effect.kind
     if best is None:
         return None
