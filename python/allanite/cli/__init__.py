@@ -119,7 +119,13 @@ def cli() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit with its code; never shows a traceback for a user's mistake."""
-    sys.exit(_run(arguments))
+    code = _run(arguments)
+    threads = sys.modules.get("allanite.common.threads")
+    if arguments is None and threads is not None and threads.computing():
+        with suppress(OSError, ValueError):
+            sys.stdout.flush()
+        os._exit(code)
+    sys.exit(code)
 
 
 def _run(arguments: Sequence[str] | None) -> int:

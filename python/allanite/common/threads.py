@@ -14,12 +14,18 @@ from allanite.common.errors import AllaniteError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["results", "side_by_side"]
+__all__ = ["computing", "results", "side_by_side"]
 
 T = TypeVar("T")
 
 #: Most at once: each holds the working memory of a whole column.
 WORKERS = 2
+NAME = "allanite column"
+
+
+def computing() -> bool:
+    """Whether a task is still at work for which nobody waits any more: it cannot be ended but with the process."""
+    return any(thread.name == NAME for thread in threading.enumerate())
 
 
 def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
@@ -44,7 +50,7 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
     for _ in range(min(WORKERS, os.cpu_count() or 1, len(tasks))):
         # What was set for the caller (units of tables) holds for its workers.
         context = contextvars.copy_context()
-        threading.Thread(target=context.run, args=(work,), daemon=True).start()
+        threading.Thread(target=context.run, args=(work,), daemon=True, name=NAME).start()
     found: dict[int, T | AllaniteError] = {}
     try:
         while len(found) < len(tasks):

@@ -1,11 +1,15 @@
 """allanite characterize."""
 
+import os
+import signal
+import time
+
 import numpy as np
 import pytest
 
 import allanite as al
 from allanite.export import TARGETS
-from command_line import refused, strict
+from command_line import refused, started, strict
 from six_axes import NAMES, six_axes, write_csv
 
 
@@ -93,3 +97,24 @@ def test_several_columns_in_every_command(run, six, tmp_path):
         )
         assert code == 0
         assert [d["recording"]["column"] for d in strict(out)["columns"]] == ["gyro_x", "acc_x"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_an_interrupt_ends_it_at_once(tmp_path):
+    # Long enough that the first steps of both columns take seconds.
+    path = tmp_path / "long.npy"
+    np.save(path, np.random.default_rng(1).standard_normal((400_000, 2)))
+    code = (
+        "import os, allanite.axes.run as r; inner = r.improve\n"
+        "def told(*a, **k):\n    os.write(1, b'begun')\n    return inner(*a, **k)\n"
+        "r.improve = told\nfrom allanite.cli import main; main()"
+    )
+    with started("characterize", path, "--rate", "100", "--unit", "deg/s", code=code) as process:
+        assert process.stdout.read(5) == b"begun"
+        before = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+        # A second, and what a busy machine adds.
+        assert time.monotonic() - before < 10
+    assert process.returncode == 130
+    assert err.decode().strip().endswith("interrupted")
