@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.whitened import expected_level, white_share
+from allanite.fit.whitened import expected_level, white_share, with_normal_tails
 from allanite.fit.whittle import normal_scores
 
 if TYPE_CHECKING:
@@ -80,14 +80,18 @@ def time_map(solution: Solution, data: Data, whitened: Whitened) -> TimeMap:
     half = data.rate / (2.0 * data.n)
     expected = expected_level(solution, edges)
     ratio, z = [], []
+    judged = {band[0]: band[2] for band in with_normal_tails(solution, whitened).bands}
     for low, high, power, each in bands:
         place = np.floor((np.arange(power.size) + 0.5) * SEGMENTS / power.size).astype(int)
         count = np.bincount(place, minlength=SEGMENTS).astype(float)
         mean = np.bincount(place, weights=power, minlength=SEGMENTS) / count
-        count = count * each / overdispersion(power, each)
+        scored = judged[low]
+        count = count * each / overdispersion(scored, each)
         share = white_share(solution, data, (low + high) // 2)
         mean = mean / (1.0 + share * (expected - 1.0))
         ratio.append(mean)
+        if scored is not power:
+            mean = np.bincount(place, weights=scored, minlength=SEGMENTS) / np.bincount(place)
         z.append(normal_scores(mean / np.mean(mean), count, np.ones(SEGMENTS)))
     return TimeMap(
         edges[:-1],

@@ -13,6 +13,7 @@ from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit, column_unit
 from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic
 from allanite.fit.data import column
+from allanite.fit.heavy import widened_by_tails
 from allanite.fit.marginal import slow_amplitudes
 from allanite.fit.missing import covariance_of_scores
 from allanite.fit.random_part import RandomPart
@@ -201,6 +202,8 @@ def _stochastic(
             low, high = widened(value, (low, high), shape_widening(solution, place, relative))
         if not detected:
             low = 0.0
+        elif effect.white:
+            low, high = widened_by_tails(value, (low, high), solution, data)
         out[name] = Estimate(value, error, (low, high), own_unit, detected, name)
     for shape in effect.free_shapes:
         out[shape] = _shape(effect, shape, shaped.get((position, shape)), detected, unit)

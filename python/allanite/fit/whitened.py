@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.showing import brief
+from allanite.common.tails import CENSORED, coarse_step, tail_of
 from allanite.fit.data import density
 
 if TYPE_CHECKING:
@@ -28,12 +29,15 @@ __all__ = [
     "white_share",
     "whiten",
     "whitened_ordinates",
+    "with_normal_tails",
 ]
 
 #: Fewest values of a band.
 BAND = 256
 #: Samples at either end of a record of which the time view says nothing, at most; a sixty-fourth of a short one.
 ENDS = 64
+#: Stretches of which each has a level of its own where the tails are judged.
+STRETCHES = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,10 +64,49 @@ class Whitened:
 def whiten(solution: Solution, data: Data) -> Whitened:
     """The whitened residual of a solution, over time and in octaves."""
     white = _whitening(solution, data, solution.level) * _drawn(solution, data)
+    bands = data.octaves(lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j))))
+    return _over_time(white, bands)
+
+
+def with_normal_tails(solution: Solution, whitened: Whitened) -> Whitened:
+    """The same where its samples are normal at each time; else with normal samples in the order of these.
+
+    A few of the largest samples of heavy tails would decide when a level changes, and of a coarse step hardly any differ.
+    What changes over time is still there. Where the model has changes of level the samples stay as they are.
+    """
+    from scipy.special import ndtri
+
+    samples = whitened.samples
+    passing = any(effect.passing for effect in solution.model.modifiers)
+    segments = any(each != 1.0 for *_, each in whitened.bands)
+    if passing or segments or _normal(samples):
+        return whitened
+    # Equal values in any order.
+    order = np.lexsort((np.random.default_rng(0).random(samples.size), samples))
+    scores = np.empty(samples.size)
+    scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
+    return _over_time(_kernels.cosine_transform(scores), [])
+
+
+def _normal(samples: NDArray[np.float64]) -> bool:
+    """Whether samples may be normal with a level of its own in each stretch."""
+    if coarse_step(samples) > 0.0:
+        return False
+    size = np.abs(samples)[: samples.size // STRETCHES * STRETCHES].reshape(STRETCHES, -1)
+    usual = np.median(size, axis=1, keepdims=True)
+    if not usual.all():
+        return False
+    tail = tail_of((size / usual).ravel(), CENSORED[0])
+    return tail is None or not tail.heavy
+
+
+def _over_time(
+    white: NDArray[np.float64], bands: list[tuple[int, int, NDArray[np.float64], float]]
+) -> Whitened:
+    """Samples and octave bands of white ordinates, after the bands of which there are no single ones."""
     # Behind a deep stop band the ends of the transform, not the record, stand out.
     n = white.size
     ends = min(ENDS, n // 64)
-    bands = data.octaves(lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j))))
     high = n
     while high - (low := high // 2) >= BAND:
         series = np.concatenate([[0.0], white[low:high]])

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.tails import CENSORED, outlier_limit, tail_of
 from allanite.common.units import coefficient_unit
 from allanite.recording.at_rest import finding_of
 from allanite.recording.findings import Finding, of_stamps
@@ -269,6 +270,24 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
     rows = np.concatenate(found)
     if not rows.size:
         return
+    sizes = np.abs(np.diff(c.spread, n=2, axis=1))
+    sizes = sizes[np.isfinite(sizes)]
+    tail = tail_of(sizes, CENSORED[0])
+    if tail is not None and tail.heavy:
+        reached = max(limit, outlier_limit(sizes, 0.001 / c.n, c.step))
+        x = c.x[rows[:, None] + np.array([-1, 0, 1])].astype(np.float64)
+        rows = rows[np.abs(x[:, 0] - 2.0 * x[:, 1] + x[:, 2]) > reached]
+        if not rows.size:
+            yield c.finding(
+                "heavy_tails",
+                "info",
+                "heavy-tailed noise: its differences follow a Student law of"
+                f" {1.0 / tail.inverse_freedom:.2g} degrees of freedom; N is its standard deviation's,"
+                " and its largest samples are no outliers",
+                freedom=1.0 / tail.inverse_freedom,
+            )
+            return
+        limit = reached
     # One spike moves three second differences.
     events = 1 + int(np.count_nonzero(np.diff(rows) > 2))
     usual = float(np.nanmedian(c.spread))

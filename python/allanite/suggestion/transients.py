@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.tails import coarse_step, outlier_limit
 from allanite.criticism.over_time import overdispersion
 from allanite.effects import Model
 from allanite.effects.noise_level_change import NoiseLevelChange
@@ -15,7 +16,7 @@ from allanite.effects.outliers import Outliers
 from allanite.fit.data import without_samples
 from allanite.fit.engine import Solution, solve
 from allanite.fit.missing import complete
-from allanite.fit.whitened import expected_level, white_power, whiten
+from allanite.fit.whitened import expected_level, white_power, whiten, with_normal_tails
 from allanite.suggestion.evidence import interval_trials
 from allanite.suggestion.spectral import Candidate
 
@@ -58,12 +59,17 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> Candida
     if cells < 8:
         return None
     freedom /= overdispersion(power)
+    plain = power
+    steady = with_normal_tails(solution, whitened)
+    if steady is not whitened:
+        power, _, freedom = white_power(solution, data, steady)
+        assert power is not None
     start, end, gain, chance = _best_interval(power, freedom, cells)
     if cells < FINE <= power.size // 8:
         # Where it begins and ends is a matter of the estimate; what was tried and found is above.
         start, end, gain = _refine(power, freedom, start, end, power.size // cells)
-    inside = power[start:end].mean()
-    outside = np.delete(power, np.s_[start:end]).mean() if end - start < power.size else 1.0
+    inside = plain[start:end].mean()
+    outside = np.delete(plain, np.s_[start:end]).mean() if end - start < plain.size else 1.0
     ratio = float(inside / outside)
     # The white part alone changes: what else is in the bands dilutes it.
     factor = float(np.sqrt(max(1e-6, 1.0 + (ratio - 1.0) / share)))
@@ -153,6 +159,13 @@ def _refine(
     return start, end, gain
 
 
+def _step(data: Data, samples: NDArray[np.float64]) -> float:
+    """Step to which samples are rounded, in units of the whitened ones; 0 where it is small."""
+    some = data.samples if data.missing is None else data.samples[~data.missing]
+    step = coarse_step(some)
+    return step / max(float(np.std(np.diff(some))), step) * np.sqrt(2.0) * float(np.std(samples))
+
+
 def screen_outliers(
     solution: Solution, data: Data, samples: NDArray[np.float64]
 ) -> Candidate | None:
@@ -173,6 +186,12 @@ def screen_outliers(
         return None
     z = np.abs(samples - centre) / scale
     limit = -float(ndtri_exp(np.log(0.005 / data.n)))
+    if z.max() > limit:
+        # What the record's own tail reaches is none; a coarse step rounds up.
+        there = size if data.missing is None else size[~data.missing]
+        limit = max(
+            limit, outlier_limit(there / scale, 0.01 / data.n, _step(data, samples) / scale)
+        )
     index = np.flatnonzero(z > limit)
     if index.size == 0 or index.size > data.n // 5:
         return None

@@ -155,3 +155,12 @@ def test_real_outliers_of_an_mtig(data):
     finding = the(read(data("mtig_gyrox_contaminated.npz")), "outliers")
     assert finding.severity == "warning"
     assert finding.values["count"] > 100
+
+
+def test_heavy_tails_are_no_outliers():
+    rng = np.random.default_rng(0)
+    for samples in (rng.standard_t(3, 50_000), rng.laplace(size=50_000)):
+        findings = {f.kind: f for f in Recording(samples, 100).audit}
+        assert "outliers" not in findings
+        assert "heavy_tails" in findings
+    assert "heavy_tails" not in {f.kind for f in Recording(rng.standard_normal(50_000), 100).audit}
