@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 #: Samples of a tile, and those beside it that it needs.
 TILE, MARGIN = 16384, SEGMENT // 2
 #: A level with no more samples than this keeps them all.
-KEEP = 1 << 19
+KEEP = 1 << 18
 #: Bands of a level in the map over time.
 BANDS = 8
 #: A segment of which more is missing is left out.
@@ -247,8 +247,7 @@ def far(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def bands_of(power: Array) -> Array:
     """Sums over the `BANDS` bands of a level's octave."""
-    edges = np.linspace(0, power.size, BANDS + 1).astype(np.int64)
-    return np.add.reduceat(power, edges[:-1])
+    return np.add.reduceat(power, [power.size * band // BANDS for band in range(BANDS)])
 
 
 def _one(parts: list[Array]) -> Array:

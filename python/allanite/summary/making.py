@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["summarise"]
 
 #: Rows taken at a time.
-ROWS = 1 << 18
+ROWS = 1 << 16
 
 
 def summarise(

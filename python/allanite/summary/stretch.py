@@ -15,7 +15,9 @@ from allanite.summary.sums import Sum
 __all__ = ["Extremes", "Stretch"]
 
 #: Averaging times per octave of the curve.
-TAUS = 4
+TAUS = 2
+#: Samples looked at at a time: they stay in the cache.
+FEW = 1 << 14
 
 
 @dataclass(slots=True, eq=False)
@@ -44,27 +46,36 @@ class Extremes:
 
     def update(self, x: NDArray[np.float64], at: int) -> None:
         """Take the samples from place `at` on."""
-        if x.size == 0:
-            return
-        holes = np.isnan(x)
+        for first in range(0, x.size, FEW):
+            self._take(x[first : first + FEW], at + first)
+
+    def _take(self, x: NDArray[np.float64], at: int) -> None:
         before = None if self.ends is None else self.ends[1]
-        lost = int(np.count_nonzero(holes))
-        self.missing += lost
-        self.count += x.size - lost
-        if lost:
+        low, high = int(x.argmin()), int(x.argmax())
+        # Both point at the first NaN, if there is one.
+        if np.isnan(x[low]):
+            holes = np.isnan(x)
+            lost = int(np.count_nonzero(holes))
             was = False if before is None else bool(np.isnan(before))
             self.gaps += int(np.count_nonzero(holes & ~np.concatenate([[was], holes[:-1]])))
-        if lost < x.size:
-            low, high = int(np.nanargmin(x)), int(np.nanargmax(x))
+            self.missing += lost
+            self.count -= lost
+            if lost < x.size:
+                low, high = int(np.nanargmin(x)), int(np.nanargmax(x))
+        self.count += x.size
+        if not np.isnan(x[low]):
             self.low = min(self.low, (float(x[low]), at + low))
             self.high = max(self.high, (float(x[high]), at + high), key=lambda v: (v[0], -v[1]))
-        self._step(np.diff(x if before is None else np.concatenate([[before], x])))
+        if before is not None:
+            self._step(np.array([x[0] - before]))
+        self._step(x[1:] - x[:-1])
         self.ends = float(x[0]) if self.ends is None else self.ends[0], float(x[-1])
 
     def _step(self, d: NDArray[np.float64]) -> None:
-        d = d[~np.isnan(d)]
+        if d.size and np.isnan(d.sum()):
+            d = d[~np.isnan(d)]
         square = d * d
-        found = [d.size, d.size - np.count_nonzero(d), square.sum(), square @ square]
+        found = [d.size, d.size - np.count_nonzero(d), square.sum(), (square * square).sum()]
         self.steps.add(np.array(found, dtype=np.float64))
 
     def merge(self, other: Extremes) -> None:

@@ -35,7 +35,7 @@ HEAVY = 1.5
 class Summary:
     """What one pass over a record keeps: a few megabytes a column, whatever its length.
 
-    A fit, a check and a ladder take it where they take a recording. Up to 2^19 samples it keeps them all and is read as the
+    A fit, a check and a ladder take it where they take a recording. Up to 2^18 samples it keeps them all and is read as the
     recording; of longer records it keeps the low frequencies as samples of a lower rate, the power of all higher ones in
     segments of 8192 samples of each octave, and the Allan curve.
 
@@ -232,7 +232,7 @@ class Summary:
         return np.asarray(self.recording().rate_samples())
 
     def oadev(self) -> Deviation:
-        """Overlapping Allan deviation of the only column, four averaging times an octave.
+        """Overlapping Allan deviation of the only column, two averaging times an octave.
 
         Raises
         ------

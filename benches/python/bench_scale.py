@@ -1,0 +1,106 @@
+"""One pass over a long record: time and memory of `al.summarise` and of the loop after it, beside NumPy's read and sum.
+
+    python benches/python/bench_scale.py [SAMPLES ...]
+
+Each size runs in a process of its own, so that the peak of its memory is its own. The record comes from a generator, a
+chunk at a time: white noise of one chunk, turned and with either sign, so that making it costs little.
+"""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+CHUNK = 1 << 20
+RATE = 1000.0
+
+
+def chunks(n):
+    """A record of n samples."""
+    noise = np.random.default_rng(0).standard_normal(CHUNK)
+    turns = np.random.default_rng(1)
+    for at in range(0, n, CHUNK):
+        size = min(CHUNK, n - at)
+        yield np.roll(noise, int(turns.integers(CHUNK)))[:size] * turns.choice([-1.0, 1.0])
+
+
+def peak():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def one(n):
+    import allanite as al
+
+    al.summarise(np.zeros(10) + np.arange(10), rate=RATE)
+    before = peak()
+    began = perf_counter()
+    total = sum(float(chunk.sum()) for chunk in chunks(n))
+    plain = perf_counter() - began
+    began = perf_counter()
+    summary = al.summarise(chunks(n), rate=RATE)
+    made = perf_counter() - began - plain
+    began = perf_counter()
+    fit = al.parse_model("N+K").fit(summary)
+    check = fit.check()
+    told = perf_counter() - began
+    with tempfile.TemporaryDirectory() as folder:
+        summary.save(Path(folder) / "s")
+        size = (Path(folder) / "s").stat().st_size / 1e6
+    print(
+        f"{n:>13.0e} {plain:>9.1f} {made:>9.1f} {1e9 * made / n:>7.0f} {told:>9.1f} {peak():>8.0f} {peak() - before:>8.0f}"
+        f" {size:>8.1f}  N = {float(fit['N']):.5f}, {len(check.suggestions)} candidates, sum {total:.3g}"
+    )
+
+
+def file_of(n):
+    """A mapped file of 8n bytes: reading and summing it in chunks, and the pass over it."""
+    import allanite as al
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "x.npy"
+        data = np.lib.format.open_memmap(path, mode="w+", dtype=np.float64, shape=(n,))
+        at = 0
+        for chunk in chunks(n):
+            data[at : at + chunk.size] = chunk
+            at += chunk.size
+        data.flush()
+        mapped = np.load(path, mmap_mode="r")
+        began = perf_counter()
+        for at in range(0, n, CHUNK):
+            float(np.array(mapped[at : at + CHUNK]).sum())
+        plain = perf_counter() - began
+        began = perf_counter()
+        al.summarise(mapped, rate=RATE)
+        made = perf_counter() - began
+    print(
+        f"NPY of {n:.0e} samples: read and summed in {plain:.2f} s, summarised in {made:.2f} s, × {made / plain:.1f}"
+    )
+
+
+def main():
+    if sys.argv[1:2] == ["--one"]:
+        one(int(sys.argv[2]))
+        return
+    if sys.argv[1:2] == ["--file"]:
+        file_of(int(sys.argv[2]))
+        return
+    sizes = [int(float(text)) for text in sys.argv[1:]] or [10**6, 10**7, 10**8, 10**9]
+    heads = ("samples", "sum s", "pass s", "ns each", "fit+check", "peak MB", "own MB", "file MB")
+    print(
+        " ".join(
+            text.rjust(width) for text, width in zip(heads, (13, 9, 9, 7, 9, 8, 8, 8), strict=True)
+        )
+    )
+    for n in sizes:
+        subprocess.run([sys.executable, __file__, "--one", str(n)], check=True)
+    subprocess.run([sys.executable, __file__, "--file", str(min(max(sizes), 10**8))], check=True)
+
+
+if __name__ == "__main__":
+    main()
