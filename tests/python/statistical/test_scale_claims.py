@@ -53,8 +53,8 @@ def test_a_louder_sensor_is_found_in_a_few_segments():
 
 def test_a_fleet_with_three_odd_units(tmp_path):
     usual = "N(N=0.01)+K(K=0.0003)"
-    odd = {5: ("sinusoid", "SIN(frequency=3,amplitude=0.006)"), 17: ("N", None)}
-    odd[20] = ("resonance", "RES(frequency=6,damping=0.03,rms=0.012)")
+    odd = {5: ("sinusoid", "SIN(frequency=3,amplitude=0.012)"), 17: ("N", None)}
+    odd[20] = ("resonance", "RES(frequency=6,damping=0.03,rms=0.025)")
     rng = np.random.default_rng(1)
     for i in range(24):
         size = np.exp(0.03 * rng.standard_normal()) * (1.4 if i == 17 else 1.0)
