@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo screenshots test test-all test-rust test-python test-statistical lint bench bars miri clean gallery fuzz release
+.PHONY: help demo screenshots test test-all test-rust test-python test-statistical lint bench bars miri clean gallery docs fuzz release
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -75,6 +75,11 @@ bench: $(VENV)/.developed ## ratios against other programs, side by side, writte
 
 gallery: $(VENV)/.developed ## what the loop does on real recordings (ALLANITE_DATA), written to docs/gallery
 	$(BIN)/python docs/make_gallery.py
+
+docs: $(VENV)/.developed ## the site, in target/site: pages of docs/ and those made from the package; links are checked
+	$(BIN)/python -m pip install --quiet --group docs
+	$(BIN)/python docs/site/make_site.py
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --config-file target/mkdocs.yml
 
 bars: $(VENV)/.developed ## every promised ratio beside its bar (quiet machine, ten minutes)
 	$(BIN)/python -m pip install --quiet --group bench

@@ -1,0 +1,180 @@
+"""A page for each effect of the catalogue, from what its class declares, with a picture of a simulated record."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import fields
+from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+import allanite as al
+from allanite.common.units import parse_unit
+from allanite.effects import Modifier, Stochastic
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.effects import Effect
+
+RATE, LENGTH = 100.0, 2**16
+#: The effect's Allan deviation is at most this times that of the white noise beside it.
+HEIGHT = 3.0
+SENSORS = {"gyroscope": "rad/s", "accelerometer": "m/s^2", "clock": "1"}
+
+
+def example(kind: type[Effect]) -> Effect:
+    """An effect with the middle of every grid of shapes, thirds of the record for times, and coefficients of 1."""
+    texts = {f.name: str(f.type) for f in fields(kind)}
+    beside = al.Model((al.AngleRandomWalk(),))
+    first = next(iter(kind.candidates(beside, temperature())), kind())
+    effect, values = first.variants()[0], {}
+    thirds = iter((LENGTH / RATE / 3.0, 2.0 * LENGTH / RATE / 3.0))
+    for p in kind.parameters:
+        if p.optional or p.role == "derived" or getattr(effect, p.name) is not None:
+            continue
+        if p.role == "shape":
+            values[p.name] = float(np.median(effect.grid(p.name, LENGTH, RATE)))
+        elif p.role == "time" and "tuple" in texts[p.name]:
+            values[p.name] = tuple(thirds)
+        elif p.role == "time":
+            values[p.name] = next(thirds) if p.unit == "s" else HEIGHT
+        else:
+            values |= {p.name: 1.0} if p.role == "coefficient" else {}
+    return effect.with_values(**values)
+
+
+def temperature() -> dict[str, np.ndarray]:
+    """A slow random walk in °C."""
+    steps = np.random.default_rng(1).standard_normal(LENGTH)
+    return {"temperature": 20.0 + np.cumsum(steps) / RATE}
+
+
+def simulated(model: al.Model | Effect, seed: int = 1) -> np.ndarray:
+    effects = model if isinstance(model, al.Model) else (model,)
+    options = {"covariates": temperature()} if any(e.follows for e in effects) else {}
+    return model.simulate(n=LENGTH, rate=RATE, seed=seed, **options).samples
+
+
+def beside_white(effect: Effect) -> tuple[np.ndarray, np.ndarray | None, Effect]:
+    """Samples of white noise and of it with the effect, and the effect so scaled that it is seen."""
+    white = al.AngleRandomWalk(N=1.0)
+    if isinstance(effect, Modifier):
+        plain = simulated(white)
+        if effect.removes:
+            hit = plain.copy()
+            hit[effect.missing(LENGTH, RATE)] += 100.0 * plain.std()
+            return plain, hit, effect
+        return plain, simulated(white + effect), effect
+    curve = al.oadev(simulated(effect), rate=RATE)
+    use = curve.tau < LENGTH / RATE / 8.0
+    factor = HEIGHT / float(np.max(curve.deviation[use] * np.sqrt(curve.tau[use])))
+    scaled = {
+        p.name: factor
+        for p in effect.parameters
+        if p.role == "coefficient" and getattr(effect, p.name) == 1.0
+    }
+    effect = effect.with_values(**scaled)
+    if isinstance(effect, Stochastic) and effect.white:
+        return simulated(effect), None, effect
+    return simulated(white), simulated(white + effect), effect
+
+
+def picture(kind: type[Effect], path: Path) -> Effect:
+    """Samples, Allan deviation and density of white noise and of white noise with the effect."""
+    plain, whole, effect = beside_white(example(kind))
+    records = [(plain, "0.6", "white noise")] + (
+        [] if whole is None else [(whole, "tab:blue", f"with {effect.title}")]
+    )
+    figure = Figure(figsize=(9.0, 2.8), layout="constrained")
+    samples, curve, density = figure.subplots(1, 3)
+    step = 32  # means of 0.32 s: the picture stays small
+    time = (np.arange(LENGTH // step) + 0.5) * step / RATE
+    for x, colour, label in records:
+        samples.plot(time, x.reshape(-1, step).mean(axis=1), color=colour, lw=0.5)
+        found = al.oadev(x, rate=RATE, taus=8)
+        curve.loglog(found.tau, found.deviation, color=colour, label=label)
+        spectrum = al.psd(x, rate=RATE)
+        density.loglog(spectrum.frequency, spectrum.density, color=colour)
+    samples.set(xlabel="time (s)", title="means of 0.32 s")
+    curve.set(xlabel="τ (s)", title="Allan deviation")
+    density.set(xlabel="frequency (Hz)", title="density (two-sided)")
+    curve.legend(fontsize=7)
+    with mpl.rc_context({"svg.hashsalt": "allanite"}):
+        figure.savefig(path, metadata={"Date": None})
+    return effect
+
+
+def unit_of(effect: Effect, p: object) -> str:
+    """The unit of a parameter, as a page prints it."""
+    if isinstance(p.unit, str):
+        return p.unit
+    powers = {0.5: "U·s^½", -0.5: "U/s^½", 1.0: "U·s", -1.0: "U/s", 0.0: "U"}
+    return powers.get(p.unit, f"U·s^{p.unit:g}")
+
+
+def parameters(effect: Effect) -> str:
+    """The table of parameters."""
+    rows = ["| name | also | unit | range | role | what it is |", "|---|---|---|---|---|---|"]
+    for p in effect.parameters:
+        also = ", ".join(dict.fromkeys([*p.aliases, p.symbol])).strip(", ")
+        limits = f"{p.low:g} … {p.high:g}" if p.role != "choice" else ""
+        limits = limits.replace("inf", "∞")
+        what = p.description.replace("|", "\\|")
+        rows.append(
+            f"| `{p.name}` | {also} | {unit_of(effect, p)} | {limits} | {p.role} | {what} |"
+        )
+    return "\n".join(rows)
+
+
+def page(kind: type[Effect], folder: Path) -> None:
+    """The page of one effect and its picture."""
+    effect = picture(kind, folder / f"{kind.kind}.svg")
+    titles = {s: effect.name_for(parse_unit(u).kind) for s, u in SENSORS.items()}
+    other = [f"{name} ({sensor})" for sensor, name in titles.items() if name != kind.title]
+    title = kind.title[0].upper() + kind.title[1:]
+    rivals = ", ".join(f"[{r.replace('_', ' ')}]({r}.md)" for r in kind.rivals)
+    text = f"""# {title}
+
+`{kind.short}` in model strings, `{kind.kind}` in files, `al.{kind.__name__}` in Python.{" Also called " + ", ".join(other) + "." if other else ""}
+
+{inspect.getdoc(kind)}
+
+![{title}: samples, Allan deviation and density]({kind.kind}.svg)
+
+Simulated: `N(N=1) + {effect}` at {RATE:g} Hz, {LENGTH} samples.
+
+**What it is.** {sentence(kind.physics)}
+
+**What it looks like.** {sentence(kind.looks_like)}
+
+**How to confirm it.** {sentence(kind.check_by)}
+
+**What a short record cannot tell it from.** {rivals or "Nothing in the catalogue."}
+
+## Parameters
+
+U is the unit of the samples. Values of `coefficient`s are fitted by likelihood, `shape`s are found by a scan and then fitted.
+
+{parameters(effect)}
+"""
+    (folder / f"{kind.kind}.md").write_text(text, encoding="utf-8")
+
+
+def sentence(text: str) -> str:
+    """A declared text as a sentence."""
+    return text[0].upper() + text[1:].rstrip(".") + "."
+
+
+def write(folder: Path) -> None:
+    """All pages and their table of contents."""
+    folder.mkdir(parents=True)
+    rows = ["| | effect | what it is |", "|---|---|---|"]
+    for kind in al.CATALOGUE:
+        page(kind, folder)
+        physics = kind.physics.replace("|", "\\|")
+        rows.append(f"| `{kind.short}` | [{kind.title}]({kind.kind}.md) | {physics} |")
+    head = "# Effects\n\nWhat a model is a sum of. Each page is made from the class that the program uses.\n\n"
+    (folder / "index.md").write_text(head + "\n".join(rows) + "\n", encoding="utf-8")

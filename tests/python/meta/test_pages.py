@@ -1,0 +1,43 @@
+"""The programs on the pages of docs/ run as they stand."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import allanite as al
+from allanite.cli import main
+from six_axes import six_axes, write_csv
+
+DOCS = Path(__file__).parents[3] / "docs"
+PAGES = [
+    *(DOCS / f"{n}.md" for n in ("start", "tutorial", "contract")),
+    *sorted((DOCS / "howto").glob("*.md")),
+]
+
+ROW = re.compile(r"^\| `(\w+)` \| ([A-Z]+) \| (.+) \|$", re.MULTILINE)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_programs_of_a_page_run(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_csv(six_axes(2000), tmp_path / "imu.csv")
+    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    assert blocks
+    exec("\n".join(blocks), {})
+
+
+def test_the_contract_names_every_effect_and_command(capsys):
+    text = (DOCS / "contract.md").read_text(encoding="utf-8")
+    rows = {kind: (short, told) for kind, short, told in re.findall(ROW, text)}
+    assert set(rows) == {e.kind for e in al.CATALOGUE}
+    for effect in al.CATALOGUE:
+        short, told = rows[effect.kind]
+        assert short == effect.short
+        needed = {p.name for p in effect.parameters if not p.optional and p.role != "choice"}
+        assert needed <= set(re.findall(r"`(\w+)`", told))
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    listed = capsys.readouterr().out.split("Commands:")[1]
+    commands = re.findall(r"^  ([a-z]+) ", listed, re.MULTILINE)
+    assert set(commands) == set(re.findall(r"`allanite ([a-z]+)", text))
