@@ -117,7 +117,10 @@ def one(seed, hidden, start):
     kinds = list(rng.choice(pool, hidden, replace=False))
     u = numbers(rng)
     base = f"N(N={N})" + (f"+B(B={B})+K(K={K})" if start != "N" else "")
-    sizes = {k: strength(base, k, u) for k in kinds}
+    sizes, beside = {}, base
+    for kind in kinds:
+        sizes[kind] = strength(beside, kind, u)
+        beside = f"{beside}+{effect_of(kind, sizes[kind], u)}"
     if "BW" in kinds:
         from scipy import signal
 
