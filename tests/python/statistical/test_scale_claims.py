@@ -44,8 +44,8 @@ def test_one_false_alarm_in_a_hundred_runs():
 
 
 def test_a_louder_sensor_is_found_in_a_few_segments():
-    # 10 % are 8 ± 4 nats a segment beyond the tolerance. A test that knows effect and time needs one segment; the search over
-    # both and the limit cost 21 nats: three on average, and seven (55 ± 11 nats) nearly always.
+    # 10 % are 8 ± 4 nats a segment beyond the tolerance. A test that knows effect and time needs one segment; the search
+    # over both and the limit cost 21 nats: three on average, and seven (55 ± 11 nats) nearly always.
     found = capitals(50, 1010, level=1.1, since=1000, seed=2) >= 1.0 / FALSE
     assert not found[999].any()
     assert found[1006].all()
