@@ -67,12 +67,13 @@ class Covariate(Deterministic):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """One for each column that is no constant and that no effect of the model follows."""
+        """Two for each column that is no constant and that no effect of the model follows: by a line, and by a parabola."""
         used = {e.follows for e in model}
         return tuple(
-            cls(column=name)
+            cls(column=name, quadratic=quadratic)
             for name, values in columns.items()
             if name not in used and float(np.ptp(values)) > 0.0
+            for quadratic in (None, 0.0)
         )
 
     @property

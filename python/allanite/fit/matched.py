@@ -60,11 +60,21 @@ def matched_gains(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Gain ½z² of each point on residual ordinates (n,), and the whitened unit directions (points, ordinates)."""
     j = np.arange(1, min(data.n, LOW), dtype=np.int64)
-    # The first regressor of each point.
-    matrix = regressor_ordinates(points, j, data).reshape(len(points), -1, j.size)[:, 0]
     root = 1.0 / np.sqrt(noise.variance(j))
-    white = matrix * root
-    norm = np.linalg.norm(white, axis=1)
-    norm[norm == 0.0] = 1.0
-    unit = white / norm[:, None]
-    return 0.5 * (unit @ (residual[j] * root)) ** 2, unit
+    whole = regressor_ordinates(points, j, data).reshape(len(points), -1, j.size) * root
+    target = residual[j] * root
+    unit = _units(whole[:, 0])
+    gain = 0.5 * (unit @ target) ** 2
+    if whole.shape[1] > 1:
+        # A second regressor by what it adds; the direction is that of both at their best.
+        second = whole[:, 1] - (whole[:, 1] * unit).sum(axis=1)[:, None] * unit
+        second = _units(second)
+        first, other = unit @ target, second @ target
+        gain = gain + 0.5 * other**2
+        unit = _units(first[:, None] * unit + other[:, None] * second)
+    return gain, unit
+
+
+def _units(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    norm = np.linalg.norm(rows, axis=1)
+    return rows / np.where(norm > 0.0, norm, 1.0)[:, None]

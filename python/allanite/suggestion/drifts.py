@@ -93,9 +93,18 @@ def _refit(
         p.role in {"shape", "coefficient"} and not (p.optional and effect.values[p.name] is None)
         for p in effect.parameters
     )
+    if effect.amplitudes().size > 1:
+        judged = _of_one(judged)
     return Candidate(
         refitted.model.effects[-1], gain, effect.family, refitted, count, judged=judged
     )
+
+
+def _of_one(gain: float) -> float:
+    """The gain of one amplitude that chance reaches as rarely as this one of two, e^−gain."""
+    from scipy.special import ndtri_exp
+
+    return float(0.5 * ndtri_exp(-gain - np.log(2.0)) ** 2) if gain > 0.0 else gain
 
 
 def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
@@ -137,18 +146,18 @@ def _consistent(solution: Solution, data: Data) -> bool:
 
 
 def column_slopes(solution: Solution, data: Data) -> tuple[tuple[float, float], float] | None:
-    """Slopes on the last effect's column at slow and at fast time scales, and the standard error of their difference.
+    """Size of the last effect at slow and at fast time scales over the fitted one, and the standard error of their difference.
 
     The ordinates are split where half the information on the coefficient lies below. None where one half has none.
     """
     effect = solution.model.deterministic[-1]
-    series = effect.regressors(data.time, data.covariates)[:, 0]
+    series = effect.signal(data.time, data.covariates)
     j = np.arange(1, min(data.n, LOW), dtype=np.int64)
     z = data.seen(data.transform(series)[j], j)
     variance = solution.noise(data).variance(j)
     weight = z**2 / variance
     split = int(np.searchsorted(np.cumsum(weight), 0.5 * weight.sum())) + 1
-    target = solution.ordinates[j] + z * float(effect.amplitudes()[0])
+    target = solution.ordinates[j] + z
     slow, fast = (
         (float((z[p] * target[p] / variance[p]).sum()), float(weight[p].sum()))
         for p in (slice(None, split), slice(split, None))

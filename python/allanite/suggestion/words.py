@@ -63,11 +63,13 @@ def _hysteresis(effect: Effect, found: Fit) -> str:
     """Whether a column acts on slow and fast time scales alike."""
     if effect.follows is None:
         return ""
-    slopes = column_slopes(found.solution, found.data)
+    fitted = found.model.deterministic[-1].amplitudes()
+    slopes = column_slopes(found.solution, found.data) if fitted.size == 1 else None
     if slopes is None or abs(slopes[0][0] - slopes[0][1]) < 2.0 * slopes[1]:
         return ""
+    slow, fast = (share * float(fitted[0]) for share in slopes[0])
     unit = found.estimates[-1]["coefficient"].unit
     return (
-        f"The slope is {slopes[0][0]:.3g} {unit} at slow and {slopes[0][1]:.3g} at fast time scales: "
+        f"The slope is {slow:.3g} {unit} at slow and {fast:.3g} at fast time scales: "
         "more than one lag, hysteresis, or a thermometer in another place. "
     )
