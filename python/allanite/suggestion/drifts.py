@@ -146,7 +146,7 @@ def _consistent(solution: Solution, data: Data) -> bool:
 
 
 def column_slopes(solution: Solution, data: Data) -> tuple[tuple[float, float], float] | None:
-    """Size of the last effect at slow and at fast time scales over the fitted one, and the standard error of their difference.
+    """Size of the last effect at slow and at fast time scales over the fitted one, and the error of their difference.
 
     The ordinates are split where half the information on the coefficient lies below. None where one half has none.
     """
