@@ -86,7 +86,8 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     less = Model(effects[:place] + effects[place + 1 :])
     if not len(less):
         return
-    base = solve(fit.data, less)
+    # Shapes of the others stay as they are: what takes the place is fitted wholly before it is believed.
+    base = solve(fit.data, less, polish=False)
     part = RandomPart(fit.data, base.power, base.count)
     spent = numbers(out)
     for cls in CATALOGUE:
@@ -127,7 +128,7 @@ def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | 
             top = int(np.argmax(gains))
             if best is None or gains[top] > best[0]:
                 best = float(gains[top]), slow[top]
-        return None if best is None else solve(data, base.model + best[1], rounds=3)
+        return None if best is None else solve(data, base.model + best[1], rounds=3, polish=False)
     return None
 
 

@@ -173,7 +173,7 @@ def _refitted(solution: Solution, part: RandomPart) -> Maximum:
     """The maximum of the same model uphill of its values, on other ordinates."""
     model = solution.model
     found = part.climb(part.linear(model), solution.theta, solution.best.scale)
-    _, found = polish(model, free_places(model), found, part)
+    _, found = polish(model, free_places(model), found, part, roughly=True)
     return found
 
 

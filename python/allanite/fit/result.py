@@ -271,8 +271,11 @@ class Fit:
             "degeneracies": self.degeneracies,
         }
 
-    def body(self) -> dict[str, Any]:
-        """Model, effects, misfit, error and adequacy: what fit, check and a rung have in common."""
+    def body(self, searched: bool = True) -> dict[str, Any]:
+        """Model, effects, misfit, error and adequacy: what fit, check and a rung have in common.
+
+        Without `searched` the rivals of an effect are those that were looked at anyway.
+        """
         from allanite.common.units import parse_unit
         from allanite.fit.alternatives import rivals
 
@@ -286,7 +289,9 @@ class Fit:
                     "name": effect.name_for(kind),
                     "parameters": {n: plain(v) for n, v in values.items()},
                     **({"held": sorted(effect.held)} if effect.held else {}),
-                    "rivals": rivals(self, place),
+                    "rivals": rivals(self, place)
+                    if searched or place in self._alternatives
+                    else [],
                 }
                 for place, (effect, values) in enumerate(
                     zip(self.model.effects, self.estimates, strict=True)

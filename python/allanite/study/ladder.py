@@ -59,7 +59,7 @@ class Rung:
 
     def to_dict(self, misfit_left: float) -> dict[str, Any]:
         """The contract's record of a rung; `misfit_left` in per cent of the first rung's."""
-        body = self.fit.body()
+        body = self.fit.body(searched=False)
         return {
             "added": None if self.added is None else self.added.kind,
             "removed": list(self.removed),

@@ -24,6 +24,8 @@ KEEP, NEEDLESS = 0.5, 0.5
 #: One effect takes the place of another if they can be told apart; one that is less clearly better, by this much of logL
 #: for each number more, does if it leaves no more than this of the logarithm of the Allan error.
 HARDLY, NEARER = 3.0, 0.8
+#: Loss of logL beyond what matters that no polish of shapes makes good.
+FAR = 25.0
 
 
 def refitted(fit: Fit, model: Model) -> Fit:
@@ -89,6 +91,10 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
     less = Model(effects[:place] + effects[place + 1 :])
     if effects[place].screened not in {"spectral", "slow", "line"}:
         return None  # the evidence of what happens in time is not in the mean spectrum
+    # With the shapes as they are the loss is an upper bound: far above what matters, nobody has to know it better.
+    rough = solve(fit.data, less, polish=False) if _removing(less) == _removing(fit.model) else None
+    if rough is not None and fit.solution.log_likelihood - rough.log_likelihood > least + FAR:
+        return None
     found = refitted(fit, less)
     lost = fit.solution.log_likelihood - found.solution.log_likelihood
     return found if lost < least else None
