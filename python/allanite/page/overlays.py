@@ -95,7 +95,11 @@ def readings(
     ):
         line = effect.standard
         value = None if line is None else values.get(line.name)
-        if line is None or not isinstance(value, Estimate) or not value.value > 0:
+        if (
+            line is None
+            or not isinstance(value, Estimate)
+            or not (value.value > 0 and value.detected)
+        ):
             continue
         sure = curve.edf >= min(10.0, float(curve.edf.max()))
         tau = line.read_at or float(curve.tau[sure][np.argmin(curve.measured[sure])])

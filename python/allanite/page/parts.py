@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from allanite.page.views import VIEWS, figure_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from allanite.axes import Common
+    from allanite.fit import Fit
     from allanite.page.tab import Tab
     from allanite.recording import Recording
 
@@ -98,8 +101,41 @@ def _saved(tab: Tab) -> dict[str, Any]:
     return study(tab)
 
 
+def _common(tab: Tab) -> dict[str, Any]:
+    """What the axes share: agreement of their models, shared noise, lines seen by several."""
+    from allanite.axes.words import in_common
+
+    names = tab.work.recording.columns
+    steps = [(n, one.step) for n, one in zip(names, tab.board.ladders, strict=True)]
+    fits = tuple((n, s.fit) for n, s in steps if s is not None)
+    if len(fits) < 2:
+        raise InputError("Two axes at least must be fitted before they can be compared")
+    found = _shared(fits)
+    return {
+        "sensors": [
+            {"name": s.name, "columns": list(s.columns), "sentences": in_common(s)}
+            for s in found.sensors
+        ],
+        "lines": [str(line) for line in found.lines],
+    }
+
+
+@lru_cache(maxsize=2)
+def _shared(fits: tuple[tuple[str, Fit], ...]) -> Common:
+    from allanite.axes.characterization import common_of
+    from allanite.study import Rung, Study
+    from allanite.suggestion import Check
+
+    def study(fit: Fit) -> Study:
+        # Only its last fit is looked at.
+        return Study(fit.recording, (Rung(fit),), Check(fit, None, ()), "limit")  # type: ignore[arg-type]
+
+    return common_of({name: study(fit) for name, fit in fits})
+
+
 _PARTS: dict[str, Callable[[Any], Any]] = {
     "strip": _strip,
+    "common": _common,
     "catalogue": _catalogue,
     "inspect": _inspect,
     "saved": _saved,

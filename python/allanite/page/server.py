@@ -213,6 +213,23 @@ async def _bounded(request: Request, most: int) -> bytes:
     return body
 
 
+def _listening() -> socket.socket:
+    """A socket at the usual port, or where another server has it, at any."""
+    for port in (PORT, 0):
+        found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            found.bind(("127.0.0.1", port))
+            found.listen(128)
+        except OSError:
+            found.close()
+            if port == 0:
+                raise
+        else:
+            return found
+    raise AssertionError
+
+
 class Page:
     """A running page.
 
@@ -225,12 +242,7 @@ class Page:
     def __init__(self, sources: Sequence[Source]) -> None:
         import uvicorn
 
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            self._socket.bind(("127.0.0.1", PORT))
-        except OSError:
-            self._socket.bind(("127.0.0.1", 0))
+        self._socket = _listening()
         port = self._socket.getsockname()[1]
         token = secrets.token_urlsafe(18)
         hosts = frozenset({f"127.0.0.1:{port}", f"localhost:{port}"})

@@ -1,21 +1,14 @@
 """The whole loop with the hand, in Chromium: what is read here is what a person sees."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from allanite.page import explore
+from page_browser import CHROMIUM, READY, needs_chromium
 
-CHROMIUM = Path("/usr/bin/chromium")
-READY = "body[data-busy=false][data-drawn] #verdict b"
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(
-        not CHROMIUM.exists(), reason="no /usr/bin/chromium (apt-get install chromium)"
-    ),
-]
+pytestmark = [pytest.mark.browser, needs_chromium]
 
 
 @pytest.fixture(scope="module")

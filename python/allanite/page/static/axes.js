@@ -37,7 +37,18 @@ export function axesTable() {
       el("tbody", {}, ...axes.map((a, i) => el("tr", { "aria-current": i === recording.column ? "true" : null },
         el("th", { scope: "row" }, el("button", { class: "link", onclick: () => act({ do: "column", column: i }) }, a.name)),
         el("td", { class: a.state }, `${SIGNS[a.state]} ${WORDS[a.state]}`), cell("td", a.model), ...symbols.map(s => cell("td", a.values[s])), cell("td", a.error), cell("td", a.state === "adequate" ? "nothing" : a.missing))))),
+    el("div", { id: "common" }, axes.filter(a => a.state !== "new").length > 1 ? el("button", { onclick: common }, "Compare the axes") : null),
     axes.some(a => a.state !== "adequate") && !busy() ? el("button", { class: "main", onclick: () => act({ do: "improve", all: true }) }, axes.length > 1 ? "Improve all axes" : "Improve") : null);
+}
+// Agreement, shared noise, lines that several axes see: by request, for it fits them together.
+async function common() {
+  $("common").textContent = "Comparing the axes …";
+  try {
+    const found = await speak(`tabs/${S.tab}/part/common`);
+    const capital = t => t[0].toUpperCase() + t.slice(1);
+    $("common").replaceChildren(...found.sensors.map(s => el("section", {}, el("h3", {}, `${capital(s.name)}: ${s.columns.join(", ")}`), el("ul", {}, ...(s.sentences.length ? s.sentences : ["one axis alone"]).map(t => el("li", {}, capital(t)))))),
+      found.lines.length ? el("section", {}, el("h3", {}, "Lines of several axes"), el("ul", {}, ...found.lines.map(t => el("li", {}, capital(t))))) : "");
+  } catch (error) { if ($("common")) $("common").textContent = error.message; }
 }
 export const step = by => {
   const { axes, recording } = S.state;

@@ -63,19 +63,15 @@ function head() {
   document.title = log ? `${log} – allanite` : "allanite";
 }
 function audit() {
-  const found = S.state.recording ? S.state.recording.audit : [];
-  const warnings = found.filter(f => f.severity === "warning"), notes = found.length - warnings.length;
+  const found = S.state.recording ? S.state.recording.audit : [], warnings = found.filter(f => f.severity === "warning");
+  const count = (n, word) => n ? `${n} ${word}${n > 1 ? "s" : ""}` : "", offers = f => f.offers.map(o => el("button", { onclick: () => act(o.act) }, o.text));
   $("audit").hidden = !S.state.recording;
-  const count = (n, word) => n ? `${n} ${word}${n > 1 ? "s" : ""}` : "";
-  const rest = found.length - 1 + (warnings.length ? 0 : 1);
-  const first = warnings[0];
   $("audit").className = warnings.length ? "warning" : "";
-  refill($("audit").querySelector("summary"), ...(found.length ? [el("b", {}, [count(warnings.length, "warning"), count(notes, "note")].filter(Boolean).join(", ")), el("span", {}, first ? first.message : found[0].message)] : [el("b", {}, "✓ Audit"), el("span", {}, "Nothing odd about the samples: no gaps, no clipping, no outliers")]));
-  refill($("audit").querySelector("div"), ...found.map(f => el("p", { class: f.severity }, el("b", {}, f.severity === "warning" ? "Warning" : "Note"), el("span", {}, f.message), ...f.offers.map(o => el("button", { onclick: () => act(o.act) }, o.text)))));
-  $("audit").dataset.rest = rest;
-  const offers = warnings.flatMap(f => f.offers).slice(0, 2);
-  $("offers")?.remove();
-  if (offers.length) $("audit").querySelector("summary").append(el("span", { id: "offers" }, ...offers.map(o => el("button", { onclick: event => { event.preventDefault(); event.stopPropagation(); act(o.act); } }, o.text))));
+  const title = [count(warnings.length, "warning"), count(found.length - warnings.length, "note")].filter(Boolean).join(", ");
+  $("audit-more").replaceChildren(...(found.length ? [el("b", {}, title), el("span", {}, (warnings[0] || found[0]).message)] : [el("b", {}, "✓ Audit"), el("span", {}, "Nothing odd about the samples: no gaps, no clipping, no outliers")]));
+  $("audit-more").disabled = !found.length;
+  refill($("offers"), ...warnings.flatMap(offers).slice(0, 2));
+  refill($("findings"), ...found.map(f => el("p", { class: f.severity }, el("b", {}, f.severity === "warning" ? "Warning" : "Note"), el("span", {}, f.message), ...offers(f))));
 }
 function pick(role) {
   $("pick").onchange = () => { if ($("pick").files[0]) send($("pick").files[0], role); $("pick").value = ""; };
@@ -137,6 +133,11 @@ function listen() {
   listenViews(); listenModel(); listenReading(); dropping();
   for (const name of ["undo", "redo", "theme", "full"]) $(name).append(icon(name));
   fill($("target"), TARGETS, "kalibr.yaml");
+  $("audit-more").onclick = () => {
+    const open = $("findings").hidden;
+    $("findings").hidden = !open;
+    $("audit-more").setAttribute("aria-expanded", open);
+  };
   $("undo").onclick = () => act({ do: "undo" });
   $("redo").onclick = () => act({ do: "redo" });
   $("improve").onclick = () => act({ do: "improve" });

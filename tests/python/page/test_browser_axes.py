@@ -1,0 +1,278 @@
+"""Several axes, a model made by hand, samples and columns, at every width: in Chromium."""
+
+import json
+
+import numpy as np
+import pytest
+
+from allanite import Recording
+from allanite.page import explore
+from generators import gauss_markov, sinusoid, walk, white
+from page_browser import CHROMIUM, READY, needs_chromium
+
+RATE, N = 20.0, 24_000
+WIDTHS = [(390, 844), (820, 1180), (1280, 720), (1920, 1080)]
+pytestmark = [pytest.mark.browser, needs_chromium]
+
+
+@pytest.fixture(scope="module")
+def six():
+    """Two gyroscopes, of which one hides a line, and an accelerometer, with a temperature."""
+    rng = np.random.default_rng(5)
+    x = white(rng, N, RATE, 0.01) + sinusoid(N, RATE, 1.7, 0.006)
+    y = white(rng, N, RATE, 0.01) + walk(rng, N, RATE, 2e-5)
+    z = white(rng, N, RATE, 0.02) + gauss_markov(rng, N, RATE, 1e-2, 8.0)
+    return Recording(
+        np.column_stack([x, y, z]),
+        RATE,
+        unit=["rad/s", "rad/s", "m/s^2"],
+        columns=["gyro_x", "gyro_y", "acc_x"],
+        covariates={"temperature": 20.0 + np.arange(N) / N},
+        path="six.npz",
+    )
+
+
+@pytest.fixture(scope="module")
+def server(six):
+    page = explore(six, open_browser=False)
+    yield page
+    page.close()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=str(CHROMIUM))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def context(browser):
+    """A browser with a storage of its own."""
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    context.set_default_timeout(60_000)
+    yield context
+    context.close()
+
+
+def opened(context, server):
+    tab = context.new_page()
+    tab.goto(server.url)
+    tab.wait_for_selector(READY)
+    return tab
+
+
+@pytest.fixture
+def tab(context, server):
+    said = []
+    tab = context.new_page()
+    tab.on("console", lambda message: said.append(message.text))
+    tab.on("pageerror", lambda error: said.append(str(error)))
+    tab.goto(server.url)
+    tab.wait_for_selector(READY)
+    yield tab
+    tab.close()
+    assert [text for text in said if "status of 400" not in text] == []
+
+
+def steps(tab):
+    return tab.locator("#ladder li").count()
+
+
+def test_every_axis_keeps_its_ladder_and_all_are_improved_and_exported(tab, context, server):
+    states = ".axis .state > span"
+    assert tab.locator("[data-axis='1']").get_attribute("class") == "axis new"
+    # Without the others, which the file says.
+    tab.locator(".menu summary").click()
+    with tab.expect_download() as download:
+        tab.locator("#export").click()
+    assert download.value.suggested_filename == "six-kalibr.yaml"
+    tab.wait_for_selector("#message >> text=Without gyro_y, acc_x")
+    tab.keyboard.press("a")
+    tab.wait_for_selector("body[data-busy=true]")
+    tab.wait_for_selector("body[data-busy=false]")
+    assert tab.locator(states).all_inner_texts() == ["Adequate"] * 3
+    assert steps(tab) == 2
+    tab.locator("[data-axis='2']").click()
+    tab.wait_for_selector("[data-axis='2'][aria-current]")
+    assert "Gauss" in tab.inner_text("#chips")
+    assert "Velocity random walk" in tab.inner_text("#chips")
+    # Undo crosses axes: the last change was here, the one before on the first axis.
+    tab.keyboard.press("Control+z")
+    tab.wait_for_selector("#ladder li:nth-child(2)", state="detached")
+    tab.keyboard.press("Control+z")
+    tab.wait_for_selector("[data-axis='0'][aria-current]")
+    tab.keyboard.press("Control+Shift+z")
+    tab.keyboard.press("Control+Shift+z")
+    tab.wait_for_selector("#ladder li:nth-child(2)")
+    tab.locator("[data-tab=axes]").click()
+    tab.wait_for_selector("#table tbody tr:nth-child(3)")
+    assert tab.inner_text("#table").count("Adequate") == 3
+    # Nothing is lost: loaded again, and in another page of this browser.
+    tab.locator("[data-tab=allan]").click()
+    tab.wait_for_timeout(900)
+    tab.reload()
+    tab.wait_for_selector(READY)
+    assert tab.locator(states).all_inner_texts() == ["Adequate"] * 3
+    assert tab.locator("#undo").is_enabled()
+    other = opened(context, server)
+    assert "3 axes" in other.inner_text("#offer")
+    other.get_by_role("button", name="Bring it back").click()
+    other.wait_for_selector("[data-axis='2']:not(.new)")
+    other.wait_for_selector(READY)
+    other.locator("[data-axis='2']").click()
+    other.wait_for_selector("[data-axis='2'][aria-current]")
+    other.wait_for_selector(READY)
+    assert steps(other) == 2
+    other.close()
+
+
+def test_the_model_is_the_users(tab):
+    # From the catalogue, with pictures.
+    tab.keyboard.press("e")
+    tab.wait_for_selector("#catalogue[open] .effect")
+    kinds = tab.locator("#effects .effect").evaluate_all("all => all.map(e => e.dataset.kind)")
+    assert {"quantization", "gauss_markov", "sinusoid", "bias_step"} <= set(kinds)
+    assert tab.locator("#effects svg.picture .own").count() >= 2 * len(kinds) - 2
+    assert tab.locator("[data-kind=angle_random_walk] button.main").is_disabled()
+    tab.locator("#effects [data-kind=quantization] button").click()
+    tab.wait_for_selector(".chip[data-kind=quantization]")
+    # Taken out it waits, and comes back.
+    tab.wait_for_selector(READY)
+    tab.get_by_role("button", name="Remove rate random walk").click()
+    tab.wait_for_selector(".chip[data-kind=rate_random_walk]", state="detached")
+    tab.wait_for_selector("#tray >> text=Rate random walk")
+    tab.get_by_role("button", name="Bring back rate random walk").click()
+    tab.wait_for_selector(".chip[data-kind=rate_random_walk]")
+    assert tab.locator("#tray").is_hidden()
+    # A colour stays with its effect.
+    color = "e => getComputedStyle(e).getPropertyValue('--own')"
+    white = tab.locator(".chip[data-kind=angle_random_walk]").evaluate(color)
+    # A lock is a lock.
+    lock = tab.locator(".chip[data-kind=angle_random_walk] .lock")
+    lock.click()
+    tab.wait_for_selector(".chip[data-kind=angle_random_walk] .lock[aria-pressed=true]")
+    # Typed, with what is held.
+    tab.wait_for_selector(READY)
+    tab.keyboard.press("m")
+    typed = tab.input_value("#typed-model")
+    assert "!" in typed
+    tab.fill("#typed-model", "K + N + SIN")
+    tab.keyboard.press("Enter")
+    tab.wait_for_selector(".chip[data-kind=sinusoid]")
+    assert tab.locator(".chip").count() == 3
+    assert tab.locator(".chip[data-kind=angle_random_walk]").evaluate(color) == white
+    # What cannot be is one line, and nothing is lost.
+    tab.keyboard.press("m")
+    tab.fill("#typed-model", "N + ZZ")
+    tab.keyboard.press("Enter")
+    tab.wait_for_selector("#message >> text=ZZ")
+    assert tab.locator(".chip").count() == 3
+
+
+def test_samples_down_to_single_ones_and_a_part_taken(tab):
+    tab.locator("[data-tab=samples]").click()
+    tab.wait_for_selector("body[data-drawn*=' samples ']")
+    assert "temperature" in tab.locator("#plot .y2title").text_content()
+    box = tab.locator("#plot .nsewdrag").first.bounding_box()
+    middle = box["y"] + box["height"] / 2
+
+    def brush(a, b):
+        drawn = tab.locator("body").get_attribute("data-drawn")
+        tab.mouse.move(box["x"] + a * box["width"], middle)
+        tab.mouse.down()
+        tab.mouse.move(box["x"] + b * box["width"], middle, steps=4)
+        tab.mouse.up()
+        tab.wait_for_function("was => document.body.dataset.drawn !== was", arg=drawn)
+
+    brush(0.25, 0.75)
+    assert "300–900 s" in tab.inner_text("#beside")
+    tab.get_by_role("button", name="Analyse only this").click()
+    tab.wait_for_selector("text=Take the whole record again")
+    tab.wait_for_selector(READY)
+    assert tab.evaluate("document.getElementById('recording').textContent").startswith("12")
+    brush(0.5, 0.51)
+    points = "document.querySelectorAll('#plot .points path.point').length"
+    assert 0 < tab.evaluate(points) <= 300
+    x, y = box["x"] + box["width"] / 2, middle
+    tab.mouse.dblclick(x, y)
+    tab.wait_for_function(f"() => {points} === 0")
+    tab.get_by_role("button", name="Take the whole record again").click()
+    tab.wait_for_selector("text=24 000 samples".replace(" ", "\u202f", 1))
+
+
+def test_numbers_hover_and_copies(tab, context):
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    tab.keyboard.press("n")
+    tab.wait_for_selector("#table table")
+    head = tab.locator("#table thead").first.inner_text()
+    assert "Averaging time τ (s)" in head
+    assert "Angle random walk" in head
+    tab.keyboard.press("n")
+    labels = tab.locator("#plot .annotation-text").all_text_contents()
+    assert any(text.startswith("N 0.0") and "rad/√s" in text for text in labels)
+    box = tab.locator("#plot .nsewdrag").first.bounding_box()
+    tab.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] * 0.8)
+    tab.wait_for_selector("#readout >> text=measured")
+    assert "τ = " in tab.inner_text("#readout")
+    tab.get_by_role("button", name="Unit of the cursor").click()
+    assert "°/" in tab.inner_text("#readout")
+    tab.locator(".menu summary").click()
+    tab.locator("#as-command").click()
+    copied = tab.evaluate("navigator.clipboard.readText()")
+    assert copied.startswith('allanite check "six.npz" --column "gyro_x"')
+    tab.keyboard.press("Shift+?")
+    tab.wait_for_selector("#help[open]")
+
+
+OVERFLOW = """() => {
+  const width = document.documentElement.clientWidth, out = [];
+  if (document.documentElement.scrollWidth > width) out.push(`page ${document.documentElement.scrollWidth}`);
+  return out;
+}"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_fits_every_width_and_axe_finds_nothing(context, server, scheme):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    tab = context.new_page()
+    tab.emulate_media(color_scheme=scheme)
+    tab.goto(server.url)
+    tab.wait_for_selector(READY)
+    for width, height in WIDTHS:
+        tab.set_viewport_size({"width": width, "height": height})
+        tab.wait_for_timeout(150)
+        assert tab.evaluate(OVERFLOW) == [], width
+        figure = tab.locator("#figure").bounding_box()
+        assert figure["height"] >= 300, width
+        assert figure["width"] >= 0.6 * width
+        assert tab.locator("#plot .main-svg").count() >= 1
+    tab.set_viewport_size({"width": 1280, "height": 720})
+    tops = tab.locator(".card").evaluate_all(
+        "all => all.map(c => c.getBoundingClientRect().bottom)"
+    )
+    assert sum(top < 640 for top in tops) >= min(2, len(tops))
+    serious(axe, tab)
+    tab.set_viewport_size({"width": 390, "height": 844})
+    serious(axe, tab)
+    tab.set_viewport_size({"width": 1280, "height": 720})
+    tab.keyboard.press("e")
+    tab.wait_for_selector("#catalogue[open] .effect")
+    serious(axe, tab)
+    tab.keyboard.press("Escape")
+    tab.locator("[data-tab=axes]").click()
+    tab.wait_for_selector("#table tbody")
+    serious(axe, tab)
+
+
+def serious(axe, tab):
+    """Nothing that axe calls serious or critical."""
+    found = axe.run(tab).response["violations"]
+    told = [
+        (v["id"], [n["html"][:120] for n in v["nodes"]][:4])
+        for v in found
+        if v["impact"] in ("serious", "critical")
+    ]
+    assert told == [], json.dumps(told, indent=1)
