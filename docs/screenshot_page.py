@@ -1,51 +1,82 @@
-"""Photograph the page in both themes, before and after the loop: docs/screenshots/page-*.png (make screenshots)."""
+"""Photograph the page at four widths in both themes, before and after the loop (make screenshots)."""
 
 import sys
 from pathlib import Path
 
+import numpy as np
 from playwright.sync_api import sync_playwright
 
-from allanite.cli.commands.demo import HIDDEN, SHOWN
+from allanite import Recording
 from allanite.effects import parse_model
 from allanite.page import explore
 
 HERE = Path(__file__).parent / "screenshots"
 CHROMIUM = "/usr/bin/chromium"
 READY = "body[data-busy=false][data-drawn] #verdict b"
+WIDTHS = {390: 844, 820: 1180, 1280: 720, 1920: 1080}
+VIEWS = ("psd", "map", "samples", "compare", "axes", "error", "nis")
+#: Columns of the log that is shown: the axes hide a lag, a line and nothing.
+MODELS = {
+    "gyro_x": "N(N=1e-4)+B(B=1e-5)+K(K=2e-7)+GM(q_c=3e-5,correlation_time=20)+SIN(frequency=1.7,amplitude=4e-5)",
+    "gyro_y": "N(N=1.1e-4)+B(B=1.2e-5)+K(K=1e-7)+SIN(frequency=1.7,amplitude=3e-5)",
+    "gyro_z": "N(N=1e-4)+B(B=1e-5)+K(K=2e-7)",
+}
+
+
+def recording() -> Recording:
+    """Three axes of a gyroscope."""
+    columns = [
+        parse_model(text).simulate(duration=3600.0, rate=50.0, seed=i, unit="rad/s").samples
+        for i, text in enumerate(MODELS.values(), 1)
+    ]
+    return Recording(
+        np.column_stack(columns), 50.0, unit="rad/s", columns=list(MODELS), path="gyroscope.npz"
+    )
 
 
 def main() -> None:
     HERE.mkdir(exist_ok=True)
-    recording = parse_model(f"{SHOWN}+{HIDDEN}").simulate(
-        duration=7200.0, rate=100.0, seed=1, unit="rad/s"
-    )
-    page = explore(recording.called("gyroscope.npz"), open_browser=False)
+    page = explore(recording(), open_browser=False)
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=CHROMIUM)
         for theme in ("light", "dark"):
-            tab = browser.new_page(viewport={"width": 1280, "height": 720}, color_scheme=theme)
+            size = {"width": 1280, "height": 720}
+            tab = browser.new_page(viewport=size, color_scheme=theme)
+            tab.set_default_timeout(240_000)
             tab.goto(page.url)
-            tab.wait_for_selector(READY, timeout=120_000)
-            shoot(tab, f"page-before-{theme}")
+            tab.wait_for_selector(READY)
+            at_widths(tab, f"before-{theme}")
             tab.hover(".card")
-            shoot(tab, f"page-card-{theme}")
-            tab.click("#improve")
-            tab.wait_for_selector("body[data-busy=false] #verdict .good", timeout=240_000)
+            shoot(tab, f"card-{theme}")
+            tab.keyboard.press("a")
+            tab.wait_for_selector("body[data-busy=true]")
+            tab.wait_for_selector("body[data-busy=false] #verdict .good")
             tab.mouse.move(640, 700)
-            shoot(tab, f"page-after-{theme}")
-            for view in ("psd", "map", "samples", "compare") if theme == "light" else ():
+            at_widths(tab, f"after-{theme}")
+            for view in VIEWS if theme == "light" else ():
                 tab.click(f"[data-tab={view}]")
+                tab.wait_for_selector(f"body[data-drawn*=' {view} ']")
                 tab.mouse.move(640, 700)
-                shoot(tab, f"page-{view}-{theme}")
+                shoot(tab, f"{view}-{theme}")
+            tab.keyboard.press("1")
+            tab.keyboard.press("e")
+            tab.wait_for_selector("#catalogue[open] .effect")
+            shoot(tab, f"catalogue-{theme}")
             tab.close()
         browser.close()
     page.close()
 
 
+def at_widths(tab, name: str) -> None:
+    for width, height in WIDTHS.items():
+        tab.set_viewport_size({"width": width, "height": height})
+        shoot(tab, f"{name}-{width}" if width != 1280 else name)
+    tab.set_viewport_size({"width": 1280, "height": 720})
+
+
 def shoot(tab, name: str) -> None:
-    tab.wait_for_selector(READY, timeout=120_000)
     tab.wait_for_timeout(600)
-    tab.screenshot(path=HERE / f"{name}.png")
+    tab.screenshot(path=HERE / f"page-{name}.png")
 
 
 if __name__ == "__main__":

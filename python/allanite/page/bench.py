@@ -214,10 +214,13 @@ class Bench:
         self.run(f"Reading {source.name}", work)
 
     def _begin(self, job: Job, place: int, work: Work) -> None:
-        _ = work.log(0).audit, work.recording.audit  # kept by them, at hand for every request
         with self.change(job):
-            # The measured curve is shown while the model is fitted.
+            # The measured curve is shown while the samples are looked over and the model is fitted.
             self.works[place] = work
+        job.say("Looking the samples over")
+        _ = work.recording.audit  # kept by it, at hand for every request
+        with self.change(job):
+            work.audited = True
 
     def take(self, span: tuple[float, float] | None) -> None:
         """Analyse a part of the log, s from its start, or the whole of it (None)."""
@@ -265,7 +268,6 @@ class Bench:
         if known is not None:
             return known
         log = self.work.log(column)
-        _ = log.audit
         job.say(f"Fitting {START} to {log.columns[0]}")
         step = Step("start", Rung(fit_model(log, parse_model_string(START))))
         look(step.fit)

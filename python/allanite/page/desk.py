@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import os
 import secrets
 import threading
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
 from allanite.page.source import MOST_BYTES, Source, Uploads
@@ -25,12 +26,15 @@ MOST_TABS = 32
 GRACE = 15.0
 #: Seconds after which a tab of which nothing was heard is forgotten.
 SILENT = 900.0
+#: M_ARENA_MAX of <malloc.h>.
+ARENA_MAX = -8
 
 
 class Desk:
     """All tabs and uploads of one server; `most_bytes` is the largest upload."""
 
     def __init__(self, sources: Sequence[Source], most_bytes: int = MOST_BYTES) -> None:
+        _few_arenas()
         self.sources = tuple(sources)
         self.most_bytes = most_bytes
         self.uploads = Uploads()
@@ -99,9 +103,21 @@ class Desk:
         return found
 
 
+def _library(name: str) -> Any:
+    """A function of the C library, or None where it has none of this name."""
+    return getattr(ctypes.CDLL(None), name, None) if os.name == "posix" else None
+
+
+def _few_arenas() -> None:
+    """Let threads share their memory: what one of many threads frees is otherwise kept for it."""
+    mallopt = _library("mallopt")
+    if mallopt is not None:
+        mallopt(ARENA_MAX, 2)
+
+
 def _give_back() -> None:
     """Give freed memory back to the system, where the C library would keep it."""
     gc.collect()
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if hasattr(ctypes, "CDLL") else None
+    trim = _library("malloc_trim")
     if trim is not None:
         trim(0)

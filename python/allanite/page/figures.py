@@ -32,7 +32,7 @@ __all__ = ["VIEWS", "colors_of", "failing", "figure_of", "fit_of"]
 #: Curves that can be told apart on one pair of axes.
 MOST_CURVES = 8
 #: Samples that a filter runs over at once; of a longer record the first.
-MOST_FILTERED = 4_000_000
+MOST_FILTERED = 1_000_000
 #: |z| within which a failing range goes on beside its largest.
 BESIDE = 2.0
 
@@ -228,8 +228,9 @@ def _nis(tab: Tab, _: Mapping[str, str]) -> Figure:
         if values.max() > 5.0
         else linear_axis("NIS", 0.0, 1.1 * float(values.max()))
     )
+    first = "the first " if found.recording.n < tab.log.n else ""
     told = (
-        f"{found.n} innovations, {found.space.states} states: mean NIS {found.mean_nis:.4g},"
+        f"{first}{found.n} innovations, {found.space.states} states: mean NIS {found.mean_nis:.4g},"
         f" {100 * found.coverage:.3g} % below the 95 % point, whiteness p {found.whiteness:.2g}"
     )
     panel = Panel(x, y, marks, title="NIS")

@@ -86,6 +86,7 @@ class Work:
         self.history = [Board((Ladder(),) * len(recording.columns))]
         self.place = 0
         self.digest = _digest(recording)
+        self.audited = False
         #: Effects that were taken out, by column: they can be brought back with the values they had.
         self.tray: list[list[Effect]] = [[] for _ in recording.columns]
         #: Colour role of each effect once it was seen: it keeps it.

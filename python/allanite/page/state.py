@@ -174,7 +174,8 @@ def _chip_units(unit: str) -> list[dict[str, str]]:
 def _recording(tab: Tab) -> dict[str, Any]:
     now = tab.work
     column, whole = tab.log, now.recording
-    found = [f for f in whole.audit if f.column in (None, column.columns[0])]
+    every = whole.audit if now.audited else []
+    found = [f for f in every if f.column in (None, column.columns[0])]
     return {
         "columns": [
             {"name": n, "unit": unit_text(u)}
@@ -183,6 +184,7 @@ def _recording(tab: Tab) -> dict[str, Any]:
         "column": tab.column,
         "digest": now.digest,
         "span": now.span,
+        "audited": now.audited,
         "n": column.n,
         "rate": column.rate,
         "duration": column.duration,

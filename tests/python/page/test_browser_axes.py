@@ -193,7 +193,7 @@ def test_samples_down_to_single_ones_and_a_part_taken(tab):
     tab.wait_for_selector("text=Take the whole record again")
     tab.wait_for_selector(READY)
     assert tab.evaluate("document.getElementById('recording').textContent").startswith("12")
-    brush(0.5, 0.51)
+    brush(0.5, 0.52)
     points = "document.querySelectorAll('#plot .points path.point').length"
     assert 0 < tab.evaluate(points) <= 300
     x, y = box["x"] + box["width"] / 2, middle

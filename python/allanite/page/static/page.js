@@ -65,7 +65,7 @@ function head() {
 function audit() {
   const found = S.state.recording ? S.state.recording.audit : [], warnings = found.filter(f => f.severity === "warning");
   const count = (n, word) => n ? `${n} ${word}${n > 1 ? "s" : ""}` : "", offers = f => f.offers.map(o => el("button", { onclick: () => act(o.act) }, o.text));
-  $("audit").hidden = !S.state.recording;
+  $("audit").hidden = !S.state.recording || !S.state.recording.audited;
   $("audit").className = warnings.length ? "warning" : "";
   const title = [count(warnings.length, "warning"), count(found.length - warnings.length, "note")].filter(Boolean).join(", ");
   $("audit-more").replaceChildren(...(found.length ? [el("b", {}, title), el("span", {}, (warnings[0] || found[0]).message)] : [el("b", {}, "✓ Audit"), el("span", {}, "Nothing odd about the samples: no gaps, no clipping, no outliers")]));
