@@ -87,6 +87,8 @@ def _arrange(layout: dict[str, Any], name: str, look: Any) -> None:
             axis["domain"] = [axis["domain"][0] + 0.05, axis["domain"][1]]
         if key.startswith("xaxis") or (key.startswith("yaxis") and name != "samples"):
             axis["title"]["text"] = sentence(axis["title"]["text"])
+        if key.startswith(("xaxis", "yaxis")):
+            axis["title"]["font"] = {"size": 13}
     layout["showlegend"] = name in LEGEND
     layout["legend"] = {
         "orientation": "h",

@@ -25,6 +25,8 @@ function narrow(layout) {
   layout.margin = { ...layout.margin, l: 58, r: 8 };
   layout.font = { ...layout.font, size: 11 };
   layout.annotations = (layout.annotations || []).filter(a => !String(a.text).startsWith("×"));
+  // Of a reading the letter: its number stands below.
+  if (shown.view.name === "allan") for (const a of layout.annotations) if (a.xref === "x") a.text = a.text.split(" ")[0];
   for (const [key, axis] of Object.entries(layout)) if (/^[xy]axis/.test(key) && axis.title) axis.title.standoff = 4;
   const across = Object.keys(layout).filter(k => k.startsWith("xaxis") && layout[k].domain[0] > 0.2);
   if (across.length && shown.view.name === "error") stack(layout);

@@ -24,7 +24,7 @@ export function cards() {
       onmouseenter: mark(true), onmouseleave: mark(false), onfocusin: mark(true), onfocusout: mark(false) },
       el("header", {}, el("h3", {}, capital(c.name)), c.significant ? null : el("span", { class: "tag" }, "not significant"),
         el("button", { class: i === 0 ? "main add" : "add", "data-work": true, "aria-label": `Add ${c.name}`, onclick: () => act({ do: "add", number: c.number }) }, "Add")),
-      el("p", { class: "why" }, c.sentence),
+      el("p", { class: "why", title: c.sentence }, capital(c.sentence)),
       el("div", { class: "bars" }, bar("Evidence", c.evidence, c.evidence_text), bar("Size", c.size, c.size_text, "size")),
       el("details", {}, el("summary", {}, c.rivals.length ? `Rivals: ${c.rivals.join(", ")} · how to confirm` : "How to confirm"),
         el("p", {}, capital(c.confirm), "."), el("p", { class: "tag" }, capital(c.physics), ".")));
