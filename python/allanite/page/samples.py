@@ -112,7 +112,7 @@ def _covariate(
     mean = np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
     time = (begin + 0.5 * (edges[:-1] + edges[1:]) / part.rate) / size
     unit = part.covariate_units.get(name, "1")
-    label = name if unit == "1" else f"{name} ({unit})"
+    label = name if unit == "1" else f"{name} ({unit.replace('degC', '°C')})"
     low, high = (float(np.nanmin(mean)), float(np.nanmax(mean))) if there.any() else (0.0, 1.0)
     room = 0.08 * (high - low)
     y = linear_axis(label, low - room, high + room, 3)

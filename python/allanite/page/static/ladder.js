@@ -12,7 +12,8 @@ export function verdict() {
   else if (!state.ladder.length) out.push(line("", "", "Open a log first"), offer("Open a log …", () => S.hooks.pick("log")));
   else if (!state.checked) out.push(line("", "Cancelled:", "not searched for what is missing"), offer("Search", () => act({ do: "check" })));
   else if (state.adequate) out.push(line("good", "✓ Adequate:", "no significant effect remains"));
-  else out.push(line("bad", "✗ Fails", state.where.length ? state.where[0] : "somewhere: the model is not adequate", { title: state.where.join("\n") }));
+  else if (state.where.length) out.push(line("bad", "✗ Fails", state.where[0], { title: state.where.join("\n") }));
+  else out.push(line("bad", "✗ Incomplete:", state.cards.some(c => c.significant) ? "a significant effect is missing" : "the misfit is larger than chance allows"));
   refill($("verdict"), ...out);
 }
 export function cards() {
