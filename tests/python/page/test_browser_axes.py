@@ -151,6 +151,7 @@ def test_the_model_is_the_users(tab):
     color = "e => getComputedStyle(e).getPropertyValue('--own')"
     white = tab.locator(".chip[data-kind=angle_random_walk]").evaluate(color)
     # A lock is a lock.
+    tab.wait_for_selector(READY)
     lock = tab.locator(".chip[data-kind=angle_random_walk] .lock")
     lock.click()
     tab.wait_for_selector(".chip[data-kind=angle_random_walk] .lock[aria-pressed=true]")
