@@ -1,5 +1,4 @@
-//! Large buffers on large pages, kept for the next call: to have the system clear small pages costs more than a running
-//! sum or the drawing of normals, and to have it clear large ones as much.
+//! Reused huge-page buffers: zeroing fresh pages costs more than the running sum.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::Mutex;

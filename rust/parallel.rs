@@ -49,7 +49,7 @@ where
                     seats.take();
                     worker();
                 });
-                // Where it has been put behind this thread, it goes first: to look for another place.
+                // Yield so that a worker queued behind this thread can start elsewhere.
                 std::thread::yield_now();
             }
             worker();

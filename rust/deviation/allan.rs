@@ -16,8 +16,7 @@ use crate::pages::Buffer;
 use crate::parallel::for_each;
 use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
 
-/// Tiers of the far factors: the largest of each, and how many terms an item of work has. What a tier reads of an item
-/// stays in the second-level cache, twice in the third, in neither; where it is large, each item has one group of factors.
+/// Cache tiers of the far factors: (largest m, terms per item), chosen to stay in L2, then twice in L3, then memory.
 const TIERS: [(usize, usize); 4] =
     [(1 << 14, 1 << 16), (1 << 17, 1 << 20), (1 << 19, 1 << 21), (usize::MAX, 1 << 25)];
 

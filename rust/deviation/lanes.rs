@@ -36,7 +36,7 @@ pub unsafe trait Lanes: Copy {
     unsafe fn total(self) -> f64;
 }
 
-/// Eight doubles for processors without a wider path: plain Rust.
+/// Portable fallback of four doubles.
 #[derive(Clone, Copy)]
 pub struct Portable([f64; 4]);
 

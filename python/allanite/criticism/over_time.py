@@ -74,7 +74,7 @@ class TimeMap:
 
 
 def time_map(solution: Solution, data: Data, whitened: Whitened) -> TimeMap:
-    """Cells of 32 segments by octaves; z compares a cell with its band's mean, so that it speaks of time alone."""
+    """32 segments × octaves; z compares a cell with its band's mean, isolating changes in time."""
     bands = [band for band in whitened.bands[::-1] if band[2].size > FEWEST * SEGMENTS]
     edges = np.linspace(data.start, data.start + data.duration, SEGMENTS + 1)
     half = data.rate / (2.0 * data.n)

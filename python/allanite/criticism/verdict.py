@@ -107,7 +107,11 @@ def _factor(factor: float) -> str:
 
 
 def _span(low: float, high: float, unit: str) -> str:
-    return "" if low == high else f", and off by more than chance at {low:.3g}–{high:.3g} {unit}"
+    return (
+        ""
+        if low == high
+        else f", and differs beyond its expected scatter at {low:.3g}–{high:.3g} {unit}"
+    )
 
 
 def criticise(fit: Fit, whitened: Whitened) -> Where:

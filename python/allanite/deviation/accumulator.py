@@ -10,7 +10,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.deviation.averaging import QUANTITIES, one_column, positive_rate
 from allanite.deviation.confidence import degrees_of_freedom
-from allanite.deviation.gaps import said
+from allanite.deviation.gaps import gap_notes
 from allanite.deviation.result import Deviation
 
 if TYPE_CHECKING:
@@ -156,7 +156,7 @@ class Accumulator:
         notes = ["stream: terms every 2^l samples, m/32 < 2^l ≤ m/16, for m ≥ 32"]
         if self.gaps:
             share = lost / (n + lost)
-            notes.extend(said(self.gaps, self.n, m / self.rate, share))
+            notes.extend(gap_notes(self.gaps, self.n, m / self.rate, share))
 
         def freedom() -> NDArray[np.float64]:
             return np.array(

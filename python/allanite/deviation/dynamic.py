@@ -14,7 +14,7 @@ from allanite.common.showing import html_list, html_table
 from allanite.common.validation import positive
 from allanite.deviation.averaging import Samples, Taus, averaging, samples_of
 from allanite.deviation.estimators import OADEV
-from allanite.deviation.gaps import said
+from allanite.deviation.gaps import gap_notes
 from allanite.deviation.result import cell
 
 if TYPE_CHECKING:
@@ -193,6 +193,6 @@ def _missing(
     missing = int(np.isnan(src.samples).sum()) if src.samples.dtype.kind == "f" else 0
     whole = n.shape[0] * OADEV.complete(m, size + (not src.angle))
     share = 1.0 - n.sum(axis=0) / np.maximum(whole, 1)
-    notes = said(missing, src.samples.size, np.asarray(m / src.rate), share)
+    notes = gap_notes(missing, src.samples.size, np.asarray(m / src.rate), share)
     empty = np.count_nonzero(~n.any(axis=1))
     return (*notes, f"{empty} of {n.shape[0]} windows have no term") if empty else notes

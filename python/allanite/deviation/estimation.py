@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.deviation.averaging import Samples, Taus, averaging
-from allanite.deviation.gaps import said
+from allanite.deviation.gaps import gap_notes
 from allanite.deviation.result import Deviation
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def estimate(
     lost = row.complete(m, src.points) - n if gaps else np.zeros(n.size, np.int64)
     if gaps:
         share = lost / np.maximum(n + lost, 1)
-        notes = (*notes, *said(gaps, src.samples.size, tau, share))
+        notes = (*notes, *gap_notes(gaps, src.samples.size, tau, share))
     variance, more = _corrected(row, variance, alpha, m, src.points, unbiased)
     scale = src.scale if row.gain is None else row.gain(src.scale, tau, src.rate)
     return Deviation(

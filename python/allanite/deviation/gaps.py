@@ -9,13 +9,13 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["said"]
+__all__ = ["gap_notes"]
 
 #: Share of the terms of one averaging time whose loss deserves advice.
 MANY = 0.5
 
 
-def said(
+def gap_notes(
     missing: int, samples: int, tau: NDArray[np.float64], lost: NDArray[np.float64]
 ) -> tuple[str, ...]:
     """What to know of a curve whose samples are partly missing.

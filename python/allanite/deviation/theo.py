@@ -10,7 +10,7 @@ import numpy as np
 from allanite.common.errors import TooShortError
 from allanite.deviation.averaging import Samples, Taus, averaging, samples_of
 from allanite.deviation.estimators import OADEV, THEO1, THEOH
-from allanite.deviation.gaps import said
+from allanite.deviation.gaps import gap_notes
 from allanite.deviation.result import Deviation
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def _theo1(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviat
     lost = THEO1.complete(m, src.points) - n
     share = lost / np.maximum(n + lost, 1)
     tau = np.asarray(0.75 * m / src.rate)
-    notes = (*notes, *said(gaps, src.samples.size, tau, share))
+    notes = (*notes, *gap_notes(gaps, src.samples.size, tau, share))
     return Deviation(
         THEO1.name,
         tau,
@@ -130,7 +130,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     tau = np.concatenate([near, 0.75 * far]) / src.rate
     whole_n = [OADEV.complete(near, src.points), THEOH.complete(far, src.points)]
     lost = np.concatenate(whole_n) - counts
-    notes = (*notes, *said(gaps, src.samples.size, tau, lost / np.maximum(counts + lost, 1)))
+    notes = (*notes, *gap_notes(gaps, src.samples.size, tau, lost / np.maximum(counts + lost, 1)))
     beyond = f"beyond {near[-1] / src.rate:g} s"
     told = (
         f"Theo1 {beyond}, its bias {bias:.4g} removed"

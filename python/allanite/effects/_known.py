@@ -24,7 +24,7 @@ class Deterministic(Effect):
     screened: ClassVar[str] = "slow"
     family: ClassVar[str] = "drift"
 
-    #: Whether it says nothing about another time than its own (a step): no block of a record predicts it.
+    #: True for one-off events (a step), which one half of a record cannot predict from the other.
     happens_once: ClassVar[bool] = False
 
     def regressors(

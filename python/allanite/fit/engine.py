@@ -178,7 +178,7 @@ def _given(model: Model, part: RandomPart) -> Maximum | None:
 
 
 def _with_white(model: Model) -> Model:
-    """Shapes without value in deterministic effects are found in the data, so nothing to do unless empty."""
+    """Add white noise if the model has no stochastic effect."""
     if not model.stochastic:
         from allanite.effects.angle_random_walk import AngleRandomWalk
 

@@ -229,7 +229,7 @@ def _stochastic(
 
 
 def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[float, float]:
-    """An interval so many times wider in ln(value); what is as good as unknown ends at e^±`UNKNOWN` of the value."""
+    """Widen an interval by `factor` in ln(value), clipped at e^±`UNKNOWN`."""
 
     def times(ratio: float) -> float:
         return float(np.exp(np.clip(factor * np.log(ratio), -UNKNOWN, UNKNOWN)))

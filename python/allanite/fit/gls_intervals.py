@@ -123,7 +123,7 @@ def interval(
 
 
 def _root(correlation: Array) -> Array:
-    """Cholesky factor; neighbouring averaging times are nearly the same number, hence a jitter as in the core."""
+    """Cholesky factor with diagonal jitter, as in the core; neighbouring τ are nearly collinear."""
     unit = np.eye(correlation.shape[0])
     for jitter in JITTERS[:-1]:
         try:

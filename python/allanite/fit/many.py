@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ManyFits", "Pooled", "aligned", "by_errors", "fit_many", "of_fits"]
 
-#: Below this probability recordings are said to differ, and their mean is one of a population.
+#: Below this p-value recordings are inconsistent, and a random-effects mean is reported.
 DIFFER = 0.05
 NORMAL = 1.959964
 

@@ -1,4 +1,4 @@
-"""Intervals of slow amplitudes that know that the spectrum at the slow end is known badly.
+"""Intervals of slow amplitudes that include the uncertainty of the low-frequency spectrum.
 
 The variance of a ramp or a step comes from a dozen of the lowest ordinates, whose spectrum a fit of K and B extrapolates.
 At the fitted coefficients it is too small, most of all where K or B was fitted to zero by chance. Averaged over them

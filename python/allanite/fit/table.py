@@ -53,8 +53,8 @@ def misfit_line(fit: Fit) -> str:
     line = f"χ²/dof = {m.reduced:.2f} ({m.chi2:.0f}/{m.dof}), p = {m.p_value:.2g}: {words}"
     if e.adev_rms_percent is not None:
         line += (
-            f"; Allan deviation off by {e.adev_rms_percent:.2g} % rms"
-            f" (chance alone: {e.chance_rms_percent:.2g} %)"
+            f"; Allan deviation: residual {e.adev_rms_percent:.2g} % rms"
+            f" (expected scatter: {e.chance_rms_percent:.2g} %)"
         )
     if e.adev_worst is not None:
         line += f", at most ×{np.exp(abs(np.log(e.adev_worst[0]))):.3g} at {e.adev_worst[1]:.3g} s"

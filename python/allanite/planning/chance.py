@@ -47,7 +47,7 @@ class Rise:
 
     @property
     def non_centrality(self) -> float:
-        """The rise on the record that is to be expected: what chance adds to is left out."""
+        """Log-likelihood gain on the expected record, without the chance contribution."""
         a = self.ratio - 1.0
         return float(0.5 * (self.count @ (a - np.log1p(a)) + self.signal.sum()))
 

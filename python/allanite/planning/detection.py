@@ -219,7 +219,7 @@ def as_effect(effect: Effect | str) -> Effect:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Odds:
-    """Law of the rise of logL, of the part of it that chance is asked about, and the least that is called significant."""
+    """Distribution of the gain in logL, of the part that the significance test uses, and the least significant gain."""
 
     rise: Rise
     judged: Rise

@@ -30,7 +30,7 @@ LONGEST = 10 * 365.25 * 86400.0
 CLOSE = 1.02
 #: Rates that are compared where none is given, Hz.
 RATES = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
-#: A rate is as good as the best one where the record is longer by less than this.
+#: Rates whose required duration is within this factor of the shortest count as equal.
 AS_GOOD = 1.1
 #: Expected odds at which two effects count as told apart.
 ODDS = 1000.0

@@ -1,4 +1,4 @@
-"""The record that is to be expected: every bin has exactly the power that the truth gives it.
+"""The expected record: each bin holds its expected power under the true model.
 
 A fit of this one record (the "Asimov data set" of Cowan, Cranmer, Gross & Vitells 2011, EPJ C 71, 1554) is the limit of
 the fits of many, and the logL that it loses without an effect is the non-centrality of the test for that effect.

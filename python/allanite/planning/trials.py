@@ -1,4 +1,4 @@
-"""What `check` will try on a record that has not been taken: the price of its search."""
+"""The trials correction `check` will apply to a future record."""
 
 from __future__ import annotations
 

@@ -77,7 +77,9 @@ def allan_panels(
         Band(
             band.tau, band.low_everywhere, band.high_everywhere, "model", "95 %, at all τ together"
         ),
-        Band(band.tau, band.low, band.high, "model", "95 % of chance if the model is true"),
+        Band(
+            band.tau, band.low, band.high, "model", "expected scatter (95 %) if the model is true"
+        ),
     ]
     for part, values in zip(parts(fit), curve.components.values(), strict=True):
         marks.append(Line(curve.tau, values, part.color, part.label, 1.2, part.dash))
@@ -121,7 +123,13 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
     low, high = count / chdtri(count, 0.025), count / chdtri(count, 0.975)
     marks: list[Mark] = [*_span(worst)]
     marks.append(
-        Band(frequency, model / high, model / low, "model", "95 % of chance if the model is true")
+        Band(
+            frequency,
+            model / high,
+            model / low,
+            "model",
+            "expected scatter (95 %) if the model is true",
+        )
     )
     known = parts(fit)
     for i, part in enumerate(known):

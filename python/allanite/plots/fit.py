@@ -74,8 +74,8 @@ def agreement(fit: Fit) -> str:
     text = f"χ²/dof {number(misfit.reduced)} (p = {number(max(misfit.p_value, 1e-300), 2)})"
     if error.adev_rms_percent is not None and error.chance_rms_percent is not None:
         text += (
-            f" · Allan deviation off by {number(error.adev_rms_percent, 2)} % rms"
-            f" (chance alone: {number(error.chance_rms_percent, 2)} %)"
+            f" · Allan deviation: residual {number(error.adev_rms_percent, 2)} % rms"
+            f" (expected scatter: {number(error.chance_rms_percent, 2)} %)"
         )
     return text
 

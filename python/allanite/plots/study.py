@@ -87,7 +87,7 @@ def _bars(
     texts = tuple("–" if v is None else number(v) for v in values)
     marks: list[Mark] = [Bars(numbers, texts, _colors(len(values)))]
     if guide is not None:
-        marks.append(Rule(guide, "x", "measured", "dash", "what chance alone gives", 1.3))
+        marks.append(Rule(guide, "x", "measured", "dash", "expected scatter", 1.3))
     shown = numbers[np.isfinite(numbers)]
     top = max([*shown, guide or 0.0, 1e-12])
     low = min([*shown, 0.0])
@@ -103,7 +103,13 @@ def _before_after(study: Study, column: int) -> Panel:
     low, high = interval(curve.measured, curve.edf)
     before, after = f"first model: {first.model.name}", f"last model: {last.model.name}"
     marks: list[Mark] = [
-        Band(curve.tau, curve.low, curve.high, "c1", "95 % of chance if the last model is true")
+        Band(
+            curve.tau,
+            curve.low,
+            curve.high,
+            "c1",
+            "expected scatter (95 %) if the last model is true",
+        )
     ]
     if len(study.ladder) > 1:
         marks.append(Line(first.curve.tau, first.curve.model, "model", before, 2.0, "dash"))

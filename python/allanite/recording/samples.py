@@ -72,7 +72,7 @@ def _finite(array: NDArray[Any], columns: Sequence[str] | None) -> None:
 def _place(
     piece: NDArray[Any], bad: NDArray[np.bool_], at: int, columns: Sequence[str] | None
 ) -> str:
-    """Say where the first infinity is, in words for people: they count from 1."""
+    """Describe the position of the first infinity, counting from 1."""
     row, *rest = (int(i) for i in np.argwhere(bad)[0])
     k = 1 if piece.ndim == 1 else piece.shape[1]
     names = columns if columns is not None and len(columns) == k else column_names(None, piece)

@@ -170,9 +170,9 @@ def _agreement(fit: dict[str, Any], place: str) -> Cell:
     words += _flat(exact(m["p_value"], f"{place}.misfit.p_value", 2))
     words += [")"]
     if e["adev_rms_percent"] is not None:
-        words += [", Allan deviation off by "]
+        words += [", Allan deviation: residual "]
         words += _flat(exact(e["adev_rms_percent"], f"{place}.error.adev_rms_percent", 2))
-        words += [" % rms (chance alone: about "]
+        words += [" % rms (expected scatter: about "]
         words += _flat(exact(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2))
         words += [" % rms)"]
     if e["adev_worst"] is not None:

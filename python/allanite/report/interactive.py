@@ -50,7 +50,7 @@ class PlotlyFigures:
 
 
 def _sized(document: dict[str, Any]) -> dict[str, Any]:
-    """Without a size of its own, that of its place holds; without the room for a title."""
+    """Let the container set the size; drop the title margin."""
     layout = {k: v for k, v in document["layout"].items() if k not in ("width", "height", "title")}
     layout["margin"] = {**layout.get("margin", {}), "t": 44}
     return {"data": document["data"], "layout": layout}

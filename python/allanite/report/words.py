@@ -179,6 +179,6 @@ def _fall(first: Any, last: Any) -> str:
     chance = last.error.chance_rms_percent
     return (
         f"The error of the Allan deviation goes from {number(before, 2)} % to {number(after, 2)} % rms "
-        f"(chance alone gives about {number(chance, 2)} %), χ²/dof from "
+        f"(expected scatter: about {number(chance, 2)} %), χ²/dof from "
         f"{number(first.misfit.reduced)} to {number(last.misfit.reduced)}."
     )

@@ -160,7 +160,7 @@ class Innovations:
         lines = [
             f"{self.n} innovations with {self.space.states} states: log-likelihood {self.log_likelihood:.6g}",
             f"{mean}, {100 * self.coverage:.2f} % below the 95 % point, whiteness p {self.whiteness:.2g}",
-            f"{'τ / s':>10}{'NIS':>10}{'95 % of chance':>20}",
+            f"{'τ / s':>10}{'NIS':>10}{'95 % expected':>20}",
         ]
         b = self.by_tau
         for t, v, lo, hi in zip(b.tau, b.nis, b.low, b.high, strict=True):

@@ -151,7 +151,7 @@ def _note(frequency: float, width: int, surplus: float, data: Data) -> str:
     hertz = width * data.rate / (2.0 * data.n)
     return (
         f"It is not a pure line: it wanders by ±{hertz:.2g} Hz. A narrow resonance at {frequency:.4g} Hz "
-        f"(damping {hertz / frequency:.2g}) explains {surplus:.0f} units of logL more"
+        f"(damping {hertz / frequency:.2g}) fits clearly better (ΔlogL {surplus:.0f})"
     )
 
 

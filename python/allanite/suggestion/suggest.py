@@ -48,7 +48,7 @@ class Suggestion:
     effect : Effect
         With the values found when it is added.
     significant : bool
-        Whether its chance, corrected for everything tried, is below 1 %.
+        Whether its p-value, which accounts for the number of effects and frequencies searched, is below 1 %.
     delta_log_likelihood : float
         Rise of logL when it is added.
     delta_bic : float
@@ -121,7 +121,7 @@ class Suggestion:
 
     @property
     def effect_happens_once(self) -> bool:
-        """Whether no part of a record says anything of the others: judged by its p-value alone."""
+        """True for one-off events, which one half of a record cannot predict from the other: their p-value decides."""
         return any(p.role == "time" for p in self.effect.parameters) or getattr(
             self.effect, "happens_once", False
         )

@@ -33,7 +33,7 @@ COARSE, FINE = 256, 4096
 def screen_moments(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[Candidate | None, Candidate | None]:
-    """Outliers among the whitened samples, and a change of level in what is left without them."""
+    """Screen outliers first; a change of level is then looked for in the samples without them."""
     outliers = screen_outliers(solution, data, whitened.samples)
     if outliers is None or outliers.solution is None or outliers.data is None:
         return outliers, screen_levels(solution, data, whitened)
