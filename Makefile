@@ -48,12 +48,13 @@ test-python: $(VENV)/.developed ## the package's tests, warnings are errors
 test-statistical: $(VENV)/.developed ## the long simulations alone
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m statistical
 
-lint: $(VENV)/.developed ## formatting, types, stubs, layers, clippy
+lint: $(VENV)/.developed ## formatting, spelling, types, stubs, layers, clippy
 	cargo fmt --check
 	cargo clippy --quiet --locked --all-targets -- -D warnings
 	cargo clippy --quiet --locked --features python -- -D warnings
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/codespell *.md docs python rust tests benches examples
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest allanite._core --mypy-config-file pyproject.toml --allowlist stubtest-allowlist.txt
 	$(BIN)/lint-imports

@@ -20,8 +20,8 @@ METHOD = (
     "Coefficients are those of the Whittle likelihood of cosine ordinates in 24 cells a decade, each of up to eight bins, "
     "with deterministic effects fitted by generalised least squares in the same ordinates. Model curves are those of the "
     "discrete process, not of asymptotic lines. p-values account for the number of shapes, frequencies, times and "
-    "effects searched; a check raises a false alarm in about 1 % of records. Statistical significance is not size: both are given "
-    "throughout."
+    "effects searched; a check raises a false alarm in about 1 % of records. Statistical significance is not size: both "
+    "are given throughout."
 )
 
 
