@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError, InputError, about
 from allanite.common.numbers import number
+from allanite.page.shown.tables import csv_of
+from allanite.page.shown.views import VIEWS, figure_of
 from allanite.page.source import Reading
 from allanite.page.studies import study
-from allanite.page.tables import csv_of
-from allanite.page.views import VIEWS, figure_of
 from allanite.page.words import WORDS
 from allanite.plots.words import unit_text
 

@@ -9,11 +9,11 @@ from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import conversion, parse_unit
 from allanite.effects import standard
-from allanite.page.cards import cards, chips, rung
 from allanite.page.documents import compare_with, sheet_rows
 from allanite.page.edits import SHEET, effect, shown_unit
-from allanite.page.figures import colors_of
-from allanite.page.offers import offers, sentence
+from allanite.page.shown.cards import cards, chips, rung
+from allanite.page.shown.figures import colors_of
+from allanite.page.shown.offers import offers, sentence
 from allanite.page.source import Reading
 from allanite.page.studies import open_study
 from allanite.page.words import WORDS

@@ -16,7 +16,7 @@ from allanite import testing
 from allanite.cli import cli
 from allanite.common.errors import InputError
 from allanite.effects import Parameter, Stochastic, find
-from allanite.page.cards import cards, chips
+from allanite.page.shown.cards import cards, chips
 from toy_effects.ageing import Ageing
 from toy_effects.double_lag import DoubleLag
 from toy_effects.mains_hum import MainsHum

@@ -11,9 +11,9 @@ from allanite import Recording
 from allanite.fit import fit_model
 from allanite.page import bench as bench_module
 from allanite.page.ladder import Ladder, Step, Work
+from allanite.page.shown.views import finite, view
 from allanite.page.source import Source
 from allanite.page.tab import Tab
-from allanite.page.views import finite, view
 from allanite.study import Rung
 from page_desk import act, opened, send, until, wait
 

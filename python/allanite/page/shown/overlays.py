@@ -9,7 +9,7 @@ import numpy as np
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
 from allanite.page.edits import shown_unit
-from allanite.page.figures import colors_of, failing
+from allanite.page.shown.figures import colors_of, failing
 from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.units import parse_unit
-from allanite.page.catalogue import catalogue
+from allanite.page.shown.catalogue import catalogue
+from allanite.page.shown.tables import table_of
+from allanite.page.shown.views import VIEWS, figure_of
 from allanite.page.source import Reading
-from allanite.page.tables import table_of
-from allanite.page.views import VIEWS, figure_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,7 +10,7 @@ import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.fit.curve import FAILS
-from allanite.page.samples import samples_figure
+from allanite.page.shown.samples import samples_figure
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.curves import allan_panels, parts, spectrum_panels
 from allanite.plots.deviation import plot_deviation

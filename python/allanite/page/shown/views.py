@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError
 from allanite.common.units import conversion, parse_unit
-from allanite.page import overlays
-from allanite.page.figures import VIEWS, figure_of, fit_of
-from allanite.page.offers import sentence
+from allanite.page.shown import overlays
+from allanite.page.shown.figures import VIEWS, figure_of, fit_of
+from allanite.page.shown.offers import sentence
 from allanite.plots.curves import parts
 from allanite.plots.plotly_painter import words
 from allanite.plots.themes import theme_of

@@ -1,0 +1,1 @@
+"""What the browser shows, as data: views, figures, tables, cards, the catalogue."""
