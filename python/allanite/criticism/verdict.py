@@ -61,7 +61,7 @@ class Where:
 
     @property
     def fails(self) -> bool:
-        """Whether any view shows more than chance."""
+        """Whether any view shows a significant residual."""
         return any(self.worst().values())
 
     def sentences(self) -> list[str]:

@@ -89,7 +89,7 @@ def _bars(
     if guide is not None:
         marks.append(Rule(guide, "x", "measured", "dash", "expected scatter", 1.3))
     shown = numbers[np.isfinite(numbers)]
-    top = max([*shown, guide or 0.0, 1e-12])
+    top = max([*shown, guide or 0.0]) or 1.0
     low = min([*shown, 0.0])
     # Room for the number at the end of the longest bar.
     room = 0.42 * (top - low)
@@ -130,7 +130,7 @@ def _before_after(study: Study, column: int) -> Panel:
 
 
 def _ending(study: Any) -> str:
-    added = len(study.ladder) - 1
+    added = sum(e is not None for rung in study.ladder for e in (rung.added, rung.brought))
     what = "no effect" if not added else f"{added} effect{'s' if added > 1 else ''}"
     if study.adequate:
         return f"{what} added; the last model agrees with the measurement"

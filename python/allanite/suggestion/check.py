@@ -38,7 +38,7 @@ class Check:
 
     @property
     def significant(self) -> tuple[Suggestion, ...]:
-        """Suggestions that chance does not explain."""
+        """Suggestions with a p-value below 1 %, all trials counted."""
         return tuple(s for s in self.suggestions if s.significant)
 
     @property
