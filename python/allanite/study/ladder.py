@@ -134,16 +134,18 @@ class Study:
     plot = verbs.study_plot
 
     def __str__(self) -> str:
+        rows = self.rows()
+        wide = max(22, *(len(cells[0]) for cells in rows))
         lines = [
             (
-                f"{'':>2}  {'added':22} {'misfit left':>11} {'discrepancy':>11} {'ADEV rms':>9} "
+                f"{'':>2}  {'added':{wide}} {'misfit left':>11} {'discrepancy':>11} {'ADEV rms':>9} "
                 f"{'worst':>20} {'prediction':>11}  model"
             )
         ]
-        for i, cells in enumerate(self.rows()):
+        for i, cells in enumerate(rows):
             added, left, discrepancy, rms, worst, predictive, model = cells
             lines.append(
-                f"{i:>2}  {added:22} {left:>11} {discrepancy:>11} {rms:>9} {worst:>20} {predictive:>11}  {model}"
+                f"{i:>2}  {added:{wide}} {left:>11} {discrepancy:>11} {rms:>9} {worst:>20} {predictive:>11}  {model}"
             )
         lines.append(f"stopped: {self.ending}")
         if self.verdict == "unexplained":

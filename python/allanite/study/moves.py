@@ -109,21 +109,22 @@ def _nearer(new: Fit, old: Fit) -> bool:
 
 
 def swapped(
-    fit: Fit, places: set[int], tried: set[tuple[str, str]]
+    fit: Fit, places: set[int], tried: set[tuple[str, str]], barred: set[str]
 ) -> tuple[Fit, str, Effect] | None:
     """The fit in which another kind stands clearly better where an effect stands, the kind that left, and the new effect.
 
     One that is little better takes the place if its Allan curve is clearly nearer to the measured one.
 
-    `places` are looked at; `tried` remembers (kind, kind that took its place): no swap is taken back.
+    `places` are looked at; `tried` remembers (kind, kind that took its place): no swap is taken back. Kinds that are
+    `barred` take no place.
     """
     best: tuple[float, Alternative, str] | None = None
     for place, effect in enumerate(fit.model.effects):
         if place not in places:
             continue
         for found in fit.alternatives(place):
-            pair = (effect.kind, found.effect.kind)
-            if pair[::-1] in tried or not _may_come(found.effect):
+            new = found.effect.kind
+            if (new, effect.kind) in tried or new in barred or not _may_come(found.effect):
                 continue
             if best is not None and found.evidence <= best[0]:
                 continue

@@ -113,8 +113,10 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
         brought: Effect | None = None
         own = set(range(asked - len(removed))) | {len(better.model) - 1}
-        swap = swapped(better, own, tried)
-        if swap is not None and swap[2].kind not in gone and _errors_fall(better, swap[0]):
+        # What is missing beside this one has a rung of its own.
+        later = {s.kind for s in check.significant if not _alike(s.effect, added)}
+        swap = swapped(better, own, tried, gone | later)
+        if swap is not None and _errors_fall(better, swap[0]):
             better, kind, new = swap
             if kind == added.kind:
                 added = new
@@ -125,6 +127,11 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
         return Rung(better, added, tuple(removed), risen, start, brought)
     return None
+
+
+def _alike(one: Effect, other: Effect) -> bool:
+    """Whether two effects may be names for the same thing."""
+    return one.kind == other.kind or one.kind in other.rivals or other.kind in one.rivals
 
 
 def _with_another(before: Fit, better: Fit) -> tuple[Fit, Effect] | None:
