@@ -61,7 +61,7 @@ def main() -> None:
     asked = parser.parse_args()
     warm = al.Recording(noise(20_000, np.random.default_rng(0)), rate=RATE, unit="rad/s")
     al.improve(warm)
-    print(f"{'samples':>10} {'work':28} {'CPU s':>8} {'in rfft':>8}")
+    print(f"{'samples':>10} {'work':34} {'CPU s':>8} {'in rfft':>8}")
     for n in asked.samples:
         rng = np.random.default_rng(1)
         record = al.Recording(many(n, rng), rate=RATE, unit="rad/s")
@@ -69,19 +69,20 @@ def main() -> None:
         transform, _ = spent(lambda record=record: np.fft.rfft(record.samples))
         fit_time, fit = spent(lambda record=record: al.fit_model(record, "N+B+K"))
         jobs = {
-            "fit N+B+K": lambda: (fit_time, fit),
-            "check": lambda fit=fit: spent(fit.check),
-            "ladder": lambda record=record: spent(lambda: al.improve(record)),
-            "ladder, comb of 12 lines": lambda lines=lines: spent(
-                lambda: al.improve(lines, limit=12)
-            ),
+            "check": fit.check,
+            "ladder": lambda record=record: al.improve(record),
+            "ladder, comb of 12 lines": lambda lines=lines: al.improve(lines, limit=12),
         }
+        row(n, "fit N+B+K", fit_time, transform)
         for name, job in jobs.items():
-            seconds, found = job()
+            seconds, found = spent(job)
             rungs = f", {len(found.ladder) - 1} rungs" if hasattr(found, "ladder") else ""
-            print(
-                f"{n:10d} {name + rungs:28} {seconds:8.2f} {seconds / transform:8.1f}", flush=True
-            )
+            row(n, name + rungs, seconds, transform)
+
+
+def row(n: int, name: str, seconds: float, transform: float) -> None:
+    """One line of the table."""
+    print(f"{n:10d} {name:34} {seconds:8.2f} {seconds / transform:8.1f}", flush=True)
 
 
 if __name__ == "__main__":
