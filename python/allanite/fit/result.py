@@ -274,7 +274,7 @@ class Fit:
     def body(self, searched: bool = True) -> dict[str, Any]:
         """Model, effects, misfit, error and adequacy: what fit, check and a rung have in common.
 
-        Without `searched` the rivals of an effect are those that were looked at anyway.
+        Without `searched` nobody looks for rivals of the effects: the list of each is empty.
         """
         from allanite.common.units import parse_unit
         from allanite.fit.alternatives import rivals
@@ -289,9 +289,7 @@ class Fit:
                     "name": effect.name_for(kind),
                     "parameters": {n: plain(v) for n, v in values.items()},
                     **({"held": sorted(effect.held)} if effect.held else {}),
-                    "rivals": rivals(self, place)
-                    if searched or place in self._alternatives
-                    else [],
+                    "rivals": rivals(self, place) if searched else [],
                 }
                 for place, (effect, values) in enumerate(
                     zip(self.model.effects, self.estimates, strict=True)

@@ -57,9 +57,12 @@ class Rung:
         added = "start" if self.added is None else f"+ {self.added.kind}"
         return f"Rung({added}: {self.fit.model.name})"
 
-    def to_dict(self, misfit_left: float) -> dict[str, Any]:
-        """The contract's record of a rung; `misfit_left` in per cent of the first rung's."""
-        body = self.fit.body(searched=False)
+    def to_dict(self, misfit_left: float, last: bool = True) -> dict[str, Any]:
+        """The contract's record of a rung; `misfit_left` in per cent of the first rung's.
+
+        Rivals of its effects are looked for on the last rung alone: the others were left for what was missing.
+        """
+        body = self.fit.body(searched=last)
         return {
             "added": None if self.added is None else self.added.kind,
             "removed": list(self.removed),
@@ -123,7 +126,8 @@ class Study:
             "version": _kernels.version(),
             "recording": self.recording.describe(),
             "ladder": [
-                rung.to_dict(left) for rung, left in zip(self.ladder, self.misfit_left, strict=True)
+                rung.to_dict(left, rung is self.ladder[-1])
+                for rung, left in zip(self.ladder, self.misfit_left, strict=True)
             ],
             "adequate": self.adequate,
             "verdict": self.verdict,

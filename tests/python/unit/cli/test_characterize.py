@@ -50,7 +50,7 @@ def test_json_is_the_contract(run, six):
     assert (code, err) == (0, "")
     assert document["schema"] == "allanite/characterize/1"
     assert [d["schema"] for d in document["columns"]] == ["allanite/improve/2"] * 6
-    assert set(document) == {"schema", "version", "columns", "failed", "common"}
+    assert set(document) == {"schema", "version", "columns", "failed", "common", "samples"}
 
 
 def test_a_stuck_axis_is_a_remark(run, tmp_path):

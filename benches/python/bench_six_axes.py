@@ -1,6 +1,6 @@
 """Simulated six-axis sensors at full size: are the exported numbers in their intervals, is the twin in the band?
 
-    python benches/python/six_axes.py [SENSORS] [SAMPLES]
+    python benches/python/bench_six_axes.py [SENSORS] [SAMPLES]
 
 Fifty sensors of 20 000 samples by default: 300 axes, some ten minutes of two cores. Prints one line a quantity with what
 was promised.
