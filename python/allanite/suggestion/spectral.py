@@ -89,8 +89,9 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
         if model.white is None:
             return np.zeros_like(solution.spectrum)
         place = next(i for i, e in enumerate(model.stochastic) if e.white)
+        # Its direction alone matters, also where another effect has taken all of the white noise.
         changed = column(data.unit_terms(model + effect, model.white), data)
-        return float(solution.theta[place]) * (changed - solution.columns[:, place])
+        return changed - solution.columns[:, place]
     assert isinstance(effect, Stochastic)
     return column(data.unit_terms(model, effect), data)
 
