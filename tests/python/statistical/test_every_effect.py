@@ -1,15 +1,15 @@
 """Each effect of the catalogue, hidden at the edge of what a record can show: named, measured, and is that the end?
 
 One hour at 50 Hz of N, B and K (rad/s) with one more effect made by independent code, at the strength where it is worth
-ΔlogL of about 30. Twenty seeds each.
+ΔlogL of about 30. Ten seeds each, twenty with ALLANITE_RECORDS=20.
 
-Twenty records say little of one interval: a true coverage of 95 % gives fewer than 18 of 20 in 7.5 % of the cases, and of
-the 23 numbers below at least one would fall short almost always (84 %). So every number is asked to be inside in 16 of 20,
-which a true 95 % misses in 0.26 % of the cases and one of 23 in 6 %; a true 80 % would pass in 63 %. This is a net for what
-is plainly wrong, not a proof of 95 %. On these seeds quantization has 16 of 20 (one of 23 has that few in 31 %); of 150
-other records 141 cover it (test_hard_intervals.py). Coverage proper is tried with hundreds of records there and in
-test_coefficient_intervals.py.
+Ten records say little of one interval: a true coverage of 95 % gives fewer than 7 of 10 in 0.1 % of the cases, and of the
+23 numbers below at least one in 2.4 %; a true 80 % would pass in 88 %. This is a net for what is plainly wrong, not a proof
+of 95 %. (Of twenty, fewer than 16 in 0.26 % and 6 %.) Coverage proper is tried with hundreds of records in
+test_hard_intervals.py and test_coefficient_intervals.py.
 """
+
+import os
 
 import numpy as np
 import pytest
@@ -17,7 +17,9 @@ import pytest
 import allanite as al
 import generators as g
 
-RATE, LENGTH, SEEDS = 50.0, 180_000, range(20)
+RATE, LENGTH, SEEDS = 50.0, 180_000, range(int(os.environ.get("ALLANITE_RECORDS", "10")))
+#: Of the records: how many may be named otherwise, left inadequate or predicted worse; and how many intervals may miss.
+ODD, OUTSIDE = (1, 3) if len(SEEDS) <= 10 else (2, 4)
 DURATION = LENGTH / RATE
 N, B, K = 0.0126, 0.002, 9.07e-5
 
@@ -163,9 +165,9 @@ def test_every_effect_at_the_edge(kind):
     )
     declared = next(e.rivals for e in al.CATALOGUE if e.kind == kind)
     named = sum(first.kind == kind or first.kind in declared for first, *_ in found)
-    assert named >= 19, told
+    assert named >= len(SEEDS) - 1, told
     for name in CASES[kind][2]:
         inside = sum(estimates.get(name, False) for _, _, estimates, *_ in found)
-        assert inside >= 16, f"{name} inside its interval in {inside} of 20; {told}"
-    assert sum(adequate for *_, adequate, _ in found) >= 18, told
-    assert sum(falls for *_, falls in found) >= 18, told
+        assert inside >= len(SEEDS) - OUTSIDE, f"{name} inside its interval in {inside}; {told}"
+    assert sum(adequate for *_, adequate, _ in found) >= len(SEEDS) - ODD, told
+    assert sum(falls for *_, falls in found) >= len(SEEDS) - ODD, told
