@@ -75,7 +75,7 @@ def test_inspect(said, folder):
 
 
 @pytest.mark.parametrize("asked", [("--find=GM(T=3,q_c=0.02)",), ("--know=K",)])
-@pytest.mark.parametrize("length", [(), ("--duration=120", "--rate=50")])
+@pytest.mark.parametrize("length", [("--rate=10",), ("--duration=120", "--rate=50")])
 def test_plan(said, asked, length):
     said("plan", "--model=N(N=0.01)+K(K=9e-4)", *asked, *length, "--json")
 
