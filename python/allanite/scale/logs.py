@@ -32,7 +32,7 @@ AHEAD = 2
 
 
 def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
-    """Logs of a folder, a pattern, a list in a text file, or a sequence, in the order of their names.
+    """Logs of a folder, a pattern, a list in a text file, or a sequence, in the order of their names; or the one log.
 
     Raises
     ------
@@ -47,8 +47,7 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
             anchor = Path(path.anchor or ".")
             found = [p for p in anchor.glob(str(path.relative_to(path.anchor))) if p.is_file()]
         elif path.is_file():
-            lines = path.read_text(encoding="utf-8").splitlines()
-            found = [path.parent / line.strip() for line in lines if line.strip()]
+            found = _listed(path) or [path]
         else:
             raise InputError(f"{source}: no such folder, pattern or list")
     else:
@@ -56,6 +55,23 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
     if not found:
         raise InputError(f"{source}: no log in it")
     return sorted(found)
+
+
+def _listed(path: Path) -> list[Path]:
+    """The logs that a text file names, one a line; none where no line is the name of a file: it is a log itself."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except UnicodeDecodeError:
+        return []
+    named = [path.parent / line.strip() for line in lines if line.strip()]
+    return named if any(_is_file(p) for p in named[:100]) else []
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def rows_of(path: str, model: str, rate: float | None, unit: str | None) -> list[dict[str, Any]]:

@@ -275,3 +275,14 @@ def test_watch_of_datagrams():
             reader.join(0.05)
     assert np.concatenate(found)[:2].tolist() == [0.5, 0.6]
     assert SEGMENT == 1024
+
+
+def test_one_log_is_a_fleet_of_one(tmp_path):
+    """A log is no list of logs, though both are text."""
+    from allanite.scale.logs import logs_of
+
+    log, names = tmp_path / "a.csv", tmp_path / "names.txt"
+    log.write_text("x\n0.1\n0.2\n")
+    names.write_text("a.csv\n\ngone.csv\n")
+    assert logs_of(log) == [log]
+    assert logs_of(names) == [log, tmp_path / "gone.csv"]
