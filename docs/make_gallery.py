@@ -25,6 +25,8 @@ from allanite.report.words import verdict
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "gallery"
 PAGE = FOLDER / "README.md"
+#: Discrepancy, in per cent, within which a model is good enough for most uses.
+WITHIN = 5.0
 HEAD = """# Real sensors
 
 What the loop does on recordings that other people made, at rest, and that nobody prepared for it. Every section is written
@@ -67,7 +69,24 @@ def write(sections: dict[str, str]) -> None:
     there = [record for record in RECORDS if record.name in sections]
     contents = "\n".join(f"* [{r.title}](#{anchor(r.title)})" for r in there)
     parts = [f"<!-- {r.name} -->\n{sections[r.name]}" for r in there]
-    PAGE.write_text("\n\n".join([HEAD + "\n" + contents, *parts]) + "\n", encoding="utf-8")
+    head = f"{HEAD}\n{share([sections[r.name] for r in there])}\n\n{contents}"
+    PAGE.write_text("\n\n".join([head, *parts]) + "\n", encoding="utf-8")
+
+
+def share(sections: list[str]) -> str:
+    """How many records end well, and how many of the expectations hold."""
+    adequate = sum("Nothing significant is left." in text for text in sections)
+    near = 0
+    for text in sections:
+        rungs = [line for line in text.splitlines() if line.startswith("|") and " × " not in line]
+        discrepancy = rungs[-1].split("|")[4].strip()
+        near += "Nothing significant is left." not in text and float(discrepancy) <= WITHIN
+    hold, fail = (sum(text.count(word) for text in sections) for word in ("| yes |", "| **no** |"))
+    believed = sum("| **no** |" not in text for text in sections)
+    return (
+        f"Of {len(sections)} records {adequate} end adequate and {near} more within {WITHIN:g} % of the spectrum. Of the"
+        f" {hold + fail} things that were expected {hold} were found; in {believed} records all of them."
+    )
 
 
 def anchor(title: str) -> str:

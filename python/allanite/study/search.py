@@ -8,6 +8,7 @@ import numpy as np
 
 from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
+from allanite.effects import Stochastic
 from allanite.fit import fit_model
 from allanite.fit.prediction import worse
 from allanite.study.ladder import Rung, Study
@@ -113,6 +114,8 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
         brought: Effect | None = None
         own = set(range(asked - len(removed))) | {len(better.model) - 1}
+        # A wandering process that came first may have stood for two.
+        own |= {i for i, e in enumerate(better.model) if isinstance(e, Stochastic) and e.wanders}
         # What is missing beside this one has a rung of its own.
         later = {s.kind for s in check.significant if not _alike(s.effect, added)}
         swap = swapped(better, own, tried, gone | later)
