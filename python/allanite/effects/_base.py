@@ -174,6 +174,11 @@ class Effect:
         )
 
     @classmethod
+    def may_be(cls, other: Effect | type[Effect]) -> bool:
+        """Whether a short record may take the one for the other: one kind, or declared rivals."""
+        return cls.kind == other.kind or cls.kind in other.rivals or other.kind in cls.rivals
+
+    @classmethod
     def parameter(cls, name: str) -> Parameter:
         """The declaration of a parameter."""
         return next(p for p in cls.parameters if p.name == name)

@@ -91,7 +91,7 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     part = RandomPart(fit.data, base.power, base.count)
     spent = numbers(out)
     for cls in CATALOGUE:
-        if not (cls.kind in out.rivals or out.kind in cls.rivals) or cls.kind == out.kind:
+        if cls.kind == out.kind or not cls.may_be(out):
             continue
         solution = _instead(cls, base, part)
         if solution is None:

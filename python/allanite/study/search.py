@@ -117,7 +117,7 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         # A wandering process that came first may have stood for two.
         own |= {i for i, e in enumerate(better.model) if isinstance(e, Stochastic) and e.wanders}
         # What is missing beside this one has a rung of its own.
-        later = {s.kind for s in check.significant if not _alike(s.effect, added)}
+        later = {s.kind for s in check.significant if not s.effect.may_be(added)}
         swap = swapped(better, own, tried, gone | later)
         if swap is not None and _errors_fall(better, swap[0]):
             better, kind, new = swap
@@ -130,11 +130,6 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
         return Rung(better, added, tuple(removed), risen, start, brought)
     return None
-
-
-def _alike(one: Effect, other: Effect) -> bool:
-    """Whether two effects may be names for the same thing."""
-    return one.kind == other.kind or one.kind in other.rivals or other.kind in one.rivals
 
 
 def _with_another(before: Fit, better: Fit) -> tuple[Fit, Effect] | None:

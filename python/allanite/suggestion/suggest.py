@@ -340,7 +340,7 @@ def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
                 if other is not one
                 and other.kind != one.kind
                 and abs(other.rank - one.rank) < RIVAL
-                and (other.kind in one.effect.rivals or one.kind in other.effect.rivals)
+                and one.effect.may_be(other.effect)
             )
         )
         out.append(replace(one, rivals=rivals))

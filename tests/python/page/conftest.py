@@ -7,6 +7,7 @@ from allanite import Recording
 from allanite.page.server import Desk
 from allanite.page.source import Source
 from generators import gauss_markov, sinusoid, walk, white
+from page_browser import CHROMIUM
 from page_desk import client_of, opened
 
 RATE, N = 20.0, 40_000
@@ -48,3 +49,12 @@ def looked(hidden):
     client = client_of(desk)
     yield client, desk, *opened(client)
     desk.uploads.close()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=str(CHROMIUM))
+        yield browser
+        browser.close()

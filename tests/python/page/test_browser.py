@@ -6,18 +6,9 @@ import numpy as np
 import pytest
 
 from allanite.page import explore
-from page_browser import CHROMIUM, READY, needs_chromium
+from page_browser import READY, needs_chromium
 
 pytestmark = [pytest.mark.browser, needs_chromium]
-
-
-@pytest.fixture(scope="module")
-def browser():
-    sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
-    with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=str(CHROMIUM))
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")

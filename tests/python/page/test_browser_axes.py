@@ -8,7 +8,7 @@ import pytest
 from allanite import Recording
 from allanite.page import explore
 from generators import gauss_markov, sinusoid, walk, white
-from page_browser import CHROMIUM, READY, needs_chromium
+from page_browser import READY, needs_chromium
 
 RATE, N = 20.0, 24_000
 WIDTHS = [(390, 844), (820, 1180), (1280, 720), (1920, 1080)]
@@ -37,15 +37,6 @@ def server(six):
     page = explore(six, open_browser=False)
     yield page
     page.close()
-
-
-@pytest.fixture(scope="module")
-def browser():
-    sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
-    with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=str(CHROMIUM))
-        yield browser
-        browser.close()
 
 
 @pytest.fixture
