@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from reference_pages import markdown
 
 import allanite as al
 from allanite.common.units import parse_unit
@@ -135,12 +135,13 @@ def page(kind: type[Effect], folder: Path) -> None:
     titles = {s: effect.name_for(parse_unit(u).kind) for s, u in SENSORS.items()}
     other = [f"{name} ({sensor})" for sensor, name in titles.items() if name != kind.title]
     title = kind.title[0].upper() + kind.title[1:]
+    formula, _, code = markdown(kind).partition("**Examples**")
     rivals = ", ".join(f"[{r.replace('_', ' ')}]({r}.md)" for r in kind.rivals)
     text = f"""# {title}
 
 `{kind.short}` in model strings, `{kind.kind}` in files, `al.{kind.__name__}` in Python.{" Also called " + ", ".join(other) + "." if other else ""}
 
-{inspect.getdoc(kind)}
+{formula.strip()}
 
 ![{title}: samples, Allan deviation and density]({kind.kind}.svg)
 
@@ -159,6 +160,10 @@ Simulated: `N(N=1) + {effect}` at {RATE:g} Hz, {LENGTH} samples.
 U is the unit of the samples. Values of `coefficient`s are fitted by likelihood, `shape`s are found by a scan and then fitted.
 
 {parameters(effect)}
+
+## Example
+
+{code.strip()}
 """
     (folder / f"{kind.kind}.md").write_text(text, encoding="utf-8")
 

@@ -33,7 +33,7 @@ def write(pages: Path) -> None:
     index = [
         "# Python",
         "",
-        "`import allanite as al`. The classes of effects have [pages of their own](../effects/index.md).",
+        "The examples begin with `import allanite as al` and `import numpy as np`. The classes of effects have [pages of their own](../effects/index.md).",
         "",
     ]
     for room in sorted(rooms):
@@ -93,7 +93,7 @@ def markdown(thing: object) -> str:
             out += ["", f"**{line}**", ""]
             continue
         if line.startswith(">>>") and not code:
-            out += ["", "```python"]
+            out += ["", "```pycon"]
             code = True
         elif code and not line.strip():
             out.append("```")

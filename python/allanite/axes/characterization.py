@@ -91,6 +91,19 @@ class Characterization:
     failed : mapping of str to str
         Why there is none, of columns that are too short or constant.
     common : Common
+
+    Examples
+    --------
+    >>> x = np.random.default_rng(1).normal(0, 0.1, (4000, 2))
+    >>> found = al.characterize(al.Recording(x, rate=10, unit="deg/s", columns=["gx", "gy"]), "N+K")
+    >>> print(found["gx"].fit.model.name, found.table().splitlines()[0])
+    N+K recording · 2 columns of 4000 samples at 10 Hz (400 s)
+    >>> found.export("kalibr").count("gyroscope_noise_density"), found.to_dict()["schema"]
+    (1, 'allanite/characterize/1')
+    >>> found.save("sensor.json")
+    >>> found.simulate(duration=10.0, seed=1).columns, found.report().to_markdown()[0]
+    (('gx', 'gy'), '#')
+    >>> figure = found.plot("axes.svg")
     """
 
     recording: Recording

@@ -56,6 +56,14 @@ def characterize(
     ------
     InputError, TooShortError
         No column can be characterised: what was wrong with the first.
+
+    Examples
+    --------
+    >>> x = np.random.default_rng(1).normal(0, 0.1, (4000, 2))
+    >>> log = al.Recording(x, rate=10, unit="deg/s", columns=["gx", "gy"])
+    >>> found = al.characterize(log, "N+K")
+    >>> list(found.studies), dict(found.failed)
+    (['gx', 'gy'], {})
     """
     columns = list(recording)
     found = improve_columns(columns, model, on_progress, limit, tolerance)

@@ -44,6 +44,16 @@ class AllaniteError(Exception):
         The parameter that was not given and would settle it: a key of `CALL`.
     remedy : str
         What to do, joined to `found`; parameters as ``{rate}``, with a number as ``{decimate:4}``.
+
+    Examples
+    --------
+    >>> try:
+    ...     al.Recording([1.0, 2.0, 3.0])
+    ... except al.AllaniteError as error:
+    ...     print(error)
+    ...     print(error.worded({"rate": "the field Rate"}))
+    no sampling rate: give rate= or a time column
+    no sampling rate: give the field Rate or a time column
     """
 
     def __init__(self, found: str = "", *, missing: str | None = None, remedy: str = "") -> None:
@@ -63,11 +73,29 @@ class AllaniteError(Exception):
 
 
 class InputError(AllaniteError, ValueError):
-    """The input or an option cannot be used."""
+    """The input or an option cannot be used.
+
+    Examples
+    --------
+    >>> try:
+    ...     al.Recording([1.0, 2.0], rate=-1)
+    ... except al.InputError as error:
+    ...     print(error)
+    the rate must be a positive number of Hz, found -1
+    """
 
 
 class TooShortError(AllaniteError, ValueError):
-    """The input is usable, but too short or too broken for what was asked."""
+    """The input is usable, but too short or too broken for what was asked.
+
+    Examples
+    --------
+    >>> try:
+    ...     al.oadev([1.0, 2.0], rate=10)
+    ... except al.TooShortError as error:
+    ...     print(error)
+    2 samples: at least 3 are needed
+    """
 
 
 @contextmanager

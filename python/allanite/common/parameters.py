@@ -27,6 +27,18 @@ class Estimate(float):
         Whether the record distinguishes the number from 0.
     name : str
         Name of the parameter, e.g. ``"N"``.
+
+    Examples
+    --------
+    >>> N = al.Estimate(0.01, 0.0002, (0.0096, 0.0104), "deg/s/sqrt(Hz)", name="N")
+    >>> N
+    0.0100 ± 0.0002 deg/s/sqrt(Hz)
+    >>> N.to("deg/sqrt(h)")
+    0.600 ± 0.012 deg/sqrt(h)
+    >>> N.to_dict()["interval"]
+    [0.0096, 0.0104]
+    >>> print(round(2 * N, 3))
+    0.02
     """
 
     __slots__ = ("detected", "interval", "name", "std_error", "unit")

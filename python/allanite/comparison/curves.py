@@ -74,7 +74,17 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Curves:
-    """Several curves; the first is what the others are compared with."""
+    """Several curves; the first is what the others are compared with.
+
+    Examples
+    --------
+    >>> model = al.parse_model("N(N=0.1)")
+    >>> log = model.simulate(duration=100, rate=10, seed=1)
+    >>> found = al.compare([("log", log, None), ("model", model, None)])
+    >>> [item["kind"] for item in found.to_dict()["items"]]
+    ['recording', 'model']
+    >>> figure = found.plot("curves.svg")
+    """
 
     curves: tuple[Drawn, ...]
 
@@ -142,6 +152,13 @@ def compare(
     ------
     InputError
         Models alone, without a rate.
+
+    Examples
+    --------
+    >>> old, new = al.parse_model("N(N=2)"), al.parse_model("N(N=1)")
+    >>> found = al.compare([("old", old, "deg/s"), ("new", new, "deg/s")], rate=10)
+    >>> print((found.curves[0].deviation / found.curves[1].deviation)[:2])
+    [2. 2.]
     """
     from allanite.deviation import oadev
     from allanite.recording import Recording

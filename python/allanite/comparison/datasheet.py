@@ -27,11 +27,11 @@ from typing import Any
 from allanite.common.errors import InputError, about
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit, conversion, parse_unit
+from allanite.comparison.slips import slip
 from allanite.effects import CATALOGUE
 
 __all__ = ["Comparison", "DataSheet", "Quoted", "compare_datasheet", "read_datasheet"]
 
-ONE_SIDED = math.sqrt(2)
 MINIMUM = "minimum"
 SOLID = 10  # degrees of freedom from which a point of the Allan curve may be its minimum
 
@@ -39,25 +39,6 @@ SOLID = 10  # degrees of freedom from which a point of the Allan curve may be it
 OF_THE_CURVE = {"in_run_bias_stability": ("bias_stability", "allan_minimum")}
 # What the sensor gives before a log takes its samples, Hz.
 FREQUENCIES = ("bandwidth", "sample_rate")
-
-# Factors by which a figure is off when it was read in the wrong convention, and what then happened.
-SLIPS_OF_N = (
-    (60.0, "a density in deg/s/√Hz was read as a random walk in deg/√h (60 times larger)"),
-    (60.0 / ONE_SIDED, "a one-sided density in deg/s/√Hz was read as a random walk in deg/√h"),
-    (1 / 60.0, "a random walk in deg/√h was read as a density in deg/s/√Hz (60 times smaller)"),
-    (ONE_SIDED / 60.0, "a random walk in deg/√h was read as a one-sided density in deg/s/√Hz"),
-    (ONE_SIDED, "a two-sided density was read as one-sided"),
-    (1 / ONE_SIDED, "a one-sided density was read as two-sided (N is it divided by √2)"),
-    (1 / 3600.0, "a density in deg/h/√Hz was read as deg/s/√Hz"),
-)
-SLIPS_OF_ALL = (
-    (180 / math.pi, "radians were taken for degrees"),
-    (math.pi / 180, "degrees were taken for radians"),
-    (9.80665, "g was taken for m/s²"),
-    (1 / 9.80665, "m/s² was taken for g"),
-    (1e3, "a prefix of 1000 was lost"),
-    (1e-3, "a prefix of 1000 was lost"),
-)
 
 
 def known_figures() -> dict[str, tuple[str, float | str]]:
@@ -123,7 +104,14 @@ class Quoted:
 
 @dataclass(frozen=True, slots=True)
 class DataSheet:
-    """Name and figures of a sensor's data sheet; its −3 dB bandwidth and its own rate, Hz, where given."""
+    """Name and figures of a sensor's data sheet; its −3 dB bandwidth and its own rate, Hz, where given.
+
+    Examples
+    --------
+    >>> sheet = al.DataSheet("MEMS", (), bandwidth=100.0)
+    >>> print(*np.round(sheet.folded(50.0), 3), sheet.remarks())  # 200 to 314 Hz of noise in 50 Hz
+    2.0 2.507 []
+    """
 
     name: str
     figures: tuple[Quoted, ...]
@@ -151,7 +139,7 @@ class DataSheet:
         for other in found[1:]:
             first = found[0]
             ratio = other.value * conversion(other.unit, first.unit) / first.value
-            said = _slip("N", ratio, 0.02)
+            said = slip("N", ratio, 0.02)
             if said:
                 remarks.append(
                     f"the sheet contradicts itself: {first.value:g} {first.unit} is not"
@@ -234,12 +222,24 @@ def _ratio(ratio: Estimate) -> str:
 
 
 def read_datasheet(path: str | Path) -> DataSheet:
-    """Read a sheet in TOML or JSON.
+    r"""Read a sheet in TOML or JSON.
+
+    Parameters
+    ----------
+    path : str or Path
 
     Raises
     ------
     InputError
         No such file, bad syntax, an unknown figure, a value without a unit.
+
+    Examples
+    --------
+    >>> with open("sheet.toml", "w", encoding="utf-8") as file:
+    ...     _ = file.write("[figures]\nnoise_density = '0.03 deg/s/sqrt(Hz)'\n")
+    >>> quoted = al.read_datasheet("sheet.toml").figures[0]
+    >>> quoted.name, round(quoted.in_unit("deg/s"), 4)  # one-sided 0.03 is N = 0.03/√2
+    ('noise_density', 0.0212)
     """
     path = Path(path)
     with about(path):
@@ -295,7 +295,7 @@ def _figure(name: str, given: object) -> Quoted:
 
 
 def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
-    """Compare a fit with a sheet: the ratio of each figure, and the suspicious ones named.
+    r"""Compare a fit with a sheet: the ratio of each figure, and the suspicious ones named.
 
     Parameters
     ----------
@@ -307,6 +307,16 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
     ------
     InputError
         A figure of another kind of sensor.
+
+    Examples
+    --------
+    >>> with open("sheet.toml", "w", encoding="utf-8") as file:
+    ...     _ = file.write("[figures]\nnoise_density = '0.03 deg/s/sqrt(Hz)'\n")
+    >>> log = al.AngleRandomWalk(N=0.03 / 2**0.5).simulate(duration=600, rate=50, seed=1, unit="deg/s")
+    >>> found = al.compare_datasheet(al.AngleRandomWalk().fit(log), al.read_datasheet("sheet.toml"))
+    >>> low, high = found.rows[0].ratio.interval
+    >>> bool(low < 1.0 < high)
+    True
     """
     unit = parse_unit(fit.recording.unit).name
     rows = []
@@ -362,7 +372,7 @@ def _minimum(recording: Any) -> Estimate:
 def _remark(figure: Quoted, ratio: Estimate) -> str:
     if not ratio.detected:
         return ""
-    return _slip(figure.coefficient, ratio.value, _tolerance(ratio))
+    return slip(figure.coefficient, ratio.value, _tolerance(ratio))
 
 
 def _tolerance(ratio: Estimate) -> float:
@@ -388,13 +398,3 @@ def _skipped(figure: Quoted, ratio: Estimate, sheet: DataSheet, recording: Any) 
         + (f" to {folded[1]:.3g}" if folded[1] > 1.001 * folded[0] else "")
         + "; log faster and average"
     )
-
-
-def _slip(coefficient: str, ratio: float, tolerance: float) -> str:
-    """Name the mistake that explains a ratio, if one does and chance does not."""
-    if ratio <= 0 or abs(math.log(ratio)) <= tolerance:
-        return ""
-    slips = (*SLIPS_OF_N, *SLIPS_OF_ALL) if coefficient == "N" else SLIPS_OF_ALL
-    distance, words = min((abs(math.log(ratio / factor)), words) for factor, words in slips)
-    # A wide interval fits some slip by chance: only a close one is worth a remark.
-    return f"looks as if {words}" if distance <= min(tolerance, 0.1) else ""

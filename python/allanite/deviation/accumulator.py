@@ -49,6 +49,20 @@ class Accumulator:
     ------
     InputError
         A rate, grid or quantity that cannot be used.
+
+    Examples
+    --------
+    The two halves of a record, each in a process of its own:
+
+    >>> x = np.random.default_rng(1).standard_normal(10_000)
+    >>> first, second = al.Accumulator(rate=10), al.Accumulator(rate=10, start=6000)
+    >>> first.update(x[:6000])
+    >>> second.update(x[6000:])
+    >>> first.merge(second)
+    >>> bool(np.allclose(first.oadev().deviation[:5], al.oadev(x, rate=10).deviation[:5]))
+    True
+    >>> al.Accumulator.restored(first.state()).n  # from plain numbers, in another process
+    10000
     """
 
     __slots__ = ("_base", "_core", "_octaves", "quantity", "rate", "start", "unit")

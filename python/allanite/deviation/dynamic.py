@@ -51,6 +51,18 @@ class DynamicDeviation:
         Unit of the deviation.
     diagnostics : tuple of str
         What to know before trusting it.
+
+    Examples
+    --------
+    >>> x = al.AngleRandomWalk(N=0.1).simulate(duration=1000, rate=10, seed=1)
+    >>> found = al.dynamic_oadev(x, window=100.0)
+    >>> found.deviation.shape == (found.time.size, found.tau.size)
+    True
+    >>> found.tau[found.shown(3)]
+    array([ 0.1,  1.6, 25.6])
+    >>> sorted(found.to_dict())
+    ['deviation', 'diagnostics', 'kind', 'tau_s', 'time_s', 'window_s']
+    >>> figure = found.plot("dynamic.svg")
     """
 
     time: NDArray[np.float64]
@@ -155,6 +167,16 @@ def dynamic_oadev(
         Samples, rate, window, step, taus or quantity that cannot be used.
     TooShortError
         A window longer than the record or shorter than 3 samples.
+
+    Examples
+    --------
+    A noise that doubles in the middle of the record shows at every τ:
+
+    >>> rng = np.random.default_rng(1)
+    >>> x = rng.standard_normal(10_000) * np.repeat([1.0, 2.0], 5000)
+    >>> found = al.dynamic_oadev(x, rate=10, window=200.0)
+    >>> print((found.deviation[-1, 0] / found.deviation[0, 0]).round(1))
+    2.0
     """
     src = samples_of(x, rate, quantity)
     window = positive(window, "window", "s", "a positive number of seconds")

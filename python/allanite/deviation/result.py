@@ -45,6 +45,17 @@ class Deviation:
         What to know before trusting it.
     lost : ndarray of shape (k,)
         Number of terms left out because they touch missing samples.
+
+    Examples
+    --------
+    >>> curve = al.AngleRandomWalk(N=0.1).simulate(duration=100, rate=10, seed=1).oadev()
+    >>> curve.tau[:3]
+    array([0.1, 0.2, 0.4])
+    >>> bool(curve.low[0] < 0.1 / 0.1**0.5 < curve.high[0])
+    True
+    >>> curve.to_dict()["points"][0]["m"]
+    1
+    >>> figure = curve.plot("curve.svg")
     """
 
     kind: str

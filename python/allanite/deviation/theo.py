@@ -45,6 +45,12 @@ def theo1(
         As of `allanite.oadev`.
     TooShortError
         Fewer than 3 samples, no averaging time that fits, or no even factor.
+
+    Examples
+    --------
+    >>> x = al.AngleRandomWalk(N=0.1).simulate(duration=100, rate=10, seed=1)
+    >>> print(al.theo1(x).tau[-1])  # s, where oadev ends at 25.6
+    38.4
     """
     src = samples_of(x, rate, quantity)
     if factors is None and not isinstance(taus, (str, int, np.integer)):
@@ -98,6 +104,14 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
         Samples, rate, taus or quantity that cannot be used.
     TooShortError
         Fewer than 120 samples, which the bias needs.
+
+    Examples
+    --------
+    The longest τ is beyond half of the record, where `oadev` ends:
+
+    >>> x = al.AngleRandomWalk(N=0.1).simulate(duration=100, rate=10, seed=1)
+    >>> bool(al.theoh(x).tau[-1] > 50.0)
+    True
     """
     src = samples_of(x, rate, quantity)
     last = src.points // 30 - 3

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.validation import LARGEST
+from allanite.effects._declared import SCREENS, Parameter, StraightLine
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -19,86 +20,33 @@ if TYPE_CHECKING:
 
 __all__ = ["SCREENS", "Effect", "Modifier", "Parameter", "Stochastic", "StraightLine"]
 
-#: How a check looks for an effect.
-SCREENS = {
-    "spectral": "every point of its shape grid moves the mean spectrum in its own way",
-    "slow": "a matched filter on the lowest ordinates at every point of its shape grid",
-    "line": "lines of any frequency, with their harmonics",
-    "level": "the white level over time",
-    "outlier": "single samples beyond what the noise allows",
-    "two levels": "the law of the samples where another process has the same spectrum",
-    "none": "not at all: it is fitted where a model names it",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """One number of an effect.
-
-    Attributes
-    ----------
-    name : str
-        JSON name, as in constructors.
-    unit : float or str
-        A float p means U·s^p for samples in U; a string is the unit itself (``s``, ``Hz``, ``1``, ``rad``).
-    low, high : float
-        Bounds, exclusive of nothing that has a meaning.
-    role : str
-        ``coefficient`` (the model is linear in it or its square), ``shape`` (found by scan and polish), ``choice``
-        (one of a few), ``time`` (found by the time view) or ``derived`` (reported only).
-    aliases : tuple of str
-        Short spellings in model strings.
-    symbol : str
-        What a legend prints for it; its name where empty.
-    optional : bool
-        Whether simulation and planning do without a value (a lag that is not there, a phase).
-    sheet : mapping of str to str
-        Unit in which data sheets print it, by kind of sensor (``units.Unit.kind``).
-    figures : mapping of str to tuple of str
-        What data sheets call it, each name with its other spellings.
-    """
-
-    name: str
-    unit: float | str
-    description: str
-    role: str = "coefficient"
-    low: float = 0.0
-    high: float = np.inf
-    aliases: tuple[str, ...] = ()
-    symbol: str = ""
-    optional: bool = False
-    sheet: Mapping[str, str] = field(default_factory=dict)
-    figures: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
-class StraightLine:
-    """How IEEE 952-1997 reads a coefficient off the Allan deviation.
-
-    Attributes
-    ----------
-    name : str
-        Of the coefficient: Q, N, B, K or R.
-    slope : float
-        On log-log paper.
-    read_at : float or None
-        τ at which the line is read, s; None for a plateau.
-    level : float
-        The line of coefficient 1 there.
-    scatter : str
-        Primitive term (see `effects.terms`) whose scatter the curve has on this slope.
-    """
-
-    name: str
-    slope: float
-    read_at: float | None
-    level: float
-    scatter: str
-
 
 @dataclass(frozen=True)
 class Effect:
-    """A physical effect with its values; a value that is None is to be fitted."""
+    """A physical effect with its values; a value that is None is to be fitted.
+
+    Examples
+    --------
+    >>> lag = al.GaussMarkov(q_c=0.01, correlation_time=30.0)
+    >>> print(lag.with_values(q_c=0.02), lag.name_for("angular rate"), lag.shown())
+    GM(q_c=0.02, correlation_time=30) Gauss-Markov process ('sigma', 'correlation_time')
+    >>> print(lag.psd(1e-4, rate=10).round(2), np.sqrt(lag.allan_variance(57.0, rate=10)).round(3))
+    0.09 0.024
+    >>> x = lag.simulate(duration=1000, rate=10, seed=1, unit="deg/s")
+    >>> [piece.n for piece in lag.simulate_chunks(duration=1000, rate=10, seed=1, size=4000)]
+    [4000, 4000, 2000]
+    >>> print(al.GaussMarkov().fit(x).model.name)
+    GM
+
+    What a check asks of an effect, which most answer as here:
+
+    >>> lag.parameter("q_c").unit, lag.grid("correlation_time", 10_000, 10.0).size
+    (-0.5, 24)
+    >>> al.GaussMarkov.may_be(al.BurstNoise), len(al.GaussMarkov.candidates(al.parse_model("N"), {}))
+    (True, 1)
+    >>> len(lag.variants()), lag.extended(), lag.errors(10.0), lag.shape_error("q_c", 1e-4, 1000.0)
+    (1, (), {}, None)
+    """
 
     kind: ClassVar[str]
     short: ClassVar[str]
@@ -289,7 +237,15 @@ class Effect:
 
 @dataclass(frozen=True)
 class Stochastic(Effect):
-    """A stationary random process, or one with stationary increments, linear in its squared coefficient."""
+    """A stationary random process, or one with stationary increments, linear in its squared coefficient.
+
+    Examples
+    --------
+    >>> al.AngleRandomWalk().unit_terms(rate=10.0), len(al.AngleRandomWalk(N=0.1).terms(rate=10.0))
+    ((White(variance=10.0),), 1)
+    >>> al.BurstNoise(amplitude=1.0, dwell_time=2.0).generator(rate=10.0) is None
+    False
+    """
 
     #: Name of the coefficient.
     coefficient: ClassVar[str]
@@ -318,7 +274,18 @@ class Stochastic(Effect):
 
 @dataclass(frozen=True)
 class Modifier(Effect):
-    """Changes the white part of the model instead of adding a process."""
+    """Changes the white part of the model instead of adding a process.
+
+    Examples
+    --------
+    >>> louder = al.NoiseLevelChange(start=50.0, end=100.0, factor=2.0)
+    >>> louder.gain(np.array([10.0, 60.0])), float(louder.mean_power(0.0, 100.0))
+    (array([1., 2.]), 2.5)
+    >>> louder.missing(2, 10.0), louder.generators(1.0, 10.0)
+    (array([False, False]), None)
+    >>> louder.modify(1.0, 10.0, (0.0, 100.0))  # white noise of variance 1 over the whole record
+    (White(variance=2.5),)
+    """
 
     #: Whether it acts at times of its own, and on the spectrum by its mean over the record.
     passing: ClassVar[bool] = False

@@ -19,6 +19,18 @@ class Deterministic(Effect):
     """A known function of time or of another column, linear in its amplitudes.
 
     One that is not `Periodic` is slow: it is looked for in the lowest ordinates alone.
+
+    Examples
+    --------
+    >>> step, time = al.BiasStep(time=1.0, height=0.2), np.arange(3.0)
+    >>> step.signal(time, {}), step.regressors(time, {}).shape, step.sampler(3, 1.0, {})(1, 3)
+    (array([0. , 0.2, 0.2]), (3, 1), array([0.2, 0.2]))
+    >>> step.amplitudes(), step.with_amplitudes(np.array([0.3])).height
+    (array([0.2]), 0.3)
+    >>> al.RateRamp(R=0.1).own_allan_variance(np.array([10.0]), 1.0).round(6)
+    array([0.5])
+    >>> al.BiasStep.regressor_ordinates([step], np.arange(1, 3), 3, 1.0, 0.0).shape
+    (1, 2)
     """
 
     screened: ClassVar[str] = "slow"
@@ -85,6 +97,11 @@ class Periodic(Deterministic):
     """A sum of lines at multiples of one frequency.
 
     Each is looked for in a window about its frequency, whose value is polished against the spectrum.
+
+    Examples
+    --------
+    >>> al.Sinusoid.at(7.3, (1, 2)).lines
+    ((1, 0.0, 0.0), (2, 0.0, 0.0))
     """
 
     frequency: float | None = None

@@ -11,7 +11,14 @@ from allanite.effects.terms import Term, White
 
 @dataclass(frozen=True)
 class AngleRandomWalk(Stochastic):
-    """S(f) = N² (two-sided); σ²(τ) = N²/τ. Slope −½. A data sheet's one-sided density is √2·N."""
+    """S(f) = N² (two-sided); σ²(τ) = N²/τ. Slope −½. A data sheet's one-sided density is √2·N.
+
+    Examples
+    --------
+    >>> noise = al.AngleRandomWalk(N=0.1)
+    >>> print(noise.allan_variance([1.0, 100.0], rate=10).round(6), noise.psd(1.0, rate=10).round(6))
+    [0.01   0.0001] 0.01
+    """
 
     N: float | None = None
 

@@ -31,6 +31,12 @@ class Bandwidth(Modifier):
     of a CIC decimator; ``fir`` a sharp decimation filter, a sinc in a Hamming window, `order` samples long.
 
     What is rounded or picked up after the filter is white again: `floor` is its density over N, none where it is not given.
+
+    Examples
+    --------
+    >>> model = al.AngleRandomWalk(N=0.1) + al.Bandwidth(cutoff=10.0)
+    >>> print((model.psd([0.01, 10.0], rate=1000) / 0.1**2).round(2))  # half the power at the cutoff
+    [1.  0.5]
     """
 
     cutoff: float | None = None

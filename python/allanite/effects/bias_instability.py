@@ -13,7 +13,14 @@ from allanite.effects.terms import Flicker, Term
 
 @dataclass(frozen=True)
 class BiasInstability(Stochastic):
-    """S(f) = B²τ0/(2 sin(πfτ0)) → B²/(2πf); plateau σ = √(2 ln2/π) B = 0.6643 B, 20 % above it at m = 1."""
+    """S(f) = B²τ0/(2 sin(πfτ0)) → B²/(2πf); plateau σ = √(2 ln2/π) B = 0.6643 B, 20 % above it at m = 1.
+
+    Examples
+    --------
+    >>> floor = al.BiasInstability(B=1.0).allan_variance([100.0], rate=10)
+    >>> print(np.sqrt(floor).round(3), np.round(np.sqrt(2 * np.log(2) / np.pi), 3))
+    [0.664] 0.664
+    """
 
     B: float | None = None
 

@@ -15,7 +15,15 @@ from allanite.effects._known import Deterministic
 
 @dataclass(frozen=True)
 class BiasStep(Deterministic):
-    """x(t) = h for t ≥ t0, 0 before."""
+    """x(t) = h for t ≥ t0, 0 before.
+
+    Examples
+    --------
+    >>> step = al.BiasStep(time=50.0, height=0.2)
+    >>> x = (al.AngleRandomWalk(N=0.01) + step).simulate(duration=100, rate=10, seed=1).samples
+    >>> print((x[500:].mean() - x[:500].mean()).round(1))
+    0.2
+    """
 
     time: float | None = None
     height: float | None = None

@@ -13,7 +13,14 @@ from allanite.effects.terms import Exponential, Term
 
 @dataclass(frozen=True)
 class BurstNoise(Stochastic):
-    """Two levels ±A, mean dwell time D in each; r(t) = A² e^{−2t/D}: the spectrum of a Gauss-Markov of T = D/2."""
+    """Two levels ±A, mean dwell time D in each; r(t) = A² e^{−2t/D}: the spectrum of a Gauss-Markov of T = D/2.
+
+    Examples
+    --------
+    >>> x = al.BurstNoise(amplitude=0.5, dwell_time=2.0).simulate(duration=100, rate=10, seed=1).samples
+    >>> np.unique(x)
+    array([-0.5,  0.5])
+    """
 
     amplitude: float | None = None
     dwell_time: float | None = None

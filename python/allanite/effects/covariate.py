@@ -22,6 +22,17 @@ class Covariate(Deterministic):
     """x(t) = c·u(t) + d·u(t)², u the column less its mean after a lag of time constant `lag` (0: none).
 
     d is fitted only where a value (0 to start with) is given.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> temp = 20 + np.cumsum(rng.normal(0, 0.05, 6000))
+    >>> x = rng.normal(0, 0.1, 6000) + 0.02 * temp
+    >>> recording = al.Recording(x, rate=10, unit="deg/s", covariates={"temp": temp})
+    >>> fit = (al.AngleRandomWalk() + al.Covariate(column="temp")).fit(recording)
+    >>> low, high = fit["COV.coefficient"].interval
+    >>> bool(low < 0.02 < high)
+    True
     """
 
     column: str | None = None

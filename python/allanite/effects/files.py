@@ -57,10 +57,27 @@ def model_from_dict(document: dict[str, Any], source: str) -> Model:
 def parse_model(text: str | Model) -> Model:
     """A model from a model string or from a JSON file.
 
+    Parameters
+    ----------
+    text : str or Model
+        ``N+B+K``, ``N(N=0.01)+GM(T=30!)``; or the path of a file that `Model.save` or `Fit.save` wrote.
+
+    Returns
+    -------
+    Model
+        Values that are not given are None: a fit finds them.
+
     Raises
     ------
     InputError
         Bad string (points at the character), missing or foreign file.
+
+    Examples
+    --------
+    >>> print(al.parse_model("N(N=0.01)+GM(T=30!)"))  # T is held
+    N(N=0.01)+GM(correlation_time=30!)
+    >>> al.parse_model("angle_random_walk+rate_random_walk").name
+    'N+K'
     """
     if isinstance(text, Model):
         return text

@@ -14,7 +14,16 @@ from allanite.effects.terms import Exponential, Term
 
 @dataclass(frozen=True)
 class GaussMarkov(Stochastic):
-    """r(h) = σ² φ^h, φ = e^{−τ0/T}, σ² = q_c² T/2. Allan peak 0.4365 q_c √T at τ = 1.8926 T."""
+    """r(h) = σ² φ^h, φ = e^{−τ0/T}, σ² = q_c² T/2. Allan peak 0.4365 q_c √T at τ = 1.8926 T.
+
+    Examples
+    --------
+    The Allan deviation has its maximum, 0.437 q_c √T, at τ = 1.89 T:
+
+    >>> lag = al.GaussMarkov(q_c=0.01, correlation_time=100.0)
+    >>> print(np.sqrt(lag.allan_variance([189.0], rate=10)).round(4))
+    [0.0437]
+    """
 
     q_c: float | None = None
     correlation_time: float | None = None

@@ -26,6 +26,24 @@ class Model:
     ----------
     effects : tuple of Effect
         In the order given.
+
+    Examples
+    --------
+    >>> model = al.AngleRandomWalk(N=0.1) + al.RateRandomWalk(K=0.01)
+    >>> print(model, model.name, len(model), model.replaced(1, K=0.02))
+    N(N=0.1)+K(K=0.01) N+K 2 N(N=0.1)+K(K=0.02)
+    >>> print(model.allan_variance(1.0, rate=10).round(6), model.psd(1.0, rate=10).round(6))
+    0.010034 0.010003
+    >>> recording = model.simulate(duration=1000, rate=10, seed=1, unit="deg/s")
+    >>> [piece.n for piece in model.simulate_chunks(duration=1000, rate=10, seed=1, size=4000)]
+    [4000, 4000, 2000]
+    >>> model.fit(recording)["N"].unit, model.state_space(10.0).states
+    ('deg/s·s^½', 1)
+    >>> len(model.terms(10.0)), len(model.unit_terms(model.effects[0], 10.0)), model.missing(3, 10.0)
+    (2, 1, None)
+    >>> model.save("model.json")
+    >>> al.parse_model("model.json") == model
+    True
     """
 
     effects: tuple[Effect, ...]

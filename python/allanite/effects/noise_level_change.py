@@ -17,6 +17,13 @@ class NoiseLevelChange(Modifier):
     """White noise of standard deviation `factor` times N's between `start` and `end`.
 
     The spectrum of the whole record only sees the mean power; the times come from the time view.
+
+    Examples
+    --------
+    >>> louder = al.AngleRandomWalk(N=0.1) + al.NoiseLevelChange(start=50.0, end=100.0, factor=2.0)
+    >>> x = louder.simulate(duration=100, rate=10, seed=1).samples
+    >>> print((x[500:].std() / x[:500].std()).round(0))
+    2.0
     """
 
     start: float | None = None

@@ -19,7 +19,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Outliers(Modifier):
-    """Samples at `times` are taken as missing; the recording keeps them."""
+    """Samples at `times` are taken as missing; the recording keeps them.
+
+    Examples
+    --------
+    >>> x = np.random.default_rng(1).normal(0, 0.1, 6000)
+    >>> x[[1000, 4000]] = 3.0
+    >>> check = al.AngleRandomWalk().fit(al.Recording(x, rate=10)).check()
+    >>> [(s.kind, s.effect.count) for s in check.significant]
+    [('outliers', 2.0)]
+    """
 
     count: float | None = None
     times: tuple[float, ...] | None = None

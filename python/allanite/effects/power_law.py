@@ -15,7 +15,14 @@ from allanite.effects.terms import Term
 
 @dataclass(frozen=True)
 class PowerLaw(Stochastic):
-    """S(f) = L² (2πf)^a, by fractional differences; a = 2, 0, −1, −2 are Q, N, B, K with L that coefficient."""
+    """S(f) = L² (2πf)^a, by fractional differences; a = 2, 0, −1, −2 are Q, N, B, K with L that coefficient.
+
+    Examples
+    --------
+    >>> flicker = al.PowerLaw(exponent=-1.0, level=0.01)
+    >>> print((flicker.psd([0.01], rate=100) / flicker.psd([0.1], rate=100)).round(1))
+    [10.]
+    """
 
     exponent: float | None = None
     level: float | None = None

@@ -13,7 +13,13 @@ from allanite.effects.terms import Blue, Term
 
 @dataclass(frozen=True)
 class Quantization(Stochastic):
-    """S(f) = (4Q²/τ0) sin²(πfτ0); σ²(τ) = 3Q²/τ², exact at every m. Slope −1."""
+    """S(f) = (4Q²/τ0) sin²(πfτ0); σ²(τ) = 3Q²/τ², exact at every m. Slope −1.
+
+    Examples
+    --------
+    >>> print(np.sqrt(al.Quantization(Q=1e-4).allan_variance(2.0, rate=100)).round(7))  # √3 Q/τ
+    8.66e-05
+    """
 
     Q: float | None = None
 

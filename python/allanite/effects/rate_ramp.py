@@ -15,7 +15,13 @@ from allanite.effects._known import Deterministic
 
 @dataclass(frozen=True)
 class RateRamp(Deterministic):
-    """x(t) = R t; σ²(τ) = R²τ²/2. Slope +1."""
+    """x(t) = R t; σ²(τ) = R²τ²/2. Slope +1.
+
+    Examples
+    --------
+    >>> print(np.sqrt(al.RateRamp(R=1e-3).allan_variance(10.0, rate=100)).round(5))  # R τ/√2
+    0.00707
+    """
 
     R: float | None = None
 

@@ -11,7 +11,13 @@ from allanite.effects.terms import RandomWalk, Term
 
 @dataclass(frozen=True)
 class RateRandomWalk(Stochastic):
-    """S(f) = K²τ0²/(4 sin²(πfτ0)) → (K/2πf)²; σ²(m) = K²τ(2m²+1)/(6m²) → K²τ/3. Slope +½."""
+    """S(f) = K²τ0²/(4 sin²(πfτ0)) → (K/2πf)²; σ²(m) = K²τ(2m²+1)/(6m²) → K²τ/3. Slope +½.
+
+    Examples
+    --------
+    >>> print(np.sqrt(al.RateRandomWalk(K=1e-3).allan_variance(300.0, rate=100)).round(4))  # K √(τ/3)
+    0.01
+    """
 
     K: float | None = None
 

@@ -169,6 +169,18 @@ def register(effect: E) -> E:
     ------
     InputError
         A declaration is missing, or one of its names is taken.
+
+    Examples
+    --------
+    An effect of one's own, with the declarations that `docs/own-effect.md` explains:
+
+    >>> class Breathing(al.Sinusoid):
+    ...     kind, short, title = "breathing", "BREATH", "breathing of the mount"
+    >>> al.register(Breathing).kind
+    'breathing'
+    >>> al.parse_model("N+BREATH(frequency=0.2)").name
+    'N+BREATH'
+    >>> al.CATALOGUE.remove(Breathing)
     """
     CATALOGUE.add(effect)
     return effect

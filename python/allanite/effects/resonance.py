@@ -14,7 +14,15 @@ from allanite.effects.terms import Exponential, Term
 
 @dataclass(frozen=True)
 class Resonance(Stochastic):
-    """r(t) = rms² e^{−ζω0t}(cos ω_d t + ζω0/ω_d sin ω_d t), ω_d = ω0 √(1−ζ²)."""
+    """r(t) = rms² e^{−ζω0t}(cos ω_d t + ζω0/ω_d sin ω_d t), ω_d = ω0 √(1−ζ²).
+
+    Examples
+    --------
+    >>> mount = al.Resonance(frequency=20.0, damping=0.05, rms=0.1)
+    >>> f = np.linspace(1.0, 49.0, 97)
+    >>> print(f[np.argmax(mount.psd(f, rate=100))].round())
+    20.0
+    """
 
     frequency: float | None = None
     damping: float | None = None

@@ -19,6 +19,14 @@ class Sinusoid(Periodic):
     """x(t) = A sin(2πft + φ); σ²(τ) = A² sin⁴(πfτ)/(m sin(πfτ0))². First peak 0.7246 A at τ = 0.371/f.
 
     `overtones` are (multiple, amplitude, phase) of each harmonic, one after the other: 2, A₂, φ₂, 3, A₃, φ₃ …
+
+    Examples
+    --------
+    >>> fan = al.Sinusoid(frequency=7.3, amplitude=0.02)
+    >>> x = (al.AngleRandomWalk(N=0.01) + fan).simulate(duration=60, rate=100, seed=1)
+    >>> check = al.AngleRandomWalk().fit(x).check()
+    >>> print(check.suggestions[0].kind, round(check.suggestions[0].effect.frequency, 1))
+    sinusoid 7.3
     """
 
     amplitude: float | None = None

@@ -18,7 +18,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class WarmUp(Deterministic):
-    """x(t) = A e^{−t/τ}, t from the first sample."""
+    """x(t) = A e^{−t/τ}, t from the first sample.
+
+    Examples
+    --------
+    >>> x = al.WarmUp(time_constant=100.0, amplitude=1.0).simulate(duration=500, rate=1, seed=1).samples
+    >>> print((x[100] / x[0]).round(3))
+    0.368
+    """
 
     time_constant: float | None = None
     amplitude: float | None = None

@@ -50,6 +50,14 @@ def fit_model(
         Infinities, an unknown method, a line beyond half of the rate.
     TooShortError
         Fewer than 32 samples, or constant ones.
+
+    Examples
+    --------
+    >>> truth = al.parse_model("N(N=0.1)+K(K=0.01)")
+    >>> fit = al.fit_model(truth.simulate(duration=1000, rate=10, seed=1, unit="deg/s"), "N+K")
+    >>> low, high = fit["N"].interval
+    >>> bool(low < 0.1 < high)
+    True
     """
     from allanite.effects import Model as _Model
     from allanite.effects import parse_model

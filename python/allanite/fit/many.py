@@ -77,6 +77,16 @@ class ManyFits:
     labels : tuple of str
         File and column of each.
     pooled : tuple of Pooled
+
+    Examples
+    --------
+    >>> truth = al.AngleRandomWalk(N=0.1)
+    >>> logs = [truth.simulate(duration=300, rate=10, seed=seed) for seed in (1, 2, 3)]
+    >>> many = al.fit_many(logs, al.AngleRandomWalk())
+    >>> many.agree, bool(many["N"].interval[0] < 0.1 < many["N"].interval[1])
+    (True, True)
+    >>> len(many.to_dict()["columns"]), many.pooled_dict()["agree"]
+    (3, True)
     """
 
     fits: tuple[Fit, ...]
@@ -174,6 +184,15 @@ def fit_many(
     ------
     InputError
         No recordings, or of different units.
+
+    Examples
+    --------
+    One of three units has twice the noise:
+
+    >>> noises = [al.AngleRandomWalk(N=N) for N in (0.1, 0.1, 0.2)]
+    >>> logs = [one.simulate(duration=300, rate=10, seed=k) for k, one in enumerate(noises)]
+    >>> al.fit_many(logs, al.AngleRandomWalk()).agree
+    False
     """
     from allanite.fit import fit_model
     from allanite.recording import Recording

@@ -55,6 +55,28 @@ class Fit:
         With fitted values.
     method : str
         ``whittle``, ``gls`` or ``lines``.
+
+    Examples
+    --------
+    >>> truth = al.parse_model("N(N=0.1)+K(K=0.01)")
+    >>> fit = al.parse_model("N").fit(truth.simulate(duration=1000, rate=10, seed=1, unit="deg/s"))
+    >>> better = fit.add(al.RateRandomWalk())
+    >>> fit.adequate, better.adequate, better.check().adequate, better.remove(1).model.name
+    (False, True, True, 'N')
+    >>> better["K"].unit, better.display_name(better.model.effects[1])
+    ('deg/s/s^½', 'rate random walk')
+    >>> better.alternatives(0), better.simulate_check(n=3, seed=1).simulated_chi2.shape
+    ((), (3,))
+    >>> better.compare_methods()["N"].name, better.summary() == str(better), better.body()["model"]
+    ('N', True, 'N+K')
+    >>> better.simulate(duration=60, seed=1).n, better.state_space().states
+    (600, 1)
+    >>> [piece.n for piece in better.simulate_chunks(duration=60, seed=1, size=400)]
+    [400, 200]
+    >>> better.save("fit.json")  # better.to_dict() as JSON
+    >>> al.parse_model("fit.json").name == better.to_dict()["model"]
+    True
+    >>> figure = better.plot("fit.svg")
     """
 
     recording: Recording

@@ -56,6 +56,14 @@ def explore(recording: Recording, *, open_browser: bool = True) -> Page:
     ------
     InputError
         A library of the page is not installed.
+
+    Examples
+    --------
+    >>> log = al.AngleRandomWalk(N=0.1).simulate(duration=60, rate=10, seed=1)
+    >>> page = al.explore(log, open_browser=False)
+    >>> page.url.startswith("http://127.0.0.1:")
+    True
+    >>> page.close()
     """
     from pathlib import Path
 

@@ -57,6 +57,12 @@ class Power:
         Probability that `check` names the effect as significant.
     standard_errors : mapping of str to float
         Standard error of each number when the whole model is fitted, by ``N``, ``GM.q_c``, in its own unit.
+
+    Examples
+    --------
+    >>> found = al.power("N(N=0.01)+K(K=1e-4)", duration=3600, rate=10)
+    >>> found.value("N"), bool(found.relative("N") < 0.01), found.to_dict()["schema"]
+    (0.01, True, 'allanite/power/1')
     """
 
     model: Model
@@ -172,6 +178,13 @@ def power(
         A value is missing, a column is not described, or the effect is one that a spectrum does not show.
     TooShortError
         Fewer samples than any fit needs.
+
+    Examples
+    --------
+    >>> line = al.Sinusoid(frequency=7.3, amplitude=4e-3)
+    >>> found = al.power("N(N=0.01)", line, duration=600, rate=100)
+    >>> bool(found.probability > 0.9)
+    False
     """
     base = as_model(model)
     added = None if effect is None else as_effect(effect)

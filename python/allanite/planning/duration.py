@@ -50,6 +50,12 @@ class Plan:
         What was asked for, in words.
     alternatives : tuple of (float, float or None)
         Rate in Hz and duration in s of each rate that was compared; None where ten years do not suffice.
+
+    Examples
+    --------
+    >>> found = al.plan("N(N=0.01)+K(K=1e-4)", know="K", to=0.2, rate=1.0)
+    >>> found.rate, found.to_dict()["schema"]
+    (1.0, 'allanite/plan/1')
     """
 
     duration: float
@@ -140,6 +146,12 @@ def plan(
     InputError
         None or several of `find`, `know` and `tell`, numbers out of range, or a question that ten years of record do not
         answer.
+
+    Examples
+    --------
+    >>> found = al.plan("N(N=0.01)+K(K=1e-4)", know="K", to=0.2, rate=1.0)
+    >>> bool(found.duration > 3600), bool(found.power.relative("K") < 0.21)
+    (True, True)
     """
     base = as_model(model)
     effect = None if find is None else as_effect(find)

@@ -69,7 +69,7 @@ def read(
     piece: int | None = None,
     topic: str | Sequence[str] | None = None,
 ) -> Recording:
-    """Read a log.
+    r"""Read a log.
 
     Parameters
     ----------
@@ -101,6 +101,15 @@ def read(
     ------
     InputError
         The file or an option cannot be used; the message names file, row and column.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> with open("gyro.csv", "w", encoding="utf-8") as file:
+    ...     _ = file.write("time [s],gx [deg/s],temp\n")
+    ...     file.writelines(f"{k / 100},{rng.normal():.6f},25.0\n" for k in range(200))
+    >>> al.read("gyro.csv")
+    Recording(gx: 200 samples at 100 Hz (2 s) in deg/s; covariates temp)
     """
     request = Request(
         rate,

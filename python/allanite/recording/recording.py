@@ -10,7 +10,7 @@ import numpy as np
 
 from allanite.common import verbs
 from allanite.common.errors import InputError, about
-from allanite.common.units import conversion, parse_unit, rate_unit
+from allanite.common.units import rate_unit
 from allanite.common.validation import moment, positive_rate
 from allanite.recording import samples as arrays
 from allanite.recording.samples import column_names, find_column, group_means, index_of, locked, own
@@ -69,6 +69,24 @@ class Recording:
         lengths that differ.
     TooShortError
         No sample at all, or nothing but NaN.
+
+    Examples
+    --------
+    >>> x = np.random.default_rng(1).normal(0.1, 0.02, (6000, 2))
+    >>> recording = al.Recording(x, rate=100, unit="deg/s", columns=["gx", "gy"])
+    >>> recording
+    Recording(gx, gy: 6000 samples at 100 Hz (60 s) in deg/s)
+    >>> gx, gy = recording["gx"], recording.column("gy")
+    >>> gx.to("deg/h").unit, gx.decimate(10).rate, gx.trim(10.0, 20.0).n, gx.half(0).n, gx.quiet().n
+    ('deg/h', 10.0, 1000, 3000, 6000)
+    >>> gx.oadev().tau.size, gx.psd().density.size > 10, gx.rate_samples().shape, gx.describe()["n"]
+    (12, True, (6000,), 6000)
+    >>> recording.in_units({"gx": "rad/s"}).units, recording.called("a.csv").path
+    (('rad/s', 'deg/s'), 'a.csv')
+    >>> from allanite.recording.findings import Finding
+    >>> gx.told_of([Finding("reader", "info", "read by hand")]).audit[0].message
+    'read by hand'
+    >>> figure = recording.plot("samples.svg")
     """
 
     samples: NDArray[Any]
@@ -291,16 +309,7 @@ class Recording:
             )
         if k == 1:
             return self
-        m = self.n // k
-
-        if self.quantity == "angle":
-            samples = self.samples[: m * k : k]
-        elif self.quantity == "increment":
-            samples = self.samples[: m * k].reshape(m, k, *self.samples.shape[1:]).sum(axis=1)
-            if np.isnan(samples).any():
-                samples = group_means(self.samples, k) * k
-        else:
-            samples = group_means(self.samples, k)
+        samples = arrays.averaged(self.samples, k, self.quantity)
         extra = {name: locked(group_means(values, k)) for name, values in self.covariates.items()}
         return self._with(
             samples=locked(samples), rate=self.rate / k, covariates=MappingProxyType(extra)
@@ -318,22 +327,7 @@ class Recording:
         InputError
             No column is of that kind.
         """
-        target = parse_unit(unit)
-        kinds = [parse_unit(u).kind for u in self.units]
-        if target.kind not in kinds:
-            raise InputError(
-                f"cannot express {self.unit} ({kinds[0]}) in {target.name} ({target.kind})"
-            )
-        factors = np.array(
-            [
-                conversion(own, target.name) if kind == target.kind else 1.0
-                for own, kind in zip(self.units, kinds, strict=True)
-            ]
-        )
-        units = tuple(
-            target.name if kind == target.kind else own
-            for own, kind in zip(self.units, kinds, strict=True)
-        )
+        factors, units = arrays.factors_to(unit, self.units)
         if units == self.units:
             return self
         samples = locked(self.samples * (factors if self.samples.ndim == 2 else factors[0]))

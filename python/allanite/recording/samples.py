@@ -8,6 +8,7 @@ import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.plain import plain
+from allanite.common.units import conversion, parse_unit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,8 +18,10 @@ if TYPE_CHECKING:
 CHUNK = 1 << 18  # rows looked at at a time
 
 __all__ = [
+    "averaged",
     "column_names",
     "covariate",
+    "factors_to",
     "find_column",
     "from_pint",
     "group_means",
@@ -145,6 +148,35 @@ def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:
         total = np.nansum(groups, axis=1, dtype=np.float64)
         found = np.where(2 * there >= k, total / np.maximum(there, 1), np.nan)
     return found
+
+
+def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
+    """Means of groups of k rates, sums of k increments, every k-th angle."""
+    m = len(samples) // k
+    if quantity == "angle":
+        return samples[: m * k : k]
+    if quantity == "increment":
+        sums: NDArray[Any] = samples[: m * k].reshape(m, k, *samples.shape[1:]).sum(axis=1)
+        return group_means(samples, k) * k if np.isnan(sums).any() else sums
+    return group_means(samples, k)
+
+
+def factors_to(unit: str, units: tuple[str, ...]) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Factor of each column to another unit, 1 for other kinds of sensor, and the units that follow.
+
+    Raises
+    ------
+    InputError
+        No column is of the kind of `unit`.
+    """
+    target = parse_unit(unit)
+    same = [parse_unit(own).kind == target.kind for own in units]
+    if not any(same):
+        names, kind = ", ".join(dict.fromkeys(units)), parse_unit(units[0]).kind
+        raise InputError(f"cannot express {names} ({kind}) in {target.name} ({target.kind})")
+    pairs = list(zip(units, same, strict=True))
+    factors = np.array([conversion(own, target.name) if ours else 1.0 for own, ours in pairs])
+    return factors, tuple(target.name if ours else own for own, ours in pairs)
 
 
 def from_pint(samples: Any, unit: str | Sequence[str]) -> tuple[Any, str | Sequence[str]]:

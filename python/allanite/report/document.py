@@ -91,6 +91,15 @@ class Report:
         What was asked for, as it is printed under "how it was computed".
     axes : Characterization, optional
         All columns at once: told first, if there are several.
+
+    Examples
+    --------
+    >>> log = al.AngleRandomWalk(N=0.1).simulate(duration=300, rate=10, seed=1)
+    >>> report = al.make_report(log, "N")
+    >>> report.save("report.md").name, report.to_dict()["schema"]
+    ('report.md', 'allanite/report/1')
+    >>> report.to_html()[:15], report.to_markdown()[:1]
+    ('<!doctype html>', '#')
     """
 
     entries: tuple[Entry, ...]
@@ -208,6 +217,12 @@ def make_report(
         Samples that cannot be fitted.
     TooShortError
         Too few of them.
+
+    Examples
+    --------
+    >>> log = al.AngleRandomWalk(N=0.1).simulate(duration=300, rate=10, seed=1)
+    >>> len(al.make_report(log, "N").entries)
+    1
     """
     from allanite.study import improve
 

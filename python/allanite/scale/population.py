@@ -87,7 +87,17 @@ class Deviating:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fleet:
-    """Populations of all numbers, the units that deviate, and the logs that could not be read."""
+    """Populations of all numbers, the units that deviate, and the logs that could not be read.
+
+    Examples
+    --------
+    >>> import json
+    >>> fixed = {"column": "gx", "status": "done", "effects": "{}"}
+    >>> numbers = [json.dumps({"N": [0.01 + 1e-4 * k, None, None, 1e-5]}) for k in range(10)]
+    >>> found = al.fleet([{**fixed, "file": f"{k}.csv", "numbers": n} for k, n in enumerate(numbers)])
+    >>> found.to_dict()["axes"], round(found["N"].median, 6)
+    (10, 0.01045)
+    """
 
     files: int
     axes: int
@@ -170,6 +180,18 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
         No such table, or none of these.
     TooShortError
         No row with numbers.
+
+    Examples
+    --------
+    The last of eleven units has five times the noise (value, 95 % interval, standard error):
+
+    >>> import json
+    >>> fixed = {"column": "gx", "status": "done", "effects": "{}"}
+    >>> levels = [*(0.01 + 1e-4 * k for k in range(10)), 0.05]
+    >>> numbers = [json.dumps({"N": [level, None, None, 1e-5]}) for level in levels]
+    >>> found = al.fleet([{**fixed, "file": f"{k}.csv", "numbers": n} for k, n in enumerate(numbers)])
+    >>> [unit.file for unit in found.deviating]
+    ['10.csv']
     """
     rows = _read(Path(table)) if isinstance(table, (str, Path)) else list(table)
     good = [row for row in rows if row.get("status") == "done" and row.get("numbers")]

@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.errors import InputError, about
 from allanite.common.validation import positive_rate
-from allanite.effects import Periodic
+from allanite.effects import Model, Periodic
 from allanite.fit.data import density
 from allanite.summary import Summary
 from allanite.summary.stretch import Stretch
 
 if TYPE_CHECKING:
-    from allanite.effects import Model
+    from allanite.effects import Effect
 
 __all__ = ["Alarm", "Watch"]
 
@@ -85,7 +85,7 @@ class Watch:
 
     Parameters
     ----------
-    model : Model
+    model : Model or Effect
         With values.
     rate : float
         Hz.
@@ -102,11 +102,32 @@ class Watch:
     ------
     InputError
         A model without values.
+
+    Examples
+    --------
+    >>> model = al.AngleRandomWalk(N=0.1)
+    >>> watch = al.Watch(model, rate=100.0)
+    >>> watch.update(model.simulate(duration=100, rate=100, seed=1).samples)
+    >>> watch.alarm is None
+    True
+    >>> watch.save("watch.json")
+
+    Later, in another process, the noise has doubled:
+
+    >>> watch = al.Watch(model, rate=100.0)
+    >>> watch.restore("watch.json")
+    >>> alarm = watch.update(2 * model.simulate(duration=100, rate=100, seed=2).samples)
+    >>> 80 < alarm.since_s < 120, watch.to_dict()["alarm"] is not None
+    (True, True)
+    >>> print(watch.prometheus().splitlines()[0])
+    # HELP allanite_samples_total Samples taken
     """
 
     def __init__(
-        self, model: Model, rate: float, unit: str = "1", tolerance: float = TOLERANCE
+        self, model: Model | Effect, rate: float, unit: str = "1", tolerance: float = TOLERANCE
     ) -> None:
+        if not isinstance(model, Model):
+            model = Model((model,))
         self.model, self.rate, self.unit = model, positive_rate(rate), unit
         self.tolerance = tolerance
         for effect in model.stochastic:

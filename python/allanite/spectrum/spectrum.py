@@ -214,6 +214,12 @@ class Spectrum:
         95 % interval of the density (χ² with `count` degrees of freedom).
     count : ndarray, shape (bins,)
         Ordinates in the bin.
+
+    Examples
+    --------
+    >>> found = al.psd(al.AngleRandomWalk(N=0.1).simulate(duration=1000, rate=10, seed=1))
+    >>> sorted(found.to_dict())
+    ['points', 'schema', 'sided']
     """
 
     frequency: NDArray[np.float64]
@@ -273,6 +279,14 @@ def psd(x: Any, rate: float | None = None) -> Spectrum:
         A rate that is not positive, or a record of several columns.
     TooShortError
         Fewer than 8 samples.
+
+    Examples
+    --------
+    The density is two-sided: white noise of coefficient N has the density N².
+
+    >>> found = al.psd(al.AngleRandomWalk(N=0.1).simulate(duration=1000, rate=10, seed=1))
+    >>> print(np.average(found.density, weights=found.count).round(3))
+    0.01
     """
     from scipy.special import chdtri
 

@@ -61,6 +61,15 @@ class Innovations:
     space : StateSpace
         The filter.
     recording : Recording
+
+    Examples
+    --------
+    >>> model = al.parse_model("N(N=0.1)+K(K=0.01)")
+    >>> found = al.innovations(model.simulate(duration=500, rate=10, seed=1), model)
+    >>> bool(abs(found.mean_nis - 1) < 4 * (2 / found.n) ** 0.5)
+    True
+    >>> found.to_dict()["schema"]
+    'allanite/innovations/1'
     """
 
     values: Array
@@ -197,6 +206,14 @@ def innovations(
         A value is missing, or a covariate of the model.
     TooShortError
         Fewer than two samples are there.
+
+    Examples
+    --------
+    With half of the noise the filter trusts itself too much:
+
+    >>> x = al.AngleRandomWalk(N=0.1).simulate(duration=500, rate=10, seed=1)
+    >>> print(round(al.innovations(x, al.AngleRandomWalk(N=0.05)).mean_nis))
+    4
     """
     from allanite.effects import Model, parse_model
 

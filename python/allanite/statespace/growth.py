@@ -67,6 +67,15 @@ class Growth:
         Effects that depend on the time of the record (a step, a temperature) and are not in it.
     aided : float
         Seconds of aiding before the fix.
+
+    Examples
+    --------
+    >>> drift = al.AngleRandomWalk(N=0.01) + al.RateRandomWalk(K=1e-4)
+    >>> angle = al.predict(drift, aided=100.0, tau=[10.0], unit="deg/s", rate=10)[0]
+    >>> print(angle.quantity, angle.unit, sorted(angle.to_dict()["budget"]))
+    angle rad ['K', 'N']
+    >>> print(angle.table().splitlines()[0][:27])
+    angle since the fix, deg (s
     """
 
     quantity: str
@@ -179,6 +188,14 @@ def predict(
     ------
     InputError
         No unit or rate, a value that is missing, times that are no positive numbers or too long.
+
+    Examples
+    --------
+    The angle of white noise grows by N √t, and by N t/√T of the bias known from T seconds:
+
+    >>> angle = al.predict(al.AngleRandomWalk(N=0.01), aided=1e4, tau=[100.0], unit="rad/s", rate=1)[0]
+    >>> print(angle.total.round(2))
+    [0.1]
     """
     recording = getattr(model, "recording", None)
     model = getattr(model, "model", model)
@@ -231,6 +248,15 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
     ------
     TooShortError
         Not one segment of aiding and coasting.
+
+    Examples
+    --------
+    >>> noise = al.AngleRandomWalk(N=0.01)
+    >>> angle = al.predict(noise, aided=10.0, tau=[1.0], unit="rad/s", rate=10)[0]
+    >>> log = noise.simulate(duration=5000, rate=10, seed=1, unit="rad/s")
+    >>> seen = al.measured_growth(log, angle)
+    >>> print((seen.rms / angle.total).round(1), seen.segments)
+    [1.] 454
     """
     parsed = parse_unit(recording.unit)
     order, factor = next(

@@ -50,6 +50,16 @@ class StateSpace:
         subtract or to estimate.
     exact : tuple of Term
         The model itself, against which a reduced form is judged.
+
+    Examples
+    --------
+    >>> space = al.parse_model("N(N=0.1)+GM(q_c=0.01,T=30)").state_space(rate=10.0)
+    >>> print(space.F.round(4), space.R.round(4), space.labels)
+    [[0.9967]] [[0.1]] ('GM',)
+    >>> print(space.psd([0.1]).round(4), space.allan_variance([1.0]).round(5))
+    [0.0103] [0.01003]
+    >>> space.with_level().diffuse, sorted(space.to_dict())[:3]
+    (array([False,  True]), ['F', 'H', 'P0'])
     """
 
     sections: tuple[Section, ...]

@@ -85,6 +85,16 @@ class Study:
         ``adequate``, ``within tolerance``, ``nothing helps`` or ``limit``.
     tolerance : float or None
         Per cent of the deviation that was asked for.
+
+    Examples
+    --------
+    >>> truth = al.parse_model("N(N=0.01)+SIN(f=2.5,A=0.01)")
+    >>> study = al.improve(truth.simulate(duration=300, rate=10, seed=1), "N")
+    >>> study.verdict, study.fit.model.name, [rung.changes for rung in study.ladder]
+    ('adequate', 'N+SIN', [(), ('+ sinusoid',)])
+    >>> len(study.rows()), study.to_dict()["schema"]
+    (2, 'allanite/improve/2')
+    >>> figure = study.plot("ladder.svg")
     """
 
     recording: Recording

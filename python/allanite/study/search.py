@@ -59,6 +59,20 @@ def improve(
     -------
     Study
         Of several columns `Several`, a mapping from their names; `allanite.characterize` compares them.
+
+    Raises
+    ------
+    InputError
+        Samples that cannot be fitted, or an unknown model.
+    TooShortError
+        Fewer than 32 samples, or constant ones.
+
+    Examples
+    --------
+    >>> truth = al.parse_model("N(N=0.1)+K(K=0.02)")
+    >>> study = al.improve(truth.simulate(duration=1000, rate=10, seed=1), "N")
+    >>> study.fit.model.name, study.stopped_because
+    ('N+K', 'adequate')
     """
     if len(recording.columns) > 1:
         tasks = by_column(

@@ -30,6 +30,16 @@ class Check:
         Residuals over τ, frequency and time.
     suggestions : tuple of Suggestion
         Best first.
+
+    Examples
+    --------
+    >>> truth = al.parse_model("N(N=0.01)+SIN(f=2.5,A=0.01)")
+    >>> check = al.AngleRandomWalk().fit(truth.simulate(duration=300, rate=10, seed=1)).check()
+    >>> check.adequate, [s.kind for s in check.significant]
+    (False, ['sinusoid'])
+    >>> check.to_dict()["verdict"]
+    'unexplained'
+    >>> figure = check.plot("check.svg")
     """
 
     fit: Fit

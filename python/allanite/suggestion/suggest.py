@@ -67,6 +67,14 @@ class Suggestion:
         What else there is to say of it, a clause.
     surplus : float
         The part of the rise that a discrepancy explained before: counted where the model with the effect needs none.
+
+    Examples
+    --------
+    >>> truth = al.parse_model("N(N=0.01)+SIN(f=2.5,A=0.01)")
+    >>> check = al.AngleRandomWalk().fit(truth.simulate(duration=300, rate=10, seed=1)).check()
+    >>> first = check.suggestions[0]
+    >>> first.kind, first.significant, first.to_dict()["kind"]
+    ('sinusoid', True, 'sinusoid')
     """
 
     effect: Effect

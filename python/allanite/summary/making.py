@@ -63,6 +63,12 @@ def summarise(
         No rate, infinite samples, chunks of different columns, angles (difference them first).
     TooShortError
         No sample at all.
+
+    Examples
+    --------
+    >>> chunks = (np.full(1000, float(k)) for k in range(20))
+    >>> al.summarise(chunks, rate=100.0, unit="deg/s").n
+    20000
     """
     if start < 0:
         raise InputError(f"start is {start}: the index of the first sample, from 0")

@@ -54,10 +54,19 @@ class Summary:
 
     Examples
     --------
-    >>> import allanite as al
-    >>> whole = al.summarise(al.parse_model("N(N=1)+K(K=0.01)").simulate(rate=10.0, duration=1e4, seed=1))
+    >>> x = np.random.default_rng(1).standard_normal(100_000)
+    >>> halves = [al.summarise(x[a:b], rate=10.0, start=a) for a, b in ((0, 60_000), (60_000, 100_000))]
+    >>> whole = halves[1].merge(halves[0])
     >>> print(whole)
     Summary(x: 100000 samples at 10 Hz (10000 s) in 1)
+    >>> whole.save("log.summary")
+    >>> again = al.Summary.load("log.summary")
+    >>> again.column(0).oadev().tau.size > 20, again.describe()["n"], again.lines()
+    (True, 100000, [])
+    >>> again.recording().n, again.rate_samples().shape  # only a short record keeps its samples
+    (100000, (100000,))
+    >>> again.reading().samples.size, again.low_rate(2)
+    (100000, {})
     """
 
     rate: float

@@ -1,0 +1,38 @@
+"""Mistakes by which a figure of a data sheet is off, told by the factor."""
+
+from __future__ import annotations
+
+import math
+
+__all__ = ["slip"]
+
+ONE_SIDED = math.sqrt(2)
+
+# Factors by which a figure is off when it was read in the wrong convention, and what then happened.
+SLIPS_OF_N = (
+    (60.0, "a density in deg/s/√Hz was read as a random walk in deg/√h (60 times larger)"),
+    (60.0 / ONE_SIDED, "a one-sided density in deg/s/√Hz was read as a random walk in deg/√h"),
+    (1 / 60.0, "a random walk in deg/√h was read as a density in deg/s/√Hz (60 times smaller)"),
+    (ONE_SIDED / 60.0, "a random walk in deg/√h was read as a one-sided density in deg/s/√Hz"),
+    (ONE_SIDED, "a two-sided density was read as one-sided"),
+    (1 / ONE_SIDED, "a one-sided density was read as two-sided (N is it divided by √2)"),
+    (1 / 3600.0, "a density in deg/h/√Hz was read as deg/s/√Hz"),
+)
+SLIPS_OF_ALL = (
+    (180 / math.pi, "radians were taken for degrees"),
+    (math.pi / 180, "degrees were taken for radians"),
+    (9.80665, "g was taken for m/s²"),
+    (1 / 9.80665, "m/s² was taken for g"),
+    (1e3, "a prefix of 1000 was lost"),
+    (1e-3, "a prefix of 1000 was lost"),
+)
+
+
+def slip(coefficient: str, ratio: float, tolerance: float) -> str:
+    """Name the mistake that explains a ratio, if one does and chance does not."""
+    if ratio <= 0 or abs(math.log(ratio)) <= tolerance:
+        return ""
+    slips = (*SLIPS_OF_N, *SLIPS_OF_ALL) if coefficient == "N" else SLIPS_OF_ALL
+    distance, words = min((abs(math.log(ratio / factor)), words) for factor, words in slips)
+    # A wide interval fits some slip by chance: only a close one is worth a remark.
+    return f"looks as if {words}" if distance <= min(tolerance, 0.1) else ""

@@ -1,0 +1,86 @@
+"""What an effect declares: its parameters, how its line is read, how a check looks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+__all__ = ["SCREENS", "Parameter", "StraightLine"]
+
+#: How a check looks for an effect.
+SCREENS = {
+    "spectral": "every point of its shape grid moves the mean spectrum in its own way",
+    "slow": "a matched filter on the lowest ordinates at every point of its shape grid",
+    "line": "lines of any frequency, with their harmonics",
+    "level": "the white level over time",
+    "outlier": "single samples beyond what the noise allows",
+    "two levels": "the law of the samples where another process has the same spectrum",
+    "none": "not at all: it is fitted where a model names it",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One number of an effect.
+
+    Attributes
+    ----------
+    name : str
+        JSON name, as in constructors.
+    unit : float or str
+        A float p means U·s^p for samples in U; a string is the unit itself (``s``, ``Hz``, ``1``, ``rad``).
+    low, high : float
+        Bounds, exclusive of nothing that has a meaning.
+    role : str
+        ``coefficient`` (the model is linear in it or its square), ``shape`` (found by scan and polish), ``choice``
+        (one of a few), ``time`` (found by the time view) or ``derived`` (reported only).
+    aliases : tuple of str
+        Short spellings in model strings.
+    symbol : str
+        What a legend prints for it; its name where empty.
+    optional : bool
+        Whether simulation and planning do without a value (a lag that is not there, a phase).
+    sheet : mapping of str to str
+        Unit in which data sheets print it, by kind of sensor (``units.Unit.kind``).
+    figures : mapping of str to tuple of str
+        What data sheets call it, each name with its other spellings.
+    """
+
+    name: str
+    unit: float | str
+    description: str
+    role: str = "coefficient"
+    low: float = 0.0
+    high: float = np.inf
+    aliases: tuple[str, ...] = ()
+    symbol: str = ""
+    optional: bool = False
+    sheet: Mapping[str, str] = field(default_factory=dict)
+    figures: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class StraightLine:
+    """How IEEE 952-1997 reads a coefficient off the Allan deviation.
+
+    Attributes
+    ----------
+    name : str
+        Of the coefficient: Q, N, B, K or R.
+    slope : float
+        On log-log paper.
+    read_at : float or None
+        τ at which the line is read, s; None for a plateau.
+    level : float
+        The line of coefficient 1 there.
+    scatter : str
+        Primitive term (see `effects.terms`) whose scatter the curve has on this slope.
+    """
+
+    name: str
+    slope: float
+    read_at: float | None
+    level: float
+    scatter: str
