@@ -1,10 +1,12 @@
 """Gather the pages of the site in target/site-pages: those of docs/, and those made from the package itself."""
 
+import re
 import shutil
 from pathlib import Path
 
 import compared
 import effect_pages
+import notebook_pages
 import reference_pages
 
 ROOT = Path(__file__).parents[2]
@@ -18,6 +20,7 @@ def copied() -> None:
     PAGES.mkdir(parents=True)
     for page in docs.glob("*.md"):
         text = page.read_text(encoding="utf-8").replace("](../examples/", "](examples/")
+        text = re.sub(r"\]\((notebooks/[\w-]+)\.ipynb\)", r"](\1.md)", text)
         name = "index.md" if page.name == "start.md" else page.name
         (PAGES / name).write_text(text.replace("](start.md", "](index.md"), encoding="utf-8")
     for folder in ("figures", "screenshots", "gallery", "howto"):
@@ -41,6 +44,7 @@ def main() -> None:
     """All pages, then the configuration beside them."""
     copied()
     effect_pages.write(PAGES / "effects")
+    notebook_pages.write(ROOT / "docs" / "notebooks", PAGES / "notebooks")
     reference_pages.write(PAGES)
     compared.write(PAGES / "compared.md")
     (ROOT / "target" / "mkdocs.yml").write_text(navigation(), encoding="utf-8")

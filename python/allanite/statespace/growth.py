@@ -350,7 +350,7 @@ def _deviation(weights: Array, g: Array) -> float:
     spectrum = rfft(weights, size)
     c = irfft(spectrum.real**2 + spectrum.imag**2, size)[: weights.size]
     variance = -2.0 * float(c[1:] @ g[1:])
-    return float(np.sqrt(max(variance, 0.0)))
+    return float(np.sqrt(max(0.0, variance)))  # in this order −0 becomes 0
 
 
 def _known_error(model: Model, label: str, weights: Array, rate: float, group: int) -> float:

@@ -1,0 +1,41 @@
+"""The notebooks of docs/ run from the first cell to the last, and are kept without what they showed."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+NOTEBOOKS = sorted((Path(__file__).parents[3] / "docs" / "notebooks").glob("*.ipynb"))
+
+
+def cells(path):
+    return [c for c in json.loads(path.read_text("utf-8"))["cells"] if c["cell_type"] == "code"]
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_no_output_is_kept(path):
+    assert cells(path)
+    assert not [c for c in cells(path) if c["outputs"] or c["execution_count"] is not None]
+
+
+@pytest.mark.filterwarnings("default")  # of the messaging between the test and the notebook
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_runs(path, tmp_path):
+    nbformat = pytest.importorskip("nbformat")
+    nbclient = pytest.importorskip("nbclient")
+    notebook = nbformat.read(path, as_version=4)
+    nbclient.NotebookClient(
+        notebook,
+        kernel_name="python3",
+        timeout=300,
+        resources={"metadata": {"path": str(tmp_path)}},
+    ).execute()
+    # What is drawn is drawn: `.plot()` at the end of a cell shows itself.
+    shown = [c for c in notebook.cells if c.cell_type == "code" and c.source.endswith(".plot()")]
+    assert shown
+    assert all(o.data["image/svg+xml"] for c in shown for o in c.outputs[-1:])
+
+
+def test_the_site_has_every_notebook():
+    site = (NOTEBOOKS[0].parents[1] / "site" / "mkdocs.yml").read_text("utf-8")
+    assert [p.stem for p in NOTEBOOKS if f"notebooks/{p.stem}.md" not in site] == []
