@@ -26,6 +26,13 @@ def problems(version: str) -> list[str]:
     first = re.search(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
     if first is None or not re.fullmatch(rf"{re.escape(version)} \(\d{{4}}-\d\d-\d\d\)", first[1]):
         found.append(f"CHANGELOG.md does not begin with '## {version} (YYYY-MM-DD)'")
+    # The README is the page on PyPI, where a path of the repository leads nowhere.
+    urls = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"].get("urls", {})
+    relative = re.findall(r"\]\((?!https?://)[^)]+\)", (ROOT / "README.md").read_text())
+    if not urls:
+        found.append("pyproject.toml has no [project.urls]: state the address of the repository")
+    if relative:
+        found.append(f"README.md has {len(relative)} relative links: make them absolute")
     return found
 
 

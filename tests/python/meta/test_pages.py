@@ -7,6 +7,7 @@ import pytest
 
 import allanite as al
 from allanite.cli import main
+from allanite.export import TARGETS
 from six_axes import six_axes, write_csv
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -41,3 +42,17 @@ def test_the_contract_names_every_effect_and_command(capsys):
     listed = capsys.readouterr().out.split("Commands:")[1]
     commands = re.findall(r"^  ([a-z]+) ", listed, re.MULTILINE)
     assert set(commands) == set(re.findall(r"`allanite ([a-z]+)", text))
+
+
+def test_the_first_page_says_which_number_goes_where():
+    text = (DOCS / "start.md").read_text(encoding="utf-8")
+    table = text.split("## Which number goes where")[1].split("## Next")[0]
+    assert [name for name in TARGETS if f"`{name}`" not in table] == []
+
+
+def test_readme_is_one_page_and_its_links_lead_somewhere():
+    root = DOCS.parent
+    text = (root / "README.md").read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 70
+    links = re.findall(r"\]\(([^)]+)\)", text)
+    assert [link for link in links if not (root / link).exists()] == []
