@@ -41,14 +41,17 @@ if TYPE_CHECKING:
     from allanite.effects.burst_noise import BurstNoise
     from allanite.effects.covariate import Covariate
     from allanite.effects.gauss_markov import GaussMarkov
+    from allanite.effects.hysteresis import Hysteresis
     from allanite.effects.noise_level_change import NoiseLevelChange
     from allanite.effects.outliers import Outliers
     from allanite.effects.power_law import PowerLaw
     from allanite.effects.quantization import Quantization
+    from allanite.effects.rate_of_change import RateOfChange
     from allanite.effects.rate_ramp import RateRamp
     from allanite.effects.rate_random_walk import RateRandomWalk
     from allanite.effects.resonance import Resonance
     from allanite.effects.sinusoid import Sinusoid
+    from allanite.effects.two_lags import TwoLags
     from allanite.effects.warm_up import WarmUp
     from allanite.fit import Fit, fit_model
     from allanite.fit.many import ManyFits, fit_many
@@ -104,15 +107,18 @@ _HOME = {
     "BiasStep": "allanite.effects.bias_step",
     "BurstNoise": "allanite.effects.burst_noise",
     "Covariate": "allanite.effects.covariate",
+    "Hysteresis": "allanite.effects.hysteresis",
     "GaussMarkov": "allanite.effects.gauss_markov",
     "NoiseLevelChange": "allanite.effects.noise_level_change",
     "Outliers": "allanite.effects.outliers",
     "PowerLaw": "allanite.effects.power_law",
     "Quantization": "allanite.effects.quantization",
+    "RateOfChange": "allanite.effects.rate_of_change",
     "RateRamp": "allanite.effects.rate_ramp",
     "RateRandomWalk": "allanite.effects.rate_random_walk",
     "Resonance": "allanite.effects.resonance",
     "Sinusoid": "allanite.effects.sinusoid",
+    "TwoLags": "allanite.effects.two_lags",
     "WarmUp": "allanite.effects.warm_up",
     "AllaniteError": "allanite.common.errors",
     "InputError": "allanite.common.errors",
@@ -173,6 +179,7 @@ __all__ = [
     "Fleet",
     "GaussMarkov",
     "Growth",
+    "Hysteresis",
     "Innovations",
     "InputError",
     "ManyFits",
@@ -183,6 +190,7 @@ __all__ = [
     "Power",
     "PowerLaw",
     "Quantization",
+    "RateOfChange",
     "RateRamp",
     "RateRandomWalk",
     "Recording",
@@ -195,6 +203,7 @@ __all__ = [
     "Suggestion",
     "Summary",
     "TooShortError",
+    "TwoLags",
     "WarmUp",
     "Watch",
     "__version__",

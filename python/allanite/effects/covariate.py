@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.errors import InputError
 from allanite.effects._base import Parameter
-from allanite.effects._known import Deterministic
+from allanite.effects._follower import COLUMN, Follower, lagged
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
-class Covariate(Deterministic):
+class Covariate(Follower):
     """x(t) = c·u(t) + d·u(t)², u the column less its mean after a lag of time constant `lag` (0: none).
 
     d is fitted only where a value (0 to start with) is given.
@@ -35,7 +34,6 @@ class Covariate(Deterministic):
     True
     """
 
-    column: str | None = None
     coefficient: float | None = None
     lag: float | None = None
     quadratic: float | None = None
@@ -44,7 +42,7 @@ class Covariate(Deterministic):
     short: ClassVar[str] = "COV"
     title: ClassVar[str] = "covariate"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("column", "text", "name of the column", "choice"),
+        COLUMN,
         Parameter(
             "coefficient",
             "U/unit",
@@ -55,7 +53,7 @@ class Covariate(Deterministic):
         Parameter("lag", "s", "time constant of the lag", "shape", optional=True),
         Parameter("quadratic", "U/unit²", "quadratic coefficient", low=-np.inf, optional=True),
     )
-    family: ClassVar[str] = "covariate"
+    one_of: ClassVar[tuple[str, ...]] = ("covariate", "two_lags")
     legend: ClassVar[tuple[str, ...]] = ("coefficient", "lag")
     physics: ClassVar[str] = (
         "the bias follows another quantity: a temperature through the sensor's thermal mass, a supply voltage, "
@@ -78,19 +76,9 @@ class Covariate(Deterministic):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Two for each column that is no constant and that no effect of the model follows: by a line, and by a parabola."""
-        used = {e.follows for e in model}
-        return tuple(
-            cls(column=name, quadratic=quadratic)
-            for name, values in columns.items()
-            if name not in used and float(np.ptp(values)) > 0.0
-            for quadratic in (None, 0.0)
-        )
-
-    @property
-    def follows(self) -> str | None:
-        """The column."""
-        return self.column
+        """Two for each column: by a line, and by a parabola."""
+        plain = super().candidates(model, columns)
+        return tuple(e.with_values(quadratic=q) for e in plain for q in (None, 0.0))
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """No lag, and lags up to a tenth of the record."""
@@ -100,16 +88,8 @@ class Covariate(Deterministic):
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """The lagged column, and its square where a quadratic term is in the model."""
-        if self.column is None or self.column not in covariates:
-            known = ", ".join(covariates) or "none"
-            raise InputError(
-                f"covariate: the recording has no column {self.column!r} offered (it has: {known})"
-            )
-        values = np.asarray(covariates[self.column], dtype=np.float64)
-        values = values - values.mean()
-        rate = 1.0 / (time[1] - time[0])
-        if self.lag:
-            values = lagged(values, self.lag * rate)
+        values, rate = self.followed(time, covariates)
+        values = lagged(values, (self.lag or 0.0) * rate)
         if self.quadratic is None:
             return values[:, None]
         square = values**2
@@ -127,12 +107,3 @@ class Covariate(Deterministic):
         """(c,) or (c, d)."""
         first = self.coefficient or 0.0
         return np.array([first] if self.quadratic is None else [first, self.quadratic])
-
-
-def lagged(values: NDArray[np.float64], samples: float) -> NDArray[np.float64]:
-    """First-order lag of a time constant in samples, started in equilibrium with the first value."""
-    from scipy.signal import lfilter
-
-    phi = float(np.exp(-1.0 / samples))
-    out, _ = lfilter([1.0 - phi], [1.0, -phi], values, zi=[phi * values[0]])
-    return np.asarray(out)

@@ -16,14 +16,17 @@ from allanite.effects.bias_step import BiasStep
 from allanite.effects.burst_noise import BurstNoise
 from allanite.effects.covariate import Covariate
 from allanite.effects.gauss_markov import GaussMarkov
+from allanite.effects.hysteresis import Hysteresis
 from allanite.effects.noise_level_change import NoiseLevelChange
 from allanite.effects.outliers import Outliers
 from allanite.effects.power_law import PowerLaw
 from allanite.effects.quantization import Quantization
+from allanite.effects.rate_of_change import RateOfChange
 from allanite.effects.rate_ramp import RateRamp
 from allanite.effects.rate_random_walk import RateRandomWalk
 from allanite.effects.resonance import Resonance
 from allanite.effects.sinusoid import Sinusoid
+from allanite.effects.two_lags import TwoLags
 from allanite.effects.warm_up import WarmUp
 
 __all__ = ["CATALOGUE", "Catalogue", "find", "register", "standard"]
@@ -137,6 +140,9 @@ CATALOGUE = Catalogue(
         Resonance,
         PowerLaw,
         Covariate,
+        TwoLags,
+        Hysteresis,
+        RateOfChange,
         BiasStep,
         WarmUp,
         BurstNoise,

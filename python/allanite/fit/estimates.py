@@ -47,13 +47,13 @@ def _unit(
     effect: Effect, name: str, sample_unit: str, column_units: Mapping[str, str] | None = None
 ) -> str:
     declared = effect.parameter(name).unit
-    if isinstance(declared, str) and declared.startswith("U"):
-        if "unit" in declared:
-            explains = str(effect.values["column"])
-            per = column_unit(explains, (column_units or {}).get(explains))
-            declared = declared.replace("unit", per)
-        return sample_unit + declared[1:]
-    return declared if isinstance(declared, str) else coefficient_unit(sample_unit, declared)
+    if not isinstance(declared, str):
+        return coefficient_unit(sample_unit, declared)
+    if "unit" in declared:
+        explains = str(effect.follows)
+        per = column_unit(explains, (column_units or {}).get(explains))
+        declared = declared.replace("unit", per)
+    return sample_unit + declared[1:] if declared.startswith("U") else declared
 
 
 def estimates(

@@ -19,6 +19,8 @@ __all__ = ["grid_points", "matched_gains", "regressor_ordinates"]
 LOW = 4096
 #: Ordinates of a function of time that are remembered, and of how many functions.
 KEPT, MOST = 8192, 512
+#: A column of a longer record is looked at by so many means: many to each of the ordinates that are kept.
+MEANS = 16 * KEPT
 
 
 def regressor_ordinates(
@@ -42,10 +44,25 @@ def _transformed(effect: Deterministic, j: NDArray[np.int64], data: Data) -> NDA
     if kept and key in data.functions:
         return data.functions[key][:, j]
     series = effect.regressors(data.time, data.covariates).T
-    out = np.array([data.transform(s) for s in series])
+    if kept and effect.follows is not None and data.n >= 2 * MEANS:
+        out = np.array([_of_means(s, data) for s in series])
+    else:
+        out = np.array([data.transform(s) for s in series])
     if kept and len(data.functions) < MOST:
         data.functions[key] = out[:, :KEPT].copy()
     return out[:, j]
+
+
+def _of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.float64]:
+    """The lowest ordinates of a slow series, from its means over a share of the record.
+
+    What a mean loses at ordinate j is given back: sin(x)/x, x = πj/(2·`MEANS`), at least 0.994.
+    """
+    edges = np.arange(MEANS + 1, dtype=np.int64) * data.n // MEANS
+    means = np.add.reduceat(series, edges[:-1]) / np.diff(edges)
+    j = np.arange(KEPT)
+    loss = np.sinc(j / (2.0 * MEANS))
+    return np.asarray(data.transform(means)[:KEPT] * np.sqrt(data.n / MEANS) / loss)
 
 
 def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:

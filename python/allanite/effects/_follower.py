@@ -1,0 +1,78 @@
+"""Known functions of another column of the recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.errors import InputError
+from allanite.effects._base import Parameter
+from allanite.effects._known import Deterministic
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
+
+__all__ = ["COLUMN", "Follower", "lagged"]
+
+COLUMN = Parameter("column", "text", "name of the column", "choice")
+
+
+@dataclass(frozen=True)
+class Follower(Deterministic):
+    """A function of a column."""
+
+    column: str | None = None
+
+    family: ClassVar[str] = "covariate"
+    #: Kinds of which a model has one for a column: a second would say the same.
+    one_of: ClassVar[tuple[str, ...]]
+
+    @classmethod
+    def candidates(
+        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[Self, ...]:
+        """One for each column that is no constant and that none of `one_of` follows."""
+        used = {e.follows for e in model if e.kind in cls.one_of}
+        return tuple(
+            cls(column=name)
+            for name, values in columns.items()
+            if name not in used and float(np.ptp(values)) > 0.0
+        )
+
+    @property
+    def follows(self) -> str | None:
+        """The column."""
+        return self.column
+
+    def followed(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[NDArray[np.float64], float]:
+        """The column less its mean, shape (n,), and the rate in Hz.
+
+        Raises
+        ------
+        InputError
+            No such column is offered.
+        """
+        if self.column is None or self.column not in covariates:
+            known = ", ".join(covariates) or "none"
+            raise InputError(
+                f"{self.kind}: the recording has no column {self.column!r} offered (it has: {known})"
+            )
+        values = np.asarray(covariates[self.column], dtype=np.float64)
+        return values - values.mean(), float(1.0 / (time[1] - time[0]))
+
+
+def lagged(values: NDArray[np.float64], samples: float) -> NDArray[np.float64]:
+    """First-order lag of a time constant in samples, started in equilibrium with the first value; 0 samples: as it is."""
+    from scipy.signal import lfilter
+
+    if samples <= 0.0:
+        return values
+    phi = float(np.exp(-1.0 / samples))
+    out, _ = lfilter([1.0 - phi], [1.0, -phi], values, zi=[phi * values[0]])
+    return np.asarray(out)

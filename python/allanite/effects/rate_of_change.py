@@ -1,0 +1,71 @@
+"""Rate of change: the samples follow how fast another column changes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Parameter
+from allanite.effects._follower import COLUMN, Follower, lagged
+
+__all__ = ["RateOfChange"]
+
+
+@dataclass(frozen=True)
+class RateOfChange(Follower):
+    """x(t) = c·du/dt after a first-order lag: c·(u − lagged u)/lag, what is between a column and a mass that follows it."""
+
+    coefficient: float | None = None
+    lag: float | None = None
+
+    kind: ClassVar[str] = "rate_of_change"
+    short: ClassVar[str] = "DOT"
+    title: ClassVar[str] = "rate of change"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        COLUMN,
+        Parameter(
+            "coefficient",
+            "U·s/unit",
+            "change of the samples per unit of the column a second",
+            low=-np.inf,
+            symbol="c",
+        ),
+        Parameter("lag", "s", "time constant of the lag", "shape", low=1e-12, symbol="T"),
+    )
+    one_of: ClassVar[tuple[str, ...]] = ("rate_of_change",)
+    legend: ClassVar[tuple[str, ...]] = ("coefficient", "lag")
+    physics: ClassVar[str] = (
+        "a gradient across the sensor: while the temperature changes one side of it is ahead of the other, as a fibre coil "
+        "(Shupe effect) or a structure between two materials shows"
+    )
+    looks_like: ClassVar[str] = (
+        "the samples are off while the column rises, to the other side while it falls, and not where it rests"
+    )
+    check_by: ClassVar[str] = (
+        "hold the column at two values: the bias of both is the same; pass from one to the other at two speeds"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("covariate", "two_lags", "hysteresis")
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """Lags from a thousandth to a twentieth of the record; with a longer one it is the column itself."""
+        return np.geomspace(max(2.0, n / 1000.0), max(4.0, n / 20.0), 8) / rate
+
+    def regressors(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """The rate of change of the lagged column."""
+        values, rate = self.followed(time, covariates)
+        lag = self.lag or 1.0 / rate
+        return ((values - lagged(values, lag * rate)) / lag)[:, None]
+
+    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+        """The coefficient."""
+        return self.with_values(coefficient=float(amplitudes[0]))
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """(c,)."""
+        return np.array([self.coefficient or 0.0])

@@ -1,0 +1,79 @@
+"""Two lags: another column acts through two masses of different time constants."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Parameter
+from allanite.effects._follower import COLUMN, Follower, lagged
+
+__all__ = ["TwoLags"]
+
+
+@dataclass(frozen=True)
+class TwoLags(Follower):
+    """x(t) = c₁·u₁(t) + c₂·u₂(t): a column after a short lag (0: none) and after a long one."""
+
+    fast: float | None = None
+    slow: float | None = None
+    fast_lag: float | None = None
+    slow_lag: float | None = None
+
+    kind: ClassVar[str] = "two_lags"
+    short: ClassVar[str] = "LAG2"
+    title: ClassVar[str] = "two lags"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        COLUMN,
+        Parameter(
+            "fast", "U/unit", "coefficient of the faster part", low=-np.inf, symbol="c₁"
+        ),
+        Parameter(
+            "slow", "U/unit", "coefficient of the slower part", low=-np.inf, symbol="c₂"
+        ),
+        Parameter("fast_lag", "s", "time constant of the faster part", "shape", symbol="T₁"),
+        Parameter(
+            "slow_lag", "s", "time constant of the slower part", "shape", low=1e-12, symbol="T₂"
+        ),
+    )
+    one_of: ClassVar[tuple[str, ...]] = ("covariate", "two_lags")
+    legend: ClassVar[tuple[str, ...]] = ("slow", "slow_lag", "fast", "fast_lag")
+    physics: ClassVar[str] = (
+        "two thermal masses: the element warms with its package in seconds, the housing or the board about it in minutes, "
+        "and each brings a part of the bias"
+    )
+    looks_like: ClassVar[str] = (
+        "the samples over the column are a loop, wider at fast cycles; after a step of the column they go on creeping"
+    )
+    check_by: ClassVar[str] = (
+        "step the column and hold it: two exponentials are two masses, a stop at once is a play; put a second thermometer "
+        "on the housing"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("covariate", "hysteresis", "rate_of_change")
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """The short one from none to a hundredth of the record, the long one from there to a fifth."""
+        if name == "fast_lag":
+            return np.concatenate([[0.0], np.geomspace(max(1.0, n / 1600.0), n / 100.0, 3)]) / rate
+        return np.geomspace(n / 80.0, n / 5.0, 6) / rate
+
+    def regressors(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """The column after either lag."""
+        values, rate = self.followed(time, covariates)
+        lags = (self.fast_lag or 0.0, self.slow_lag or 0.0)
+        return np.column_stack([lagged(values, lag * rate) for lag in lags])
+
+    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+        """The two coefficients."""
+        fast, slow = map(float, amplitudes)
+        return self.with_values(fast=fast, slow=slow)
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """(c₁, c₂)."""
+        return np.array([self.fast or 0.0, self.slow or 0.0])
