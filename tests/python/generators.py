@@ -138,3 +138,13 @@ def lagged(column, rate, lag):
     """First-order lag of a column, begun in equilibrium."""
     phi = np.exp(-1.0 / (rate * lag))
     return lfilter([1.0 - phi], [1.0, -phi], column, zi=[phi * column[0]])[0]
+
+
+def backlash(column, width):
+    """What a column drags along with a play of ±width, from the middle of it: step by step."""
+    out = np.empty(column.size)
+    place = float(column[0])
+    for k, value in enumerate(column.tolist()):
+        place = min(max(place, value - width), value + width)
+        out[k] = place
+    return out

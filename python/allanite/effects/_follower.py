@@ -48,7 +48,7 @@ class Follower(Deterministic):
         """The column."""
         return self.column
 
-    def followed(
+    def _followed(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> tuple[NDArray[np.float64], float]:
         """The column less its mean, shape (n,), and the rate in Hz.

@@ -88,7 +88,7 @@ class Covariate(Follower):
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """The lagged column, and its square where a quadratic term is in the model."""
-        values, rate = self.followed(time, covariates)
+        values, rate = self._followed(time, covariates)
         values = lagged(values, (self.lag or 0.0) * rate)
         if self.quadratic is None:
             return values[:, None]

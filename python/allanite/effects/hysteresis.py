@@ -20,15 +20,23 @@ __all__ = ["Hysteresis", "play"]
 
 @dataclass(frozen=True)
 class Hysteresis(Follower):
-    """x(t) = c·p(t), p what a column drags along with a play of ±`width`: it stands still where the column turns."""
+    """x(t) = c·p(t), p what a column drags along with a play of ±`width`: it stands still where the column turns.
+
+    Examples
+    --------
+    >>> up_and_down = {"temperature": [20.0, 24.0, 28.0, 24.0, 20.0]}
+    >>> x = al.Hysteresis(column="temperature", coefficient=1.0, width=1.0).simulate(
+    ...     n=5, rate=1, seed=1, covariates=up_and_down
+    ... )
+    >>> print(x.samples - x.samples[0])
+    [0. 3. 7. 5. 1.]
+    """
 
     coefficient: float | None = None
     width: float | None = None
 
     #: Least and largest half play worth a look, where the column is known.
-    reach: tuple[float, float] | None = field(
-        default=None, compare=False, repr=False, kw_only=True
-    )
+    reach: tuple[float, float] | None = field(default=None, compare=False, repr=False, kw_only=True)
 
     kind: ClassVar[str] = "hysteresis"
     short: ClassVar[str] = "HYS"
@@ -68,11 +76,14 @@ class Hysteresis(Follower):
             low, high = np.quantile(columns[str(effect.column)], (0.01, 0.99))
             span = float(high - low)
             if span > 0.0:
-                out.append(replace(effect, reach=(span / 64.0, span / 2.2)))
+                out.append(replace(effect, reach=(span / 16.0, span / 2.2)))
         return tuple(out)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """From a thirtieth of the column's range to nearly all of it, 8 a decade; six decades where that is not known."""
+        """From an eighth of the column's range, below which it is no play to be seen, to nearly all of it, 8 a decade.
+
+        Six decades where the range is not known.
+        """
         low, high = self.reach or (1e-3, 1e3)
         return np.geomspace(low, high, 1 + round(8.0 * np.log10(high / low)))
 
@@ -80,7 +91,7 @@ class Hysteresis(Follower):
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """What the column drags along."""
-        values, _ = self.followed(time, covariates)
+        values, _ = self._followed(time, covariates)
         return play(values, self.width or 0.0)[:, None]
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:

@@ -17,7 +17,17 @@ __all__ = ["RateOfChange"]
 
 @dataclass(frozen=True)
 class RateOfChange(Follower):
-    """x(t) = c·du/dt after a first-order lag: c·(u − lagged u)/lag, what is between a column and a mass that follows it."""
+    """x(t) = c·du/dt after a first-order lag: c·(u − lagged u)/lag, what is between a column and a mass that follows it.
+
+    Examples
+    --------
+    >>> warming = {"temperature": [20.0 + 0.1 * k for k in range(200)]}
+    >>> x = al.RateOfChange(column="temperature", coefficient=3.0, lag=5.0).simulate(
+    ...     n=200, rate=1, seed=1, covariates=warming
+    ... )
+    >>> print((x.samples - x.samples[0])[[5, 199]].round(2))
+    [0.17 0.27]
+    """
 
     coefficient: float | None = None
     lag: float | None = None
@@ -58,7 +68,7 @@ class RateOfChange(Follower):
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """The rate of change of the lagged column."""
-        values, rate = self.followed(time, covariates)
+        values, rate = self._followed(time, covariates)
         lag = self.lag or 1.0 / rate
         return ((values - lagged(values, lag * rate)) / lag)[:, None]
 

@@ -17,7 +17,17 @@ __all__ = ["TwoLags"]
 
 @dataclass(frozen=True)
 class TwoLags(Follower):
-    """x(t) = c₁·u₁(t) + c₂·u₂(t): a column after a short lag (0: none) and after a long one."""
+    """x(t) = c₁·u₁(t) + c₂·u₂(t): a column after a short lag (0: none) and after a long one.
+
+    Examples
+    --------
+    >>> step = {"temperature": [20.0] + [21.0] * 999}
+    >>> x = al.TwoLags(column="temperature", fast=1.0, slow=2.0, fast_lag=0.0, slow_lag=10.0).simulate(
+    ...     n=1000, rate=1, seed=1, covariates=step
+    ... )
+    >>> print((x.samples - x.samples[0])[[1, 10, 100]].round(2))
+    [1.19 2.26 3.  ]
+    """
 
     fast: float | None = None
     slow: float | None = None
@@ -25,16 +35,12 @@ class TwoLags(Follower):
     slow_lag: float | None = None
 
     kind: ClassVar[str] = "two_lags"
-    short: ClassVar[str] = "LAG2"
+    short: ClassVar[str] = "LAGS"
     title: ClassVar[str] = "two lags"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         COLUMN,
-        Parameter(
-            "fast", "U/unit", "coefficient of the faster part", low=-np.inf, symbol="c₁"
-        ),
-        Parameter(
-            "slow", "U/unit", "coefficient of the slower part", low=-np.inf, symbol="c₂"
-        ),
+        Parameter("fast", "U/unit", "coefficient of the faster part", low=-np.inf, symbol="c₁"),
+        Parameter("slow", "U/unit", "coefficient of the slower part", low=-np.inf, symbol="c₂"),
         Parameter("fast_lag", "s", "time constant of the faster part", "shape", symbol="T₁"),
         Parameter(
             "slow_lag", "s", "time constant of the slower part", "shape", low=1e-12, symbol="T₂"
@@ -65,7 +71,7 @@ class TwoLags(Follower):
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """The column after either lag."""
-        values, rate = self.followed(time, covariates)
+        values, rate = self._followed(time, covariates)
         lags = (self.fast_lag or 0.0, self.slow_lag or 0.0)
         return np.column_stack([lagged(values, lag * rate) for lag in lags])
 

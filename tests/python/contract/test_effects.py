@@ -44,7 +44,10 @@ VALUES = [
     ("COV", {"column": "temperature", "coefficient": 0.3, "lag": 1.5, "quadratic": 0.01}),
     ("COV", {"column": "temperature", "coefficient": -0.3}),
     ("HYS", {"column": "temperature", "coefficient": 0.3, "width": 5.0}),
-    ("LAG2", {"column": "temperature", "fast": 0.3, "slow": -0.1, "fast_lag": 0.5, "slow_lag": 4.0}),
+    (
+        "LAGS",
+        {"column": "temperature", "fast": 0.3, "slow": -0.1, "fast_lag": 0.5, "slow_lag": 4.0},
+    ),
     ("DOT", {"column": "temperature", "coefficient": 0.3, "lag": 1.5}),
     ("STEP", {"time": 11.0, "height": -0.4}),
     ("WARM", {"time_constant": 5.0, "amplitude": -0.4}),

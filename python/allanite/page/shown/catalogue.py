@@ -109,8 +109,9 @@ def _curves(cls: type[Effect]) -> tuple[Array, Array]:
 def _example(cls: type[Effect]) -> Effect:
     values: dict[str, Any] = {}
     for p in cls.parameters:
-        if p.name in SHAPES:
-            values[p.name] = SHAPES[p.name]
+        shown = SHAPES.get(p.name)
+        if shown is not None and (isinstance(shown, str) or p.low <= shown <= p.high):
+            values[p.name] = shown
         elif p.role == "coefficient" and not p.optional:
             values[p.name] = 1.0
         elif p.role == "shape" and not p.optional:
