@@ -60,7 +60,7 @@ lint: $(VENV)/.developed ## formatting, spelling, types, stubs, layers, clippy
 	$(BIN)/lint-imports
 
 fuzz: $(VENV)/.developed ## ten minutes of damaged files, strings and requests (SECONDS_EACH=, SEED=)
-	$(BIN)/python tests/python/fuzz/run.py --seconds $(or $(SECONDS_EACH),50) --seed $(or $(SEED),0)
+	$(BIN)/python tests/python/fuzz/run.py --seconds $(or $(SECONDS_EACH),25) --seed $(or $(SEED),0)
 
 release: $(VENV)/.made ## VERSION=1.2.3: everything of a release but the push (a dry run; nothing leaves this machine)
 	@$(BIN)/python docs/release.py "$(VERSION)"

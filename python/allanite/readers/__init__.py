@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +23,7 @@ from allanite.recording.findings import Finding
 from allanite.recording.samples import locked
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -201,10 +202,10 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     if size == 0 and path.is_file():
         raise InputError("the file is empty")
     if path.is_file() and path.suffix.lower() == ".zip":
-        with member(path, topics) as inner:
+        with _one_line(), member(path, topics) as inner:
             return read_table(inner, pick)
     if path.is_file() and is_packed(path):
-        with unpacked(path) as inner:
+        with _one_line(), unpacked(path) as inner:
             return read_table(inner, pick, topics)
     table = _read(FORMATS.get(path.suffix.lower(), text.read), path, pick, topics)
     if table.n == 0 and any(column is not None for column in table.columns):
@@ -213,9 +214,15 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
 
 
 def _read(reader: Any, path: Path, pick: Picker, topics: Sequence[str]) -> Table:
+    with _one_line():
+        return _reader(reader, topics)(path, pick)
+
+
+@contextmanager
+def _one_line() -> Iterator[None]:
     """The one place where what a reader or a foreign library raises becomes one line."""
     try:
-        return _reader(reader, topics)(path, pick)
+        yield
     except (AllaniteError, ModuleNotFoundError):
         raise
     except OSError as error:

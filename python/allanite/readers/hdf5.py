@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.readers._trial import tried
 from allanite.readers.matlab import RATES, assemble
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
     import h5py
 
+    tried(path)
     found: dict[str, NDArray[Any]] = {}
     attributes: dict[str, dict[str, Any]] = {}
 

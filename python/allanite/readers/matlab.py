@@ -11,6 +11,7 @@ from allanite.common.errors import InputError
 from allanite.common.memory import require
 from allanite.readers._mat5 import arrays
 from allanite.readers._table import Table, columns_of
+from allanite.readers._trial import tried
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -127,6 +128,7 @@ def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
 def _v73(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     import h5py
 
+    tried(path)
     found: list[tuple[str, NDArray[Any]]] = []
 
     def visit(name: str, item: object) -> None:

@@ -31,6 +31,8 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         with path.open("rb") as stream:
             packed = stream.read(4) == b"PAR1"
         table = files.read_table(path) if packed else feather.read_table(str(path))
+        # Offsets of a damaged column of text may ask for gigabytes.
+        table.validate(full=True)
     except (pa.ArrowException, OSError) as error:
         text = " ".join(str(error).split())[:200]
         raise InputError(f"damaged or not a Parquet or Arrow file ({text})") from None

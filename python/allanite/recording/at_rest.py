@@ -143,6 +143,9 @@ def _activity(x: NDArray[np.float64], m: int, length: int) -> NDArray[np.float64
     mean = groups.mean(axis=1) if m < 9 else np.median(_thirds(groups), axis=1)
     moves = np.abs(np.diff(mean))
     per = _changes(m, length)
+    windows = max(x.size // length, 1)
+    if not moves.size:
+        return np.zeros(windows)
     count = max(moves.size // per, 1)
     moves = moves[: count * per].reshape(count, -1)
     with np.errstate(invalid="ignore"):
@@ -151,7 +154,6 @@ def _activity(x: NDArray[np.float64], m: int, length: int) -> NDArray[np.float64
         )
     # Median of |difference of two averages| → their standard deviation.
     found = found / (0.6745 * math.sqrt(2))
-    windows = max(x.size // length, 1)
     return np.interp(np.linspace(0, 1, windows), np.linspace(0, 1, count), found)
 
 

@@ -145,7 +145,14 @@ class Steps:
     @property
     def rate(self) -> float:
         """Samples per unit of the stamps."""
-        return float(self.counts.sum() / self.times.sum())
+        span = float(self.times.sum())
+        if not span > 0.0:
+            raise InputError(
+                "the time column advances nowhere steadily",
+                missing="rate",
+                remedy="; give {rate} and leave the column out",
+            )
+        return float(self.counts.sum()) / span
 
     def _apart(self, rows: NDArray[np.int64]) -> None:
         """Leave steps out of the rate."""

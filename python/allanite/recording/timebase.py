@@ -113,6 +113,10 @@ class Stamps:
         return tuple((row, count) for row, count in self.gaps if first <= row < end - 1)
 
 
+#: Wider steps of damaged stamps count as this, narrower ones than its reciprocal as none: squares and ratios are numbers.
+WIDEST = 1e140
+
+
 def read_stamps(
     time: ArrayLike,
     unit: str | None = None,
@@ -142,7 +146,8 @@ def read_stamps(
     t, unit = numbers_of(time, unit)
     # Differences before the conversion to float keep nanoseconds since 1970 exact.
     with np.errstate(over="ignore"):
-        raw = np.clip(np.diff(t).astype(np.float64), -1e300, 1e300)
+        raw = np.clip(np.diff(t).astype(np.float64), -WIDEST, WIDEST)
+    raw[np.abs(raw) < 1.0 / WIDEST] = 0.0
     steps = Steps(raw, t)
     why = "given"
     if unit is None:

@@ -5,6 +5,7 @@ import json
 import struct
 from pathlib import Path
 
+import logs
 import numpy as np
 
 import allanite as al
@@ -196,6 +197,18 @@ def targets():
         "mat": lambda: reader(".mat", _mat(), rate=10),
         "mat73": lambda: reader(".mat", _hdf5(), rate=10),
         "ulog": lambda: reader(".ulg", _ulog()),
+        "hdf5": lambda: reader(".h5", logs.hdf5()),
+        "netcdf": lambda: reader(".nc", logs.netcdf()),
+        "parquet": lambda: reader(".parquet", logs.columnar("parquet")),
+        "feather": lambda: reader(".feather", logs.columnar("feather")),
+        "bag": lambda: reader(".bag", logs.rosbag("bag")),
+        "db3": lambda: reader(".db3", logs.rosbag("db3")),
+        "mcap": lambda: reader(".mcap", logs.rosbag("mcap")),
+        "ardupilot": lambda: reader(".bin", logs.ardupilot()),
+        "rinex": lambda: reader(".clk", logs.rinex(), True),
+        "stable32": lambda: reader(".phd", logs.stable32(), True, rate=1),
+        "gzip": lambda: reader(".csv.gz", logs.packed()),
+        "archive": lambda: reader(".zip", logs.archive()),
         "model string": lambda: ([m.encode() for m in MODELS], model_string, True),
         "model file": lambda: (_models(), parsed(".json", al.parse_model), True),
         "data sheet": lambda: (SHEETS[:1], parsed(".toml", sheet), True),

@@ -2,6 +2,8 @@
 
 import subprocess
 import sys
+import time
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +11,22 @@ import pytest
 
 import allanite as al
 from allanite.common.errors import AllaniteError
+from allanite.readers import FORMATS
 
 HERE = Path(__file__).resolve().parent
-NEEDS = {"mat": "scipy", "mat73": "h5py", "ulog": "pyulog", "page": "starlette"}
+NEEDS = {
+    "mat73": "h5py",
+    "hdf5": "h5py",
+    "ulog": "pyulog",
+    "page": "starlette",
+    "ardupilot": "pymavlink",
+}
+NEEDS |= dict.fromkeys(("parquet", "feather"), "pyarrow") | dict.fromkeys(
+    ("bag", "db3", "mcap"), "rosbags"
+)
 TARGETS = [
-    "text", "text with a rate", "npy", "npz", "mat", "mat73", "ulog", "model string", "model file", "data sheet",
+    "text", "text with a rate", "npy", "npz", "mat", "mat73", "ulog", "hdf5", "netcdf", "parquet", "feather", "bag", "db3",
+    "mcap", "ardupilot", "rinex", "stable32", "gzip", "archive", "model string", "model file", "data sheet",
     "data sheet, JSON", "page",
 ]  # fmt: skip
 
@@ -23,7 +36,7 @@ TARGETS = [
 def test_damaged_input_is_answered(target, tmp_path):
     if target in NEEDS:
         pytest.importorskip(NEEDS[target])
-    words = ["--target", target, "--seconds", "5", "--calls", "400"]
+    words = ["--target", target, "--seconds", "2", "--calls", "400"]
     done = subprocess.run(
         [sys.executable, HERE / "run.py", *words],
         cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300,
@@ -31,9 +44,11 @@ def test_damaged_input_is_answered(target, tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_every_target_is_tried():
+def test_every_target_is_tried_and_every_reader_has_one():
     source = (HERE / "targets.py").read_text(encoding="utf-8")
     assert [name for name in TARGETS if f'"{name}": ' not in source] == []
+    tried = {FORMATS[suffix] for suffix in FORMATS if f'reader("{suffix}"' in source}
+    assert set(FORMATS.values()) == tried
 
 
 def test_numbers_near_the_edge_are_judged_without_warnings():
@@ -46,3 +61,66 @@ def test_a_model_string_is_no_name_of_a_file():
     for text in ("N" * 3000, "N+\0", "\ud800"):
         with pytest.raises(AllaniteError):
             al.parse_model(text)
+
+
+def refused(path, words):
+    with pytest.raises(AllaniteError, match=words):
+        al.read(path)
+
+
+@pytest.mark.parametrize(
+    "stamps", [[0.0, 1e305, 2.0, 3.0], [0.0, 1e-316, 1.0, 2.0], [1e-316 * k for k in range(9)]]
+)
+def test_stamps_that_no_clock_has(stamps):
+    """An answer or one line, and no warning of NumPy."""
+    try:
+        assert np.isfinite(al.Recording(range(len(stamps)), time=stamps).rate)
+    except AllaniteError as error:
+        assert "time" in str(error) or "rate must be" in str(error)
+
+
+def test_text_of_an_arrow_file_with_offsets_that_go_back(tmp_path):
+    """A damaged column that nobody asked for took 23 s."""
+    pa = pytest.importorskip("pyarrow")
+    feather = pytest.importorskip("pyarrow.feather")
+    offsets = np.array([0, 1, -(2**30), 3], dtype=np.int32)
+    text = pa.StringArray.from_buffers(3, pa.py_buffer(offsets), pa.py_buffer(b"abc"))
+    table = pa.table({"gx": [1.0, 2.0, 3.0], "note": text})
+    feather.write_feather(table, tmp_path / "x.feather", compression="uncompressed")
+    start = time.process_time()
+    refused(tmp_path / "x.feather", r"x\.feather: damaged")
+    assert time.process_time() - start < 5.0
+
+
+def test_an_archive_with_a_damaged_directory(tmp_path):
+    path = tmp_path / "x.zip"
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr("gyro.csv", "t,x\n0,1\n1,2\n")
+    data = bytearray(path.read_bytes())
+    end = data.index(b"PK\x05\x06")
+    # The place of the directory, from which the beginning of the archive is reckoned.
+    data[end + 16 : end + 20] = (10**6).to_bytes(4, "little")
+    path.write_bytes(data)
+    refused(path, r"x\.zip: ")
+    # A name that is said to be UTF-8 and is not.
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr("gÿro.csv", "t,x\n0,1\n1,2\n")
+    path.write_bytes(path.read_bytes().replace("ÿ".encode(), b"\x82\x82"))
+    refused(path, r"x\.zip: damaged")
+
+
+@pytest.mark.parametrize("path", sorted((HERE / "found").iterdir()), ids=lambda path: path.name)
+def test_found_inputs(path):
+    """Each once ended in a traceback, a warning, a signal or half a minute; the process is not ours to lose."""
+    pytest.importorskip({".h5": "h5py", ".feather": "pyarrow"}.get(path.suffix, "scipy"))
+    code = (
+        "import sys, allanite as al\n"
+        "try: al.read(sys.argv[1]).describe()\n"
+        "except al.AllaniteError as error: print(error)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code, str(path)],
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout) <= 300

@@ -1,0 +1,146 @@
+"""Seeds of the formats that other libraries write: small logs of each, made by those libraries."""
+
+import gzip
+import io
+import struct
+import tempfile
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+SAMPLES = np.random.default_rng(2).standard_normal((60, 3))
+
+
+def _written(write, name):
+    """The bytes of a file that `write(path)` makes."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        write(path)
+        if path.is_dir():
+            (path,) = [p for p in path.iterdir() if p.suffix in (".db3", ".mcap")]
+        return path.read_bytes()
+
+
+def hdf5():
+    import h5py
+
+    def write(path):
+        with h5py.File(path, "w") as file:
+            file["imu/gyro"] = SAMPLES
+            file["imu/gyro"].attrs["units"] = "deg/s"
+            file["imu/temperature"] = 20 + SAMPLES[:, 0]
+            file["imu/time"] = np.arange(60) / 50
+            file.create_dataset("packed", data=SAMPLES[:, 0], chunks=(20,), compression="gzip")
+
+    def table(path):
+        with h5py.File(path, "w") as file:
+            rows = np.zeros(60, dtype=[("t", "f8"), ("gx", "f4")])
+            rows["t"], rows["gx"] = np.arange(60) / 50, SAMPLES[:, 0]
+            file["log"] = rows
+
+    return [_written(write, "x.h5"), _written(table, "x.h5")]
+
+
+def netcdf():
+    from scipy.io import netcdf_file
+
+    def write(path):
+        with netcdf_file(path, "w") as file:
+            file.createDimension("time", 60)
+            time = file.createVariable("time", "f8", ("time",))
+            time.units = "milliseconds since 2026-01-31 00:00:00"
+            time[:] = 20.0 * np.arange(60)
+            gyro = file.createVariable("gyro_x", "f4", ("time",))
+            gyro.units = "deg/s"
+            gyro[:] = SAMPLES[:, 0]
+
+    return [_written(write, "x.nc")]
+
+
+def columnar(kind):
+    import pyarrow as pa
+    from pyarrow import feather, parquet
+
+    when = np.datetime64("2026-01-31", "ns") + np.arange(60) * np.timedelta64(20, "ms")
+    table = pa.table({"when": when, "gx [deg/s]": SAMPLES[:, 0], "note": ["a"] * 60})
+    write = {"parquet": parquet.write_table, "feather": feather.write_feather}[kind]
+    return [_written(lambda path: write(table, str(path)), f"x.{kind}")]
+
+
+def rosbag(kind):
+    from rosbags import rosbag1, rosbag2
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC if kind == "bag" else Stores.ROS2_HUMBLE)
+    types, imu = store.types, "sensor_msgs/msg/Imu"
+    vector, turn = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
+    header, stamp = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
+    extra = {"seq": 0} if kind == "bag" else {}
+    raw = store.serialize_ros1 if kind == "bag" else store.serialize_cdr
+    zeros, still = np.zeros(9), turn(0.0, 0.0, 0.0, 1.0)
+
+    def write(path):
+        if kind == "bag":
+            bag = rosbag1.Writer(path)
+        else:
+            storage = {"db3": "SQLITE3", "mcap": "MCAP"}[kind]
+            bag = rosbag2.Writer(path, version=9, storage_plugin=rosbag2.StoragePlugin[storage])
+        with bag:
+            topic = bag.add_connection("/imu", imu, typestore=store)
+            for k, x in enumerate(SAMPLES):
+                at = 1_700_000_000_000_000_000 + 5_000_000 * k
+                head = header(stamp=stamp(*divmod(at, 10**9)), frame_id="imu", **extra)
+                message = types[imu](head, still, zeros, vector(*x), zeros, vector(*x), zeros)
+                bag.write(topic, at, raw(message, imu))
+
+    return [_written(write, "x.bag" if kind == "bag" else "x")]
+
+
+def ardupilot():
+    def described(kind, size, name, codes, fields):
+        return b"\xa3\x95\x80" + struct.pack(
+            "<BB4s16s64s", kind, size, name.encode(), codes.encode(), fields.encode()
+        )
+
+    out = described(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
+    row = struct.Struct("<QB6f")
+    names = "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"
+    out += described(129, 3 + row.size, "IMU", "QBffffff", names)
+    for k, x in enumerate(SAMPLES):
+        out += b"\xa3\x95\x81" + row.pack(10**6 + 20_000 * k, 0, *x, *x)
+    return [out]
+
+
+def rinex():
+    head = "     3.00           C                                       RINEX VERSION / TYPE\n"
+    rows = "".join(
+        f"AS G01  2026 01 01 00 {k // 2:02} {30 * (k % 2):9.6f}  1   {x * 1e-9:19.12E}\n"
+        for k, x in enumerate(SAMPLES[:, 0])
+    )
+    return [(head + " " * 60 + "END OF HEADER\n" + rows).encode()]
+
+
+def stable32():
+    phase = np.cumsum(SAMPLES[:, 0]) * 1e-12
+    plain = "# Phase data\n# Tau: 1.000e+01\n" + "".join(f"{v:.9e}\n" for v in phase)
+    tagged = "".join(f"{60000 + k / 86400:.9f} {v:.9e}\n" for k, v in enumerate(phase))
+    return [plain.encode(), tagged.encode()]
+
+
+def packed():
+    rows = (
+        "time,gx\n" + "".join(f"{k / 50},{x:.5f}\n" for k, x in enumerate(SAMPLES[:, 0]))
+    ).encode()
+    return [gzip.compress(rows, mtime=0)]
+
+
+def archive():
+    rows = "time,x,y,z\n" + "".join(
+        f"{k / 50},{a},{b},{c}\n" for k, (a, b, c) in enumerate(SAMPLES)
+    )
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as file:
+        file.writestr("Gyroscope.csv", rows)
+        file.writestr("Accelerometer.csv", rows)
+    return [stream.getvalue()]
