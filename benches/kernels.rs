@@ -7,7 +7,7 @@ use allanite::accumulator::{Accumulator, Grid};
 use allanite::averaging;
 use allanite::deviation::allan::{Means, overlapping};
 use allanite::deviation::family::{Kind, variances};
-use allanite::deviation::sums::Width;
+use allanite::machine::processor::Width;
 use allanite::parallel::default_threads;
 use allanite::phase::{Quantity, Record, Series};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};

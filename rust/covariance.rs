@@ -10,273 +10,44 @@
 mod differences;
 mod exponential;
 mod lags;
-pub mod law;
+mod law;
+mod plain;
 mod powers;
+mod process;
 mod total;
 
-use faer::c64;
-use rayon::prelude::*;
-
-use crate::parallel::pooled;
 use crate::{Error, Result};
-use exponential::Exponential;
-use lags::Wave;
-use powers::Powers;
-
-/// Which estimator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Overlapping Allan.
-    Allan,
-    /// Modified Allan.
-    Modified,
-    /// Overlapping Hadamard.
-    Hadamard,
-    /// Total, of the record reflected at its ends.
-    Total,
-}
-
-impl Kind {
-    /// From its name in the package.
-    pub fn named(name: &str) -> Result<Self> {
-        match name {
-            "oadev" => Ok(Self::Allan),
-            "mdev" => Ok(Self::Modified),
-            "ohdev" | "hdev" => Ok(Self::Hadamard),
-            "totdev" => Ok(Self::Total),
-            _ => Err(Error::Input(format!(
-                "covariance of {name:?} is not known; known are oadev, mdev, hdev, totdev"
-            ))),
-        }
-    }
-
-    fn order(self) -> usize {
-        if matches!(self, Self::Allan | Self::Total) { 2 } else { 3 }
-    }
-
-    /// How often the samples are summed.
-    fn level(self) -> usize {
-        if self == Self::Modified { 2 } else { 1 }
-    }
-
-    /// Number of squares in the estimate at factor m of n samples.
-    fn count(self, n: usize, m: usize) -> usize {
-        (n + self.level()).saturating_sub(self.order() * m)
-    }
-
-    /// Mean square difference over variance.
-    fn scale(self, m: usize) -> f64 {
-        let m = m as f64;
-        match self {
-            Self::Allan | Self::Total => 2.0 * m * m,
-            Self::Modified => 2.0 * m.powi(4),
-            Self::Hadamard => 6.0 * m * m,
-        }
-    }
-}
-
-/// Distance of the kinks of an autocovariance that ends.
-const NEAR: usize = 20;
-
-/// A named primitive process with its numbers per sample.
-pub type Term = (String, Vec<f64>);
-
-/// Everything about the process that the differences need.
-pub struct Process {
-    powers: Vec<Powers>,
-    exponentials: Vec<Exponential>,
-    /// Distances at which the covariance has a kink besides 0.
-    kinks: Vec<usize>,
-}
-
-impl Process {
-    /// Generalised covariance of `terms` summed as `kind` needs, for records of `n` samples.
-    pub fn new(terms: &[Term], n: usize, kind: Kind) -> Result<Self> {
-        let mut out = Self { powers: Vec::new(), exponentials: Vec::new(), kinks: Vec::new() };
-        for (name, values) in terms {
-            out.add(name, values, n, kind)?;
-        }
-        Ok(out)
-    }
-
-    fn add(&mut self, name: &str, values: &[f64], n: usize, kind: Kind) -> Result<()> {
-        let level = kind.level();
-        if let Some(bad) = values.iter().find(|v| !v.is_finite()) {
-            return Err(Error::Input(format!("term {name}: value {bad} is not finite")));
-        }
-        let mut fractional = |exponent: f64, scale: f64| {
-            if scale != 0.0 {
-                self.powers.extend(powers::fractional(exponent - 2.0 * level as f64, scale));
-            }
-        };
-        match (name, values) {
-            ("white", &[v]) => fractional(0.0, v),
-            ("blue", &[v]) => fractional(2.0, v),
-            ("random_walk", &[v]) => fractional(-2.0, v),
-            ("flicker", &[v]) => fractional(-1.0, v),
-            ("power_law", &[a, v]) => {
-                let lowest = if kind == Kind::Hadamard { -5.0 } else { -3.0 };
-                if a <= lowest || a > 2.0 {
-                    return Err(Error::Input(format!(
-                        "term power_law: exponent {a} is outside {lowest} … 2, where the variance exists"
-                    )));
-                }
-                fractional(a, v);
-            }
-            ("exponential", &[re, im, phi_re, phi_im]) => {
-                let (a, phi) = (c64::new(re, im), c64::new(phi_re, phi_im));
-                let epsilon = (1.0 - phi).norm();
-                if phi.norm() > 1.0 || epsilon == 0.0 {
-                    return Err(Error::Input(format!(
-                        "term exponential: φ = {phi_re} + {phi_im}i is not inside the unit circle"
-                    )));
-                }
-                if phi.norm() < 1e-12 {
-                    fractional(0.0, re);
-                } else if epsilon * (n as f64) < 1e-6 {
-                    fractional(-2.0, 2.0 * (a * (1.0 - phi)).re);
-                } else if re != 0.0 || im != 0.0 {
-                    self.exponentials.push(Exponential::new(a, phi, level));
-                }
-            }
-            ("lags", lags) if !lags.is_empty() => {
-                self.powers.push(powers::finite(lags, level));
-                // Near every one each lag is taken: between them nothing is smooth.
-                self.kinks.extend((NEAR..lags.len()).step_by(NEAR));
-                self.kinks.push(lags.len());
-            }
-            _ => {
-                return Err(Error::Input(format!(
-                    "term {name:?} with {} values is unknown; known are white 1, blue 1, random_walk 1, flicker 1, \
-                     power_law 2, exponential 4, lags 1 or more",
-                    values.len()
-                )));
-            }
-        }
-        Ok(())
-    }
-
-    fn waves(&self) -> Vec<Wave> {
-        self.exponentials.iter().map(|e| Wave { decay: -e.lambda().re, angle: e.lambda().im.abs() }).collect()
-    }
-
-    fn spaced(&self, i: usize, order: usize) -> Spaced<'_> {
-        Spaced {
-            i,
-            order,
-            powers: self.powers.iter().map(|p| differences::Spaced::new(p, i, order)).collect(),
-            exponentials: self.exponentials.iter().map(|e| exponential::Spaced::new(e, i, order)).collect(),
-        }
-    }
-}
-
-/// The process seen through differences at one spacing.
-struct Spaced<'a> {
-    i: usize,
-    order: usize,
-    powers: Vec<differences::Spaced<'a>>,
-    exponentials: Vec<exponential::Spaced<'a>>,
-}
-
-impl Spaced<'_> {
-    /// R_ij(t) for t ≥ 0, j ≥ i.
-    fn with(&self, j: usize) -> impl Fn(f64) -> f64 {
-        let powers: Vec<_> = self.powers.iter().map(|p| p.with(j)).collect();
-        move |t| {
-            powers.iter().map(|p| p.at(t)).sum::<f64>()
-                + self.exponentials.iter().map(|e| e.cross(j, t)).sum::<f64>()
-        }
-    }
-
-    /// Distances between centres at which some pair of points meets.
-    fn breaks(&self, j: usize, kinks: &[usize]) -> Vec<f64> {
-        let half = self.order as f64 / 2.0;
-        let mut out = Vec::new();
-        for a in 0..=self.order {
-            for b in 0..=self.order {
-                let t = (a as f64 - half) * self.i as f64 + (b as f64 - half) * j as f64;
-                out.push(t.abs());
-                out.extend(kinks.iter().flat_map(|l| [(t + *l as f64).abs(), (t - *l as f64).abs()]));
-            }
-        }
-        out
-    }
-
-    /// Σ_t count(t) R_ij(t)² / (M_i M_j) over all pairs of centres.
-    fn mean_square(&self, other: &Self, counts: (usize, usize), kinks: &[usize], waves: &[Wave]) -> f64 {
-        let (order, i, j) = (self.order, self.i, other.i);
-        // Centres are whole numbers apart, or whole numbers and a half.
-        let base = if order * (i + j) % 2 == 1 { 0.5 } else { 0.0 };
-        let flat = order as f64 * (j - i) as f64 / 2.0;
-        let end = (flat + counts.1 as f64 - base).ceil() as usize;
-        let breaks: Vec<usize> = self.breaks(j, kinks).iter().map(|t| (t - base).max(0.0) as usize).collect();
-        let covariance = self.with(j);
-        let mut total = 0.0;
-        for (u, weight) in lags::nodes(&breaks, end, waves) {
-            let t = u + base;
-            let count = counts.1 as f64 - (t - flat).max(0.0);
-            let both = if t == 0.0 { 1.0 } else { 2.0 };
-            total += weight * both * count * covariance(t).powi(2);
-        }
-        total / (counts.0 as f64 * counts.1 as f64)
-    }
-}
-
-/// The process through every factor, with the number of squares of each.
-fn prepared<'a>(
-    process: &'a Process,
-    n: usize,
-    factors: &[usize],
-    kind: Kind,
-) -> Result<(Vec<Spaced<'a>>, Vec<usize>)> {
-    let counts: Vec<usize> = factors.iter().map(|m| kind.count(n, *m)).collect();
-    if let Some(k) = counts.iter().zip(factors).position(|(count, m)| *count == 0 || *m == 0) {
-        return Err(Error::TooShort(format!(
-            "factor {} of {n} samples has no complete difference: use factors from 1 to {}",
-            factors[k],
-            (n + kind.level() - 1) / kind.order()
-        )));
-    }
-    Ok((factors.iter().map(|m| process.spaced(*m, kind.order())).collect(), counts))
-}
+pub use process::{Kind, Term};
 
 /// Expected variance (k,) and variance of the estimates (k,) at `factors` for records of `n` samples.
 pub fn variances(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
-    if kind == Kind::Total {
-        return total::variances(terms, n, factors);
+    match kind {
+        Kind::Total => total::variances(terms, n, factors),
+        _ => plain::variances(terms, n, factors, kind),
     }
-    let process = Process::new(terms, n, kind)?;
-    let (spaced, counts) = prepared(&process, n, factors, kind)?;
-    let waves = process.waves();
-    let of_one = |(s, count): (&Spaced, &usize)| {
-        let scale = kind.scale(s.i);
-        let square = s.mean_square(s, (*count, *count), &process.kinks, &waves);
-        (s.with(s.i)(0.0) / scale, 2.0 * square / (scale * scale))
-    };
-    Ok(pooled(|| spaced.par_iter().zip(&counts).map(of_one).unzip()))
 }
 
 /// Expected variance (k,) and covariance of the estimates (k, k), row by row, at `factors` for records of `n` samples.
 pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
-    if kind == Kind::Total {
-        return total::covariance(terms, n, factors);
+    match kind {
+        Kind::Total => total::covariance(terms, n, factors),
+        _ => plain::covariance(terms, n, factors, kind),
     }
-    let process = Process::new(terms, n, kind)?;
-    let (spaced, counts) = prepared(&process, n, factors, kind)?;
-    let expected: Vec<f64> = spaced.iter().map(|s| s.with(s.i)(0.0) / kind.scale(s.i)).collect();
-    let waves = process.waves();
-    let k = factors.len();
-    let pairs: Vec<(usize, usize)> = (0..k).flat_map(|a| (a..k).map(move |b| (a, b))).collect();
-    let of_two = |&(a, b): &(usize, usize)| {
-        let (low, high) = if factors[a] <= factors[b] { (a, b) } else { (b, a) };
-        let sum = spaced[low].mean_square(&spaced[high], (counts[low], counts[high]), &process.kinks, &waves);
-        2.0 * sum / (kind.scale(factors[a]) * kind.scale(factors[b]))
-    };
-    let values: Vec<f64> = pooled(|| pairs.par_iter().map(of_two).collect());
-    let mut matrix = vec![0.0; k * k];
-    for (&(a, b), value) in pairs.iter().zip(values) {
-        matrix[a * k + b] = value;
-        matrix[b * k + a] = value;
+}
+
+/// Quantiles of σ̂²/σ² at `probabilities` for the estimate at `factor` of records of `n` samples.
+pub fn quantiles(
+    terms: &[Term],
+    n: usize,
+    factor: usize,
+    probabilities: &[f64],
+    kind: Kind,
+) -> Result<Vec<f64>> {
+    if let Some(bad) = probabilities.iter().find(|p| !(**p > 0.0 && **p < 1.0)) {
+        return Err(Error::Input(format!("probability {bad} is not between 0 and 1")));
     }
-    Ok((expected, matrix))
+    match kind {
+        Kind::Total => total::quantiles(terms, n, factor, probabilities),
+        _ => plain::quantiles(terms, n, factor, probabilities, kind),
+    }
 }

@@ -14,7 +14,8 @@
 //! | [`likelihood`] | spectrum fits that allow for a discrepancy | Lange, Little & Taylor 1989 |
 //! | [`noise`] | samples of coloured noise | Kasdin 1995 |
 //! | [`text`] | numeric columns of a text log | |
-//! | [`parallel`], [`pages`] | threads over blocks, large buffers | |
+//! | [`parallel`] | threads over blocks | |
+//! | [`machine`] | vector units, large buffers | |
 //!
 //! Only `python` may name an interpreter; everything else builds and is tested without one.
 
@@ -27,8 +28,8 @@ pub mod error;
 pub mod kalman;
 pub mod likelihood;
 pub mod lstsq;
+pub mod machine;
 pub mod noise;
-pub mod pages;
 pub mod parallel;
 pub mod phase;
 #[cfg(feature = "python")]

@@ -15,7 +15,7 @@ mod series;
 use std::arch::x86_64::{_mm_sfence, _mm256_loadu_pd, _mm256_stream_pd};
 use std::sync::atomic::AtomicBool;
 
-use crate::deviation::sums::Width;
+use crate::machine::processor::Width;
 use crate::parallel::for_each;
 use crate::{Error, Result};
 

@@ -4,25 +4,13 @@
 //! 2011, SC'11) maps the name to the states of eight interleaved xoshiro256+ generators (Blackman & Vigna
 //! 2021, ACM TOMS 47, 36): for one name it is a bijection of (block, lane), so that no two blocks share a
 //! state, and any block can be drawn at any time by any thread.
-//!
-//! Normals come in pairs by Box & Muller 1958, one word to a pair: 39 bits are the radius (which ends at 7.4σ,
-//! beyond which lies one normal in 1e13), 23 bits the angle in half a circle, one the sign. Logarithm and
-//! circular functions are polynomials (relative error below 6e-9, far under what any sample could show),
-//! because they are free of branches and run eight lanes at a time. The same operations in the same order, fused
-//! multiply-adds included, run on every machine: the bits are the same with and without wide registers.
 
+mod normals;
+mod registers;
 mod threefry;
-#[cfg(target_arch = "x86_64")]
-mod wide;
-#[cfg(target_arch = "x86_64")]
-mod wide512;
 
-/// Interleaved generators of one stream.
-const LANES: usize = 8;
-/// Normals made at a time: a cosine and a sine of each lane.
-const GROUP: usize = 2 * LANES;
-
-type Lanes = [u64; LANES];
+use crate::machine::processor::Width;
+use normals::{LANES, Lanes, ONE};
 
 /// The name of a family of blocks: (seed, replicate, effect, axis).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,17 +52,7 @@ impl Stream {
     /// Fills with independent standard normal deviates. A shorter slice gets the beginning of what a longer
     /// one would get.
     pub fn normals(&mut self, out: &mut [f64]) {
-        #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx512f") {
-            // SAFETY: AVX-512 has just been found on this machine.
-            unsafe { wide512::normals(&mut self.state, out) };
-            return;
-        } else if is_wide() {
-            // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
-            unsafe { wide::normals(&mut self.state, out) };
-            return;
-        }
-        normals_body(&mut self.state, out);
+        normals::fill(Width::best(), &mut self.state, out);
     }
 
     /// Fills with uniform deviates of (0, 1], multiples of 2^-52.
@@ -86,25 +64,6 @@ impl Stream {
             }
         }
     }
-}
-
-/// Whether the machine has the wide registers and the fused multiply-add that the hot loops are compiled for.
-#[cfg(target_arch = "x86_64")]
-pub(crate) fn is_wide() -> bool {
-    std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
-}
-
-fn normals_body(state: &mut [Lanes; 4], out: &mut [f64]) {
-    let mut local = *state;
-    let (groups, rest) = out.as_chunks_mut::<GROUP>();
-    for group in groups {
-        *group = pair(&mut local);
-    }
-    if !rest.is_empty() {
-        let last = pair(&mut local);
-        rest.copy_from_slice(&last[..rest.len()]);
-    }
-    *state = local;
 }
 
 /// One step of xoshiro256+ in every lane.
@@ -124,149 +83,16 @@ fn next(state: &mut [Lanes; 4]) -> Lanes {
     out
 }
 
-/// Bits of 1.
-const ONE: u64 = 0x3ff0_0000_0000_0000;
-/// Bits of the fraction of a double.
-const FRACTION: u64 = (1 << 52) - 1;
-/// Bits of 2^52: an integer k in the low bits makes the float 2^52 + k.
-const MAGIC: u64 = 0x4330_0000_0000_0000;
-/// 2^52 and the bias of exponents.
-const EXPONENT: f64 = 4503599627370496.0 + 1023.0;
-
-/// Bits of 4096, whose unit in the last place is 2^-40, and of one half of 2^-39.
-const RADIUS: u64 = 0x40b0_0000_0000_0001;
-/// The 39 bits of a radius, after a shift to the right by `RADIUS_SHIFT`, leaving the last one to the half.
-const RADIUS_BITS: u64 = ((1 << 39) - 1) << 1;
-const RADIUS_SHIFT: u32 = 23;
-/// Bits of 2^28, whose unit in the last place is 2^-24, and of one half of 2^-23.
-const ANGLE: u64 = 0x41b0_0000_0000_0001;
-/// The 23 bits of an angle; the last bit of a word, the poorest, is not used.
-const ANGLE_BITS: u64 = ((1 << 23) - 1) << 1;
-/// 2^28 and half of the range of angles.
-const ANGLE_MIDDLE: f64 = 268435456.5;
-const SIGN: u64 = 1 << 63;
-
 /// (0, 1] from the upper 52 bits.
 fn uniform(word: u64) -> f64 {
     2.0 - f64::from_bits(ONE | (word >> 12))
 }
 
-/// Near 1/m for m in [1 + i/16, 1 + (i+1)/16). The last is exact, so that nothing cancels below u = 1.
-const RECIPROCALS: [f64; 16] = [
-    0.9696969696969697,
-    0.9142857142857143,
-    0.8648648648648649,
-    0.8205128205128205,
-    0.7804878048780488,
-    0.7441860465116279,
-    0.7111111111111111,
-    0.6808510638297872,
-    0.6530612244897959,
-    0.6274509803921569,
-    0.6037735849056604,
-    0.5818181818181818,
-    0.5614035087719298,
-    0.5423728813559322,
-    0.5245901639344263,
-    0.5,
-];
-/// 2 ln of them.
-const LOGARITHMS: [f64; 16] = [
-    -0.06154331733350732,
-    -0.17922431737937433,
-    -0.29036401968899567,
-    -0.39565148665983985,
-    -0.4956723278091624,
-    -0.5909284257876718,
-    -0.6818531739411864,
-    -0.7688233978206641,
-    -0.8521687906218003,
-    -0.9321794598491985,
-    -1.0091120215047906,
-    -1.0831945648654888,
-    -1.1546307300696472,
-    -1.2236030822119859,
-    -1.2902759227471694,
-    -1.3862943611198906,
-];
-/// −2 ln 2.
-const MINUS_TWO_LOG_TWO: f64 = -1.3862943611198906;
-/// (−2 ln(1 + r) + 2r)/r² as a polynomial of r on |r| ≤ 1/32; relative error of the logarithm 4e-10.
-const LOG: [f64; 4] = [0.9999999009255385, -0.6666665428787764, 0.5004067685231576, -0.40039575349356227];
-/// sin(πv)/v as a polynomial of v² on |v| ≤ ½; relative error 5.4e-9.
-const SIN: [f64; 5] =
-    [3.1415926368926113, -5.167709684637824, 2.5500697238167405, -0.5982421118865865, 0.07756035914918306];
-/// cos(πv) as a polynomial of v² on |v| ≤ ½; error 2.2e-10.
-const COS: [f64; 6] = [
-    0.9999999997806803,
-    -4.934802137230286,
-    4.058709164375249,
-    -1.3352120568655836,
-    0.23493755934880667,
-    -0.024396716605332346,
-];
-
-fn polynomial<const N: usize>(coefficients: &[f64; N], x: f64) -> f64 {
-    let mut sum = coefficients[N - 1];
-    for i in (0..N - 1).rev() {
-        sum = sum.mul_add(x, coefficients[i]);
-    }
-    sum
-}
-
-/// −2 ln u for normal u in (0, 1), u = 2^e·m with m in [1, 2), m·c = 1 + r: −2e ln 2 + 2 ln c − 2 ln(1 + r).
-fn minus_two_log(u: f64) -> f64 {
-    let bits = u.to_bits();
-    let e = f64::from_bits(MAGIC | (bits >> 52)) - EXPONENT;
-    let m = f64::from_bits((bits & FRACTION) | ONE);
-    let i = (bits >> 48) as usize % 16;
-    let r = m.mul_add(RECIPROCALS[i], -1.0);
-    let whole = r.mul_add(-2.0, e.mul_add(MINUS_TWO_LOG_TWO, LOGARITHMS[i]));
-    (r * r).mul_add(polynomial(&LOG, r), whole)
-}
-
-/// Sixteen normals: r cos πv in the first eight places, r sin πv in the last, r with a random sign so that
-/// v in (−½, ½) covers the circle.
-fn pair(state: &mut [Lanes; 4]) -> [f64; GROUP] {
-    let words = next(state);
-    let mut out = [0.0; GROUP];
-    let (cosines, sines) = out.split_at_mut(LANES);
-    for (i, word) in words.into_iter().enumerate() {
-        let u = f64::from_bits(((word >> RADIUS_SHIFT) & RADIUS_BITS) | RADIUS) - 4096.0;
-        let r = minus_two_log(u).sqrt();
-        let signed = f64::from_bits(r.to_bits() | (word & SIGN));
-        let v = f64::from_bits((word & ANGLE_BITS) | ANGLE) - ANGLE_MIDDLE;
-        let square = v * v;
-        cosines[i] = signed * polynomial(&COS, square);
-        sines[i] = signed * (v * polynomial(&SIN, square));
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::PI;
-
     use super::*;
 
     const KEY: StreamKey = StreamKey { seed: 1, replicate: 0, effect: 0, axis: 0 };
-
-    #[test]
-    fn logarithm_and_circular_functions_are_what_they_say() {
-        for k in 1..=40_000_u32 {
-            let u = 2.0_f64.powf(-f64::from(k) * 40.0 / 40_000.0);
-            let expected = -2.0 * u.ln();
-            let found = minus_two_log(u);
-            assert!((found - expected).abs() <= 4e-10 * expected, "{u}: {found} {expected}");
-            let v = f64::from(k) / 80_000.0;
-            let (sin, cos) = (v * polynomial(&SIN, v * v), polynomial(&COS, v * v));
-            assert!((sin / (PI * v).sin() - 1.0).abs() < 5.4e-9, "sin {v}");
-            assert!((cos - (PI * v).cos()).abs() < 2.3e-10, "cos {v}");
-        }
-        // The largest radius fraction there is: no negative number under the root.
-        let last = 1.0 - 0.5_f64.powi(40);
-        assert!((minus_two_log(last) / (2.0 * 0.5_f64.powi(40)) - 1.0).abs() < 1e-2);
-    }
 
     #[test]
     fn moments_of_normals() {
@@ -301,17 +127,13 @@ mod tests {
     #[test]
     fn wide_equals_narrow() {
         for n in 0..300 {
-            let (mut wide, mut narrow) = (vec![0.0; n], vec![0.0; n]);
-            Stream::new(KEY, 3).normals(&mut wide);
-            normals_body(&mut Stream::new(KEY, 3).state, &mut narrow);
-            assert_eq!(wide, narrow);
-            // The widest registers of the machine have been tried; now those that most machines have.
-            #[cfg(target_arch = "x86_64")]
-            if is_wide() {
-                // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
-                unsafe { wide::normals(&mut Stream::new(KEY, 3).state, &mut wide) };
-                assert_eq!(wide, narrow);
-            }
+            let of = |width| {
+                let mut out = vec![0.0; n];
+                normals::fill(width, &mut Stream::new(KEY, 3).state, &mut out);
+                out
+            };
+            let narrow = of(Width::portable());
+            Width::available().for_each(|width| assert_eq!(of(width), narrow));
         }
     }
 

@@ -13,6 +13,7 @@
 mod cells;
 mod dialect;
 mod moment;
+mod quick;
 mod rows;
 mod source;
 

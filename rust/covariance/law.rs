@@ -5,41 +5,6 @@
 //! approximation (Biometrika 1986 eq. 3.10). At 2.5 % it errs by 0.2 % of probability for one degree of freedom, by
 //! less than 0.02 % from five on.
 
-use faer::{Mat, Side};
-
-use super::{Kind, Process, Term};
-use crate::{Error, Result};
-
-/// Differences taken for each factor's length, and bounds on their number.
-const DENSITY: usize = 16;
-const FEWEST: usize = 96;
-const MOST: usize = 400;
-
-/// Quantiles of σ̂²/σ² at `probabilities` for the estimate at `factor` of records of `n` samples.
-pub fn quantiles(
-    terms: &[Term],
-    n: usize,
-    factor: usize,
-    probabilities: &[f64],
-    kind: Kind,
-) -> Result<Vec<f64>> {
-    if let Some(bad) = probabilities.iter().find(|p| !(**p > 0.0 && **p < 1.0)) {
-        return Err(Error::Input(format!("probability {bad} is not between 0 and 1")));
-    }
-    if kind == Kind::Total {
-        return super::total::quantiles(terms, n, factor, probabilities);
-    }
-    let (expected, variance) = super::variances(terms, n, &[factor], kind)?;
-    let relative = variance[0] / (expected[0] * expected[0]);
-    // White phase noise has a degree of freedom for every sample: among few differences it is but its mean.
-    let slow: Vec<Term> = terms.iter().filter(|(name, _)| name != "blue").cloned().collect();
-    let eigenvalues = if slow.is_empty() { Vec::new() } else { weights(&slow, n, factor, kind)? };
-    if eigenvalues.is_empty() {
-        return Err(Error::Input("the law of a variance needs a process slower than quantization".into()));
-    }
-    Ok(stretched(&eigenvalues, relative, probabilities))
-}
-
 /// Quantiles for eigenvalues of sum 1, stretched to the relative variance: the few differences lose or gain a per cent
 /// of it against all of them, and the exact one is known.
 pub fn stretched(eigenvalues: &[f64], relative: f64, probabilities: &[f64]) -> Vec<f64> {
@@ -54,24 +19,6 @@ pub fn normalise(found: &mut Vec<f64>) {
     let sum: f64 = found.iter().sum();
     found.iter_mut().for_each(|l| *l /= sum);
     found.retain(|l| *l > 1e-9);
-}
-
-/// Eigenvalues, of sum 1, of the covariance of evenly chosen differences.
-fn weights(terms: &[Term], n: usize, factor: usize, kind: Kind) -> Result<Vec<f64>> {
-    let process = Process::new(terms, n, kind)?;
-    let spaced = process.spaced(factor, kind.order());
-    let count = kind.count(n, factor);
-    let wanted = (DENSITY * count / factor).clamp(FEWEST, MOST).min(count);
-    let stride = count.div_ceil(wanted);
-    let size = count.div_ceil(stride);
-    let covariance = spaced.with(factor);
-    let row: Vec<f64> = (0..size).map(|k| covariance((k * stride) as f64)).collect();
-    let matrix = Mat::from_fn(size, size, |a, b| row[a.abs_diff(b)] / (row[0] * size as f64));
-    let mut found = matrix
-        .self_adjoint_eigenvalues(Side::Lower)
-        .map_err(|_| Error::Input("the eigenvalues of the model's covariance did not converge".into()))?;
-    normalise(&mut found);
-    Ok(found)
 }
 
 /// q with P(Σ λ χ²₁ ≤ q) = p.

@@ -9,7 +9,8 @@
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-use super::{Kind, Process, Term, law};
+use super::process::{Kind, Process, Term};
+use super::{law, plain};
 use crate::parallel::pooled;
 use crate::{Error, Result};
 
@@ -95,7 +96,7 @@ pub fn variances(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f64
         let mean = expected(&whole, n, m);
         if !short(n, m) || rest.is_empty() {
             let m2 = m.min(n / 2);
-            let (_, own) = super::variances(terms, n, &[m2], Kind::Allan)?;
+            let (_, own) = plain::variances(terms, n, &[m2], Kind::Allan)?;
             // As many more differences as reflection adds.
             return Ok((mean, own[0] * Kind::Allan.count(n, m2) as f64 / (n - 1) as f64));
         }
@@ -118,7 +119,7 @@ pub fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f6
     let k = factors.len();
     // Correlation as of the overlapping variance, but for pairs that both feel the ends.
     let inside: Vec<usize> = factors.iter().map(|m| (*m).min(n / 2)).collect();
-    let (_, mut matrix) = super::covariance(terms, n, &inside, Kind::Allan)?;
+    let (_, mut matrix) = plain::covariance(terms, n, &inside, Kind::Allan)?;
     let spread: Vec<f64> = (0..k).map(|a| (own[a] / matrix[a * k + a]).sqrt()).collect();
     for a in 0..k {
         for b in 0..k {
@@ -156,7 +157,7 @@ pub fn covariance(terms: &[Term], n: usize, factors: &[usize]) -> Result<(Vec<f6
 pub fn quantiles(terms: &[Term], n: usize, factor: usize, probabilities: &[f64]) -> Result<Vec<f64>> {
     let (mean, variance) = variances(terms, n, &[factor])?;
     if !short(n, factor) {
-        return law::quantiles(terms, n, factor, probabilities, Kind::Allan);
+        return plain::quantiles(terms, n, factor, probabilities, Kind::Allan);
     }
     let rest = slow(terms);
     if rest.is_empty() {

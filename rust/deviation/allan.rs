@@ -9,10 +9,11 @@ use std::mem::take;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
-use super::sums::{self, Group, Width};
+use super::sums::{self, Group};
 use super::tiles;
 use crate::Result;
-use crate::pages::Buffer;
+use crate::machine::pages::Buffer;
+use crate::machine::processor::Width;
 use crate::parallel::for_each;
 use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
 

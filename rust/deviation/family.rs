@@ -1,13 +1,12 @@
 //! Every other estimator: one loop over (averaging factor, block of terms), the estimators in their own files.
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use super::allan::{Means, Terms};
-use super::sums::Width;
-use super::{hadamard, modified, modified_total, theo, tie, total};
+use super::{Piece, hadamard, modified, modified_total, theo, tie, total};
 use crate::Result;
-use crate::pages::Buffer;
+use crate::machine::pages::Buffer;
 use crate::parallel::for_each;
 use crate::phase::{BLOCK, LOCAL, Quantity, Record, Sample, add_to};
 
@@ -109,22 +108,6 @@ impl Kind {
             Self::Mtie => f64::from(u8::from(count > 0)),
         }
     }
-}
-
-/// What a block of terms is computed from.
-pub struct Piece<'a> {
-    /// Phase points `k .. k + n + reach`.
-    pub theta: &'a [f64],
-    /// Place of the first of them in the record.
-    pub first: usize,
-    /// Number of terms.
-    pub n: usize,
-    /// Averaging factor.
-    pub m: usize,
-    /// Vector unit.
-    pub width: Width,
-    /// Turns true when the sum is not wanted any more.
-    pub stop: &'a AtomicBool,
 }
 
 /// Variances and numbers of terms for rising factors, and the global phase.

@@ -1,7 +1,7 @@
 //! Hadamard variance: third differences of the phase, blind to a drift of the rate. NIST SP 1065 eqs. 18 and 20.
 
-use super::family::Piece;
-use super::sums::Width;
+use super::Piece;
+use crate::machine::processor::Width;
 
 /// Σ (θ[k+3m] − 3θ[k+2m] + 3θ[k+m] − θ[k])² at every k; terms that are NaN are left out.
 ///

@@ -1,6 +1,6 @@
 //! Modified Allan variance and its parabolic sister: O(1) per term by running sums begun anew in every block.
 
-use super::family::Piece;
+use super::Piece;
 
 /// Modified Allan variance, NIST SP 1065 eq. 14: `Σ_k (Σ_{i=k}^{k+m−1} (θ[i+2m] − 2θ[i+m] + θ[i]))²`.
 pub fn averages(piece: &Piece<'_>) -> (f64, u64) {

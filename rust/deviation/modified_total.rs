@@ -5,8 +5,8 @@
 //! sum E, which is odd, so that D(i) = D(−3m − i) and half of them suffice. They cost O(1) each from the running sum;
 //! of long stretches all are summed together (`stretches.rs`).
 
-use super::family::Piece;
-use super::sums::Width;
+use super::Piece;
+use crate::machine::processor::Width;
 
 /// From this factor on stretches are summed together.
 const LONG: usize = 24;

@@ -1,6 +1,7 @@
 //! Which hot loop runs: groups of averaging factors, widths chosen at run time, ranges without gaps.
 
 use super::lanes::{self, Lanes, Portable};
+use crate::machine::processor::{Unit, Width};
 
 /// Phase points handled by all groups before the next ones are fetched.
 const STRIP: usize = 4096;
@@ -10,62 +11,12 @@ const SEVERAL: usize = 4;
 /// From this factor on a row of m terms is long enough to be summed by itself.
 const ROW: usize = 48;
 
-/// The vector unit to use. Only [`Width::best`] makes wide ones, after asking the processor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Width(Unit);
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Unit {
-    Portable,
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-}
-
-impl Unit {
-    fn is_there(self) -> bool {
+/// Factors of a doubling run for which the unit has registers.
+fn longest_chain(width: Width) -> usize {
+    match width.unit() {
         #[cfg(target_arch = "x86_64")]
-        if self != Self::Portable {
-            let wide = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
-            return wide && (self == Self::Avx2 || is_x86_feature_detected!("avx512f"));
-        }
-        self == Self::Portable
-    }
-}
-
-impl Width {
-    /// The widest unit that this processor has.
-    pub fn best() -> Self {
-        Self::available().next_back().unwrap_or(Self::portable())
-    }
-
-    /// All units that this processor has, the widest last.
-    pub fn available() -> impl DoubleEndedIterator<Item = Self> {
-        #[cfg(target_arch = "x86_64")]
-        let units = [Unit::Portable, Unit::Avx2, Unit::Avx512];
-        #[cfg(not(target_arch = "x86_64"))]
-        let units = [Unit::Portable];
-        units.into_iter().filter(|unit| unit.is_there()).map(Self)
-    }
-
-    /// Factors of a doubling run for which the unit has registers.
-    fn chain(self) -> usize {
-        match self.0 {
-            #[cfg(target_arch = "x86_64")]
-            Unit::Avx512 => GROUP,
-            _ => SEVERAL,
-        }
-    }
-
-    /// Whether the processor has been found to have AVX2 and FMA.
-    pub fn is_wide(self) -> bool {
-        self != Self::portable()
-    }
-
-    /// Plain Rust, on any processor.
-    pub fn portable() -> Self {
-        Self(Unit::Portable)
+        Unit::Avx512 => GROUP,
+        _ => SEVERAL,
     }
 }
 
@@ -106,7 +57,7 @@ pub fn groups(width: Width, factors: &[(usize, usize)]) -> Vec<Group> {
     let (runs, loose) = doubling(factors);
     let mut groups = Vec::new();
     for run in runs {
-        let each = run.len().div_ceil(run.len().div_ceil(width.chain()));
+        let each = run.len().div_ceil(run.len().div_ceil(longest_chain(width)));
         groups.extend(run.chunks(each).map(|part| Group::new(part, Shape::Chain)));
     }
     let (short, long) = loose.split_at(loose.partition_point(|(_, m)| *m < ROW));
@@ -256,11 +207,11 @@ fn group_sums(width: Width, theta: &[f64], group: &Group, n: usize) -> [f64; GRO
     }
     let reach = group.m[..group.len].iter().max().map_or(0, |m| 2 * m);
     assert!(n + reach <= theta.len(), "a term reaches beyond the phase");
-    match width.0 {
+    match width.unit() {
         // SAFETY: baseline instructions; `n + reach` doubles are readable (asserted).
         Unit::Portable => unsafe { dispatch::<Portable>(theta.as_ptr(), group, n) },
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: this unit comes from `Width::best`, which asked the processor; readable as above.
+        // SAFETY: a `Width` is only made of units that the processor has; readable as above.
         Unit::Avx2 => unsafe { dispatch_avx2(theta.as_ptr(), group, n) },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: as the other one.

@@ -2,8 +2,8 @@
 
 use std::sync::atomic::Ordering;
 
-use super::family::Piece;
-use super::sums::Width;
+use super::Piece;
+use crate::machine::processor::Width;
 
 /// `Σ_i Σ_{δ<m/2} (x[i] − x[i−δ+m/2] + x[i+m] − x[i+δ+m/2])² / (m/2 − δ)`, and the number of i.
 pub fn theo1(piece: &Piece<'_>, work: &mut Vec<f64>) -> (f64, u64) {

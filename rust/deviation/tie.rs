@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::family::Piece;
+use super::Piece;
 
 /// Points between two looks at the flag, or one window where that is longer.
 const LOOK: usize = 1 << 20;

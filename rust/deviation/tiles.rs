@@ -3,7 +3,8 @@
 //! With the phase in rows of m points, the terms of m, 2m, 4m, … at a column are those of 1, 2, 4, … rows. A tile of W
 //! columns, copied row after row into the cache, is a short phase on which the factors are W, 2W, 4W, ….
 
-use super::sums::{self, Group, Placed, Width};
+use super::sums::{self, Group, Placed};
+use crate::machine::processor::Width;
 
 /// Points of a tile: of 640 KiB, in the second-level cache.
 const POINTS: usize = 5 << 14;

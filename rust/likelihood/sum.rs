@@ -5,6 +5,8 @@
 
 use super::Block;
 use super::gamma::{NODES, WIDTH};
+#[cfg(target_arch = "x86_64")]
+use crate::machine::processor::{Unit, Width};
 
 /// Blocks whose sums multiply without an overflow: 14^(128) is 1e147.
 const FLUSH: usize = 128;
@@ -12,12 +14,12 @@ const FLUSH: usize = 128;
 /// Marginal logL but for a constant, and twice the mean shape of each bin into `weight`; `y` and `weight` are whole blocks.
 pub fn marginal(blocks: &[Block], y: &[f64], weight: &mut [f64]) -> f64 {
     #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx512f") {
-        // SAFETY: AVX-512 has just been found on this machine.
-        return unsafe { marginal_512(blocks, y, weight) };
-    } else if crate::rng::is_wide() {
-        // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
-        return unsafe { marginal_wide(blocks, y, weight) };
+    match Width::best().unit() {
+        Unit::Portable => {}
+        // SAFETY: a `Width` is only made of units that the processor has.
+        Unit::Avx2 => return unsafe { marginal_wide(blocks, y, weight) },
+        // SAFETY: as above.
+        Unit::Avx512 => return unsafe { marginal_512(blocks, y, weight) },
     }
     marginal_body::<false>(blocks, y, weight)
 }

@@ -22,11 +22,10 @@ pub mod finite;
 mod generator;
 mod least_squares;
 pub mod power_law;
+mod quad;
 pub mod section;
 pub mod sections;
 pub mod simple;
-#[cfg(target_arch = "x86_64")]
-mod wide;
 
 pub use bank::power_law_bank;
 pub use generator::Generator;

@@ -1,19 +1,21 @@
 //! White noise through sections of first or second order, started in their stationary state.
 
 use super::Process;
+use super::quad::{self, LANES, Quad};
+use crate::machine::processor::Width;
 use crate::rng::Stream;
 use crate::{Error, Result};
 
 /// Samples advanced at a time.
-pub(super) const STEP: usize = 8;
+const STEP: usize = 2 * LANES;
 
 /// x ← φ x + normal, the sample being x before the step: stationary for |φ| < 1, a random walk for φ = 1.
 pub struct Lag {
-    pub(super) drive: f64,
-    pub(super) state: f64,
+    drive: f64,
+    state: f64,
     /// φ⁰ … φ⁷.
-    pub(super) powers: [f64; STEP],
-    pub(super) eighth: f64,
+    powers: [f64; STEP],
+    eighth: f64,
 }
 
 impl Lag {
@@ -43,43 +45,77 @@ impl Lag {
     }
 
     /// Eight samples from a zero state, by doubling, which do not wait for the step before, then what its state adds.
-    fn advance(&mut self, samples: &mut [f64]) {
+    ///
+    /// # Safety
+    /// The processor has the instructions of `Q`.
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    #[inline(always)]
+    unsafe fn advance<Q: Quad>(&mut self, samples: &mut [f64]) {
         let (steps, rest) = samples.as_chunks_mut::<STEP>();
-        debug_assert!(rest.is_empty(), "blocks are whole steps");
-        let [_, phi, square, _, fourth, ..] = self.powers;
-        for step in steps {
-            let mut driven = step.map(|normal| self.drive * normal);
-            driven = combine(phi, delayed::<1>(driven), driven);
-            driven = combine(square, delayed::<2>(driven), driven);
-            driven = combine(fourth, delayed::<4>(driven), driven);
-            let before = delayed::<1>(driven);
-            for i in 0..STEP {
-                step[i] = self.powers[i].mul_add(self.state, before[i]);
+        debug_assert!(rest.is_empty(), "windows are whole steps");
+        // SAFETY: this function's contract.
+        unsafe {
+            let zero = Q::splat(0.0);
+            let [_, phi, square, _, fourth, ..] = self.powers.map(|power| Q::splat(power));
+            let powers = two::<Q>(&self.powers);
+            let (drive, eighth) = (Q::splat(self.drive), Q::splat(self.eighth));
+            let mut state = Q::splat(self.state);
+            for step in steps {
+                let [a, b] = two::<Q>(step);
+                let [a, b] = [Q::times(drive, a), Q::times(drive, b)];
+                let [a, b] = [Q::fused(phi, Q::delayed(zero, a), a), Q::fused(phi, Q::delayed(a, b), b)];
+                let [a, b] = [
+                    Q::fused(square, Q::delayed_twice(zero, a), a),
+                    Q::fused(square, Q::delayed_twice(a, b), b),
+                ];
+                let b = Q::fused(fourth, a, b);
+                let before = [Q::delayed(zero, a), Q::delayed(a, b)];
+                let (fours, _) = step.as_chunks_mut::<LANES>();
+                for ((four, power), before) in fours.iter_mut().zip(powers).zip(before) {
+                    Q::fused(power, state, before).store(four);
+                }
+                state = Q::fused(eighth, state, b.last());
             }
-            self.state = self.eighth.mul_add(self.state, driven[STEP - 1]);
+            self.state = state.first();
         }
+    }
+
+    /// # Safety
+    /// The processor has AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    unsafe fn advance_avx2(&mut self, samples: &mut [f64]) {
+        // SAFETY: the contract of this function.
+        unsafe { self.advance::<quad::Avx2>(samples) };
+    }
+
+    fn advance_by(&mut self, width: Width, samples: &mut [f64]) {
+        #[cfg(target_arch = "x86_64")]
+        if width.is_wide() {
+            // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
+            return unsafe { self.advance_avx2(samples) };
+        }
+        let _ = width;
+        // SAFETY: the baseline is everywhere.
+        unsafe { self.advance::<quad::Portable>(samples) };
     }
 }
 
-/// The samples `K` places later, zeros before.
-fn delayed<const K: usize>(samples: [f64; STEP]) -> [f64; STEP] {
-    std::array::from_fn(|i| if i < K { 0.0 } else { samples[i - K] })
-}
-
-/// factor·a + b.
-fn combine(factor: f64, a: [f64; STEP], b: [f64; STEP]) -> [f64; STEP] {
-    std::array::from_fn(|i| factor.mul_add(a[i], b[i]))
+/// Eight samples.
+///
+/// # Safety
+/// The processor has the instructions of `Q`.
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+#[inline(always)]
+unsafe fn two<Q: Quad>(step: &[f64; STEP]) -> [Q; 2] {
+    let (fours, _) = step.as_chunks::<LANES>();
+    // SAFETY: this function's contract.
+    unsafe { [Q::load(&fours[0]), Q::load(&fours[1])] }
 }
 
 impl Process for Lag {
     fn run(&mut self, samples: &mut [f64]) {
-        #[cfg(target_arch = "x86_64")]
-        if crate::rng::is_wide() {
-            // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
-            unsafe { super::wide::lag(self, samples) };
-            return;
-        }
-        self.advance(samples);
+        self.advance_by(Width::best(), samples);
     }
 }
 
@@ -211,15 +247,19 @@ mod tests {
     fn wide_equals_narrow_equals_the_recursion() {
         let key = StreamKey { seed: 1, replicate: 0, effect: 0, axis: 0 };
         for phi in [1.0, 0.999, 0.5, 0.0, -0.9] {
-            let (mut wide, mut narrow) = (Lag::new(phi, 0.3, 2.0), Lag::new(phi, 0.3, 2.0));
+            let mut lags: Vec<_> = Width::available().map(|width| (width, Lag::new(phi, 0.3, 2.0))).collect();
             let mut state = 2.0;
             for steps in 0..20 {
                 let mut x = vec![0.0; steps * STEP];
                 Stream::new(key, steps as u64).normals(&mut x);
-                let (mut y, normals) = (x.clone(), x.clone());
-                wide.run(&mut x);
-                narrow.advance(&mut y);
-                assert_eq!(x, y, "phi {phi}");
+                let normals = x.clone();
+                let mut found = lags.iter_mut().map(|(width, lag)| {
+                    let mut y = normals.clone();
+                    lag.advance_by(*width, &mut y);
+                    y
+                });
+                x.clone_from(&found.next().expect("plain Rust is everywhere"));
+                found.for_each(|y| assert_eq!(x, y, "phi {phi}"));
                 for (x, normal) in x.iter().zip(normals) {
                     assert!((x - state).abs() < 1e-12, "phi {phi}: {x} {state}");
                     state = phi * state + 0.3 * normal;

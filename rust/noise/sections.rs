@@ -7,30 +7,30 @@
 use std::f64::consts::PI;
 
 use super::bank::Ladder;
+use super::quad::{self, LANES, Quad};
 use super::{Process, WINDOW};
+use crate::machine::processor::{Unit, Width};
 use crate::rng::Stream;
 
-/// Sections side by side in a register.
-pub(super) const LANES: usize = 4;
 /// Sections that are never replaced.
 const FAST: usize = 2 * LANES;
 
 /// Sections s ← φ s + e; the sample is Σ w s + direct·e. They go two samples at a time, so as to wait for themselves
 /// half as often: Σ w s of the first is Σ w φ s + (Σ w) e of the state before.
 pub struct Sections {
-    pub(super) groups: Vec<Group>,
-    pub(super) state: Vec<[f64; LANES]>,
+    groups: Vec<Group>,
+    state: Vec<[f64; LANES]>,
     /// Of a normal in the first sample and in the second.
-    pub(super) direct: [f64; 2],
+    direct: [f64; 2],
     slow: Option<Slow>,
 }
 
 /// The constants of some sections: φ, φ², w, w φ.
-pub(super) struct Group {
-    pub(super) phi: [f64; LANES],
-    pub(super) square: [f64; LANES],
-    pub(super) weight: [f64; LANES],
-    pub(super) earlier: [f64; LANES],
+struct Group {
+    phi: [f64; LANES],
+    square: [f64; LANES],
+    weight: [f64; LANES],
+    earlier: [f64; LANES],
 }
 
 /// What the last group of sections stands for.
@@ -87,42 +87,112 @@ impl Sections {
         Self { groups: phi.into_iter().zip(weight).map(group).collect(), state, direct, slow: None }
     }
 
-    /// One section after the other: what the wide path does, operation for operation.
-    fn advance(&mut self, samples: &mut [f64]) {
-        let (pairs, rest) = samples.as_chunks_mut::<2>();
-        debug_assert!(rest.is_empty(), "windows are whole pairs");
-        for pair in pairs {
-            let e = *pair;
-            let mut sums = [[0.0; LANES]; 2];
-            for (group, state) in self.groups.iter().zip(&mut self.state) {
-                for q in 0..LANES {
-                    sums[0][q] = group.earlier[q].mul_add(state[q], sums[0][q]);
-                    state[q] = group.square[q].mul_add(state[q], group.phi[q].mul_add(e[0], e[1]));
-                    sums[1][q] = group.weight[q].mul_add(state[q], sums[1][q]);
-                }
-            }
-            for ((x, [a, b, c, d]), direct) in pair.iter_mut().zip(sums).zip(self.direct) {
-                *x = direct.mul_add(*x, (a + b) + (c + d));
+    /// Advances over whole windows.
+    ///
+    /// # Safety
+    /// The processor has the instructions of `Q`.
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    #[inline(always)]
+    unsafe fn advance<Q: Quad>(&mut self, samples: &mut [f64]) {
+        // SAFETY: the contract of the loops is this function's.
+        unsafe {
+            match self.state.len() {
+                1 => self.windows::<Q, 1>(samples),
+                2 => self.windows::<Q, 2>(samples),
+                _ => self.windows::<Q, 3>(samples),
             }
         }
     }
 
-    fn narrow(&mut self, samples: &mut [f64]) {
-        self.windows(samples, Self::advance);
+    /// # Safety
+    /// The processor has AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    unsafe fn advance_avx2(&mut self, samples: &mut [f64]) {
+        // SAFETY: the contract of this function.
+        unsafe { self.advance::<quad::Avx2>(samples) };
+    }
+
+    /// With the thirty-two registers of AVX-512, in which all constants of the sections stay.
+    ///
+    /// # Safety
+    /// The processor has AVX2, FMA and AVX-512F and VL.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma,avx512f,avx512vl")]
+    unsafe fn advance_avx512(&mut self, samples: &mut [f64]) {
+        // SAFETY: the contract of this function.
+        unsafe { self.advance::<quad::Avx2>(samples) };
+    }
+
+    fn advance_by(&mut self, width: Width, samples: &mut [f64]) {
+        // SAFETY: a `Width` is only made of units that the processor has.
+        unsafe {
+            match width.unit() {
+                Unit::Portable => self.advance::<quad::Portable>(samples),
+                #[cfg(target_arch = "x86_64")]
+                Unit::Avx2 => self.advance_avx2(samples),
+                #[cfg(target_arch = "x86_64")]
+                Unit::Avx512 => self.advance_avx512(samples),
+            }
+        }
     }
 
     /// Windows, with the slow sections brought up to date after each.
-    #[expect(clippy::inline_always, reason = "compiled again inside `wide` with its registers")]
+    ///
+    /// # Safety
+    /// As [`Self::advance`].
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     #[inline(always)]
-    pub(super) fn windows(&mut self, samples: &mut [f64], advance: impl Fn(&mut Self, &mut [f64])) {
+    unsafe fn windows<Q: Quad, const G: usize>(&mut self, samples: &mut [f64]) {
         debug_assert!(samples.len() % WINDOW == 0, "samples come in whole windows");
         for window in samples.chunks_exact_mut(WINDOW) {
             if let (Some(slow), Some(state)) = (&mut self.slow, self.state.last_mut()) {
                 *state = slow.begin();
             }
-            advance(self, window);
+            // SAFETY: this function's contract.
+            unsafe { self.window::<Q, G>(window) };
             if let (Some(slow), Some(state)) = (&mut self.slow, self.state.last()) {
                 slow.end(state);
+            }
+        }
+    }
+
+    /// The sections over one window. Their number is a constant, so that they stay in registers.
+    ///
+    /// # Safety
+    /// As [`Self::advance`].
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    #[inline(always)]
+    unsafe fn window<Q: Quad, const G: usize>(&mut self, samples: &mut [f64]) {
+        // SAFETY: this function's contract.
+        unsafe {
+            let zero = Q::splat(0.0);
+            let mut state = [zero; G];
+            let (mut phi, mut square, mut weight, mut earlier) = (state, state, state, state);
+            for g in 0..G {
+                state[g] = Q::load(&self.state[g]);
+                let group = &self.groups[g];
+                (phi[g], square[g]) = (Q::load(&group.phi), Q::load(&group.square));
+                (weight[g], earlier[g]) = (Q::load(&group.weight), Q::load(&group.earlier));
+            }
+            let [first, second] = self.direct;
+            let direct = Q::load(&[first, second, first, second]);
+            let (fours, rest) = samples.as_chunks_mut::<LANES>();
+            debug_assert!(rest.is_empty(), "windows are whole steps");
+            for four in fours {
+                let mut sums = [zero; LANES];
+                for pair in 0..2 {
+                    let e = [Q::splat(four[2 * pair]), Q::splat(four[2 * pair + 1])];
+                    for g in 0..G {
+                        sums[2 * pair] = Q::fused(earlier[g], state[g], sums[2 * pair]);
+                        state[g] = Q::fused(square[g], state[g], Q::fused(phi[g], e[0], e[1]));
+                        sums[2 * pair + 1] = Q::fused(weight[g], state[g], sums[2 * pair + 1]);
+                    }
+                }
+                Q::fused(direct, Q::load(four), Q::sums(sums)).store(four);
+            }
+            for (register, lanes) in state.into_iter().zip(&mut self.state) {
+                register.store(lanes);
             }
         }
     }
@@ -159,7 +229,7 @@ impl Slow {
     }
 
     /// The states of the exponentials at the beginning of a window.
-    #[expect(clippy::inline_always, reason = "compiled again inside `wide` with its registers")]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     #[inline(always)]
     fn begin(&mut self) -> [f64; LANES] {
         let mut sum = [0.0; LANES];
@@ -173,7 +243,7 @@ impl Slow {
     }
 
     /// Their states at its end.
-    #[expect(clippy::inline_always, reason = "compiled again inside `wide` with its registers")]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     #[inline(always)]
     fn end(&mut self, state: &[f64; LANES]) {
         for (section, decay) in self.state.iter_mut().zip(&self.decay) {
@@ -222,18 +292,7 @@ fn stationary(gaps: &[f64], start: &mut Stream) -> Vec<f64> {
 
 impl Process for Sections {
     fn run(&mut self, samples: &mut [f64]) {
-        #[cfg(target_arch = "x86_64")]
-        if crate::rng::is_wide() {
-            if std::arch::is_x86_feature_detected!("avx512vl") {
-                // SAFETY: AVX2, FMA and AVX-512 have just been found on this machine.
-                unsafe { super::wide::advance_512(self, samples) };
-            } else {
-                // SAFETY: `is_wide` has just found AVX2 and FMA on this machine.
-                unsafe { super::wide::advance(self, samples) };
-            }
-            return;
-        }
-        self.narrow(samples);
+        self.advance_by(Width::best(), samples);
     }
 }
 
@@ -249,14 +308,16 @@ mod tests {
     fn wide_equals_narrow() {
         for n in LENGTHS {
             let sections = || Sections::new(&Ladder::new(0.5, n), 1.0, &mut Stream::new(KEY, 0));
-            let (mut wide, mut narrow) = (sections(), sections());
-            for windows in 0..8 {
-                let mut x = vec![0.0; windows * WINDOW];
-                Stream::new(KEY, windows as u64).normals(&mut x);
-                let mut y = x.clone();
-                wide.run(&mut x);
-                narrow.narrow(&mut y);
-                assert_eq!(x, y);
+            for width in Width::available() {
+                let (mut wide, mut narrow) = (sections(), sections());
+                for windows in 0..8 {
+                    let mut x = vec![0.0; windows * WINDOW];
+                    Stream::new(KEY, windows as u64).normals(&mut x);
+                    let mut y = x.clone();
+                    wide.advance_by(width, &mut x);
+                    narrow.advance_by(Width::portable(), &mut y);
+                    assert_eq!(x, y);
+                }
             }
         }
     }

@@ -1,6 +1,7 @@
 //! White noise, its difference, and the random telegraph.
 
 use super::{Deviates, Process};
+use crate::machine::processor::Width;
 use crate::rng::Stream;
 use crate::{Error, Result};
 
@@ -18,19 +19,27 @@ impl White {
 
 impl Process for White {
     fn run(&mut self, samples: &mut [f64]) {
-        #[cfg(target_arch = "x86_64")]
-        if crate::rng::is_wide() {
-            // SAFETY: `is_wide` has just found AVX2 on this machine.
-            unsafe { super::wide::scale(samples, self.sd) };
-            return;
-        }
-        scale_body(samples, self.sd);
+        scale(samples, self.sd);
     }
 }
 
-#[expect(clippy::inline_always, reason = "compiled again inside `wide` with its registers")]
+/// samples *= factor.
+fn scale(samples: &mut [f64], factor: f64) {
+    #[cfg(target_arch = "x86_64")]
+    if Width::best().is_wide() {
+        #[target_feature(enable = "avx2")]
+        fn wide(samples: &mut [f64], factor: f64) {
+            scale_body(samples, factor);
+        }
+        // SAFETY: a wide `Width` is only made on a processor with AVX2.
+        return unsafe { wide(samples, factor) };
+    }
+    scale_body(samples, factor);
+}
+
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-pub(super) fn scale_body(samples: &mut [f64], factor: f64) {
+fn scale_body(samples: &mut [f64], factor: f64) {
     for x in samples {
         *x *= factor;
     }
@@ -39,17 +48,20 @@ pub(super) fn scale_body(samples: &mut [f64], factor: f64) {
 /// total += samples.
 pub(super) fn add(total: &mut [f64], samples: &[f64]) {
     #[cfg(target_arch = "x86_64")]
-    if crate::rng::is_wide() {
-        // SAFETY: `is_wide` has just found AVX2 on this machine.
-        unsafe { super::wide::add(total, samples) };
-        return;
+    if Width::best().is_wide() {
+        #[target_feature(enable = "avx2")]
+        fn wide(total: &mut [f64], samples: &[f64]) {
+            add_body(total, samples);
+        }
+        // SAFETY: a wide `Width` is only made on a processor with AVX2.
+        return unsafe { wide(total, samples) };
     }
     add_body(total, samples);
 }
 
-#[expect(clippy::inline_always, reason = "compiled again inside `wide` with its registers")]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-pub(super) fn add_body(total: &mut [f64], samples: &[f64]) {
+fn add_body(total: &mut [f64], samples: &[f64]) {
     for (total, x) in total.iter_mut().zip(samples) {
         *total += x;
     }

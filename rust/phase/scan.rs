@@ -100,7 +100,7 @@ mod tests {
             }
             assert_eq!(carry, end);
             #[cfg(target_arch = "x86_64")]
-            if crate::deviation::sums::Width::best().is_wide() {
+            if crate::machine::processor::Width::best().is_wide() {
                 let mut wide = values.clone();
                 // SAFETY: a wide `Width` is only made on a processor with AVX2.
                 let found = unsafe { super::avx2(&mut wide, 0.25, 3.0) };

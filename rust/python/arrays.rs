@@ -4,7 +4,7 @@ use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::pages::Buffer;
+use crate::machine::pages::Buffer;
 use crate::phase::{Sample, Series};
 
 /// Owner of an array's memory, which the next call gets when the array is gone.

@@ -4,7 +4,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use super::doorway::run_short;
-use crate::covariance::{Kind, Term, covariance, law, variances};
+use crate::covariance::{Kind, Term, covariance, quantiles, variances};
 use crate::{Error, Result};
 
 type Curve<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
@@ -67,6 +67,6 @@ pub fn allan_law<'py>(
     probabilities: Vec<f64>,
     kind: &str,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let found = run_short(py, || law::quantiles(&terms, n, factor, &probabilities, Kind::named(kind)?))?;
+    let found = run_short(py, || quantiles(&terms, n, factor, &probabilities, Kind::named(kind)?))?;
     Ok(found.into_pyarray(py))
 }

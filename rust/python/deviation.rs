@@ -16,7 +16,7 @@ use crate::averaging::{Grid, factors as grid_factors};
 use crate::deviation::allan::{Means, adjacent, overlapping};
 use crate::deviation::family::{Kind, variances};
 use crate::deviation::identify::laws;
-use crate::deviation::sums::Width;
+use crate::machine::processor::Width;
 use crate::parallel::default_threads;
 use crate::phase::{Quantity, Record};
 

@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 
 use super::arrays::from_buffer;
 use super::doorway::run;
+use crate::machine::pages::Buffer;
 use crate::noise::Generator;
-use crate::pages::Buffer;
 use crate::{Error, Result};
 
 type Processes = Vec<(String, Vec<f64>)>;

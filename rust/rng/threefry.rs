@@ -1,12 +1,14 @@
 //! Threefry-4×64-20, the counter-based generator that names the streams (Salmon et al. 2011).
 
-use super::Lanes;
+use super::normals::Lanes;
+#[cfg(target_arch = "x86_64")]
+use crate::machine::processor::{Unit, Width};
 
 /// Threefry-4×64 with 20 rounds, of every lane's counter.
 pub fn threefry(key: [u64; 4], counter: [Lanes; 4]) -> [Lanes; 4] {
     #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx512f") {
-        // SAFETY: AVX-512 has just been found on this machine.
+    if Width::best().unit() == Unit::Avx512 {
+        // SAFETY: a `Width` is only made of units that the processor has.
         return unsafe { threefry_wide(key, counter) };
     }
     threefry_body(key, counter)
@@ -70,7 +72,7 @@ fn mix(a: &mut Lanes, b: &mut Lanes, bits: u32) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::LANES;
+    use super::super::normals::LANES;
     use super::*;
 
     #[test]

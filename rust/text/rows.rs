@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use super::Options;
-use super::cells::{self, Delimiter, before_comment, is_comment, number, split};
+use super::cells::{Delimiter, before_comment, is_comment, number, split};
 use super::dialect::{Dialect, decoded};
+use super::quick::quick;
 use crate::{Error, Result};
 
 /// Pieces of a chunk that are parsed side by side.
@@ -133,7 +134,7 @@ impl Rows {
             start = end + 1;
             block.lines += 1;
             let line = line.strip_suffix(b"\r").unwrap_or(line);
-            if let Some(missing) = cells::quick(line, &self.dialect, &self.mask, &mut row)
+            if let Some(missing) = quick(line, &self.dialect, &self.mask, &mut row)
                 && block.lines > skip
             {
                 block.missing += missing;

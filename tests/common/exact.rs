@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use allanite::deviation::allan::{Means, overlapping};
-use allanite::deviation::sums::Width;
+use allanite::machine::processor::Width;
 use allanite::phase::{Quantity, Record, Sample, Series, add_to};
 
 /// Nearly normal numbers from a small generator.

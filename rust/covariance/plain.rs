@@ -1,0 +1,104 @@
+//! Differences at every place of a record: all estimators but the total one.
+
+use faer::{Mat, Side};
+use rayon::prelude::*;
+
+use super::law;
+use super::process::{Kind, Process, Spaced, Term};
+use crate::parallel::pooled;
+use crate::{Error, Result};
+
+/// Differences taken for each factor's length, and bounds on their number.
+const DENSITY: usize = 16;
+const FEWEST: usize = 96;
+const MOST: usize = 400;
+
+/// The process through every factor, with the number of squares of each.
+fn prepared<'a>(
+    process: &'a Process,
+    n: usize,
+    factors: &[usize],
+    kind: Kind,
+) -> Result<(Vec<Spaced<'a>>, Vec<usize>)> {
+    let counts: Vec<usize> = factors.iter().map(|m| kind.count(n, *m)).collect();
+    if let Some(k) = counts.iter().zip(factors).position(|(count, m)| *count == 0 || *m == 0) {
+        return Err(Error::TooShort(format!(
+            "factor {} of {n} samples has no complete difference: use factors from 1 to {}",
+            factors[k],
+            (n + kind.level() - 1) / kind.order()
+        )));
+    }
+    Ok((factors.iter().map(|m| process.spaced(*m, kind.order())).collect(), counts))
+}
+
+/// Expected variance (k,) and variance of the estimates (k,) at `factors` for records of `n` samples.
+pub fn variances(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
+    let process = Process::new(terms, n, kind)?;
+    let (spaced, counts) = prepared(&process, n, factors, kind)?;
+    let waves = process.waves();
+    let of_one = |(s, count): (&Spaced, &usize)| {
+        let scale = kind.scale(s.i);
+        let square = s.mean_square(s, (*count, *count), &process.kinks, &waves);
+        (s.with(s.i)(0.0) / scale, 2.0 * square / (scale * scale))
+    };
+    Ok(pooled(|| spaced.par_iter().zip(&counts).map(of_one).unzip()))
+}
+
+/// Expected variance (k,) and covariance of the estimates (k, k), row by row, at `factors` for records of `n` samples.
+pub fn covariance(terms: &[Term], n: usize, factors: &[usize], kind: Kind) -> Result<(Vec<f64>, Vec<f64>)> {
+    let process = Process::new(terms, n, kind)?;
+    let (spaced, counts) = prepared(&process, n, factors, kind)?;
+    let expected: Vec<f64> = spaced.iter().map(|s| s.with(s.i)(0.0) / kind.scale(s.i)).collect();
+    let waves = process.waves();
+    let k = factors.len();
+    let pairs: Vec<(usize, usize)> = (0..k).flat_map(|a| (a..k).map(move |b| (a, b))).collect();
+    let of_two = |&(a, b): &(usize, usize)| {
+        let (low, high) = if factors[a] <= factors[b] { (a, b) } else { (b, a) };
+        let sum = spaced[low].mean_square(&spaced[high], (counts[low], counts[high]), &process.kinks, &waves);
+        2.0 * sum / (kind.scale(factors[a]) * kind.scale(factors[b]))
+    };
+    let values: Vec<f64> = pooled(|| pairs.par_iter().map(of_two).collect());
+    let mut matrix = vec![0.0; k * k];
+    for (&(a, b), value) in pairs.iter().zip(values) {
+        matrix[a * k + b] = value;
+        matrix[b * k + a] = value;
+    }
+    Ok((expected, matrix))
+}
+
+/// Quantiles of σ̂²/σ² at `probabilities` for the estimate at `factor` of records of `n` samples.
+pub fn quantiles(
+    terms: &[Term],
+    n: usize,
+    factor: usize,
+    probabilities: &[f64],
+    kind: Kind,
+) -> Result<Vec<f64>> {
+    let (expected, variance) = variances(terms, n, &[factor], kind)?;
+    let relative = variance[0] / (expected[0] * expected[0]);
+    // White phase noise has a degree of freedom for every sample: among few differences it is but its mean.
+    let slow: Vec<Term> = terms.iter().filter(|(name, _)| name != "blue").cloned().collect();
+    let eigenvalues = if slow.is_empty() { Vec::new() } else { weights(&slow, n, factor, kind)? };
+    if eigenvalues.is_empty() {
+        return Err(Error::Input("the law of a variance needs a process slower than quantization".into()));
+    }
+    Ok(law::stretched(&eigenvalues, relative, probabilities))
+}
+
+/// Eigenvalues, of sum 1, of the covariance of evenly chosen differences.
+fn weights(terms: &[Term], n: usize, factor: usize, kind: Kind) -> Result<Vec<f64>> {
+    let process = Process::new(terms, n, kind)?;
+    let spaced = process.spaced(factor, kind.order());
+    let count = kind.count(n, factor);
+    let wanted = (DENSITY * count / factor).clamp(FEWEST, MOST).min(count);
+    let stride = count.div_ceil(wanted);
+    let size = count.div_ceil(stride);
+    let covariance = spaced.with(factor);
+    let row: Vec<f64> = (0..size).map(|k| covariance((k * stride) as f64)).collect();
+    let matrix = Mat::from_fn(size, size, |a, b| row[a.abs_diff(b)] / (row[0] * size as f64));
+    let mut found = matrix
+        .self_adjoint_eigenvalues(Side::Lower)
+        .map_err(|_| Error::Input("the eigenvalues of the model's covariance did not converge".into()))?;
+    law::normalise(&mut found);
+    Ok(found)
+}

@@ -1,0 +1,208 @@
+//! The generalised covariance of a sum of primitive processes, and of their differences.
+
+use faer::c64;
+
+use super::differences;
+use super::exponential::{self, Exponential};
+use super::lags::{self, Wave};
+use super::powers::{self, Powers};
+use crate::{Error, Result};
+
+/// Which estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Overlapping Allan.
+    Allan,
+    /// Modified Allan.
+    Modified,
+    /// Overlapping Hadamard.
+    Hadamard,
+    /// Total, of the record reflected at its ends.
+    Total,
+}
+
+impl Kind {
+    /// From its name in the package.
+    pub fn named(name: &str) -> Result<Self> {
+        match name {
+            "oadev" => Ok(Self::Allan),
+            "mdev" => Ok(Self::Modified),
+            "ohdev" | "hdev" => Ok(Self::Hadamard),
+            "totdev" => Ok(Self::Total),
+            _ => Err(Error::Input(format!(
+                "covariance of {name:?} is not known; known are oadev, mdev, hdev, totdev"
+            ))),
+        }
+    }
+
+    pub fn order(self) -> usize {
+        if matches!(self, Self::Allan | Self::Total) { 2 } else { 3 }
+    }
+
+    /// How often the samples are summed.
+    pub fn level(self) -> usize {
+        if self == Self::Modified { 2 } else { 1 }
+    }
+
+    /// Number of squares in the estimate at factor m of n samples.
+    pub fn count(self, n: usize, m: usize) -> usize {
+        (n + self.level()).saturating_sub(self.order() * m)
+    }
+
+    /// Mean square difference over variance.
+    pub fn scale(self, m: usize) -> f64 {
+        let m = m as f64;
+        match self {
+            Self::Allan | Self::Total => 2.0 * m * m,
+            Self::Modified => 2.0 * m.powi(4),
+            Self::Hadamard => 6.0 * m * m,
+        }
+    }
+}
+
+/// Distance of the kinks of an autocovariance that ends.
+const NEAR: usize = 20;
+
+/// A named primitive process with its numbers per sample.
+pub type Term = (String, Vec<f64>);
+
+/// Everything about the process that the differences need.
+pub struct Process {
+    pub powers: Vec<Powers>,
+    pub exponentials: Vec<Exponential>,
+    /// Distances at which the covariance has a kink besides 0.
+    pub kinks: Vec<usize>,
+}
+
+impl Process {
+    /// Generalised covariance of `terms` summed as `kind` needs, for records of `n` samples.
+    pub fn new(terms: &[Term], n: usize, kind: Kind) -> Result<Self> {
+        let mut out = Self { powers: Vec::new(), exponentials: Vec::new(), kinks: Vec::new() };
+        for (name, values) in terms {
+            out.add(name, values, n, kind)?;
+        }
+        Ok(out)
+    }
+
+    fn add(&mut self, name: &str, values: &[f64], n: usize, kind: Kind) -> Result<()> {
+        let level = kind.level();
+        if let Some(bad) = values.iter().find(|v| !v.is_finite()) {
+            return Err(Error::Input(format!("term {name}: value {bad} is not finite")));
+        }
+        let mut fractional = |exponent: f64, scale: f64| {
+            if scale != 0.0 {
+                self.powers.extend(powers::fractional(exponent - 2.0 * level as f64, scale));
+            }
+        };
+        match (name, values) {
+            ("white", &[v]) => fractional(0.0, v),
+            ("blue", &[v]) => fractional(2.0, v),
+            ("random_walk", &[v]) => fractional(-2.0, v),
+            ("flicker", &[v]) => fractional(-1.0, v),
+            ("power_law", &[a, v]) => {
+                let lowest = if kind == Kind::Hadamard { -5.0 } else { -3.0 };
+                if a <= lowest || a > 2.0 {
+                    return Err(Error::Input(format!(
+                        "term power_law: exponent {a} is outside {lowest} … 2, where the variance exists"
+                    )));
+                }
+                fractional(a, v);
+            }
+            ("exponential", &[re, im, phi_re, phi_im]) => {
+                let (a, phi) = (c64::new(re, im), c64::new(phi_re, phi_im));
+                let epsilon = (1.0 - phi).norm();
+                if phi.norm() > 1.0 || epsilon == 0.0 {
+                    return Err(Error::Input(format!(
+                        "term exponential: φ = {phi_re} + {phi_im}i is not inside the unit circle"
+                    )));
+                }
+                if phi.norm() < 1e-12 {
+                    fractional(0.0, re);
+                } else if epsilon * (n as f64) < 1e-6 {
+                    fractional(-2.0, 2.0 * (a * (1.0 - phi)).re);
+                } else if re != 0.0 || im != 0.0 {
+                    self.exponentials.push(Exponential::new(a, phi, level));
+                }
+            }
+            ("lags", lags) if !lags.is_empty() => {
+                self.powers.push(powers::finite(lags, level));
+                // Near every one each lag is taken: between them nothing is smooth.
+                self.kinks.extend((NEAR..lags.len()).step_by(NEAR));
+                self.kinks.push(lags.len());
+            }
+            _ => {
+                return Err(Error::Input(format!(
+                    "term {name:?} with {} values is unknown; known are white 1, blue 1, random_walk 1, flicker 1, \
+                     power_law 2, exponential 4, lags 1 or more",
+                    values.len()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    pub fn waves(&self) -> Vec<Wave> {
+        self.exponentials.iter().map(|e| Wave { decay: -e.lambda().re, angle: e.lambda().im.abs() }).collect()
+    }
+
+    pub fn spaced(&self, i: usize, order: usize) -> Spaced<'_> {
+        Spaced {
+            i,
+            order,
+            powers: self.powers.iter().map(|p| differences::Spaced::new(p, i, order)).collect(),
+            exponentials: self.exponentials.iter().map(|e| exponential::Spaced::new(e, i, order)).collect(),
+        }
+    }
+}
+
+/// The process seen through differences at one spacing.
+pub struct Spaced<'a> {
+    pub i: usize,
+    order: usize,
+    powers: Vec<differences::Spaced<'a>>,
+    exponentials: Vec<exponential::Spaced<'a>>,
+}
+
+impl Spaced<'_> {
+    /// R_ij(t) for t ≥ 0, j ≥ i.
+    pub fn with(&self, j: usize) -> impl Fn(f64) -> f64 {
+        let powers: Vec<_> = self.powers.iter().map(|p| p.with(j)).collect();
+        move |t| {
+            powers.iter().map(|p| p.at(t)).sum::<f64>()
+                + self.exponentials.iter().map(|e| e.cross(j, t)).sum::<f64>()
+        }
+    }
+
+    /// Distances between centres at which some pair of points meets.
+    fn breaks(&self, j: usize, kinks: &[usize]) -> Vec<f64> {
+        let half = self.order as f64 / 2.0;
+        let mut out = Vec::new();
+        for a in 0..=self.order {
+            for b in 0..=self.order {
+                let t = (a as f64 - half) * self.i as f64 + (b as f64 - half) * j as f64;
+                out.push(t.abs());
+                out.extend(kinks.iter().flat_map(|l| [(t + *l as f64).abs(), (t - *l as f64).abs()]));
+            }
+        }
+        out
+    }
+
+    /// Σ_t count(t) R_ij(t)² / (M_i M_j) over all pairs of centres.
+    pub fn mean_square(&self, other: &Self, counts: (usize, usize), kinks: &[usize], waves: &[Wave]) -> f64 {
+        let (order, i, j) = (self.order, self.i, other.i);
+        // Centres are whole numbers apart, or whole numbers and a half.
+        let base = if order * (i + j) % 2 == 1 { 0.5 } else { 0.0 };
+        let flat = order as f64 * (j - i) as f64 / 2.0;
+        let end = (flat + counts.1 as f64 - base).ceil() as usize;
+        let breaks: Vec<usize> = self.breaks(j, kinks).iter().map(|t| (t - base).max(0.0) as usize).collect();
+        let covariance = self.with(j);
+        let mut total = 0.0;
+        for (u, weight) in lags::nodes(&breaks, end, waves) {
+            let t = u + base;
+            let count = counts.1 as f64 - (t - flat).max(0.0);
+            let both = if t == 0.0 { 1.0 } else { 2.0 };
+            total += weight * both * count * covariance(t).powi(2);
+        }
+        total / (counts.0 as f64 * counts.1 as f64)
+    }
+}

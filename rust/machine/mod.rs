@@ -1,0 +1,4 @@
+//! What the machine offers, below everything else: vector units, large buffers.
+
+pub mod pages;
+pub mod processor;

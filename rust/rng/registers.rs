@@ -1,0 +1,363 @@
+//! Eight lanes at a time, or four and four: what the normals need of a vector unit.
+//!
+//! The operations are the same in the same order everywhere: so are the bits.
+
+// Instructions of a wider unit may only be inlined into a function that has them enabled.
+#![allow(clippy::inline_always)]
+
+use std::array;
+
+/// Bits of 2^52: an integer k in the low bits makes the float 2^52 + k.
+const MAGIC: u64 = 0x4330_0000_0000_0000;
+/// 2^52 and the bias of exponents.
+const EXPONENT: f64 = 4503599627370496.0 + 1023.0;
+
+/// A vector unit.
+///
+/// # Safety
+/// Functions of an implementation may only be called where the processor has its instructions. Slices are `WIDTH` long.
+pub unsafe trait Registers {
+    /// Lanes of a register: 4 or 8.
+    const WIDTH: usize;
+    type Words: Copy;
+    type Numbers: Copy;
+    unsafe fn load(words: &[u64]) -> Self::Words;
+    unsafe fn store_words(words: Self::Words, to: &mut [u64]);
+    unsafe fn store(numbers: Self::Numbers, to: &mut [f64]);
+    /// The same in every lane.
+    unsafe fn word(value: u64) -> Self::Words;
+    unsafe fn splat(value: f64) -> Self::Numbers;
+    /// a + b, modulo 2^64.
+    unsafe fn plus(a: Self::Words, b: Self::Words) -> Self::Words;
+    unsafe fn and(a: Self::Words, b: Self::Words) -> Self::Words;
+    unsafe fn or(a: Self::Words, b: Self::Words) -> Self::Words;
+    unsafe fn xor(a: Self::Words, b: Self::Words) -> Self::Words;
+    /// Shifted by less than 64 bits, which the compiler is to know.
+    unsafe fn left(a: Self::Words, by: u32) -> Self::Words;
+    unsafe fn right(a: Self::Words, by: u32) -> Self::Words;
+    unsafe fn bits(a: Self::Numbers) -> Self::Words;
+    /// Of these bits.
+    unsafe fn number(a: Self::Words) -> Self::Numbers;
+    unsafe fn minus(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    unsafe fn times(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// a·b + c, rounded once.
+    unsafe fn fused(a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers;
+    unsafe fn root(a: Self::Numbers) -> Self::Numbers;
+    /// The entries of a table at the last four bits of each word.
+    unsafe fn look_up(table: &[f64; 16], at: Self::Words) -> Self::Numbers;
+    /// e of normal 2^e·m with m in [1, 2).
+    #[inline(always)]
+    unsafe fn exponent(a: Self::Numbers) -> Self::Numbers {
+        // SAFETY: contract of the trait.
+        unsafe {
+            let high = Self::or(Self::word(MAGIC), Self::right(Self::bits(a), 52));
+            Self::minus(Self::number(high), Self::splat(EXPONENT))
+        }
+    }
+}
+
+/// Lanes of plain Rust.
+const WIDTH: usize = 4;
+
+/// Plain Rust.
+pub struct Portable;
+
+// SAFETY: needs no instructions beyond the baseline.
+unsafe impl Registers for Portable {
+    const WIDTH: usize = WIDTH;
+    type Words = [u64; WIDTH];
+    type Numbers = [f64; WIDTH];
+    #[inline(always)]
+    unsafe fn load(words: &[u64]) -> Self::Words {
+        array::from_fn(|i| words[i])
+    }
+    #[inline(always)]
+    unsafe fn store_words(words: Self::Words, to: &mut [u64]) {
+        to.copy_from_slice(&words);
+    }
+    #[inline(always)]
+    unsafe fn store(numbers: Self::Numbers, to: &mut [f64]) {
+        to.copy_from_slice(&numbers);
+    }
+    #[inline(always)]
+    unsafe fn word(value: u64) -> Self::Words {
+        [value; WIDTH]
+    }
+    #[inline(always)]
+    unsafe fn splat(value: f64) -> Self::Numbers {
+        [value; WIDTH]
+    }
+    #[inline(always)]
+    unsafe fn plus(a: Self::Words, b: Self::Words) -> Self::Words {
+        array::from_fn(|i| a[i].wrapping_add(b[i]))
+    }
+    #[inline(always)]
+    unsafe fn and(a: Self::Words, b: Self::Words) -> Self::Words {
+        array::from_fn(|i| a[i] & b[i])
+    }
+    #[inline(always)]
+    unsafe fn or(a: Self::Words, b: Self::Words) -> Self::Words {
+        array::from_fn(|i| a[i] | b[i])
+    }
+    #[inline(always)]
+    unsafe fn xor(a: Self::Words, b: Self::Words) -> Self::Words {
+        array::from_fn(|i| a[i] ^ b[i])
+    }
+    #[inline(always)]
+    unsafe fn left(a: Self::Words, by: u32) -> Self::Words {
+        a.map(|a| a << by)
+    }
+    #[inline(always)]
+    unsafe fn right(a: Self::Words, by: u32) -> Self::Words {
+        a.map(|a| a >> by)
+    }
+    #[inline(always)]
+    unsafe fn bits(a: Self::Numbers) -> Self::Words {
+        a.map(f64::to_bits)
+    }
+    #[inline(always)]
+    unsafe fn number(a: Self::Words) -> Self::Numbers {
+        a.map(f64::from_bits)
+    }
+    #[inline(always)]
+    unsafe fn minus(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        array::from_fn(|i| a[i] - b[i])
+    }
+    #[inline(always)]
+    unsafe fn times(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        array::from_fn(|i| a[i] * b[i])
+    }
+    #[inline(always)]
+    unsafe fn fused(a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers {
+        array::from_fn(|i| a[i].mul_add(b[i], c[i]))
+    }
+    #[inline(always)]
+    unsafe fn root(a: Self::Numbers) -> Self::Numbers {
+        a.map(f64::sqrt)
+    }
+    #[inline(always)]
+    unsafe fn look_up(table: &[f64; 16], at: Self::Words) -> Self::Numbers {
+        at.map(|at| table[at as usize % 16])
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    #[allow(clippy::wildcard_imports)] // forty names, all of which begin with _mm or __m
+    use std::arch::x86_64::*;
+
+    use super::Registers;
+
+    /// AVX2 with FMA, of which a register holds half of the lanes.
+    pub struct Avx2;
+
+    // SAFETY: every function needs what a `Width` of this unit proves to whoever calls them.
+    unsafe impl Registers for Avx2 {
+        const WIDTH: usize = 4;
+        type Words = __m256i;
+        type Numbers = __m256d;
+        #[inline(always)]
+        unsafe fn load(words: &[u64]) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_loadu_si256(words[..4].as_ptr().cast()) }
+        }
+        #[inline(always)]
+        unsafe fn store_words(words: Self::Words, to: &mut [u64]) {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_storeu_si256(to[..4].as_mut_ptr().cast(), words) }
+        }
+        #[inline(always)]
+        unsafe fn store(numbers: Self::Numbers, to: &mut [f64]) {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_storeu_pd(to[..4].as_mut_ptr(), numbers) }
+        }
+        #[inline(always)]
+        unsafe fn word(value: u64) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_set1_epi64x(value.cast_signed()) }
+        }
+        #[inline(always)]
+        unsafe fn splat(value: f64) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_set1_pd(value) }
+        }
+        #[inline(always)]
+        unsafe fn plus(a: Self::Words, b: Self::Words) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_add_epi64(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn and(a: Self::Words, b: Self::Words) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_and_si256(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn or(a: Self::Words, b: Self::Words) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_or_si256(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn xor(a: Self::Words, b: Self::Words) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_xor_si256(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn left(a: Self::Words, by: u32) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_sllv_epi64(a, Self::word(by.into())) }
+        }
+        #[inline(always)]
+        unsafe fn right(a: Self::Words, by: u32) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_srlv_epi64(a, Self::word(by.into())) }
+        }
+        #[inline(always)]
+        unsafe fn bits(a: Self::Numbers) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_castpd_si256(a) }
+        }
+        #[inline(always)]
+        unsafe fn number(a: Self::Words) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_castsi256_pd(a) }
+        }
+        #[inline(always)]
+        unsafe fn minus(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_sub_pd(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn times(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_mul_pd(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn fused(a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_fmadd_pd(a, b, c) }
+        }
+        #[inline(always)]
+        unsafe fn root(a: Self::Numbers) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm256_sqrt_pd(a) }
+        }
+        #[inline(always)]
+        unsafe fn look_up(table: &[f64; 16], at: Self::Words) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe {
+                // Every index is one of the table.
+                _mm256_i64gather_pd::<8>(table.as_ptr(), Self::and(at, Self::word(15)))
+            }
+        }
+    }
+
+    /// AVX-512F.
+    pub struct Avx512;
+
+    // SAFETY: every function needs what a `Width` of this unit proves to whoever calls them.
+    unsafe impl Registers for Avx512 {
+        const WIDTH: usize = 8;
+        type Words = __m512i;
+        type Numbers = __m512d;
+        #[inline(always)]
+        unsafe fn load(words: &[u64]) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_loadu_si512(words[..8].as_ptr().cast()) }
+        }
+        #[inline(always)]
+        unsafe fn store_words(words: Self::Words, to: &mut [u64]) {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_storeu_si512(to[..8].as_mut_ptr().cast(), words) }
+        }
+        #[inline(always)]
+        unsafe fn store(numbers: Self::Numbers, to: &mut [f64]) {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_storeu_pd(to[..8].as_mut_ptr(), numbers) }
+        }
+        #[inline(always)]
+        unsafe fn word(value: u64) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_set1_epi64(value.cast_signed()) }
+        }
+        #[inline(always)]
+        unsafe fn splat(value: f64) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_set1_pd(value) }
+        }
+        #[inline(always)]
+        unsafe fn plus(a: Self::Words, b: Self::Words) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_add_epi64(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn and(a: Self::Words, b: Self::Words) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_and_si512(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn or(a: Self::Words, b: Self::Words) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_or_si512(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn xor(a: Self::Words, b: Self::Words) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_xor_si512(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn left(a: Self::Words, by: u32) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_sllv_epi64(a, Self::word(by.into())) }
+        }
+        #[inline(always)]
+        unsafe fn right(a: Self::Words, by: u32) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_srlv_epi64(a, Self::word(by.into())) }
+        }
+        #[inline(always)]
+        unsafe fn bits(a: Self::Numbers) -> Self::Words {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_castpd_si512(a) }
+        }
+        #[inline(always)]
+        unsafe fn number(a: Self::Words) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_castsi512_pd(a) }
+        }
+        #[inline(always)]
+        unsafe fn minus(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_sub_pd(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn times(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_mul_pd(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn fused(a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_fmadd_pd(a, b, c) }
+        }
+        #[inline(always)]
+        unsafe fn root(a: Self::Numbers) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_sqrt_pd(a) }
+        }
+        #[inline(always)]
+        unsafe fn look_up(table: &[f64; 16], at: Self::Words) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe {
+                let (low, high) = (_mm512_loadu_pd(table.as_ptr()), _mm512_loadu_pd(table[8..].as_ptr()));
+                _mm512_permutex2var_pd(low, at, high)
+            }
+        }
+        #[inline(always)]
+        unsafe fn exponent(a: Self::Numbers) -> Self::Numbers {
+            // SAFETY: contract of the trait.
+            unsafe { _mm512_getexp_pd(a) }
+        }
+    }
+}
+#[cfg(target_arch = "x86_64")]
+pub use x86::{Avx2, Avx512};
