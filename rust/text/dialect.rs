@@ -195,6 +195,9 @@ fn uncommented(line: &[u8]) -> &[u8] {
     &line[start..]
 }
 
+/// What a row of nothing but numbers weighs against a single number.
+const ROW: usize = 1_000_000;
+
 /// The pair of delimiter and decimal sign under which most lines are rows of numbers.
 fn choose(lines: &[Line], comment: Option<&Line>, options: &Options) -> (Delimiter, bool) {
     let delimiters = match options.delimiter {
@@ -213,6 +216,11 @@ fn choose(lines: &[Line], comment: Option<&Line>, options: &Options) -> (Delimit
                 continue;
             }
             let score = score(sample, delimiter, comma);
+            // Blanks between tabs part the date from the time of the day, not columns.
+            let tabs = best.1.0 == Delimiter::Byte(b'\t') && best.0 >= ROW;
+            if tabs && delimiter == Delimiter::Space && score / ROW <= best.0 / ROW {
+                continue;
+            }
             if score > best.0 {
                 best = (score, (delimiter, comma));
             }
@@ -295,7 +303,7 @@ fn score(sample: &[Line], delimiter: Delimiter, comma: bool) -> usize {
     if delimiter == Delimiter::Space && 2 * either > rows {
         return numbers;
     }
-    1_000_000 * rows + numbers
+    ROW * rows + numbers
 }
 
 /// The cells of a line of text as names of `count` columns.

@@ -17,7 +17,7 @@ from allanite.common.memory import SHARE, free_memory
 from allanite.common.plain import plain
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from numpy.typing import NDArray
 
@@ -111,6 +111,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     from allanite.deviation.averaging import positive_rate
     from allanite.readers import looks_like_time
     from allanite.readers._choice import Request, choose
+    from allanite.readers._split_time import in_one, is_split
     from allanite.readers._table import Table, time_unit_of
     from allanite.recording.findings import of_stamps
 
@@ -129,7 +130,8 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     if named:
         choice = choose(names, units, request)
         # Columns that nobody asked for may hold any text, and infinities.
-        wanted = sorted({*choice.samples, *(() if choice.time is None else (choice.time,))})
+        time = {at for at in (choice.time, choice.rest) if at is not None}
+        wanted = sorted({*choice.samples, *time})
     chunks = rows(wanted)
     first = next(chunks, None)
     if first is None or len(first) < 3:
@@ -138,9 +140,14 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
         stamped = looks_like_time(Table(names, tuple(first.T), units, named=False))
         choice = choose(names, units, request, time_at=0 if stamped else None)
     clock = None
+    all_rows: Iterable[NDArray[Any]] = itertools.chain((first,), chunks)
     if choice.time is not None:
         at = choice.time
         unit = time_unit_of(names[at], units[at])
+        if choice.rest is not None:
+            places, rest = (wanted.index(at), wanted.index(choice.rest)), names[choice.rest]
+            if is_split(first[:, places[0]], first[:, places[1]], rest):
+                all_rows, unit = in_one(all_rows, places, rest), "s"
         clock = Clock(wanted.index(at), unit, request.rate)
     if request.rate is not None:
         positive_rate(request.rate)
@@ -152,8 +159,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
         _Column(names[i], units[i], wanted.index(i), request, taus, options.output_unit, name)
         for i in choice.samples
     ]
-    joined = itertools.chain((first,), chunks)
-    for chunk in joined if clock is None else clock.fill(joined):
+    for chunk in all_rows if clock is None else clock.fill(all_rows):
         for column in columns:
             column.take(chunk)
     stamps = None if clock is None else clock.stamps()

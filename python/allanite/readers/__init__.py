@@ -12,6 +12,7 @@ from allanite.common.errors import AllaniteError, InputError, TooShortError, abo
 from allanite.common.plain import plain
 from allanite.readers import hdf5, matlab, npy, npz, parquet, text
 from allanite.readers._choice import Request, choose, unit_of
+from allanite.readers._split_time import is_split, joined
 from allanite.readers._table import time_unit_of
 from allanite.readers.clocks import rinex, stable32
 from allanite.readers.frame import is_frame, table_of
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from allanite.readers._choice import Choice
     from allanite.readers._table import Picker, Table
 
 __all__ = ["FORMATS", "read", "read_table"]
@@ -151,11 +153,11 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
         for i, unit in zip(choice.samples, own, strict=True)
     ]
     _same_length(table, [*choice.samples, *choice.covariates])
-    at = choice.time
+    time, time_unit = _time_of(table, choice, request)
     recording = Recording(
         _take(table, choice.samples),
         request.rate if request.rate is not None else table.rate,
-        time=None if request.timeless else table.time if at is None else table[at],
+        time=time,
         unit=units,
         quantity=quantity,
         columns=[table.names[i] for i in choice.samples],
@@ -166,10 +168,20 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
             table.names[i]: (len(set(table.units)) > 1 and table.units[i]) or "1"
             for i in choice.covariates
         },
-        time_unit=None if at is None else time_unit_of(table.names[at], table.units[at]),
+        time_unit=time_unit,
         piece=request.piece,
     )
     return recording.told_of(told)
+
+
+def _time_of(table: Table, choice: Choice, request: Request) -> tuple[Any, str | None]:
+    """Stamps and their unit; those in two columns as one."""
+    at, rest = choice.time, choice.rest
+    if at is None:
+        return None if request.timeless else table.time, None
+    if rest is not None and is_split(table[at], table[rest], table.names[rest]):
+        return joined(table[at], table[rest], table.names[rest]), "ns"
+    return table[at], time_unit_of(table.names[at], table.units[at])
 
 
 def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.common.units import parse_unit, rate_unit
+from allanite.readers._split_time import seconds_and_rest
 from allanite.readers._table import role_of, sensor_kind
 from allanite.recording import find_column
 
@@ -53,12 +54,15 @@ class Choice:
     time: int | None
     clocks: tuple[int, ...] = ()
     """Other columns of time stamps."""
+    rest: int | None = None
+    """Column of the rest of the second, where that of the time may hold whole seconds."""
 
     @property
     def all(self) -> list[int]:
         """All of them."""
         time = [] if self.time is None else [self.time]
-        return [*self.samples, *self.covariates, *time, *self.clocks]
+        rest = [] if self.rest is None else [self.rest]
+        return [*self.samples, *self.covariates, *time, *rest, *self.clocks]
 
 
 def choose(
@@ -88,13 +92,19 @@ def choose(
         An unknown column, or no sensor among them; the columns are listed.
     """
     roles = [role_of(name, unit) for name, unit in zip(names, units, strict=True)]
+    pair = seconds_and_rest(names)
+    if pair is not None and not stamped:
+        roles = ["time" if i in pair else role for i, role in enumerate(roles)]
     apart = stamped and request.time_column in (None, "t", "time")
     if request.timeless:
         time_at, roles = None, ["other" if role == "time" else role for role in roles]
     elif request.time_column is not None and not apart:
         time_at = find_column(request.time_column, names)
     elif time_at is None and not apart and "time" in roles:
-        time_at = roles.index("time")
+        time_at = roles.index("time") if pair is None else pair[0]
+    rest = pair[1] if pair is not None and time_at in pair and not stamped else None
+    if rest is not None and pair is not None:
+        time_at = pair[0]
     if request.columns:
         found = dict.fromkeys(find_column(name, names) for name in request.columns)
         samples = tuple(found)
@@ -105,9 +115,10 @@ def choose(
         at = find_column(name, names)
         if at not in covariates and at not in samples:
             covariates.append(at)
-    taken = {*samples, *covariates, time_at}
+    taken = {*samples, *covariates, time_at, rest}
     clocks = [i for i, role in enumerate(roles) if role == "time" and i not in taken]
-    return Choice(samples, tuple(covariates), time_at, () if time_at is None else tuple(clocks))
+    others = () if time_at is None else tuple(clocks)
+    return Choice(samples, tuple(covariates), time_at, others, rest)
 
 
 def _sensors(

@@ -184,13 +184,13 @@ def inspect(path: Any, **options: Any) -> Inspection:
         options.get("piece"),
     )
     used: set[int] = set()
-    time: int | None = None
+    time: set[int | None] = set()
     problem = rate = duration = None
     findings: tuple[Finding, ...] = ()
     try:
         choice = choose(table.names, table.units, request, stamped=table.time is not None)
         choice, _ = understand(table, choice, request)
-        used, time = {*choice.samples, *choice.covariates}, choice.time
+        used, time = {*choice.samples, *choice.covariates}, {choice.time, choice.rest}
         if texts and not columns:
             options["column"] = [table.names[i] for i in choice.samples]
         recording = read(path, **options)
@@ -199,7 +199,7 @@ def inspect(path: Any, **options: Any) -> Inspection:
     except AllaniteError as error:
         problem = str(error)
     views = [
-        _column(table, i, used=i in used or i == time, time=i == time)
+        _column(table, i, used=i in used or i in time, time=i in time)
         for i in range(len(table.names))
     ]
     if table.time is not None:

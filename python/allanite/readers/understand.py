@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.readers._split_time import is_split
 from allanite.readers._table import sensor_kind
 from allanite.recording.findings import Finding
 from allanite.recording.timebase import read_stamps
@@ -112,6 +113,13 @@ def understand(table: Table, choice: Choice, request: Request) -> tuple[Choice, 
                 remedy="; {column} takes a column as a sensor",
             )
         )
+    at, rest = choice.time, choice.rest
+    if (
+        at is not None
+        and rest is not None
+        and not is_split(table[at], table[rest], table.names[rest])
+    ):
+        clocks.append(rest)
     others = tuple(dict.fromkeys((*choice.clocks, *clocks)))
     told += clocks_of(table, choice.time, others)
     return replace(choice, samples=samples, clocks=others), told
