@@ -149,7 +149,7 @@ def simulate_chunks(
 ) -> Iterator[Recording]:
     """The record of `simulate` in consecutive pieces, which together are the same samples bit for bit.
 
-    Only the piece at hand is in memory, unless a covariate or an effect of one's own looks at the whole record.
+    Only the piece at hand is in memory, unless a covariate or an effect looks at the whole record.
 
     Parameters
     ----------

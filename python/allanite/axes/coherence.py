@@ -49,7 +49,7 @@ class CrossBand:
     p_value : float
         Of a coherence as large by chance, in this band alone.
     significant : bool
-        Whether chance does not explain it, counting every band of every pair.
+        Whether it exceeds the expected scatter, counting every band of every pair.
     """
 
     low: float
@@ -86,7 +86,7 @@ class CrossSpectrum:
 
     @property
     def significant(self) -> tuple[CrossBand, ...]:
-        """Bands that chance does not explain, the most coherent first."""
+        """Significant bands, the most coherent first."""
         return tuple(sorted((b for b in self.bands if b.significant), key=lambda b: -b.coherence))
 
     def to_dict(self) -> dict[str, Any]:

@@ -85,7 +85,7 @@ def characterize(
 
 
 def _lighter(study: Study) -> Study:
-    """The study without suggestions that nobody is shown: each holds a fit of its own, as large as the record."""
+    """The study without the suggestions that are never shown: each holds a fit, as large as the record."""
     check = study.check
     shown = tuple(s for i, s in enumerate(check.suggestions) if s.significant or i < SHOWN)
     return replace(study, check=replace(check, suggestions=shown))

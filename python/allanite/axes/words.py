@@ -81,6 +81,10 @@ def remarks(found: Characterization) -> list[str]:
     out += list(warned)
     for name, study in found.studies.items():
         if not study.adequate:
-            why = "stopped at the most steps" if study.stopped_because == "limit" else study.ending
+            why = (
+                "stopped at the limit of steps"
+                if study.stopped_because == "limit"
+                else study.ending
+            )
             out.append(f"{name}: {'; '.join([why, *study.check.where.sentences()[:1]])}")
     return [tidy(text) for text in out]

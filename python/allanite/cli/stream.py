@@ -129,7 +129,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     choice = None
     if named:
         choice = choose(names, units, request)
-        # Columns that nobody asked for may hold any text, and infinities.
+        # Columns that are not asked for may hold any text, and infinities.
         time = {at for at in (choice.time, choice.rest) if at is not None}
         wanted = sorted({*choice.samples, *time})
     chunks = rows(wanted)

@@ -1,4 +1,4 @@
-"""What nobody expected: one line, and a file to report it with."""
+"""An unexpected error: one line, and a file to report it with."""
 
 from __future__ import annotations
 

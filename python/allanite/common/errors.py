@@ -64,7 +64,7 @@ class AllaniteError(Exception):
         self.remedy = remedy
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
-        """One line in the words of a front door."""
+        """One line in the words of the command line or the page."""
         where = f"{self.where}: " if self.where else ""
         return plain(where + self.found + worded(self.remedy, words), MOST)
 
@@ -128,5 +128,5 @@ class _Slot:
 
 
 def worded(remedy: str, words: Mapping[str, str] = CALL) -> str:
-    """Name the parameters of a remedy in the words of a front door."""
+    """Name the parameters of a remedy in the words of the command line or the page."""
     return remedy.format_map({name: _Slot(word) for name, word in words.items()}) if remedy else ""

@@ -24,7 +24,7 @@ NAME = "allanite column"
 
 
 def computing() -> bool:
-    """Whether a task is still at work for which nobody waits any more: it cannot be ended but with the process."""
+    """True while an abandoned task is still at work; only the end of the process stops it."""
     return any(thread.name == NAME for thread in threading.enumerate())
 
 

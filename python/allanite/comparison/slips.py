@@ -29,7 +29,7 @@ SLIPS_OF_ALL = (
 
 
 def slip(coefficient: str, ratio: float, tolerance: float) -> str:
-    """Name the mistake that explains a ratio, if one does and chance does not."""
+    """Name the mistake that explains a ratio beyond its expected scatter, if one does."""
     if ratio <= 0 or abs(math.log(ratio)) <= tolerance:
         return ""
     slips = (*SLIPS_OF_N, *SLIPS_OF_ALL) if coefficient == "N" else SLIPS_OF_ALL

@@ -27,8 +27,8 @@ class Accumulator:
     """Overlapping Allan deviation of samples that arrive in chunks.
 
     Terms are taken at every sample up to m = 31 and every 2^l samples, m/32 < 2^l ≤ m/16, above. That
-    costs nothing in white, flicker and random-walk rate noise (edf ratio 0.996 to 1.03), but most of
-    the terms' worth in quantization noise, which only full overlap (`oadev`) uses. The result is that
+    costs nothing in white, flicker and random-walk rate noise (edf ratio 0.996 to 1.03). In quantization
+    noise full overlap (`oadev`) is more precise. The result is that
     of the whole record at the same strides, for any chunks and any order of merging; exactly so for
     integers.
 
@@ -208,7 +208,7 @@ class Accumulator:
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Accumulator:
-        """The accumulator whose state that was."""
+        """Make an accumulator from its `state`."""
         out = cls(state["rate"], state["octaves"], quantity=state["quantity"], unit=state["unit"])
         start, samples, gaps, origin, levels = state["core"]
         out.start, out._base = start, state["base"]

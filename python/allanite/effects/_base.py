@@ -38,7 +38,7 @@ class Effect:
     >>> print(al.GaussMarkov().fit(x).model.name)
     GM
 
-    What a check asks of an effect, which most answer as here:
+    What a check asks of an effect, with the answers that most give:
 
     >>> lag.parameter("q_c").unit, lag.grid("correlation_time", 10_000, 10.0).size
     (-0.5, 24)
@@ -59,9 +59,9 @@ class Effect:
     screened: ClassVar[str] = "spectral"
     #: Effects tried together share one correction for trials.
     family: ClassVar[str] = "spectral"
-    #: Whether a second one in a model would be the same as a larger first one.
+    #: Whether two of them equal one larger one.
     single: ClassVar[bool] = False
-    #: Whether it describes without explaining: two of the standard's that explain as much go before it.
+    #: Whether it describes without explaining: two effects of the standard that explain as much are preferred.
     last_resort: ClassVar[bool] = False
     #: Effects that a short record cannot tell from this one.
     rivals: ClassVar[tuple[str, ...]] = ()
@@ -72,7 +72,7 @@ class Effect:
     #: Names by kind of sensor (``units.Unit.kind``: "acceleration", "fractional frequency"); `title` is the gyroscope's.
     title: ClassVar[str]
     titles: ClassVar[Mapping[str, str]] = {}
-    #: Numbers that a legend shows, the one that says most first; coefficients and shapes as declared where empty.
+    #: Numbers that a legend shows, the most informative first; coefficients and shapes as declared where empty.
     legend: ClassVar[tuple[str, ...]] = ()
 
     #: Names of parameters that a fit must not change.
@@ -123,7 +123,7 @@ class Effect:
 
     @classmethod
     def may_be(cls, other: Effect | type[Effect]) -> bool:
-        """Whether a short record may take the one for the other: one kind, or declared rivals."""
+        """Whether a short record may confuse the two: one kind, or declared rivals."""
         return cls.kind == other.kind or cls.kind in other.rivals or other.kind in cls.rivals
 
     @classmethod
@@ -133,7 +133,7 @@ class Effect:
 
     @classmethod
     def shown(cls) -> tuple[str, ...]:
-        """Names of the numbers that a legend shows, the one that says most first."""
+        """Names of the numbers that a legend shows, the most informative first."""
         ours = (p.name for p in cls.parameters if p.role in {"coefficient", "shape"})
         return cls.legend or tuple(ours)
 
@@ -141,24 +141,26 @@ class Effect:
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """What a check tries beside a model: one without values, as here, or none where a second says nothing new.
+        """The effects of this kind that a check tries beside a model.
+
+        By default one without values; none where the effect is `single` and the model has it.
 
         `columns` are the other columns of the recording by name, shape (n,) each.
         """
         return () if cls.single and any(e.kind == cls.kind for e in model) else (cls(),)
 
     def variants(self) -> tuple[Self, ...]:
-        """The choices to try: all that agree with what is given; only itself, as here, where there are none."""
+        """The choices to try that agree with the values given; by default the effect itself."""
         return (self,)
 
     def extended(self) -> tuple[Self, ...]:
-        """Richer forms, tried from the values of this one where it alone leaves a discrepancy; none, as here, for most."""
+        """Richer forms to try from the fitted values where a discrepancy remains; by default none."""
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Values of a shape parameter worth trying on n samples at `rate` Hz.
+        """Values of a shape parameter to try on n samples at `rate` Hz.
 
-        As here, times run from two samples to half the record and frequencies from 4/T to Nyquist, 8 a decade.
+        By default times run from two samples to half the record and frequencies from 4/T to Nyquist, 8 a decade.
         """
         if self.parameter(name).unit == "s":
             low, high = 2.0 / rate, n / rate / 2.0
@@ -167,11 +169,11 @@ class Effect:
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Standard errors of values that the spectrum does not know; none, as here, for most."""
+        """Standard errors of values that the spectrum does not determine; by default none."""
         return {}
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
-        """Standard error of a shape whose likelihood is not smooth; None, as here, where Fisher's information serves.
+        """Standard error of a shape whose likelihood is not smooth; by default None: Fisher's information serves.
 
         `variance` is that of the first amplitude, `duration` that of the record in s.
         """
@@ -179,12 +181,12 @@ class Effect:
 
     @property
     def follows(self) -> str | None:
-        """The other column that it is a function of; None, as here, for most."""
+        """Name of the other column that it is a function of; by default None."""
         return None
 
     @property
     def when(self) -> tuple[float, float] | None:
-        """First and last time of what happens once, s; None, as here, for what lasts."""
+        """First and last time of a one-off event, s; by default None: it lasts."""
         return None
 
     def with_values(self, **values: Any) -> Self:
@@ -251,7 +253,7 @@ class Stochastic(Effect):
     coefficient: ClassVar[str]
     #: Whether it is white: its level is what modifiers change.
     white: ClassVar[bool] = False
-    #: Whether it wanders as drifts do: a slow function of time has to explain something that it does not.
+    #: Whether it wanders as drifts do: a slow function of time must explain more than it.
     wanders: ClassVar[bool] = False
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
@@ -268,7 +270,7 @@ class Stochastic(Effect):
         return tuple(term.scaled(value**2) for term in self.unit_terms(rate))
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:
-        """The core's generator where the samples are not normal; None, as here, where the terms say all."""
+        """The core's generator of samples that are not normal; by default None: the terms suffice."""
         return None
 
 
@@ -311,7 +313,7 @@ class Modifier(Effect):
     def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]] | None:
         """The core's generators of white noise of this variance once the effect acts on it.
 
-        None, as here, where the terms say all.
+        By default None: the terms suffice.
         """
         return None
 

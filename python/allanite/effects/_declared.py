@@ -32,7 +32,7 @@ class Parameter:
     unit : float or str
         A float p means U·s^p for samples in U; a string is the unit itself (``s``, ``Hz``, ``1``, ``rad``).
     low, high : float
-        Bounds, exclusive of nothing that has a meaning.
+        Bounds, both included.
     role : str
         ``coefficient`` (the model is linear in it or its square), ``shape`` (found by scan and polish), ``choice``
         (one of a few), ``time`` (found by the time view) or ``derived`` (reported only).

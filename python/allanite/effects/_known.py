@@ -64,8 +64,8 @@ class Deterministic(Effect):
     ) -> Callable[[int, int], NDArray[np.float64]]:
         """A function (first, last) → what this effect adds to samples first … last − 1 of a record of n, U.
 
-        As here, the whole record is computed once; an effect that looks at one time after the other needs no more
-        than the samples asked for (`_pointwise`).
+        By default the whole record is computed once. Where a sample depends on its own time alone, `_pointwise`
+        computes only those asked for.
         """
         whole = self.signal(np.arange(n) / rate, covariates)
         return lambda first, last: whole[first:last]
@@ -82,13 +82,13 @@ class Deterministic(Effect):
     ) -> NDArray[np.float64] | None:
         """Cosine transform of the one regressor of each point at ordinates j, shape (points, ordinates).
 
-        None, as here, where it has no closed form and the regressor has to be transformed. `start` is the time of the
+        By default None: there is no closed form, and the regressor is transformed. `start` is the time of the
         first of n samples, s.
         """
         return None
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """Allan variance at averaging factors m, U²; 0, as here, where it depends on the record."""
+        """Allan variance at averaging factors m, U²; by default 0: it depends on the record."""
         return np.zeros(np.shape(m))
 
 

@@ -52,7 +52,7 @@ class Model:
         seen: set[str] = set()
         for effect in self.effects:
             if effect.single and effect.kind in seen:
-                raise InputError(f"the model has {effect.kind} twice: one of them says it all")
+                raise InputError(f"the model has {effect.kind} twice: keep one")
             seen.add(effect.kind)
 
     def __add__(self, other: Effect | Model) -> Model:

@@ -158,7 +158,7 @@ def find(name: str) -> type[Effect] | None:
 
 
 def register(effect: E) -> E:
-    """Make an effect of one's own known wherever the catalogue is: model strings and files, checks, plans, figures.
+    """Add your own effect to the catalogue: model strings and files, checks, plans and figures know it.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def register(effect: E) -> E:
 
     Examples
     --------
-    An effect of one's own, with the declarations that `docs/own-effect.md` explains:
+    Your own effect, with the declarations that `docs/own-effect.md` explains:
 
     >>> class Breathing(al.Sinusoid):
     ...     kind, short, title = "breathing", "BREATH", "breathing of the mount"

@@ -67,7 +67,7 @@ class Term:
 
     @property
     def power(self) -> float | None:
-        """Variance of a sample; None, as here, where it grows with the record."""
+        """Variance of a sample; by default None: it grows with the record."""
         return None
 
     def scaled(self, factor: float) -> Self:

@@ -1,4 +1,4 @@
-"""A C header: N, K and what else a filter of one's own needs, one row an axis."""
+"""A C header: N, K and what else your own filter needs, one row an axis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""JSON in SI, with units and intervals: for programs of one's own."""
+"""JSON in SI, with units and intervals: for your own programs."""
 
 from __future__ import annotations
 

@@ -30,6 +30,8 @@ NORMAL = 1.959964
 DETECTED = 2.706
 #: The same for an effect that brings a shape or a phase of its own: 1 % of χ²₂.
 DETECTED_SHAPED = 4.605
+#: The same for one amplitude of either sign: 1 % of χ²₁, 6.635/2.
+DETECTED_SIGNED = 3.317
 #: Ends of the interval of a value that is not known at all, in ln.
 UNKNOWN = 50.0
 
@@ -305,7 +307,7 @@ def _deterministic(
     amplitudes = regression.amplitudes[mine]
     covariance = regression.covariance[np.ix_(mine, mine)]
     drop = 0.5 * float(amplitudes @ np.linalg.pinv(covariance, hermitian=True) @ amplitudes)
-    detected = drop > (DETECTED_SHAPED if mine.size > 1 or effect.free_shapes else 3.317)
+    detected = drop > (DETECTED_SHAPED if mine.size > 1 or effect.free_shapes else DETECTED_SIGNED)
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
         value = effect.values[parameter.name]

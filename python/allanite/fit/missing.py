@@ -40,7 +40,7 @@ DRAWS = 2
 SMOOTH, SPAN = 64, 0.3
 #: Relative residual at which conjugate gradients stop, and their most steps.
 PRECISE, STEPS = 1e-5, 400
-#: An ordinate of which no more than this share is seen says nothing.
+#: Ordinates seen to no more than this share are left out.
 LEAST_SEEN = 0.02
 
 

@@ -296,7 +296,7 @@ class Fit:
     def body(self, searched: bool = True) -> dict[str, Any]:
         """Model, effects, misfit, error and adequacy: what fit, check and a rung have in common.
 
-        Without `searched` nobody looks for rivals of the effects: the list of each is empty.
+        Without `searched` no rivals are looked for: the list of each effect is empty.
         """
         from allanite.common.units import parse_unit
         from allanite.fit.alternatives import rivals

@@ -51,7 +51,7 @@ def ask(
     Raises
     ------
     InputError
-        The log cannot be used, or its reader ended without a word.
+        The log cannot be used, or its reader stopped.
     """
     with tempfile.TemporaryDirectory(prefix="allanite-read-") as folder:
         target = Path(folder) / "found"
@@ -76,7 +76,7 @@ def ask(
             process.wait()
         if not target.exists():
             raise InputError(
-                f"the reader ended without a word (code {process.returncode}): the file is damaged,"
+                f"the reader stopped (code {process.returncode}): the file is damaged,"
                 " or larger than the memory"
             )
         with target.open("rb") as file:
@@ -122,7 +122,7 @@ def _bound() -> None:
         return
     free = free_memory()
     if free < 1e15:
-        own = 4096 * int(Path("/proc/self/statm").read_text().split()[0])
+        own = resource.getpagesize() * int(Path("/proc/self/statm").read_text().split()[0])
         most = own + int(SHARE * free)
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
 

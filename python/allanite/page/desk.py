@@ -56,7 +56,7 @@ class Desk:
         return key
 
     def leave(self, key: str) -> None:
-        """A page was closed or is loaded again: its work ends at once, it is forgotten if nobody takes it up."""
+        """A page was closed or is loaded again: its work ends at once; unless it is taken up again, it is forgotten."""
         tab = self.tabs.get(key)
         if tab is not None:
             tab.heard = time.monotonic() - SILENT + GRACE

@@ -113,7 +113,7 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
     Raises
     ------
     InputError
-        A column that nobody described.
+        A column without a description.
     """
     if isinstance(effect, Periodic):
         multiples = [m for m, _, _ in effect.lines]

@@ -81,8 +81,8 @@ def samples_panel(
     if worst is not None:
         marks.append(Span(worst[0] / size, worst[1] / size, "fail", "when the model fails"))
     if np.nanmax(high - low) > 0:
-        marks.append(Band(time, low, high, "c1", "least and largest sample"))
-        marks.append(Line(time, mean, "c1", "mean of a stretch", width=1.1))
+        marks.append(Band(time, low, high, "c1", "minimum–maximum"))
+        marks.append(Line(time, mean, "c1", "mean", width=1.1))
     else:
         marks.append(Line(time, mean, "c1", "samples", width=1.1))
     room = 0.05 * float(np.nanmax(high) - np.nanmin(low))

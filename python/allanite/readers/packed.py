@@ -97,7 +97,7 @@ def _one(logs: dict[str, str], topics: Sequence[str]) -> str:
         if found:
             return min(found, key=len)
     if len(logs) != 1:
-        raise InputError(f"which log of it? {listed} (naming one reads it)")
+        raise InputError(f"several logs in it: {listed} (naming one reads it)")
     return next(iter(logs))
 
 

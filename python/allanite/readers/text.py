@@ -40,7 +40,7 @@ _RATE = re.compile(
 def read(path: Path, pick: Picker) -> Table:
     """Read the numeric columns of a text log.
 
-    Columns that nobody asked for are not read, so they may hold any text.
+    Columns that are not asked for are not read, so they may hold any text.
 
     Raises
     ------

@@ -152,7 +152,7 @@ def _activity(x: NDArray[np.float64], m: int, length: int) -> NDArray[np.float64
         found = np.nanmedian(
             np.where(np.isfinite(moves).any(axis=1, keepdims=True), moves, 0.0), axis=1
         )
-    # Median of |difference of two averages| → their standard deviation.
+    # Median of |difference of two averages| → their standard deviation: Φ⁻¹(¾) = 0.6745.
     found = found / (0.6745 * math.sqrt(2))
     return np.interp(np.linspace(0, 1, windows), np.linspace(0, 1, count), found)
 

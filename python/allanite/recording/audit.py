@@ -249,8 +249,8 @@ def _check_step(c: _Column) -> Iterator[Finding]:
     yield c.finding(
         "quantisation",
         "warning" if share > 0.5 else "info",
-        f"samples are multiples of {c.step:.4g} {c.unit}; rounding to it is {share:.1%} of the"
-        " white noise (variance step²/12 on the samples, slope −½ like N, not the slope −1 of Q)",
+        f"resolution (LSB) {c.step:.4g} {c.unit}: its rounding adds {share:.1%} of the white noise"
+        " (variance LSB²/12, slope −½ like N, not the slope −1 of Q)",
         step=c.step,
         share=share,
     )
@@ -305,7 +305,7 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
 
 def _check_static(c: _Column) -> Iterator[Finding]:
     """Report stretches of several times the usual activity: handling, traffic."""
-    if c.n < 4096:
+    if c.n < 16 * 256:  # fewer blocks have no usual activity
         return
     blocks = _blocks(c.x, length=256, most=1024)
     moves = np.abs(np.diff(blocks, axis=1))

@@ -48,7 +48,7 @@ class Finding:
         return self.worded()
 
     def worded(self, words: Mapping[str, str] = CALL) -> str:
-        """The same in the words of a front door."""
+        """The same in the words of the command line or the page."""
         return self.found + worded(self.remedy, words)
 
     def to_dict(self) -> dict[str, Any]:

@@ -277,7 +277,7 @@ class Recording:
         last = self.n if end_s is None else min(moment(end_s, self.rate), self.n)
         if last <= first:
             raise InputError(
-                f"trim from {start_s or 0:g} s to {self.duration if end_s is None else end_s:g} s "
+                f"trim from {start_s or 0:g} s to {self.duration if end_s is None else end_s:g} s"
                 f" leaves nothing of {self.duration:g} s"
             )
         return self._rows(slice(first, last))

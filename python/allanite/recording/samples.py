@@ -32,7 +32,7 @@ __all__ = [
 
 
 def own(samples: object, columns: Sequence[str] | None = None) -> NDArray[Any]:
-    """Array of one or two dimensions that nobody else can write to."""
+    """Read-only array of one or two dimensions."""
     array = np.asarray(samples)
     if array.dtype.kind == "b":
         array = array.astype(np.int64)

@@ -132,7 +132,7 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
             missing="rate",
             remedy=" Give {rate}, or the unit in the header: time [s], time [ms]",
         )
-    # Whole numbers 1, 2, 2, 1, … apart are rounded: to milliseconds, as nobody samples at 0.6 Hz.
+    # Whole numbers 1, 2, 2, 1, … apart are rounded: to milliseconds, since 0.6 Hz is no usual rate.
     limits = _SPACING_LIMITS[1:] if whole and step > 1.0 else _SPACING_LIMITS
     unit = next(unit for limit, unit in limits if step <= limit)
     return unit, "usual" if unit == "s" and not whole else "size"

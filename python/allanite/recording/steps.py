@@ -148,7 +148,7 @@ class Steps:
         span = float(self.times.sum())
         if not span > 0.0:
             raise InputError(
-                "the time column advances nowhere steadily",
+                "the time column nowhere advances at a steady rate",
                 missing="rate",
                 remedy="; give {rate} and leave the column out",
             )

@@ -153,6 +153,6 @@ def _cell(cell: Cell) -> str:
     if isinstance(cell, tuple):
         return "".join(_cell(part) for part in cell)
     if isinstance(cell, Number):
-        # The number itself, for whoever copies it out or checks it: its place in the JSON and all its digits.
+        # The number itself, to copy or to check: its place in the JSON and all its digits.
         return f'<data value="{cell.value!r}" data-at="{cell.place}">{escape(cell.text)}</data>'
     return escape(cell)

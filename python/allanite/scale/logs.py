@@ -219,7 +219,7 @@ def run_fleet(
 
 
 def _journal(path: Path) -> Iterator[list[dict[str, Any]]]:
-    """Logs that are done; the last line may have been cut off by whatever ended the process."""
+    """Logs that are done; the last line may be cut off where the process was killed."""
     if path.is_file():
         for line in path.read_text(encoding="utf-8").splitlines():
             try:

@@ -16,6 +16,8 @@ from allanite.common.showing import brief
 
 __all__ = ["Deviating", "Fleet", "Population", "fleet"]
 
+#: Standard deviation of a normal law over its median deviation from the median: 1/Φ⁻¹(¾).
+SIGMA = 1.4826
 #: Share of false ones among the units that are named.
 FALSE = 0.01
 #: Fewest units of which there is a population.
@@ -177,7 +179,7 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
     Raises
     ------
     InputError
-        No such table, or none of these.
+        No such table, or not one of `allanite fleet`.
     TooShortError
         No row with numbers.
 
@@ -256,7 +258,7 @@ def _population(
     if relative:
         error = error / x
     middle = float(np.median(y))
-    scatter = 1.4826 * float(np.median(np.abs(y - middle)))
+    scatter = SIGMA * float(np.median(np.abs(y - middle)))
     # What units differ by beyond what chance gives in each.
     own = float(np.sqrt(max(scatter**2 - float(np.median(error)) ** 2, 0.0)))
     width = np.sqrt(np.maximum(own**2 + error**2, (1e-9 * max(abs(middle), 1e-300)) ** 2))
@@ -264,7 +266,7 @@ def _population(
     # Populations are skew: each side has a width of its own.
     for side in (y > middle, y < middle):
         if side.any():
-            one = 1.4826 * float(np.median(np.abs(y[side] - middle)))
+            one = SIGMA * float(np.median(np.abs(y[side] - middle)))
             width[side] = np.maximum(width[side], one)
     z = (y - middle) / width
     # The spread itself is known from so many units: Student's law with half their number.

@@ -283,7 +283,7 @@ class Watch:
         Raises
         ------
         InputError
-            No such file, none of these, or of another model or rate.
+            No such file, not a saved watch, or one of another model or rate.
         """
         source = Path(path)
         with about(source):

@@ -184,6 +184,7 @@ def bridge_gaps(
         raise TooShortError("all samples are missing: nothing is left to analyse")
     values = values.copy()
     steps = np.diff(values[good])
+    # Of a normal law the median deviation from the median is σ/1.4826, Φ⁻¹(¾) σ.
     scatter = 1.4826 * float(np.median(np.abs(steps - np.median(steps)))) / np.sqrt(2.0)
     noise = np.random.default_rng(0).standard_normal(int(bad.sum())) * scatter
     change = np.diff(np.concatenate([[0], bad.astype(np.int8), [0]]))

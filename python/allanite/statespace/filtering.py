@@ -227,7 +227,7 @@ def innovations(
     for effect in model.modifiers:
         if effect.passing:
             raise InputError(
-                f"{effect.kind}: a filter of constant R has no room for it: trim the recording to either side of it"
+                f"{effect.kind}: a filter with constant R cannot describe it: trim the recording to one side of it"
             )
         if effect.removes:
             samples[effect.missing(n, rate)] = np.nan

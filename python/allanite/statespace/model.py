@@ -113,7 +113,7 @@ class StateSpace:
 
     @property
     def diffuse(self) -> NDArray[np.bool_]:
-        """States whose level at the beginning nobody knows (the bias), shape (d,)."""
+        """States whose level at the beginning is unknown (the bias), shape (d,)."""
         out = np.zeros(self.states, dtype=bool)
         at = 0
         for section in self.sections:

@@ -91,7 +91,7 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
     less = Model(effects[:place] + effects[place + 1 :])
     if effects[place].screened not in {"spectral", "slow", "line"}:
         return None  # the evidence of what happens in time is not in the mean spectrum
-    # With the shapes as they are the loss is an upper bound: far above what matters, nobody has to know it better.
+    # With the shapes as they are the loss is an upper bound: far above what matters it need not be known better.
     rough = solve(fit.data, less, polish=False) if _removing(less) == _removing(fit.model) else None
     if rough is not None and fit.solution.log_likelihood - rough.log_likelihood > least + FAR:
         return None

@@ -1,4 +1,4 @@
-"""How surprising a rise of logL is once everything that was tried is counted.
+"""The p-value of a rise of logL, with the number of effects and frequencies searched counted.
 
 A candidate with one coefficient on the edge of its range raises logL by x with probability Φ(−√2x) when it is not there
 (half-χ², Self & Liang 1987). Along a grid of shapes the whitened directions turn by an angle L in all, and Davies (1977,

@@ -179,7 +179,7 @@ def screen_outliers(
     if not Outliers.candidates(solution.model, data.covariates) or samples.size < data.n:
         return None
     centre = np.median(samples)
-    # The widest of three quantiles: noise that is merely not normal has no outliers.
+    # The widest of three quantiles (of a normal law 0.6745, 1 and 2 σ): noise that is merely not normal has no outliers.
     size = np.abs(samples - centre)
     scale = float(np.max(np.quantile(size, [0.5, 0.6827, 0.9545]) / [0.6745, 1.0, 2.0]))
     if scale == 0.0:

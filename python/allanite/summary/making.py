@@ -47,7 +47,7 @@ def summarise(
     unit : str or sequence of str
         Unit of the rate, or of each column.
     start : int
-        Index of the first sample in its stream: pieces that are to be merged know by it where they belong.
+        Index of the first sample in its stream; `Summary.merge` orders pieces by it.
     columns : sequence of str, optional
         Names.
     path : str, optional

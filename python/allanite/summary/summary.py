@@ -343,7 +343,7 @@ class Summary:
         Raises
         ------
         InputError
-            No such file, or none of these.
+            No such file, or not a summary.
         """
         return storage.load(cls, path)
 
