@@ -10,10 +10,11 @@ import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError, TooShortError, about
 from allanite.common.plain import plain
-from allanite.readers import hdf5, matlab, npy, npz, parquet, text
+from allanite.readers import npy, npz, parquet, text
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._split_time import is_split, joined
 from allanite.readers._table import time_unit_of
+from allanite.readers.arrays import hdf5, matlab
 from allanite.readers.clocks import rinex, stable32
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked

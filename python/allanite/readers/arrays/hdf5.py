@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.readers._trial import tried
-from allanite.readers.matlab import RATES, assemble
+from allanite.readers.arrays._trial import tried
+from allanite.readers.arrays.matlab import RATES, assemble
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -9,9 +9,9 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require
-from allanite.readers._mat5 import arrays
 from allanite.readers._table import Table, columns_of
-from allanite.readers._trial import tried
+from allanite.readers.arrays._mat5 import arrays
+from allanite.readers.arrays._trial import tried
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -1,0 +1,1 @@
+"""Files of named arrays: MATLAB, HDF5, netCDF."""
