@@ -10,12 +10,12 @@ import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError, TooShortError, about
 from allanite.common.plain import plain
-from allanite.readers import npy, npz, parquet, text
+from allanite.readers import npy, npz, parquet, sentences, text
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._split_time import is_split, joined
 from allanite.readers._table import time_unit_of
 from allanite.readers.arrays import hdf5, matlab
-from allanite.readers.clocks import rinex, stable32
+from allanite.readers.clocks import rinex, stable32, timelab
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
 from allanite.readers.topics import ardupilot, rosbag, ulog
@@ -56,6 +56,7 @@ FORMATS: dict[str, Callable[[Path, Picker], Table]] = {
     ".bin": ardupilot.read,
     ".phd": stable32.read,
     ".frd": stable32.read,
+    ".tim": timelab.read,
 }
 
 #: Those whose logs have topics.
@@ -220,7 +221,10 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     if path.is_file() and is_packed(path):
         with _one_line(), unpacked(path) as inner:
             return read_table(inner, pick, topics)
-    table = _read(FORMATS.get(path.suffix.lower(), text.read), path, pick, topics)
+    reader = FORMATS.get(path.suffix.lower(), text.read)
+    if reader is text.read and path.is_file() and sentences.is_sentences(path):
+        reader = sentences.read
+    table = _read(reader, path, pick, topics)
     if table.n == 0 and any(column is not None for column in table.columns):
         raise TooShortError("no row in it")
     return table

@@ -26,7 +26,7 @@ _PARTS = {"ns": 1_000_000_000, "us": 1_000_000, "ms": 1_000}
 def seconds_and_rest(names: Sequence[str]) -> tuple[int, int] | None:
     """Find two columns of one stem, one of seconds and one of a part of them: ``stamp.sec``, ``stamp.nanosec``."""
     keys = [name.strip().lower() for name in names]
-    rests = {}
+    rests: dict[str, int] = {}
     for at, key in enumerate(keys):
         match = _REST.match(key)
         if match is not None:

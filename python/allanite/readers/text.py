@@ -36,6 +36,8 @@ _RATE = re.compile(
     re.IGNORECASE,
 )
 
+_UNIT = re.compile(r"^[\[(]([^\[\]()]*)[\])]$")
+
 
 def read(path: Path, pick: Picker) -> Table:
     """Read the numeric columns of a text log.
@@ -66,6 +68,8 @@ def _read(path: Path, pick: Picker) -> Table:
     wanted = None
     if header is not None:
         names, units = split_header(header)
+        if not any(units):
+            units = units_below(path, len(names)) or units
         wanted = sorted(set(pick(names, units)))
     _, columns, _ = _kernels.read_text(str(path), delimiter=delimiter, columns=wanted, finite=True)
     rate = stated_rate(path)
@@ -82,6 +86,18 @@ def stated_rate(path: Path) -> float | None:
         lines = stream.read(4096).splitlines()[:40]
     found = next((match for line in lines if (match := _RATE.match(line))), None)
     return float(found[1]) * (1e3 if (found[2] or "").lower() == "k" else 1.0) if found else None
+
+
+def units_below(path: Path, count: int) -> tuple[str | None, ...] | None:
+    """Units that stand in a line of their own below the names, each in brackets: ``(us) (na) (m/s^2)``."""
+    with path.open("rb") as stream:
+        lines = stream.read(16384).decode("utf-8", "replace").splitlines()[:60]
+    for line in lines:
+        cells = [cell.strip() for cell in re.split(r"[\t;,]", line)]
+        found = [_UNIT.match(cell) for cell in cells]
+        if len(cells) == count and all(found):
+            return tuple(plain(m[1]) if m is not None and m[1] else None for m in found)
+    return None
 
 
 def split_header(header: list[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:

@@ -113,11 +113,11 @@ def understand(table: Table, choice: Choice, request: Request) -> tuple[Choice, 
                 remedy="; {column} takes a column as a sensor",
             )
         )
-    at, rest = choice.time, choice.rest
+    time, rest = choice.time, choice.rest
     if (
-        at is not None
+        time is not None
         and rest is not None
-        and not is_split(table[at], table[rest], table.names[rest])
+        and not is_split(table[time], table[rest], table.names[rest])
     ):
         clocks.append(rest)
     others = tuple(dict.fromkeys((*choice.clocks, *clocks)))

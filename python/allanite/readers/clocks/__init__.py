@@ -1,1 +1,1 @@
-"""Files of clocks: RINEX clock files, Stable32."""
+"""Files of clocks: RINEX clock files, Stable32, TimeLab."""

@@ -1,0 +1,201 @@
+"""Logs of sentences: ``$VN…`` of VectorNav, ``%RAWIMUSA`` and its relatives of NovAtel, each line with a checksum."""
+
+from __future__ import annotations
+
+import math
+import re
+import zlib
+from functools import reduce
+from operator import xor
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.readers._table import Table
+from allanite.recording.timebase import read_stamps
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from allanite.readers._table import Picker
+
+__all__ = ["is_sentences", "read"]
+
+_FIRST = re.compile(
+    rb"^[ \t]*(?:\$VN(?:IMU|MAR|YMR|QMR|GYR|ACC),"
+    rb"|[#%](?:RAWIMUS?X?|CORRIMUDATAS?|IMURATECORRIMUS?)A,)",
+    re.MULTILINE,
+)
+#: Share of damaged lines above which a log is not used.
+DAMAGED = 0.05
+
+_MAG, _ACC, _GYR = (
+    [(f"{name}{axis}", unit) for axis in "XYZ"]
+    for name, unit in (("Mag", "Gauss"), ("Accel", "m/s^2"), ("Gyro", "rad/s"))
+)
+#: Fields of VectorNav's sentences and their units (VN-100 user manual, IMU subsystem).
+VECTORNAV: dict[str, list[tuple[str, str]]] = {
+    "IMU": [*_MAG, *_ACC, *_GYR, ("Temp", "degC"), ("Pressure", "kPa")],
+    "MAR": [*_MAG, *_ACC, *_GYR],
+    "YMR": [("Yaw", "deg"), ("Pitch", "deg"), ("Roll", "deg"), *_MAG, *_ACC, *_GYR],
+    "QMR": [*((f"Quat{k}", "1") for k in range(4)), *_MAG, *_ACC, *_GYR],
+    "GYR": _GYR,
+    "ACC": _ACC,
+}
+#: Of these there are columns; heading, magnetometer and pressure are no sensors of ours.
+_KEPT = ("Accel", "Gyro", "Temp")
+
+_FOOT, _DEGREE, _ARCSECOND, _MG = 0.3048, math.pi / 180, math.pi / 648000, 9.80665e-3
+#: By NovAtel's number of the IMU: rad and m/s of a count (OEM7 manual, raw IMU scale factors).
+INCREMENTS = {
+    **dict.fromkeys((1, 5, 11, 20, 27, 28), (2.0**-33, 2.0**-27 * _FOOT)),
+    **dict.fromkeys((4, 12), (2.0**-33, 2.0**-26 * _FOOT)),
+    8: (2.0**-19, 2.0**-14),
+    13: (0.1 / 256 * _ARCSECOND, 0.05 * 2.0**-15),
+    **dict.fromkeys((26, 52), (1e-9, 2e-8)),
+    31: (720 * 2.0**-31 * _DEGREE, 200 * 2.0**-31),
+    **dict.fromkeys((32, 56), (2.0**-21 * _DEGREE, 2.0**-22)),
+    **dict.fromkeys((58, 68, 69), (2.0**-33, 2.0**-29)),
+}
+#: The same of those that count rad/s and m/s².
+RATES = {
+    **dict.fromkeys((41, 62), (0.008 / 65536 * _DEGREE, 0.2 / 65536 * _MG)),
+    61: (0.0151515 / 65536 * _DEGREE, 0.4 / 65536 * _MG),
+}
+_AXES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
+
+
+def is_sentences(path: Path) -> bool:
+    """Whether a text begins with such a sentence, or has one in its first kilobytes."""
+    with path.open("rb") as stream:
+        return _FIRST.search(stream.read(4096)) is not None
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+    """Read the sentences of the kind that comes first; other sentences are passed over.
+
+    A line whose checksum is wrong is a missing sample.
+
+    Raises
+    ------
+    InputError
+        More than one line in twenty is damaged, or none is whole.
+    """
+    with path.open("rb") as stream:
+        first = _FIRST.search(stream.read(4096))
+    if first is None:
+        raise InputError("no sentence of an IMU in it")
+    start = first.group().strip()
+    whole = _vectornav if start.startswith(b"$") else _novatel
+    rows, damaged, at = _rows(path, start, whole)
+    if not rows or damaged > DAMAGED * len(rows):
+        raise InputError(
+            f"{damaged} of {len(rows)} sentences {start.decode()}… are damaged or cut off, first in line {at}"
+        )
+    note = (f"{damaged} damaged sentences are missing samples, first in line {at}",) * bool(damaged)
+    return (_of_vectornav if start.startswith(b"$") else _of_novatel)(start, rows, note)
+
+
+def _rows(
+    path: Path, start: bytes, whole: Callable[[bytes], list[bytes] | None]
+) -> tuple[list[list[bytes] | None], int, int]:
+    """Fields of each sentence, None of a damaged one; how many are, and the line of the first."""
+    rows: list[list[bytes] | None] = []
+    damaged = at = 0
+    width = None
+    with path.open("rb") as lines:
+        for number, line in enumerate(lines, start=1):
+            text = line.strip()
+            if not text.startswith(start):
+                continue
+            fields = whole(text)
+            if fields is not None and width is None:
+                width = len(fields)
+            if fields is None or len(fields) != width:
+                fields, damaged, at = None, damaged + 1, at or number
+            rows.append(fields)
+    return rows, damaged, at
+
+
+def _vectornav(line: bytes) -> list[bytes] | None:
+    """Fields behind the name, where the exclusive or of all bytes is what the line says."""
+    body, _, check = line[1:].partition(b"*")
+    if check != b"XX" and check.upper() != b"%02X" % reduce(xor, body, 0):
+        return None
+    return body.split(b",")[1:]
+
+
+def _novatel(line: bytes) -> list[bytes] | None:
+    """Fields behind the header, where the CRC of all bytes is what the line says."""
+    body, _, check = line[1:].partition(b"*")
+    crc = zlib.crc32(body, 0xFFFFFFFF) ^ 0xFFFFFFFF
+    if check.lower() != b"%08x" % crc:
+        return None
+    return body.partition(b";")[2].split(b",")
+
+
+def _numbers(rows: list[list[bytes] | None], fields: slice) -> NDArray[np.float64]:
+    """Fields of every row as numbers, NaN of the damaged ones, shape (n, fields)."""
+    good = [row[fields] for row in rows if row is not None]
+    try:
+        values = np.array(good, dtype=np.float64)
+    except ValueError as error:
+        raise InputError(f"a sentence holds text where numbers belong ({error})") from None
+    out = np.full((len(rows), values.shape[1]), np.nan)
+    out[[row is not None for row in rows]] = values
+    return out
+
+
+def _of_vectornav(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
+    fields = VECTORNAV[start[3:6].decode()]
+    values = _numbers(rows, slice(len(fields)))
+    if values.shape[1] < len(fields):
+        raise InputError(
+            f"sentences {start.decode()}… have {values.shape[1]} fields, not {len(fields)}"
+        )
+    kept = [i for i, (name, _) in enumerate(fields) if name.startswith(_KEPT)]
+    names, units = zip(*(fields[i] for i in kept), strict=True)
+    return Table(names, tuple(values[:, i] for i in kept), units, notes=note)
+
+
+def _of_novatel(start: bytes, rows: list[Any], note: tuple[str, ...]) -> Table:
+    kind = start[1:].rstrip(b"A,").removesuffix(b"S")
+    extended = kind.endswith(b"X")
+    raw = kind.startswith(b"RAWIMU")
+    begin = (2 if extended else 0) + (3 if raw else 2)
+    width = len(next(row for row in rows if row is not None))
+    if width < begin + 6:
+        raise InputError(f"sentences {start.decode()}… have {width} fields, not {begin + 6}")
+    values = _numbers(rows, slice(begin, begin + 6))
+    place = 2 if extended else 0
+    stamps = _numbers(rows, slice(place, place + 2))
+    there = np.isfinite(stamps[:, 0])
+    # A damaged line is a hole in the stamps, which says so itself.
+    values, stamps = values[there], stamps[there]
+    time = stamps[:, 0] * 604800.0 + stamps[:, 1]
+    # Raw are Z, −Y, X of the accelerometers, then of the gyroscopes; corrected are pitch (about x), roll, yaw first.
+    columns = values[:, ::-1] * [1, -1, 1, 1, -1, 1] if raw else values
+    scale, units = _scale(rows if extended else [], raw, read_stamps(time, "s").rate)
+    if scale is None:
+        note = (*note, "counts of an IMU of unknown scale: coefficients are in counts")
+        scale = np.ones(6)
+    return Table(_AXES, tuple((columns * scale).T), units, time=time, notes=note)
+
+
+def _scale(
+    rows: list[Any], raw: bool, rate: float
+) -> tuple[NDArray[np.float64] | None, tuple[str | None, ...]]:
+    """What a count is, in rad/s and m/s², and the units."""
+    units: tuple[str | None, ...] = ("rad/s",) * 3 + ("m/s^2",) * 3
+    if not raw:
+        return np.full(6, rate), units
+    number = next((int(row[1]) for row in rows if row is not None), -1)
+    if number in RATES:
+        return np.repeat(RATES[number], 3), units
+    if number in INCREMENTS:
+        return np.repeat(INCREMENTS[number], 3) * rate, units
+    return None, (None,) * 6
