@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from allanite.effects.bias_step import BiasStep
     from allanite.effects.burst_noise import BurstNoise
     from allanite.effects.covariate import Covariate
+    from allanite.effects.excursion import Excursion
     from allanite.effects.gauss_markov import GaussMarkov
     from allanite.effects.hysteresis import Hysteresis
     from allanite.effects.noise_level_change import NoiseLevelChange
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from allanite.effects.rate_random_walk import RateRandomWalk
     from allanite.effects.resonance import Resonance
     from allanite.effects.sinusoid import Sinusoid
+    from allanite.effects.transient import Transient
     from allanite.effects.two_lags import TwoLags
     from allanite.effects.warm_up import WarmUp
     from allanite.fit import Fit, fit_model
@@ -107,6 +109,7 @@ _HOME = {
     "BiasStep": "allanite.effects.bias_step",
     "BurstNoise": "allanite.effects.burst_noise",
     "Covariate": "allanite.effects.covariate",
+    "Excursion": "allanite.effects.excursion",
     "Hysteresis": "allanite.effects.hysteresis",
     "GaussMarkov": "allanite.effects.gauss_markov",
     "NoiseLevelChange": "allanite.effects.noise_level_change",
@@ -118,6 +121,7 @@ _HOME = {
     "RateRandomWalk": "allanite.effects.rate_random_walk",
     "Resonance": "allanite.effects.resonance",
     "Sinusoid": "allanite.effects.sinusoid",
+    "Transient": "allanite.effects.transient",
     "TwoLags": "allanite.effects.two_lags",
     "WarmUp": "allanite.effects.warm_up",
     "AllaniteError": "allanite.common.errors",
@@ -175,6 +179,7 @@ __all__ = [
     "DynamicDeviation",
     "Effect",
     "Estimate",
+    "Excursion",
     "Fit",
     "Fleet",
     "GaussMarkov",
@@ -203,6 +208,7 @@ __all__ = [
     "Suggestion",
     "Summary",
     "TooShortError",
+    "Transient",
     "TwoLags",
     "WarmUp",
     "Watch",

@@ -153,7 +153,7 @@ class Effect:
         """The choices to try that agree with the values given; by default the effect itself."""
         return (self,)
 
-    def extended(self) -> tuple[Self, ...]:
+    def extended(self) -> tuple[Effect, ...]:
         """Richer forms to try from the fitted values where a discrepancy remains; by default none."""
         return ()
 

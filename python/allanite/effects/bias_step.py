@@ -47,6 +47,8 @@ class BiasStep(Deterministic):
         "look at the samples and at the laboratory's log about that time; repeat the record"
     )
     rivals: ClassVar[tuple[str, ...]] = (
+        "excursion",
+        "transient",
         "rate_random_walk",
         "rate_ramp",
         "warm_up",
@@ -58,6 +60,15 @@ class BiasStep(Deterministic):
     def when(self) -> tuple[float, float] | None:
         """The time of the jump."""
         return None if self.time is None else (self.time, self.time)
+
+    def extended(self) -> tuple[Deterministic, ...]:
+        """What comes back to where it was: at one other time, before or after, or little by little."""
+        from allanite.effects.excursion import Excursion
+        from allanite.effects.transient import Transient
+
+        if self.time is None:
+            return ()
+        return Excursion(start=self.time), Excursion(end=self.time), Transient(time=self.time)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """A thousand times over the record."""

@@ -15,6 +15,7 @@ from allanite.effects.bias_instability import BiasInstability
 from allanite.effects.bias_step import BiasStep
 from allanite.effects.burst_noise import BurstNoise
 from allanite.effects.covariate import Covariate
+from allanite.effects.excursion import Excursion
 from allanite.effects.gauss_markov import GaussMarkov
 from allanite.effects.hysteresis import Hysteresis
 from allanite.effects.noise_level_change import NoiseLevelChange
@@ -26,6 +27,7 @@ from allanite.effects.rate_ramp import RateRamp
 from allanite.effects.rate_random_walk import RateRandomWalk
 from allanite.effects.resonance import Resonance
 from allanite.effects.sinusoid import Sinusoid
+from allanite.effects.transient import Transient
 from allanite.effects.two_lags import TwoLags
 from allanite.effects.warm_up import WarmUp
 
@@ -144,6 +146,8 @@ CATALOGUE = Catalogue(
         Hysteresis,
         RateOfChange,
         BiasStep,
+        Excursion,
+        Transient,
         WarmUp,
         BurstNoise,
         NoiseLevelChange,

@@ -66,8 +66,10 @@ def _of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.float64]:
 
 
 def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
-    """The effect at every point of its shape grid."""
-    shapes = [p.name for p in blank.parameters if p.role == "shape"]
+    """The effect at every point of the grid of its shapes that have no value."""
+    shapes = [
+        p.name for p in blank.parameters if p.role == "shape" and blank.values[p.name] is None
+    ]
     grids = [map(float, blank.grid(name, data.n, data.rate)) for name in shapes]
     return [blank.with_values(**dict(zip(shapes, v, strict=True))) for v in product(*grids)]
 

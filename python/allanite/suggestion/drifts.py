@@ -61,18 +61,46 @@ def screen_slow(
     """The best point of the shape grid of each effect of a family, refitted."""
     found: list[Candidate] = []
     arcs: list[float] = []
+    families: list[str] = []
     for blank in blanks:
         points = grid_points(blank, data)
         null = rival if rival is not None else solution
         gain, directions = matched_gains(points, null.ordinates, null.noise(data), data)
         arcs.append(arc_length(directions))
+        families.append(blank.family)
         top = int(np.argmax(gain))
         if gain[top] < LEAST:
             continue
         candidate = _refit(points[top], solution, data, rival)
+        if candidate is None:
+            continue
+        found.append(candidate)
+        # Each place of the simple form that is a place of its own might have been the start of these.
+        starts = max(1.0, arcs[-1] / (0.5 * np.pi))
+        richer, more = _richer(candidate, solution, data, rival)
+        found += richer
+        arcs += [arc * starts for arc in more.values()]
+        families += [effect.family for effect in more]
+    return Screen(tuple(found), tuple(arcs), tuple(families))
+
+
+def _richer(
+    simple: Candidate, solution: Solution, data: Data, rival: Solution | None
+) -> tuple[list[Candidate], dict[Deterministic, float]]:
+    """Richer forms of an effect that was found, at the best of the shapes that it has not; and their arcs."""
+    found: list[Candidate] = []
+    arcs: dict[Deterministic, float] = {}
+    assert simple.solution is not None
+    noise = simple.solution.noise(data)
+    for blank in simple.effect.extended():
+        assert isinstance(blank, Deterministic)
+        points = grid_points(blank, data)
+        gain, directions = matched_gains(points, solution.ordinates, noise, data)
+        arcs[blank] = arc_length(directions)
+        candidate = _refit(points[int(np.argmax(gain))], solution, data, rival)
         if candidate is not None:
             found.append(candidate)
-    return Screen(tuple(found), tuple(arcs))
+    return found, arcs
 
 
 def _refit(
@@ -108,7 +136,7 @@ def _of_one(gain: float) -> float:
 
 
 def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
-    """The same screens; a slow function that another one beats clearly is judged by what it adds to that one.
+    """The screens by family; a slow function that another one beats clearly is judged by what it adds to that one.
 
     A step at the start looks like a warm-up and like any temperature that rises from there.
     """
@@ -127,9 +155,14 @@ def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]
         before = candidate.gain if candidate.judged is None else candidate.judged
         return replace(candidate, judged=min(before, left))
 
+    arcs: dict[str, list[float]] = {}
+    for screen in screens.values():
+        for family, arc in zip(screen.families, screen.arcs, strict=True):
+            arcs.setdefault(family, []).append(arc)
+    candidates = [judged(c) for c in found]
     return {
-        name: replace(screen, candidates=tuple(judged(c) for c in screen.candidates))
-        for name, screen in screens.items()
+        family: Screen(tuple(c for c in candidates if c.family == family), tuple(angles))
+        for family, angles in arcs.items()
     }
 
 

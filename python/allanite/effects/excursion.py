@@ -1,0 +1,120 @@
+"""Excursion: the bias leaves its level for a while and comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Parameter
+from allanite.effects._known import Deterministic
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
+
+
+@dataclass(frozen=True)
+class Excursion(Deterministic):
+    """x(t) = h for start ≤ t < end, 0 before and after.
+
+    Examples
+    --------
+    >>> away = al.Excursion(start=20.0, end=60.0, height=0.2)
+    >>> x = (al.AngleRandomWalk(N=0.01) + away).simulate(duration=100, rate=10, seed=1).samples
+    >>> print((x[200:600].mean() - x[600:].mean()).round(1))
+    0.2
+    """
+
+    start: float | None = None
+    end: float | None = None
+    height: float | None = None
+
+    kind: ClassVar[str] = "excursion"
+    short: ClassVar[str] = "EXC"
+    title: ClassVar[str] = "excursion"
+    family: ClassVar[str] = "event"
+    happens_once: ClassVar[bool] = True
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("start", "s", "when it leaves, from the first sample", "shape", symbol="from"),
+        Parameter("end", "s", "when it is back", "shape", symbol="to"),
+        Parameter("height", 0.0, "by how much", low=-np.inf, aliases=("h",), symbol="h"),
+    )
+    legend: ClassVar[tuple[str, ...]] = ("height", "start", "end")
+    physics: ClassVar[str] = (
+        "something acted for a while: the mount was leant on, a fan or a machine ran, the supply sagged, the sun shone"
+    )
+    looks_like: ClassVar[str] = (
+        "the low-passed samples stand on another level for minutes, with two edges; a hump at long τ"
+    )
+    check_by: ClassVar[str] = (
+        "look at the samples and at the laboratory's log about those times; leave the stretch out; repeat the record"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("bias_step", "transient", "burst_noise", "gauss_markov")
+
+    @property
+    def when(self) -> tuple[float, float] | None:
+        """From start to end."""
+        return None if self.start is None or self.end is None else (self.start, self.end)
+
+    @classmethod
+    def candidates(
+        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[Self, ...]:
+        """None by itself: it is looked for where a bias step is found (`BiasStep.extended`)."""
+        return ()
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """A thousand times over the record, before the end where that is known, after the start."""
+        whole = n / rate
+        times = np.linspace(0.0, whole, 1026)[1:-1]
+        if name == "start" and self.end is not None:
+            times = times[times < self.end]
+        if name == "end" and self.start is not None:
+            times = times[times > self.start]
+        return times if times.size > 1 else np.array([0.0, whole])
+
+    def shape_error(self, name: str, height_variance: float, duration: float) -> float:
+        """Standard error of either edge, s: that of a bias step's time."""
+        assert self.start is not None
+        assert self.end is not None
+        length = min(max(self.end - self.start, 1e-3 * duration), 0.999 * duration)
+        density = height_variance * length * (duration - length) / duration
+        return 5.6 * density / max((self.height or 0.0) ** 2, 1e-300)
+
+    def regressors(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """One column of 0 and 1."""
+        inside = (time >= (self.start or 0.0)) & (time < (self.end or 0.0))
+        return inside.astype(float)[:, None]
+
+    def sampler(
+        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A function (first, last) → samples of the excursion."""
+        return self._pointwise(rate, covariates)
+
+    @classmethod
+    def regressor_ordinates(
+        cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
+    ) -> NDArray[np.float64]:
+        """√(2/n) (sin(πjl/n) − sin(πjk/n))/(2 sin(πj/2n)) from sample k to before l, which may lie outside."""
+        edges = np.array([(p.start or 0.0, p.end or 0.0) for p in points])
+        k = np.clip(np.ceil((edges - start) * rate - 1e-9), 0, n)
+        # Many points share an edge.
+        known, place = np.unique(k, return_inverse=True)
+        wave = np.sin(np.pi * j * known[:, None] / n)
+        place = place.reshape(k.shape)
+        scale = np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n))
+        return np.asarray((wave[place[:, 1]] - wave[place[:, 0]]) * scale)
+
+    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+        """The height."""
+        return self.with_values(height=float(amplitudes[0]))
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """(height,)."""
+        return np.array([self.height or 0.0])

@@ -1,0 +1,131 @@
+"""Transient: the bias jumps and decays to where it was."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Parameter
+from allanite.effects._known import Deterministic
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
+
+
+@dataclass(frozen=True)
+class Transient(Deterministic):
+    """x(t) = h e^{−(t − t0)/T} for t ≥ t0, 0 before.
+
+    Examples
+    --------
+    >>> pulse = al.Transient(time=50.0, time_constant=20.0, height=0.2)
+    >>> x = pulse.simulate(duration=100, rate=10, seed=1).samples
+    >>> print(x[[499, 500, 700]].round(3))
+    [0.    0.2   0.074]
+    """
+
+    time: float | None = None
+    time_constant: float | None = None
+    height: float | None = None
+
+    kind: ClassVar[str] = "transient"
+    short: ClassVar[str] = "PULSE"
+    title: ClassVar[str] = "transient"
+    family: ClassVar[str] = "event"
+    happens_once: ClassVar[bool] = True
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("time", "s", "when, from the first sample", "shape", aliases=("t",), symbol="t"),
+        Parameter(
+            "time_constant",
+            "s",
+            "time constant of the decay",
+            "shape",
+            low=1e-12,
+            aliases=("T",),
+            symbol="T",
+        ),
+        Parameter("height", 0.0, "by how much at first", low=-np.inf, aliases=("h",), symbol="h"),
+    )
+    legend: ClassVar[tuple[str, ...]] = ("height", "time", "time_constant")
+    physics: ClassVar[str] = (
+        "a shock, a load or a breath of warm air, after which the sensor relaxes: a bond, a filter, or a thermal mass"
+    )
+    looks_like: ClassVar[str] = (
+        "one steep edge in the low-passed samples and an exponential back; a hump at long τ"
+    )
+    check_by: ClassVar[str] = (
+        "look at the samples and at the laboratory's log about that time; leave out three time constants; knock and repeat"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("bias_step", "excursion", "warm_up", "gauss_markov")
+
+    @property
+    def when(self) -> tuple[float, float] | None:
+        """From the jump, for three time constants."""
+        if self.time is None or self.time_constant is None:
+            return None
+        return self.time, self.time + 3.0 * self.time_constant
+
+    @classmethod
+    def candidates(
+        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[Self, ...]:
+        """None by itself: it is looked for where a bias step is found (`BiasStep.extended`)."""
+        return ()
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """A thousand times over the record, time constants from a 500th of it to a quarter."""
+        if name == "time":
+            return np.linspace(0.0, n / rate, 1026)[1:-1]
+        return np.geomspace(n / 500.0, n / 4.0, 15) / rate
+
+    def shape_error(self, name: str, height_variance: float, duration: float) -> float | None:
+        """Standard error of the time, s: that of a bias step's; the time constant is smooth."""
+        if name != "time":
+            return None
+        assert self.time_constant is not None
+        # Of e^{−t/T} half a time constant counts.
+        density = height_variance * min(0.5 * self.time_constant, duration)
+        return 5.6 * density / max((self.height or 0.0) ** 2, 1e-300)
+
+    def regressors(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """One column: 0, then the decay."""
+        after = time - (self.time or 0.0)
+        decay = np.exp(-np.maximum(after, 0.0) / (self.time_constant or 1.0))
+        return np.where(after >= 0.0, decay, 0.0)[:, None]
+
+    def sampler(
+        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A function (first, last) → samples of the transient."""
+        return self._pointwise(rate, covariates)
+
+    @classmethod
+    def regressor_ordinates(
+        cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
+    ) -> NDArray[np.float64]:
+        """√(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z), z = e^{iθ − 1/(rate T)}, θ = πj/n, A the value at sample k."""
+        at = np.array([p.time or 0.0 for p in points])[:, None]
+        decay = np.array([p.time_constant or 1.0 for p in points])[:, None]
+        k = np.clip(np.ceil((at - start) * rate - 1e-9), 0, n)
+        first = np.exp(-np.maximum(start + k / rate - at, 0.0) / decay)
+        theta, slope = np.pi * j / n, 1.0 / (rate * decay)
+        # e^{iθn} = (−1)^j, and what is left of the decay at the end.
+        end = np.where(j % 2 == 0, 1.0, -1.0) * np.exp(-slope * (n - k))
+        turn = np.exp(1j * theta * k)
+        share = np.exp(0.5j * theta) / -np.expm1(1j * theta - slope)
+        there = np.sqrt(2.0 / n) * np.where(k < n, first, 0.0)
+        return np.asarray(there * ((turn - end) * share).real)
+
+    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+        """The height."""
+        return self.with_values(height=float(amplitudes[0]))
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """(height,)."""
+        return np.array([self.height or 0.0])
