@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo screenshots test test-all test-rust test-python test-statistical lint bench bars miri clean gallery docs fuzz release
+.PHONY: help demo screenshots test test-all test-rust test-python test-statistical floors lint bench bars miri clean gallery docs fuzz release
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -24,7 +24,7 @@ $(VENV)/.installed: $(VENV)/.made $(RUST) $(PYTHON_FILES) pyproject.toml
 
 $(VENV)/.developed: $(VENV)/.made $(RUST) pyproject.toml
 	$(BIN)/python -m pip install --quiet --group test --group lint
-	$(BIN)/python -m pip install --quiet 'matplotlib>=3.9' 'plotly>=6.0' 'starlette>=0.46' 'uvicorn>=0.34' 'python-multipart>=0.0.20' 'h5py>=3.12' 'rosbags>=0.10' 'pyulog>=1.2' 'pyarrow>=18' 'pymavlink>=2.4.40' 'dask>=2024.12' 'distributed>=2024.12' 'numpy>=2.2' 'scipy>=1.15' 'click>=8.1'
+	$(BIN)/python -m pip install --quiet 'matplotlib>=3.9' 'plotly>=6.0' 'starlette>=0.46' 'uvicorn>=0.34' 'python-multipart>=0.0.20' 'h5py>=3.12' 'rosbags>=0.10.9' 'pyulog>=1.2' 'pyarrow>=18' 'pymavlink>=2.4.40' 'dask>=2024.12' 'distributed>=2024.12' 'numpy>=2.2' 'scipy>=1.15' 'click>=8.2'
 	$(BIN)/maturin develop --release --quiet --locked
 	touch $@ $(VENV)/.installed
 
@@ -48,6 +48,15 @@ test-python: $(VENV)/.developed ## the package's tests, warnings are errors
 test-statistical: $(VENV)/.developed ## the long simulations alone
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m statistical
 
+floors: $(VENV)/.made ## the tests with the lowest versions that pyproject.toml allows, in target/floors
+	$(PYTHON) -m venv target/floors
+	target/floors/bin/python -m pip install --quiet --upgrade 'pip>=25.1'
+	$(PYTHON) tests/floors.py > target/floors/pins.txt
+	target/floors/bin/python -m pip install --quiet -r target/floors/pins.txt --group test
+	$(BIN)/maturin build --release --quiet --locked --interpreter target/floors/bin/python --out target/floors
+	target/floors/bin/python -m pip install --quiet --force-reinstall --no-deps target/floors/*.whl
+	target/floors/bin/python -m pytest -n 2 -q -m 'not statistical and not browser' -W default::DeprecationWarning -W default::pytest.PytestUnraisableExceptionWarning
+
 lint: $(VENV)/.developed ## formatting, spelling, types, stubs, layers, clippy
 	cargo fmt --check
 	cargo clippy --quiet --locked --all-targets -- -D warnings
@@ -58,6 +67,8 @@ lint: $(VENV)/.developed ## formatting, spelling, types, stubs, layers, clippy
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest allanite._core --mypy-config-file pyproject.toml --allowlist stubtest-allowlist.txt
 	$(BIN)/lint-imports
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.dependabot .github/dependabot.yml
 
 fuzz: $(VENV)/.developed ## ten minutes of damaged files, strings and requests (SECONDS_EACH=, SEED=)
 	$(BIN)/python tests/python/fuzz/run.py --seconds $(or $(SECONDS_EACH),25) --seed $(or $(SEED),0)

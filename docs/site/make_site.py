@@ -26,8 +26,9 @@ def copied() -> None:
     for folder in ("figures", "screenshots", "gallery", "howto"):
         shutil.copytree(docs / folder, PAGES / folder)
     shutil.copytree(ROOT / "examples", PAGES / "examples", ignore=shutil.ignore_patterns("__*"))
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    (PAGES / "CONTRIBUTING.md").write_text(text.replace("](docs/", "]("), encoding="utf-8")
+    for name in ("CONTRIBUTING.md", "ARCHITECTURE.md"):
+        text = (ROOT / name).read_text(encoding="utf-8")
+        (PAGES / name).write_text(text.replace("](docs/", "]("), encoding="utf-8")
 
 
 def navigation() -> str:

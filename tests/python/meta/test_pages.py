@@ -56,3 +56,14 @@ def test_readme_is_one_page_and_its_links_lead_somewhere():
     assert len(text.splitlines()) <= 70
     links = re.findall(r"\]\(([^)]+)\)", text)
     assert [link for link in links if not (root / link).exists()] == []
+
+
+def test_places_of_the_architecture_exist():
+    root = DOCS.parent
+    text = (root / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    table = text.split("## What a new thing touches")[1]
+    named = set(re.findall(r"`((?:\w+/)+[\w.]*|\w+\.(?:py|rs))`", table))
+    assert len(named) > 15
+    places = [root, root / "python" / "allanite", root / "rust" / "deviation"]
+    places += [root / "python" / "allanite" / room for room in ("readers", "export")]
+    assert [name for name in named if not any((p / name).exists() for p in places)] == []
