@@ -233,7 +233,7 @@ fn look_at_blocks<T: Sample>(
     let threads = if n < 1 << 18 { 1 } else { threads };
     let looks = for_each(
         threads,
-        blocks,
+        0..blocks,
         stop,
         || [0.0; CHUNK],
         |buffer, block| {

@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from allanite._kernels import release
     from allanite.axes import Characterization, characterize
     from allanite.common.errors import AllaniteError, InputError, TooShortError
     from allanite.common.parameters import Estimate
@@ -156,6 +157,7 @@ _HOME = {
     "Suggestion": "allanite.suggestion",
     "Summary": "allanite.summary",
     "summarise": "allanite.summary",
+    "release": "allanite._kernels",
     "Fleet": "allanite.scale",
     "Watch": "allanite.scale",
     "fleet": "allanite.scale",
@@ -243,6 +245,7 @@ __all__ = [
     "read",
     "read_datasheet",
     "register",
+    "release",
     "summarise",
     "tdev",
     "theo1",

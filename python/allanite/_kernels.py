@@ -25,6 +25,7 @@ __all__ = [
     "padded_periodogram",
     "power_law_bank",
     "read_text",
+    "release",
     "simulate",
     "version",
 ]
@@ -40,6 +41,35 @@ padded_periodogram = _core.padded_periodogram
 Simulator = _core.Simulator
 power_law_bank = _core.power_law_bank
 simulate = _core.simulate
+
+
+# -- memory
+def release() -> int:
+    """Give the memory that is kept between calls back to the system.
+
+    At most two arrays stay for the next call, a simulated record and the phase of one, each of less than twice the
+    bytes that its last user took and of at most 256 MiB: fresh memory costs more than the sums made in it. Arrays in
+    use are not touched.
+
+    Returns
+    -------
+    int
+        Bytes given back.
+
+    Raises
+    ------
+    None
+        There is nothing to refuse.
+
+    Examples
+    --------
+    >>> freed = al.release()
+    >>> al.release()
+    0
+    """
+    return _core.release()
+
+
 # -- deviation
 Accumulator = _core.Accumulator
 adjacent_allan = _core.adjacent_allan

@@ -6,7 +6,6 @@
 //! not change a bit.
 
 use std::mem::take;
-use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use super::sums::{self, Group};
@@ -129,11 +128,6 @@ struct Pass<'a, 'r, T: Sample> {
     blocks: usize,
 }
 
-/// A worker's memory: a block of phase.
-struct Scratch {
-    phase: Vec<f64>,
-}
-
 impl<T: Sample> Pass<'_, '_, T> {
     /// Blocks of one partial sum: bounded memory for many factors, fixed whatever the number of threads.
     fn segments(&self) -> (usize, usize) {
@@ -161,17 +155,21 @@ impl<T: Sample> Pass<'_, '_, T> {
         }
     }
 
+    /// `work(phase, block, global phase of the block if it is wanted, sums)` of every block; `theta` is that of all, or empty.
     fn segmented(
         &self,
         threads: usize,
-        work: impl Fn(&mut Scratch, usize, &mut Terms) + Sync,
+        theta: &mut [f64],
+        work: impl Fn(&mut Vec<f64>, usize, Option<&mut [f64]>, &mut Terms) + Sync,
     ) -> Result<Terms> {
         let (segments, size) = self.segments();
-        let make = || Scratch { phase: Vec::new() };
-        let parts = for_each(threads, segments, self.means.stop, make, |scratch, segment| {
+        let mut chunks = theta.chunks_mut(size * BLOCK);
+        let items = (0..segments).map(|segment| (segment, chunks.next().unwrap_or_default()));
+        let parts = for_each(threads, items, self.means.stop, Vec::new, |phase, (segment, theta)| {
             let mut part = Terms::new(self.factors.len());
+            let mut chunks = theta.chunks_mut(BLOCK);
             for block in segment * size..((segment + 1) * size).min(self.blocks) {
-                work(scratch, block, &mut part);
+                work(phase, block, chunks.next(), &mut part);
             }
             part
         })?;
@@ -190,18 +188,16 @@ impl<T: Sample> Pass<'_, '_, T> {
         let groups = sums::groups(self.means.width, factors);
         let halo = factors.last().map_or(0, |(_, m)| 2 * m);
         let runs = self.runs();
-        let chunks: Vec<_> = theta.chunks_mut(BLOCK).map(Mutex::new).collect();
         let work = points * (1 + factors.len());
-        self.segmented(self.threads_for(work), |scratch, block, part| {
+        self.segmented(self.threads_for(work), theta, |phase, block, global, part| {
             let from = block * BLOCK;
             let to = (from + BLOCK).min(points);
-            scratch.phase.resize((to + halo).min(points) - from, 0.0);
-            let slope = self.record.local(from, &mut scratch.phase);
-            if let Some(chunk) = chunks.get(block) {
-                let mut chunk = chunk.lock().expect("a block is written once");
-                self.record.global(block, &scratch.phase, slope, &mut chunk);
+            phase.resize((to + halo).min(points) - from, 0.0);
+            let slope = self.record.local(from, phase);
+            if let Some(global) = global {
+                self.record.global(block, phase, slope, global);
             }
-            let near = (scratch.phase.as_slice(), from);
+            let near = (phase.as_slice(), from);
             self.add(near, (from, to), &runs, factors, &groups, part);
         })
     }
@@ -225,7 +221,7 @@ impl<T: Sample> Pass<'_, '_, T> {
         let runs = self.runs();
         let parts: Vec<Found> = for_each(
             self.threads_for(points * factors.len()),
-            points.div_ceil(span) * batches.len(),
+            0..points.div_ceil(span) * batches.len(),
             self.means.stop,
             || Terms::new(self.factors.len()),
             |all, item| {
@@ -246,11 +242,12 @@ impl<T: Sample> Pass<'_, '_, T> {
     fn doubling(&self, run: &tiles::Run<'_>, terms: &mut Terms) -> Result<()> {
         let threads = self.threads_for(self.record.points());
         let places: Vec<usize> = run.factors().iter().map(|(place, _)| *place).collect();
-        let parts: Vec<Found> = for_each(threads, run.items(), self.means.stop, Vec::new, |tile, item| {
-            let mut sums = vec![0.0; places.len()];
-            run.add(item, tile, &mut sums);
-            sums.into_iter().map(|sum| (sum, 0)).collect()
-        })?;
+        let parts: Vec<Found> =
+            for_each(threads, 0..run.items(), self.means.stop, Vec::new, |tile, item| {
+                let mut sums = vec![0.0; places.len()];
+                run.add(item, tile, &mut sums);
+                sums.into_iter().map(|sum| (sum, 0)).collect()
+            })?;
         terms.gather(&places, parts.iter());
         Ok(())
     }

@@ -1,6 +1,5 @@
 //! Every other estimator: one loop over (averaging factor, block of terms), the estimators in their own files.
 
-use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use super::allan::{Means, Terms};
@@ -126,13 +125,11 @@ pub fn variances<T: Sample>(
     let runs = point_runs(record, kind.pointwise());
     let points = record.points();
     let local = record.quantity() == Quantity::Rate && !kind.global();
-    let batches = batches(kind, factors, points, local);
-    let cost: usize = batches.iter().flatten().map(|i| (i.to - i.from) * per_term(kind, i.m)).sum();
-    let threads = if cost < 1 << 20 { 1 } else { means.threads };
+    let plan = Plan::new(kind, factors, points, local);
+    let threads = if plan.cost() < 1 << 20 { 1 } else { means.threads };
     let make = || (Vec::new(), Vec::new());
-    let parts = for_each(threads, batches.len(), means.stop, make, |(near, work), batch| {
-        let batch = &batches[batch];
-        let from = batch[0].from;
+    let parts = for_each(threads, plan.batches(), means.stop, make, |(near, work), batch| {
+        let Some(from) = batch.first().map(|item: &Item| item.from) else { return Vec::new() };
         let (phase, origin) = if local && batch[0].m <= LOCAL {
             let end = batch.iter().map(|i| i.to + replaced(kind, i.m).reach(i.m)).max().unwrap_or(from);
             near.resize(end.min(points) - from, 0.0);
@@ -142,7 +139,7 @@ pub fn variances<T: Sample>(
             (&*theta, 0)
         };
         let mut found = Vec::with_capacity(batch.len());
-        for item in batch {
+        for item in &batch {
             let kind = replaced(kind, item.m);
             if means.stop.load(Ordering::Relaxed) {
                 break;
@@ -180,22 +177,72 @@ struct Item {
     to: usize,
 }
 
-/// Items that are done together: those of one block of the local phase, which is then made once.
-fn batches(kind: Kind, factors: &[usize], points: usize, local: bool) -> Vec<Vec<Item>> {
-    let last = |m: usize| points.saturating_sub(replaced(kind, m).reach(m));
-    let shared = |m: usize| local && m <= LOCAL && replaced(kind, m).block(m) == BLOCK;
-    let placed = || factors.iter().copied().enumerate();
-    let near = (0..points).step_by(BLOCK).map(|from| {
-        let item = |(place, m)| Item { place, m, from, to: last(m).min(from + BLOCK) };
-        placed().filter(|(_, m)| shared(*m)).map(item).filter(|item| item.to > from).collect::<Vec<_>>()
-    });
-    let others = placed().filter(|(_, m)| !shared(*m)).flat_map(|(place, m)| {
-        let block = replaced(kind, m).block(m);
-        (0..last(m))
-            .step_by(block)
-            .map(move |from| vec![Item { place, m, from, to: last(m).min(from + block) }])
-    });
-    near.filter(|batch| !batch.is_empty()).chain(others).collect()
+/// Items of work, which are made when their turn comes: there may be as many as factors times blocks.
+struct Plan<'a> {
+    kind: Kind,
+    factors: &'a [usize],
+    points: usize,
+    local: bool,
+    /// Blocks of the local phase, which serve several factors.
+    near: usize,
+    /// Items of the other factors before each factor, and of all.
+    before: Vec<usize>,
+}
+
+impl<'a> Plan<'a> {
+    fn new(kind: Kind, factors: &'a [usize], points: usize, local: bool) -> Self {
+        let mut plan = Self { kind, factors, points, local, near: 0, before: vec![0] };
+        let mut all = 0;
+        for &m in factors {
+            if plan.shared(m) {
+                plan.near = points.div_ceil(BLOCK);
+            } else {
+                all += plan.last(m).div_ceil(replaced(kind, m).block(m));
+            }
+            plan.before.push(all);
+        }
+        plan
+    }
+
+    /// Whether a factor is done together with others from one block of the local phase, which is then made once.
+    fn shared(&self, m: usize) -> bool {
+        self.local && m <= LOCAL && replaced(self.kind, m).block(m) == BLOCK
+    }
+
+    /// End of the terms of a factor.
+    fn last(&self, m: usize) -> usize {
+        self.points.saturating_sub(replaced(self.kind, m).reach(m))
+    }
+
+    fn cost(&self) -> usize {
+        let costs = self.factors.iter().map(|m| self.last(*m).saturating_mul(per_term(self.kind, *m)));
+        costs.fold(0, usize::saturating_add)
+    }
+
+    /// Items that are done together.
+    fn batches(&self) -> impl ExactSizeIterator<Item = Vec<Item>> + Send {
+        (0..self.near + self.before[self.factors.len()]).map(|number| {
+            if let Some(number) = number.checked_sub(self.near) {
+                vec![self.alone(number)]
+            } else {
+                self.block(number * BLOCK)
+            }
+        })
+    }
+
+    fn block(&self, from: usize) -> Vec<Item> {
+        let placed = self.factors.iter().copied().enumerate().filter(|(_, m)| self.shared(*m));
+        let item = |(place, m)| Item { place, m, from, to: self.last(m).min(from + BLOCK) };
+        placed.map(item).filter(|item| item.to > from).collect()
+    }
+
+    fn alone(&self, number: usize) -> Item {
+        let place = self.before.partition_point(|before| *before <= number) - 1;
+        let m = self.factors[place];
+        let block = replaced(self.kind, m).block(m);
+        let from = (number - self.before[place]) * block;
+        Item { place, m, from, to: self.last(m).min(from + block) }
+    }
 }
 
 /// The terms of an item that touch no gap; `phase[0]` is phase point `origin`.
@@ -283,16 +330,14 @@ fn point_runs<T: Sample>(record: &Record<'_, T>, pointwise: bool) -> Vec<(usize,
 pub fn global_phase<T: Sample>(record: &Record<'_, T>, means: Means<'_>) -> Result<Buffer> {
     let points = record.points();
     let mut theta = Buffer::new(points);
-    let chunks: Vec<_> = theta.chunks_mut(BLOCK).map(Mutex::new).collect();
     let threads = if points < 1 << 20 { 1 } else { means.threads };
     let make = || vec![0.0; BLOCK];
-    for_each(threads, chunks.len(), means.stop, make, |local, block| {
-        let mut out = chunks[block].lock().expect("a block is written once");
+    let chunks = theta.chunks_mut(BLOCK).enumerate();
+    for_each(threads, chunks, means.stop, make, |local, (block, out)| {
         let local = &mut local[..out.len()];
         let slope = record.local(block * BLOCK, local);
-        record.global(block, local, slope, &mut out);
+        record.global(block, local, slope, out);
     })?;
-    drop(chunks);
     Ok(theta)
 }
 

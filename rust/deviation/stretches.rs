@@ -13,6 +13,8 @@
 //! What cancels is bounded by working on blocks of about m stretches, of whose running sum a parabola is removed; the
 //! detrended, centred stretches do not see it.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 /// One quarter of the period: U[u] = Σ a·C[u + 3m + o·m] and V[v] = Σ a·C[v + o·m] over (o, a).
 struct Quarter {
     back: &'static [(isize, f64)],
@@ -59,19 +61,20 @@ const QUARTERS: [Quarter; 4] = [
     },
 ];
 
-/// Σ of the 6m squares of each of the `n` stretches of 3m whose running sums begin at `running[0..n]`.
-pub fn sum(running: &[f64], n: usize, m: usize) -> f64 {
+/// Σ of the 6m squares of each of the `n` stretches of 3m whose running sums begin at `running[0..n]`; anything when the
+/// caller wants to stop.
+pub fn sum(running: &[f64], n: usize, m: usize, stop: &AtomicBool) -> f64 {
     let block = m.max(64);
-    let starts = (0..n).step_by(block);
-    starts.map(|from| of_block(&running[from..n.min(from + block) + 3 * m], m)).sum()
+    let starts = (0..n).step_by(block).take_while(|_| !stop.load(Ordering::Relaxed));
+    starts.map(|from| of_block(&running[from..n.min(from + block) + 3 * m], m, stop)).sum()
 }
 
-fn of_block(running: &[f64], m: usize) -> f64 {
+fn of_block(running: &[f64], m: usize, stop: &AtomicBool) -> f64 {
     let c = flattened(running);
     let n = c.len() - 3 * m;
     let trends: Vec<Trend> = (0..n).map(|k| trend(&c[k..=k + 3 * m])).collect();
     let mut total = 0.0;
-    for quarter in &QUARTERS {
+    for quarter in QUARTERS.iter().take_while(|_| !stop.load(Ordering::Relaxed)) {
         let polynomials: Vec<[f64; 3]> =
             (0..n).map(|k| (quarter.polynomial)(c[k], m as f64, trends[k])).collect();
         let (first, last) = (quarter.span.0 * m, quarter.span.1 * m);

@@ -1,4 +1,18 @@
 //! Which hot loop runs: groups of averaging factors, widths chosen at run time, ranges without gaps.
+//!
+//! ```text
+//! samples     ├────────── run ──────────┤ gap ├───────── run ─────────┤
+//! strips      └ 4096 ┘└ 4096 ┘└ 4096 ┘ …       all groups over one strip, then the next: θ stays in the first cache
+//!
+//! chain       θ[k]    θ[k+m]   θ[k+2m]            θ[k+4m]                               θ[k+8m]
+//!   m          a ────── b ────── c                                    d = (c − a) − 2 (b − a)
+//!   2m         a ─────────────── b ───────────────── c                its b is the c before: one load a factor
+//!   4m         a ─────────────────────────────────── b ────────────────────────────────── c
+//!
+//! rows        θ[k]   θ[k+m]  θ[k+2m]  θ[k+3m]  …    one factor m ≥ 48, sixteen terms down a column of vectors:
+//!              └─ d ─────────┘                      each second difference is one of two gains, J + 2 loads serve J
+//!                     └─ d ───────────┘
+//! ```
 
 use super::lanes::{self, Lanes, Portable};
 use crate::machine::processor::{Unit, Width};

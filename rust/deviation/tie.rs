@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::Piece;
 
-/// Points between two looks at the flag, or one window where that is longer.
-const LOOK: usize = 1 << 20;
+/// Points between two looks at the flag: about a millisecond.
+const LOOK: usize = 1 << 18;
 
 /// Σ (θ[k+m] − θ[k])²; terms that are NaN are left out.
 pub fn mean_square(piece: &Piece<'_>) -> (f64, u64) {
@@ -21,51 +21,73 @@ pub fn mean_square(piece: &Piece<'_>) -> (f64, u64) {
 
 /// Square of the largest max − min within m + 1 points, and the number of windows.
 ///
-/// Van Herk: the extreme of a window is that of the tail of one block of m + 1 points and the head of the next, so
-/// that two passes serve every window, whatever its length.
+/// Van Herk: a window is the tail of one block of m + 1 points and the head of the next, so that two passes serve every
+/// window, whatever its length. The first keeps the extremes of all tails, the second those of the head so far.
 pub fn largest_range(
     theta: &[f64],
     runs: &[(usize, usize)],
     m: usize,
-    work: &mut Vec<f64>,
+    tails: &mut Vec<f64>,
     stop: &AtomicBool,
 ) -> (f64, u64) {
     let (mut largest, mut count) = (0.0_f64, 0);
+    let mut since = 0;
     for &(start, end) in runs {
         let run = &theta[start..=end];
-        if run.len() <= m {
-            continue;
-        }
-        let windows = run.len() - m;
+        let windows = run.len().saturating_sub(m);
         count += windows as u64;
-        // A stretch that holds many windows at a time, so that memory does not depend on the record.
-        for from in (0..windows).step_by(LOOK.max(m)) {
-            if stop.load(Ordering::Relaxed) {
-                return (0.0, 0);
+        for first in (0..windows).step_by(m + 1) {
+            let windows = (m + 1).min(windows - first);
+            let (block, next) = run[first..].split_at(m + 1);
+            since += m + 1;
+            if since >= LOOK {
+                since = 0;
+                if stop.load(Ordering::Relaxed) {
+                    return (0.0, 0);
+                }
             }
-            let part = &run[from..(from + LOOK.max(m) + m).min(run.len())];
-            let high = extremes(part, m + 1, work, f64::max);
-            let low = extremes(part, m + 1, work, f64::min);
-            let range = high.iter().zip(&low).map(|(a, b)| a - b).fold(0.0, f64::max);
+            let Some(range) = of_block(block, &next[..windows - 1], tails, stop) else { return (0.0, 0) };
             largest = largest.max(range);
         }
     }
     (largest * largest, count)
 }
 
-fn extremes(values: &[f64], window: usize, tails: &mut Vec<f64>, pick: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+/// Largest range of the windows that begin in a block; nothing when the caller wants to stop.
+fn of_block(block: &[f64], next: &[f64], tails: &mut Vec<f64>, stop: &AtomicBool) -> Option<f64> {
     tails.clear();
-    tails.extend_from_slice(values);
-    let mut heads = values.to_vec();
-    for block in tails.chunks_mut(window) {
-        for i in (0..block.len() - 1).rev() {
-            block[i] = pick(block[i], block[i + 1]);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for part in block.rchunks(LOOK) {
+        if part.len() == LOOK && stop.load(Ordering::Relaxed) {
+            return None;
+        }
+        tails.extend(part.iter().rev().flat_map(|&x| {
+            (low, high) = (smaller(x, low), larger(x, high));
+            [low, high]
+        }));
+    }
+    // From the tail that is the whole block on.
+    let (tails, _) = tails.as_chunks::<2>();
+    let mut tails = tails.iter().rev();
+    let mut largest = tails.next().map_or(0.0, |[low, high]| high - low);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for part in next.chunks(LOOK) {
+        if part.len() == LOOK && stop.load(Ordering::Relaxed) {
+            return None;
+        }
+        for (&x, tail) in part.iter().zip(&mut tails) {
+            (low, high) = (smaller(x, low), larger(x, high));
+            largest = larger(larger(tail[1], high) - smaller(tail[0], low), largest);
         }
     }
-    for block in heads.chunks_mut(window) {
-        for i in 1..block.len() {
-            block[i] = pick(block[i], block[i - 1]);
-        }
-    }
-    heads[window - 1..].iter().zip(&*tails).map(|(head, tail)| pick(*head, *tail)).collect()
+    Some(largest)
+}
+
+/// One instruction each; there is no NaN within a run.
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }

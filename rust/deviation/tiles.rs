@@ -2,6 +2,20 @@
 //!
 //! With the phase in rows of m points, the terms of m, 2m, 4m, … at a column are those of 1, 2, 4, … rows. A tile of W
 //! columns, copied row after row into the cache, is a short phase on which the factors are W, 2W, 4W, ….
+//!
+//! ```text
+//!          ◄──────────── m points ────────────►
+//!          ┌───────┬───────┬───────┬──────────┐
+//! row 0    │ 0 … W │       │       │          │      a tile, as it lies in the cache:
+//! row 1    │ m …   │       │       │          │      0 … W │ m … m+W │ 2m … │ 3m … │ …
+//! row 2    │ 2m …  │       │       │          │      θ[k], θ[k+m], θ[k+2m] are W apart: `sums::add` with factors
+//! …        │       │       │       │          │      W, 2W, 4W, … gives the sums of m, 2m, 4m, …
+//! last     │       │       │    ┌──┴──────────┘
+//!          └───────┴───────┴────┘                    columns beyond the end of the record have one row less
+//!            ▲ eight tiles are an item of work
+//! ```
+//!
+//! Where not all rows fit, a tile has 512 of them and terms begin on so many that the largest factor still ends inside.
 
 use super::sums::{self, Group, Placed};
 use crate::machine::processor::Width;

@@ -208,5 +208,5 @@ pub fn climb_many(
         problem.climb(&starts[i * p..(i + 1) * p], scale, rounds)
     };
     let threads = parallel::default_threads().min(m.div_ceil(WORTH));
-    parallel::for_each(threads, m, stop, || (), work)?.into_iter().collect()
+    parallel::for_each(threads, 0..m, stop, || (), work)?.into_iter().collect()
 }

@@ -1,4 +1,7 @@
 //! Reused huge-page buffers: zeroing fresh pages costs more than the running sum.
+//!
+//! At most [`SPARES`] are kept between calls, each with less than twice the memory that its last user took; the system may
+//! take back what they hold at any time, and [`release`] gives them back at once.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::Mutex;
@@ -11,30 +14,37 @@ const SPARES: usize = 2;
 
 static SPARE: Mutex<Vec<Vec<f64>>> = Mutex::new(Vec::new());
 
+/// Gives the buffers that are kept back to the system; returns their bytes.
+pub fn release() -> usize {
+    let spares = SPARE.lock().map_or_else(|_| Vec::new(), |mut spares| std::mem::take(&mut *spares));
+    spares.iter().map(|spare| std::mem::size_of_val(spare.as_slice())).sum()
+}
+
 /// Doubles that hold anything until they are written.
 #[derive(Debug, Default)]
-pub struct Buffer(Vec<f64>);
+pub struct Buffer {
+    all: Vec<f64>,
+    len: usize,
+}
 
 impl Buffer {
     /// Room for `len` doubles.
     pub fn new(len: usize) -> Self {
         if !KEPT.contains(&len) {
-            return Self(zeroed(len));
+            return Self { all: zeroed(len), len };
         }
         let fits = |spare: &Vec<f64>| spare.len() >= len && spare.len() / 2 <= len;
         let found = SPARE.lock().ok().and_then(|mut spares| {
             let place = spares.iter().position(fits)?;
             Some(spares.remove(place))
         });
-        let mut buffer = found.unwrap_or_else(|| zeroed(len));
-        buffer.truncate(len);
-        Self(buffer)
+        Self { all: found.unwrap_or_else(|| zeroed(len)), len }
     }
 }
 
 impl Drop for Buffer {
     fn drop(&mut self) {
-        let buffer = std::mem::take(&mut self.0);
+        let buffer = std::mem::take(&mut self.all);
         if KEPT.contains(&buffer.len())
             && let Ok(mut spares) = SPARE.lock()
         {
@@ -52,13 +62,13 @@ impl Deref for Buffer {
     type Target = [f64];
 
     fn deref(&self) -> &[f64] {
-        &self.0
+        &self.all[..self.len]
     }
 }
 
 impl DerefMut for Buffer {
     fn deref_mut(&mut self) -> &mut [f64] {
-        &mut self.0
+        &mut self.all[..self.len]
     }
 }
 

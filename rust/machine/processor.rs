@@ -1,10 +1,11 @@
 //! What the processor can do: asked here and nowhere else.
 //!
-//! Code for a wider unit is `unsafe` to call; a [`Width`] is the proof that the processor has it. The environment
-//! variable `ALLANITE_WIDTH` (`portable`, `avx2`) keeps to narrower units than there are, so that each path can be tested on
-//! any machine. It is read once.
+//! Code for a wider unit is `unsafe` to call; a [`Width`] is the proof that the processor has it. [`keep_to`] narrower units
+//! than there are, so that each path can be tested on any machine.
 
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::{Error, Result};
 
 /// A vector unit. Every one has what those before it have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -39,15 +40,31 @@ impl Unit {
         }
     }
 
-    /// The widest that is wanted.
-    fn most() -> Self {
-        match std::env::var("ALLANITE_WIDTH").as_deref() {
-            Ok("portable") => Self::Portable,
+    fn name(self) -> &'static str {
+        match self {
+            Self::Portable => "portable",
             #[cfg(target_arch = "x86_64")]
-            Ok("avx2") => Self::Avx2,
-            _ => Self::ALL[Self::ALL.len() - 1],
+            Self::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => "avx512",
         }
     }
+}
+
+/// Place in `Unit::ALL` of the widest unit to use, and one more; 0 before the processor has been asked.
+static BEST: AtomicUsize = AtomicUsize::new(0);
+
+/// Uses no wider unit than the one of this name, in this process and from now on.
+pub fn keep_to(name: &str) -> Result<()> {
+    let Some(width) = Width::available().find(|width| width.name() == name) else {
+        let names: Vec<_> = Width::available().map(Width::name).collect();
+        return Err(Error::Input(format!(
+            "no vector unit {name:?}: this processor has {}",
+            names.join(", ")
+        )));
+    };
+    BEST.store(width.0 as usize + 1, Ordering::Relaxed);
+    Ok(())
 }
 
 /// A vector unit that this processor has.
@@ -55,13 +72,17 @@ impl Unit {
 pub struct Width(Unit);
 
 impl Width {
-    /// The widest unit that this processor has.
+    /// The widest unit that this processor has, or that was asked for by [`keep_to`].
     pub fn best() -> Self {
-        static BEST: OnceLock<Width> = OnceLock::new();
-        *BEST.get_or_init(|| {
-            let most = Unit::most();
-            Self::available().rfind(|width| width.0 <= most).unwrap_or(Self::portable())
-        })
+        match BEST.load(Ordering::Relaxed) {
+            0 => {
+                let width = Self::available().next_back().unwrap_or(Self::portable());
+                BEST.store(width.0 as usize + 1, Ordering::Relaxed);
+                width
+            }
+            // Only units that are there have been stored.
+            place => Self(Unit::ALL[place - 1]),
+        }
     }
 
     /// All units that this processor has, the widest last.
@@ -82,5 +103,10 @@ impl Width {
     /// Which unit it is: the processor has it.
     pub fn unit(self) -> Unit {
         self.0
+    }
+
+    /// `portable`, `avx2`, `avx512`.
+    pub fn name(self) -> &'static str {
+        self.0.name()
     }
 }

@@ -4,8 +4,9 @@
 //! runs it, adds the samples to the sum, and turns to the next process. Workers thus follow each other through the
 //! list of processes. The samples of the processes are added in their order, always.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard};
+use std::time::Duration;
 
 use super::simple::add;
 use super::{Deviates, Process, process};
@@ -21,20 +22,31 @@ const PART: usize = 1024;
 const ITEM: usize = 4;
 /// Fewer items are not worth a second thread.
 const FEW: usize = 4;
-/// Looks at the turn before the processor is offered to others.
-const PATIENCE: u32 = 2000;
+/// How often one that waits for its turn looks whether it is still wanted.
+const LOOK: Duration = Duration::from_millis(20);
 
 struct Voice {
     deviates: Deviates,
     key: StreamKey,
-    /// The block whose turn it is, and the recursion, which nobody else then holds.
-    turn: AtomicU64,
-    process: Mutex<Box<dyn Process>>,
+    recursion: Mutex<Recursion>,
+    /// The turn has changed.
+    passed: Condvar,
+}
+
+struct Recursion {
+    /// The block whose turn it is.
+    turn: u64,
+    process: Box<dyn Process>,
 }
 
 impl Voice {
     fn new(process: Box<dyn Process>, key: StreamKey) -> Self {
-        Self { deviates: process.deviates(), key, turn: AtomicU64::new(0), process: Mutex::new(process) }
+        Self {
+            deviates: process.deviates(),
+            key,
+            recursion: Mutex::new(Recursion { turn: 0, process }),
+            passed: Condvar::new(),
+        }
     }
 
     /// Makes the samples of whole blocks in `room`, in parts that are then handed on; false if the caller has asked to
@@ -46,17 +58,19 @@ impl Voice {
         stop: &AtomicBool,
         mut give: impl FnMut(usize, &[f64]),
     ) -> bool {
-        let ahead = self.turn.load(Ordering::Acquire) != first;
-        if ahead {
+        // Whoever holds the recursion has its turn.
+        let mine = self.recursion.try_lock().ok().filter(|recursion| recursion.turn == first);
+        let ahead = mine.is_none();
+        let mut recursion = if let Some(recursion) = mine {
+            recursion
+        } else {
             // The deviates, at least, need not wait.
             for (block, room) in (first..).zip(room.chunks_exact_mut(BLOCK)) {
                 self.deviates.draw(&mut Stream::new(self.key, block), room);
             }
-            if !self.wait(first, stop) {
-                return false;
-            }
-        }
-        let mut process = self.process.lock().expect("no process panics");
+            let Some(recursion) = self.wait(first, stop) else { return false };
+            recursion
+        };
         let blocks = (room.len() / BLOCK) as u64;
         for (i, room) in room.chunks_exact_mut(BLOCK).enumerate() {
             let mut stream = Stream::new(self.key, first + i as u64);
@@ -64,29 +78,26 @@ impl Voice {
                 if !ahead {
                     self.deviates.draw(&mut stream, part);
                 }
-                process.run(part);
+                recursion.process.run(part);
                 give(i * BLOCK + j * PART, part);
             }
         }
-        drop(process);
-        self.turn.store(first + blocks, Ordering::Release);
+        recursion.turn = first + blocks;
+        drop(recursion);
+        self.passed.notify_all();
         true
     }
 
-    /// Until it is the turn of `block`; false if the caller has asked to stop.
-    fn wait(&self, block: u64, stop: &AtomicBool) -> bool {
-        let mut looks = 0;
-        while self.turn.load(Ordering::Acquire) != block {
-            if looks < PATIENCE {
-                looks += 1;
-                std::hint::spin_loop();
-            } else if stop.load(Ordering::Relaxed) || self.process.is_poisoned() {
-                return false;
-            } else {
-                std::thread::yield_now();
+    /// The recursion when it is the turn of `block`; nothing if the caller has asked to stop, or a process panicked.
+    fn wait(&self, block: u64, stop: &AtomicBool) -> Option<MutexGuard<'_, Recursion>> {
+        let mut recursion = self.recursion.lock().ok()?;
+        while recursion.turn != block {
+            if stop.load(Ordering::Relaxed) {
+                return None;
             }
+            (recursion, _) = self.passed.wait_timeout(recursion, LOOK).ok()?;
         }
-        true
+        Some(recursion)
     }
 }
 
@@ -161,13 +172,12 @@ impl Generator {
     /// Whole blocks.
     fn blocks(&mut self, out: &mut [f64], stop: &AtomicBool) -> Result<()> {
         let blocks = (out.len() / BLOCK) as u64;
-        let items: Vec<_> = out.chunks_mut(ITEM * BLOCK).map(Mutex::new).collect();
+        let items = out.chunks_mut(ITEM * BLOCK).enumerate();
         let threads = if items.len() < FEW { 1 } else { self.threads };
         self.interrupted = true;
-        for_each(threads, items.len(), stop, Vec::new, |room, item| {
-            let mut sum = items[item].lock().expect("an item is made once");
+        for_each(threads, items, stop, Vec::new, |room, (item, sum)| {
             room.resize(sum.len(), 0.0);
-            self.sum(self.block + (item * ITEM) as u64, &mut sum, room, stop);
+            self.sum(self.block + (item * ITEM) as u64, sum, room, stop);
         })?;
         self.interrupted = false;
         self.block += blocks;

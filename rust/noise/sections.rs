@@ -3,6 +3,17 @@
 //! The [`FAST`] fastest advance with every sample. The others hardly move within a window: there any of them is a sum of
 //! the same four exponentials (interpolation in the rate of decay, at Chebyshev points), so that four sections stand
 //! for all of them, and each is brought up to date at the end of the window.
+//!
+//! ```text
+//! e ──┬──► s₁ ← φ₁ s₁ + e ──► w₁ ──┐
+//!     ├──► …  eight fast ones      ├──► Σ w s + direct · e  ──► x        every sample
+//!     ├──► s₈ ← φ₈ s₈ + e ──► w₈ ──┤
+//!     └──► t ← ψ t + e (four) ─► w ┘
+//!            ▲            │
+//!    project │            │ share                                        every window of 256 samples
+//!            │            ▼
+//!          all slow s_j:  s_j ← φ_j²⁵⁶ s_j + Σ_q share_jq (t_q − ψ_q²⁵⁶ t_q of the window's beginning)
+//! ```
 
 use std::f64::consts::PI;
 

@@ -21,6 +21,16 @@ pub fn pooled<R: Send>(work: impl FnOnce() -> R + Send) -> R {
     pool().install(work)
 }
 
+/// Does `work` here and on `others` threads of the pool, as far as it has them.
+pub fn beside(others: usize, work: &(impl Fn() + Sync)) {
+    pool().in_place_scope(|scope| {
+        for _ in 0..others {
+            scope.spawn(|_| work());
+        }
+        work();
+    });
+}
+
 fn pool() -> &'static ThreadPool {
     let process = std::process::id();
     let known = POOL.load(Ordering::Acquire);

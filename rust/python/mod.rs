@@ -11,6 +11,7 @@ mod errors;
 mod kalman;
 mod likelihood;
 mod lstsq;
+mod machine;
 mod noise;
 mod spectrum;
 mod text;
@@ -31,6 +32,10 @@ mod _core {
     // spectrum
     #[pymodule_export]
     use super::spectrum::{cosine_transform, inverse_cosine_transform, padded_periodogram};
+
+    // machine
+    #[pymodule_export]
+    use super::machine::{release, vector_unit};
 
     // noise
     #[pymodule_export]

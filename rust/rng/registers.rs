@@ -56,6 +56,19 @@ pub unsafe trait Registers {
     }
 }
 
+/// Functions of [`Registers`], each an expression.
+macro_rules! operations {
+    ($($name:ident($($argument:ident: $kind:ty),*) $(-> $out:ty)? = $body:expr;)*) => {$(
+        #[inline(always)]
+        #[allow(unused_unsafe)] // plain Rust
+        unsafe fn $name($($argument: $kind),*) $(-> $out)? {
+            // SAFETY: instructions are there by the contract of the trait, and slices are as long as it says; an index
+            // of a table is one of it.
+            unsafe { $body }
+        }
+    )*};
+}
+
 /// Lanes of plain Rust.
 const WIDTH: usize = 4;
 
@@ -67,77 +80,26 @@ unsafe impl Registers for Portable {
     const WIDTH: usize = WIDTH;
     type Words = [u64; WIDTH];
     type Numbers = [f64; WIDTH];
-    #[inline(always)]
-    unsafe fn load(words: &[u64]) -> Self::Words {
-        array::from_fn(|i| words[i])
-    }
-    #[inline(always)]
-    unsafe fn store_words(words: Self::Words, to: &mut [u64]) {
-        to.copy_from_slice(&words);
-    }
-    #[inline(always)]
-    unsafe fn store(numbers: Self::Numbers, to: &mut [f64]) {
-        to.copy_from_slice(&numbers);
-    }
-    #[inline(always)]
-    unsafe fn word(value: u64) -> Self::Words {
-        [value; WIDTH]
-    }
-    #[inline(always)]
-    unsafe fn splat(value: f64) -> Self::Numbers {
-        [value; WIDTH]
-    }
-    #[inline(always)]
-    unsafe fn plus(a: Self::Words, b: Self::Words) -> Self::Words {
-        array::from_fn(|i| a[i].wrapping_add(b[i]))
-    }
-    #[inline(always)]
-    unsafe fn and(a: Self::Words, b: Self::Words) -> Self::Words {
-        array::from_fn(|i| a[i] & b[i])
-    }
-    #[inline(always)]
-    unsafe fn or(a: Self::Words, b: Self::Words) -> Self::Words {
-        array::from_fn(|i| a[i] | b[i])
-    }
-    #[inline(always)]
-    unsafe fn xor(a: Self::Words, b: Self::Words) -> Self::Words {
-        array::from_fn(|i| a[i] ^ b[i])
-    }
-    #[inline(always)]
-    unsafe fn left(a: Self::Words, by: u32) -> Self::Words {
-        a.map(|a| a << by)
-    }
-    #[inline(always)]
-    unsafe fn right(a: Self::Words, by: u32) -> Self::Words {
-        a.map(|a| a >> by)
-    }
-    #[inline(always)]
-    unsafe fn bits(a: Self::Numbers) -> Self::Words {
-        a.map(f64::to_bits)
-    }
-    #[inline(always)]
-    unsafe fn number(a: Self::Words) -> Self::Numbers {
-        a.map(f64::from_bits)
-    }
-    #[inline(always)]
-    unsafe fn minus(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
-        array::from_fn(|i| a[i] - b[i])
-    }
-    #[inline(always)]
-    unsafe fn times(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
-        array::from_fn(|i| a[i] * b[i])
-    }
-    #[inline(always)]
-    unsafe fn fused(a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers {
-        array::from_fn(|i| a[i].mul_add(b[i], c[i]))
-    }
-    #[inline(always)]
-    unsafe fn root(a: Self::Numbers) -> Self::Numbers {
-        a.map(f64::sqrt)
-    }
-    #[inline(always)]
-    unsafe fn look_up(table: &[f64; 16], at: Self::Words) -> Self::Numbers {
-        at.map(|at| table[at as usize % 16])
+    operations! {
+        load(words: &[u64]) -> Self::Words = array::from_fn(|i| words[i]);
+        store_words(words: Self::Words, to: &mut [u64]) = to.copy_from_slice(&words);
+        store(numbers: Self::Numbers, to: &mut [f64]) = to.copy_from_slice(&numbers);
+        word(value: u64) -> Self::Words = [value; WIDTH];
+        splat(value: f64) -> Self::Numbers = [value; WIDTH];
+        plus(a: Self::Words, b: Self::Words) -> Self::Words = array::from_fn(|i| a[i].wrapping_add(b[i]));
+        and(a: Self::Words, b: Self::Words) -> Self::Words = array::from_fn(|i| a[i] & b[i]);
+        or(a: Self::Words, b: Self::Words) -> Self::Words = array::from_fn(|i| a[i] | b[i]);
+        xor(a: Self::Words, b: Self::Words) -> Self::Words = array::from_fn(|i| a[i] ^ b[i]);
+        left(a: Self::Words, by: u32) -> Self::Words = a.map(|a| a << by);
+        right(a: Self::Words, by: u32) -> Self::Words = a.map(|a| a >> by);
+        bits(a: Self::Numbers) -> Self::Words = a.map(f64::to_bits);
+        number(a: Self::Words) -> Self::Numbers = a.map(f64::from_bits);
+        minus(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers = array::from_fn(|i| a[i] - b[i]);
+        times(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers = array::from_fn(|i| a[i] * b[i]);
+        fused(a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers =
+            array::from_fn(|i| a[i].mul_add(b[i], c[i]));
+        root(a: Self::Numbers) -> Self::Numbers = a.map(f64::sqrt);
+        look_up(table: &[f64; 16], at: Self::Words) -> Self::Numbers = at.map(|at| table[at as usize % 16]);
     }
 }
 
@@ -156,98 +118,26 @@ mod x86 {
         const WIDTH: usize = 4;
         type Words = __m256i;
         type Numbers = __m256d;
-        #[inline(always)]
-        unsafe fn load(words: &[u64]) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_loadu_si256(words[..4].as_ptr().cast()) }
-        }
-        #[inline(always)]
-        unsafe fn store_words(words: Self::Words, to: &mut [u64]) {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_storeu_si256(to[..4].as_mut_ptr().cast(), words) }
-        }
-        #[inline(always)]
-        unsafe fn store(numbers: Self::Numbers, to: &mut [f64]) {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_storeu_pd(to[..4].as_mut_ptr(), numbers) }
-        }
-        #[inline(always)]
-        unsafe fn word(value: u64) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_set1_epi64x(value.cast_signed()) }
-        }
-        #[inline(always)]
-        unsafe fn splat(value: f64) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_set1_pd(value) }
-        }
-        #[inline(always)]
-        unsafe fn plus(a: Self::Words, b: Self::Words) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_add_epi64(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn and(a: Self::Words, b: Self::Words) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_and_si256(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn or(a: Self::Words, b: Self::Words) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_or_si256(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn xor(a: Self::Words, b: Self::Words) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_xor_si256(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn left(a: Self::Words, by: u32) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_sllv_epi64(a, Self::word(by.into())) }
-        }
-        #[inline(always)]
-        unsafe fn right(a: Self::Words, by: u32) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_srlv_epi64(a, Self::word(by.into())) }
-        }
-        #[inline(always)]
-        unsafe fn bits(a: Self::Numbers) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_castpd_si256(a) }
-        }
-        #[inline(always)]
-        unsafe fn number(a: Self::Words) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_castsi256_pd(a) }
-        }
-        #[inline(always)]
-        unsafe fn minus(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_sub_pd(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn times(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_mul_pd(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn fused(a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_fmadd_pd(a, b, c) }
-        }
-        #[inline(always)]
-        unsafe fn root(a: Self::Numbers) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm256_sqrt_pd(a) }
-        }
-        #[inline(always)]
-        unsafe fn look_up(table: &[f64; 16], at: Self::Words) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe {
-                // Every index is one of the table.
-                _mm256_i64gather_pd::<8>(table.as_ptr(), Self::and(at, Self::word(15)))
-            }
+        operations! {
+            load(words: &[u64]) -> Self::Words = _mm256_loadu_si256(words[..4].as_ptr().cast());
+            store_words(words: Self::Words, to: &mut [u64]) = _mm256_storeu_si256(to[..4].as_mut_ptr().cast(), words);
+            store(numbers: Self::Numbers, to: &mut [f64]) = _mm256_storeu_pd(to[..4].as_mut_ptr(), numbers);
+            word(value: u64) -> Self::Words = _mm256_set1_epi64x(value.cast_signed());
+            splat(value: f64) -> Self::Numbers = _mm256_set1_pd(value);
+            plus(a: Self::Words, b: Self::Words) -> Self::Words = _mm256_add_epi64(a, b);
+            and(a: Self::Words, b: Self::Words) -> Self::Words = _mm256_and_si256(a, b);
+            or(a: Self::Words, b: Self::Words) -> Self::Words = _mm256_or_si256(a, b);
+            xor(a: Self::Words, b: Self::Words) -> Self::Words = _mm256_xor_si256(a, b);
+            left(a: Self::Words, by: u32) -> Self::Words = _mm256_sllv_epi64(a, Self::word(by.into()));
+            right(a: Self::Words, by: u32) -> Self::Words = _mm256_srlv_epi64(a, Self::word(by.into()));
+            bits(a: Self::Numbers) -> Self::Words = _mm256_castpd_si256(a);
+            number(a: Self::Words) -> Self::Numbers = _mm256_castsi256_pd(a);
+            minus(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers = _mm256_sub_pd(a, b);
+            times(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers = _mm256_mul_pd(a, b);
+            fused(a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers = _mm256_fmadd_pd(a, b, c);
+            root(a: Self::Numbers) -> Self::Numbers = _mm256_sqrt_pd(a);
+            look_up(table: &[f64; 16], at: Self::Words) -> Self::Numbers =
+                _mm256_i64gather_pd::<8>(table.as_ptr(), Self::and(at, Self::word(15)));
         }
     }
 
@@ -259,103 +149,29 @@ mod x86 {
         const WIDTH: usize = 8;
         type Words = __m512i;
         type Numbers = __m512d;
-        #[inline(always)]
-        unsafe fn load(words: &[u64]) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_loadu_si512(words[..8].as_ptr().cast()) }
-        }
-        #[inline(always)]
-        unsafe fn store_words(words: Self::Words, to: &mut [u64]) {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_storeu_si512(to[..8].as_mut_ptr().cast(), words) }
-        }
-        #[inline(always)]
-        unsafe fn store(numbers: Self::Numbers, to: &mut [f64]) {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_storeu_pd(to[..8].as_mut_ptr(), numbers) }
-        }
-        #[inline(always)]
-        unsafe fn word(value: u64) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_set1_epi64(value.cast_signed()) }
-        }
-        #[inline(always)]
-        unsafe fn splat(value: f64) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_set1_pd(value) }
-        }
-        #[inline(always)]
-        unsafe fn plus(a: Self::Words, b: Self::Words) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_add_epi64(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn and(a: Self::Words, b: Self::Words) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_and_si512(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn or(a: Self::Words, b: Self::Words) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_or_si512(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn xor(a: Self::Words, b: Self::Words) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_xor_si512(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn left(a: Self::Words, by: u32) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_sllv_epi64(a, Self::word(by.into())) }
-        }
-        #[inline(always)]
-        unsafe fn right(a: Self::Words, by: u32) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_srlv_epi64(a, Self::word(by.into())) }
-        }
-        #[inline(always)]
-        unsafe fn bits(a: Self::Numbers) -> Self::Words {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_castpd_si512(a) }
-        }
-        #[inline(always)]
-        unsafe fn number(a: Self::Words) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_castsi512_pd(a) }
-        }
-        #[inline(always)]
-        unsafe fn minus(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_sub_pd(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn times(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_mul_pd(a, b) }
-        }
-        #[inline(always)]
-        unsafe fn fused(a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_fmadd_pd(a, b, c) }
-        }
-        #[inline(always)]
-        unsafe fn root(a: Self::Numbers) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_sqrt_pd(a) }
-        }
-        #[inline(always)]
-        unsafe fn look_up(table: &[f64; 16], at: Self::Words) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe {
+        operations! {
+            load(words: &[u64]) -> Self::Words = _mm512_loadu_si512(words[..8].as_ptr().cast());
+            store_words(words: Self::Words, to: &mut [u64]) = _mm512_storeu_si512(to[..8].as_mut_ptr().cast(), words);
+            store(numbers: Self::Numbers, to: &mut [f64]) = _mm512_storeu_pd(to[..8].as_mut_ptr(), numbers);
+            word(value: u64) -> Self::Words = _mm512_set1_epi64(value.cast_signed());
+            splat(value: f64) -> Self::Numbers = _mm512_set1_pd(value);
+            plus(a: Self::Words, b: Self::Words) -> Self::Words = _mm512_add_epi64(a, b);
+            and(a: Self::Words, b: Self::Words) -> Self::Words = _mm512_and_si512(a, b);
+            or(a: Self::Words, b: Self::Words) -> Self::Words = _mm512_or_si512(a, b);
+            xor(a: Self::Words, b: Self::Words) -> Self::Words = _mm512_xor_si512(a, b);
+            left(a: Self::Words, by: u32) -> Self::Words = _mm512_sllv_epi64(a, Self::word(by.into()));
+            right(a: Self::Words, by: u32) -> Self::Words = _mm512_srlv_epi64(a, Self::word(by.into()));
+            bits(a: Self::Numbers) -> Self::Words = _mm512_castpd_si512(a);
+            number(a: Self::Words) -> Self::Numbers = _mm512_castsi512_pd(a);
+            minus(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers = _mm512_sub_pd(a, b);
+            times(a: Self::Numbers, b: Self::Numbers) -> Self::Numbers = _mm512_mul_pd(a, b);
+            fused(a: Self::Numbers, b: Self::Numbers, c: Self::Numbers) -> Self::Numbers = _mm512_fmadd_pd(a, b, c);
+            root(a: Self::Numbers) -> Self::Numbers = _mm512_sqrt_pd(a);
+            look_up(table: &[f64; 16], at: Self::Words) -> Self::Numbers = {
                 let (low, high) = (_mm512_loadu_pd(table.as_ptr()), _mm512_loadu_pd(table[8..].as_ptr()));
                 _mm512_permutex2var_pd(low, at, high)
-            }
-        }
-        #[inline(always)]
-        unsafe fn exponent(a: Self::Numbers) -> Self::Numbers {
-            // SAFETY: contract of the trait.
-            unsafe { _mm512_getexp_pd(a) }
+            };
+            exponent(a: Self::Numbers) -> Self::Numbers = _mm512_getexp_pd(a);
         }
     }
 }

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite import _kernels
 from allanite.common import verbs
 from allanite.common.errors import TooShortError
 from allanite.common.showing import html_list, html_table
 from allanite.common.validation import positive
 from allanite.deviation.averaging import Samples, Taus, averaging, samples_of
+from allanite.deviation.estimation import measured
 from allanite.deviation.estimators import OADEV
 from allanite.deviation.gaps import gap_notes
 from allanite.deviation.result import cell
@@ -199,8 +199,8 @@ def dynamic_oadev(
         part = src.samples[start : start + size]
         if floating and np.isnan(part).all():
             continue
-        variance, n[row], _, _ = _kernels.overlapping_allan(part, m, src.angle)
-        deviation[row] = np.sqrt(variance / m**2 if src.angle else variance) * src.scale
+        variance, n[row], _, _, step = measured(OADEV, part, m, src.angle)
+        deviation[row] = np.sqrt(variance) * step * src.scale
     notes = (*notes, *_missing(src, n, m, size))
     time = np.asarray((starts + size / 2) / src.rate, np.float64)
     return DynamicDeviation(

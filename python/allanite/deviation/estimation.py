@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,12 @@ if TYPE_CHECKING:
 
     from allanite.deviation.table import Estimator
 
-__all__ = ["estimate"]
+__all__ = ["estimate", "measured"]
+
+#: Below, squares of the samples may have come near 2.2e-308, where doubles lose digits.
+SMALLEST = 1e-270
+#: Samples between 2^-EXTREME and 2^EXTREME have squares that a double holds.
+EXTREME = 400
 
 
 def estimate(
@@ -43,7 +48,7 @@ def estimate(
         No averaging time that fits.
     """
     m, notes = averaging(src, taus, factors, row.most(src.points))
-    variance, n, alpha, gaps = row.kernel(src.samples, m, src.angle)
+    variance, n, alpha, gaps, step = measured(row, src.samples, m, src.angle)
     tau = m / src.rate
     lost = row.complete(m, src.points) - n if gaps else np.zeros(n.size, np.int64)
     if gaps:
@@ -56,7 +61,7 @@ def estimate(
         tau,
         m,
         n,
-        np.sqrt(variance) * scale,
+        np.sqrt(variance) * step * scale,
         alpha,
         src.rate,
         src.unit,
@@ -65,6 +70,23 @@ def estimate(
         lost=lost,
         _of_phase=row.gain is not None,
     )
+
+
+def measured(
+    row: Estimator, samples: NDArray[Any], m: NDArray[np.int64], angle: bool
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], int, float]:
+    """Variance, number of terms, power law at every factor, number of gaps, and the unit of their root.
+
+    The unit is 1 but for samples whose squares a double does not hold: they are divided by a power of two first.
+    """
+    variance, n, alpha, gaps = row.kernel(samples, m, angle)
+    lost = (n > 0) & ~(np.isfinite(variance) & (variance > SMALLEST))
+    if samples.dtype.kind != "f" or not lost.any():
+        return variance, n, alpha, gaps, 1.0
+    exponent = int(np.frexp(np.nanmax(np.abs(samples)))[1]) - 1
+    if abs(exponent) < EXTREME:  # no noise
+        return variance, n, alpha, gaps, 1.0
+    return *row.kernel(np.ldexp(samples, -exponent), m, angle), 2.0**exponent
 
 
 def _corrected(

@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite.common.errors import TooShortError
 from allanite.deviation.averaging import Samples, Taus, averaging, samples_of
+from allanite.deviation.estimation import measured
 from allanite.deviation.estimators import OADEV, THEO1, THEOH
 from allanite.deviation.gaps import gap_notes
 from allanite.deviation.result import Deviation
@@ -66,7 +67,7 @@ def theo1(
 
 
 def _theo1(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
-    variance, n, alpha, gaps = THEO1.kernel(src.samples, m, src.angle)
+    variance, n, alpha, gaps, step = measured(THEO1, src.samples, m, src.angle)
     lost = THEO1.complete(m, src.points) - n
     share = lost / np.maximum(n + lost, 1)
     tau = np.asarray(0.75 * m / src.rate)
@@ -76,7 +77,7 @@ def _theo1(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviat
         tau,
         m,
         n * (m // 2),
-        np.sqrt(variance) * src.scale,
+        np.sqrt(variance) * step * src.scale,
         alpha,
         src.rate,
         src.unit,
@@ -122,11 +123,12 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     i = np.unique(np.round(np.linspace(0, last, PAIRS)).astype(np.int64))
     near, notes = averaging(src, taus, None, src.points // 10)
     pairs = np.union1d(near, 9 + 3 * i)
-    variance, n, alpha, gaps = OADEV.kernel(src.samples, pairs, src.angle)
+    variance, n, alpha, gaps, step = measured(OADEV, src.samples, pairs, src.angle)
+    samples = src.samples if step == 1.0 else src.samples / step
     whole, _ = averaging(src, taus, None, src.points - 1)
     far = 2 * np.unique(np.round(whole / 1.5).astype(np.int64))
     far = far[(0.75 * far > near[-1]) & (far <= src.points - 1)]
-    theo = THEOH.kernel(src.samples, np.union1d(far, 12 + 4 * i), src.angle)
+    theo = THEOH.kernel(samples, np.union1d(far, 12 + 4 * i), src.angle)
     of = dict(zip(np.union1d(far, 12 + 4 * i).tolist(), zip(*theo[:3], strict=True), strict=True))
     allan = dict(zip(pairs.tolist(), zip(variance, n, alpha, strict=True), strict=True))
     bias = float(np.mean([allan[9 + 3 * j][0] / of[12 + 4 * j][0] for j in i.tolist()]))
@@ -158,7 +160,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
         tau,
         m,
         counts,
-        np.sqrt(values) * src.scale,
+        np.sqrt(values) * step * src.scale,
         laws,
         src.rate,
         src.unit,

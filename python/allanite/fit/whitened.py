@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.common.tails import CENSORED, coarse_step, tail_of
+from allanite.common.threads import results, side_by_side
 from allanite.fit.data import density
 
 if TYPE_CHECKING:
@@ -82,7 +83,9 @@ def with_normal_tails(solution: Solution, whitened: Whitened) -> Whitened:
     if passing or segments or _normal(samples):
         return whitened
     # Equal values in any order.
-    order = np.lexsort((np.random.default_rng(0).random(samples.size), samples))
+    # NumPy sorts to the end; beside it an interrupt is heard.
+    ties = np.random.default_rng(0).random(samples.size)
+    [order] = results(side_by_side([lambda: np.lexsort((ties, samples))]))
     scores = np.empty(samples.size)
     scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
     return _over_time(_kernels.cosine_transform(scores), [])

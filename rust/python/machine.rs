@@ -1,0 +1,21 @@
+//! Doors of what the machine offers.
+
+use pyo3::prelude::*;
+
+use super::errors::to_python;
+use crate::machine::pages;
+use crate::machine::processor::{self, Width};
+
+/// `machine::pages::release`: bytes of buffers given back.
+#[pyfunction]
+pub fn release() -> usize {
+    pages::release()
+}
+
+/// Name of the vector unit in use; with `most`, one that is not wider is used from now on.
+#[pyfunction]
+#[pyo3(signature = (most = None))]
+pub fn vector_unit(most: Option<&str>) -> PyResult<&'static str> {
+    most.map_or(Ok(()), processor::keep_to).map_err(to_python)?;
+    Ok(Width::best().name())
+}
