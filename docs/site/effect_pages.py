@@ -30,20 +30,24 @@ def example(kind: type[Effect]) -> Effect:
     texts = {f.name: str(f.type) for f in fields(kind)}
     beside = al.Model((al.AngleRandomWalk(),))
     first = next(iter(kind.candidates(beside, temperature())), kind())
-    effect, values = first.variants()[0], {}
+    effect = first.variants()[0]
     thirds = iter((LENGTH / RATE / 3.0, 2.0 * LENGTH / RATE / 3.0))
     for p in kind.parameters:
         if p.optional or p.role == "derived" or getattr(effect, p.name) is not None:
             continue
         if p.role == "shape":
-            values[p.name] = float(np.median(effect.grid(p.name, LENGTH, RATE)))
+            # The grid of an end depends on the beginning that is given already.
+            value = float(np.median(effect.grid(p.name, LENGTH, RATE)))
         elif p.role == "time" and "tuple" in texts[p.name]:
-            values[p.name] = tuple(thirds)
+            value = tuple(thirds)
         elif p.role == "time":
-            values[p.name] = next(thirds) if p.unit == "s" else HEIGHT
+            value = next(thirds) if p.unit == "s" else HEIGHT
+        elif p.role == "coefficient":
+            value = 1.0
         else:
-            values |= {p.name: 1.0} if p.role == "coefficient" else {}
-    return effect.with_values(**values)
+            continue
+        effect = effect.with_values(**{p.name: value})
+    return effect
 
 
 def temperature() -> dict[str, np.ndarray]:

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import allanite as al
@@ -67,3 +68,15 @@ def test_places_of_the_architecture_exist():
     places = [root, root / "python" / "allanite", root / "rust" / "deviation"]
     places += [root / "python" / "allanite" / room for room in ("readers", "export")]
     assert [name for name in named if not any((p / name).exists() for p in places)] == []
+
+
+def test_every_effect_can_be_pictured(monkeypatch):
+    """The page of an effect draws it beside white noise, at the middle of its grids."""
+    pytest.importorskip("matplotlib")
+    monkeypatch.syspath_prepend(DOCS / "site")
+    import effect_pages
+
+    for kind in al.CATALOGUE:
+        plain, whole, _ = effect_pages.beside_white(effect_pages.example(kind))
+        assert np.isfinite(plain).all()
+        assert whole is None or (whole != plain).any(), kind.kind
