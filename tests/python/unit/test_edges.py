@@ -1,0 +1,66 @@
+"""Numbers at the edge of doubles, and the same bits whatever the number of threads."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import allanite as al
+
+X = np.random.default_rng(3).standard_normal(2000)
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e-160, 1e-120, 1e120, 1e150])
+@pytest.mark.parametrize("kind", ["oadev", "mdev", "ohdev", "totdev"])
+def test_a_scale_is_kept_or_refused(kind, scale):
+    """Squares beyond doubles are 0 or infinite: either the number is right to 1e-9, or it is not given."""
+    deviation = getattr(al, kind)
+    one = deviation(X, factors=[1, 4, 16]).deviation
+    try:
+        found = deviation(X * scale, factors=[1, 4, 16]).deviation
+    except al.AllaniteError:
+        return
+    np.testing.assert_allclose(found / scale, one, rtol=1e-9)
+
+
+def test_a_ramp_hides_no_noise():
+    """A thousand times the noise at every sample: exact to 1e-10 at the shortest τ."""
+    n = 2_000_000
+    noise = np.round(np.random.default_rng(1).standard_normal(n) * 2**20) / 2**30
+    x = np.linspace(-500.0, 500.0, n) + noise
+    found = al.oadev(x, factors=[1, 2, 3]).deviation
+    wide = x.astype(np.longdouble)
+    theta = np.concatenate([[np.longdouble(0)], np.cumsum(wide - wide.mean())])
+    for m, value in zip((1, 2, 3), found, strict=True):
+        second = theta[2 * m :] - 2 * theta[m:-m] + theta[: -2 * m]
+        exact = np.sqrt(np.mean(second**2) / (2 * m * m))
+        assert abs(value / float(exact) - 1) < 1e-10
+
+
+def test_a_unit_of_npz_that_is_no_text_is_refused(tmp_path):
+    np.savez(tmp_path / "x.npz", data=X, rate_hz=10.0, unit=5)
+    with pytest.raises(al.InputError, match="'unit' must be text"):
+        al.read(tmp_path / "x.npz")
+
+
+def test_fits_are_the_same_bits_with_any_number_of_threads():
+    code = (
+        "import numpy as np, allanite as al\n"
+        "x = np.random.default_rng(3).standard_normal(20000).cumsum() * 1e-3\n"
+        "x += np.random.default_rng(4).standard_normal(20000)\n"
+        "fit = al.fit_model(al.Recording(x, rate=100), 'N+K')\n"
+        "check = fit.check()\n"
+        "print(fit['N'].value.hex(), fit['K'].value.hex(), fit.band.low.tobytes().hex()[-64:],\n"
+        "      [s.delta_log_likelihood.hex() for s in check.suggestions[:3]])"
+    )
+    said = {
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, "RAYON_NUM_THREADS": str(threads)},
+            capture_output=True, text=True, check=True,
+        ).stdout
+        for threads in (1, 2, 7)
+    }  # fmt: skip
+    assert len(said) == 1
