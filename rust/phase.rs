@@ -30,8 +30,10 @@ pub const LOCAL: usize = 2048;
 const CHUNK: usize = 512;
 
 /// From so many points on, a global phase is written past the caches, which would not keep it until it is read.
+#[cfg(target_arch = "x86_64")]
 const STREAMED: usize = 1 << 22;
 /// Doubles of a cache line.
+#[cfg(target_arch = "x86_64")]
 const LINE: usize = 8;
 
 /// What the samples are.

@@ -4,6 +4,7 @@
 //! §5.5.6. The phase taken every m points is detrended and differenced until its lag-1 autocorrelation r says
 //! stationary, δ = r/(1+r) < ¼ after d differences; then `S_y` ∝ f^α with α = 2 − 2(δ + d).
 
+#[cfg(target_arch = "x86_64")]
 use crate::machine::processor::Width;
 use crate::phase::{Quantity, Record, Sample, plain_sum};
 

@@ -1,6 +1,7 @@
 //! White noise, its difference, and the random telegraph.
 
 use super::{Deviates, Process};
+#[cfg(target_arch = "x86_64")]
 use crate::machine::processor::Width;
 use crate::rng::Stream;
 use crate::{Error, Result};
