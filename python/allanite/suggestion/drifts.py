@@ -15,7 +15,7 @@ import numpy as np
 from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import Solution, solve
 from allanite.fit.matched import grid_points, matched_gains
-from allanite.suggestion.evidence import arc_length
+from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_chance
 from allanite.suggestion.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
@@ -98,7 +98,11 @@ def _richer(
         gain, directions = matched_gains(points, solution.ordinates, noise, data)
         arcs[blank] = arc_length(directions)
         candidate = _refit(points[int(np.argmax(gain))], solution, data, rival)
-        if candidate is not None:
+        if candidate is None:
+            continue
+        # Searching for one more time always gains something: what it adds must be more than chance gives.
+        added = log_chance(Family(blank.family, (arcs[blank],)), candidate.gain - simple.gain)
+        if added < np.log(FALSE_ALARM):
             found.append(candidate)
     return found, arcs
 
