@@ -11,6 +11,7 @@ mod differences;
 mod exponential;
 mod lags;
 mod law;
+pub mod ordinates;
 mod plain;
 mod powers;
 mod process;

@@ -9,14 +9,60 @@
 //! One real FFT of length n (Makhoul 1980, IEEE TASSP 28, 27–34) does it.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use realfft::RealFftPlanner;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use crate::{Error, Result};
 
 fn check(stop: &AtomicBool) -> Result<()> {
     if stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
+}
+
+/// Longest transform whose plan is kept: tables of this length are 32 MiB.
+const KEPT: usize = 1 << 21;
+/// Plans kept at once; a record and its halves need no more.
+const PLANS: usize = 8;
+
+/// Plans of the last lengths. A length with a large prime factor costs twenty transforms to plan.
+static FORWARD: Mutex<Vec<(usize, Arc<dyn RealToComplex<f64>>)>> = Mutex::new(Vec::new());
+static INVERSE: Mutex<Vec<(usize, Arc<dyn ComplexToReal<f64>>)>> = Mutex::new(Vec::new());
+
+/// The plan of length `n`, made where it is not kept. A forked process must not wait for a lock that nobody will
+/// give back: where the list is in use the plan is made anew.
+fn planned<T: ?Sized>(
+    kept: &Mutex<Vec<(usize, Arc<T>)>>,
+    n: usize,
+    make: impl FnOnce(&mut RealFftPlanner<f64>) -> Arc<T>,
+) -> Arc<T> {
+    if let Ok(mut plans) = kept.try_lock()
+        && let Some(at) = plans.iter().position(|(length, _)| *length == n)
+    {
+        let found = plans.remove(at);
+        let plan = Arc::clone(&found.1);
+        plans.push(found);
+        return plan;
+    }
+    let plan = make(&mut RealFftPlanner::<f64>::new());
+    if n <= KEPT
+        && let Ok(mut plans) = kept.try_lock()
+    {
+        if plans.len() == PLANS {
+            plans.remove(0);
+        }
+        plans.push((n, Arc::clone(&plan)));
+    }
+    plan
+}
+
+fn forward(n: usize) -> Arc<dyn RealToComplex<f64>> {
+    planned(&FORWARD, n, |planner| planner.plan_fft_forward(n))
+}
+
+fn inverse(n: usize) -> Arc<dyn ComplexToReal<f64>> {
+    planned(&INVERSE, n, |planner| planner.plan_fft_inverse(n))
 }
 
 /// e^{−iπj/2n} for j = 0…len−1, exact to rounding at every j.
@@ -42,7 +88,7 @@ pub fn cosine_transform(samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>> 
         folded[place] = (x - origin) - mean;
     }
     check(stop)?;
-    let fft = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let fft = forward(n);
     let mut spectrum = fft.make_output_vec();
     fft.process(&mut folded, &mut spectrum)
         .map_err(|error| Error::Input(format!("transform of {n} samples: {error}")))?;
@@ -65,7 +111,7 @@ pub fn inverse_cosine_transform(ordinates: &[f64], stop: &AtomicBool) -> Result<
     if n < 2 {
         return Err(Error::TooShort(format!("a spectrum needs at least 2 ordinates, found {n}")));
     }
-    let fft = RealFftPlanner::<f64>::new().plan_fft_inverse(n);
+    let fft = inverse(n);
     let mut spectrum = fft.make_input_vec();
     let turn = half_turns(n);
     let scale = (n as f64 / 2.0).sqrt();
@@ -99,7 +145,7 @@ pub fn padded_periodogram(samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>
     let n = samples.len();
     let mut padded = vec![0.0; 2 * n];
     padded[..n].copy_from_slice(samples);
-    let fft = RealFftPlanner::<f64>::new().plan_fft_forward(2 * n);
+    let fft = forward(2 * n);
     let mut spectrum = fft.make_output_vec();
     check(stop)?;
     fft.process(&mut padded, &mut spectrum)

@@ -114,6 +114,9 @@ def allan_law(
     probabilities: Sequence[float],
     kind: str = "oadev",
 ) -> NDArray[np.float64]: ...
+def exponential_ordinates(
+    a: tuple[float, float], phi: tuple[float, float], j: NDArray[np.int64], n: int
+) -> NDArray[np.float64]: ...
 
 # -- likelihood
 @final

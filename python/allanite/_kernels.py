@@ -16,6 +16,7 @@ __all__ = [
     "averaging_factors",
     "cosine_transform",
     "envelope",
+    "exponential_ordinates",
     "family_variance",
     "gls_nonnegative",
     "inverse_cosine_transform",
@@ -85,6 +86,7 @@ read_text = _core.read_text
 allan_covariance = _core.allan_covariance
 allan_law = _core.allan_law
 allan_variances = _core.allan_variances
+exponential_ordinates = _core.exponential_ordinates
 
 # -- likelihood
 Likelihood = _core.Likelihood

@@ -1,10 +1,11 @@
 //! Doors of the covariance across averaging factors.
 
+use faer::c64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use super::doorway::run_short;
-use crate::covariance::{Kind, Term, covariance, quantiles, variances};
+use crate::covariance::{Kind, Term, covariance, ordinates, quantiles, variances};
 use crate::{Error, Result};
 
 type Curve<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
@@ -68,5 +69,20 @@ pub fn allan_law<'py>(
     kind: &str,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let found = run_short(py, || quantiles(&terms, n, factor, &probabilities, Kind::named(kind)?))?;
+    Ok(found.into_pyarray(py))
+}
+
+/// E c_j² (k,) of r(h) = Re(a φ^h) at ordinates j of n samples.
+#[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
+#[pyfunction]
+pub fn exponential_ordinates<'py>(
+    py: Python<'py>,
+    a: (f64, f64),
+    phi: (f64, f64),
+    j: PyReadonlyArray1<'py, i64>,
+    n: usize,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let j = j.as_slice()?;
+    let found = ordinates::exponential(c64::new(a.0, a.1), c64::new(phi.0, phi.1), j, n);
     Ok(found.into_pyarray(py))
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,12 @@ class Deterministic(Effect):
     ) -> NDArray[np.float64]:
         """Shape (n, k): the functions whose amplitudes are fitted, at this shape; `time` in s from 0."""
         raise NotImplementedError
+
+    @property
+    def seen_alike(self) -> tuple[Any, ...]:
+        """What the regressors depend on: the kind and every value that is no amplitude."""
+        fitted = {p.name: p.role == "coefficient" for p in self.parameters}
+        return type(self), *(v is None if fitted[name] else v for name, v in self.values.items())
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
         """A copy whose values have these k fitted amplitudes."""
@@ -127,6 +133,11 @@ class Periodic(Deterministic):
     def lines(self) -> tuple[tuple[int, float, float], ...]:
         """(multiple of the frequency, amplitude, phase) of each line: amplitude · sin(2π·multiple·f·t + phase)."""
         raise NotImplementedError
+
+    @property
+    def seen_alike(self) -> tuple[Any, ...]:
+        """Frequency and multiples."""
+        return type(self), self.frequency, *(m for m, _, _ in self.lines)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 __all__ = [
     "allan_of_lags",
     "exponential_allan",
-    "exponential_cosine",
     "power_law_allan",
     "power_law_lags",
     "power_law_ratio",
@@ -136,23 +135,6 @@ def power_law_ratio(exponent: float, j: NDArray[np.int64], n: int) -> Array:
     beyond = j > ends.size
     ratio[beyond] = 1.0 + (ends[-1] - 1.0) * ends.size / j[beyond]
     return np.asarray(ratio)
-
-
-def exponential_cosine(a: complex, phi: complex, w: Array, n: int) -> Array:
-    """Geometric sums of the formula in `Term.cosine_variance` for r(h) = Re(a φ^h)."""
-    tail = phi**n
-    sign = np.where(np.round(w * n / np.pi).astype(np.int64) % 2 == 0, 1.0, -1.0)
-
-    def sums(z: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        end = tail * sign  # z^n: e^{±iwn} = (−1)^j
-        plain = (z - end) / (1 - z)
-        weighted = (z - n * end + (n - 1) * end * z) / (1 - z) ** 2
-        return plain, weighted
-
-    up, down = sums(phi * np.exp(1j * w)), sums(phi * np.exp(-1j * w))
-    cosines = n * (up[0] + down[0]) / 2 - (up[1] + down[1]) / 2
-    sines = (up[0] - down[0]) / 2j
-    return np.asarray((a * (1 + (2.0 / n) * (cosines - sines / np.sin(w)))).real)
 
 
 def lags_cosine(lags: Array, w: Array, n: int) -> Array:

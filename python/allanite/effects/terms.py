@@ -24,10 +24,10 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite import _kernels
 from allanite.effects._lags import (
     allan_of_lags,
     exponential_allan,
-    exponential_cosine,
     lags_cosine,
     power_law_allan,
     power_law_lags,
@@ -293,7 +293,8 @@ class Exponential(Term):
 
     def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
         """Geometric sums over the lags."""
-        return exponential_cosine(complex(self.a), complex(self.phi), np.pi * j / n, n)
+        a_real, a_imag, phi_real, phi_imag = self.numbers
+        return _kernels.exponential_ordinates((a_real, a_imag), (phi_real, phi_imag), j, n)
 
     def variogram(self, count: int) -> Array:
         """Re a(1 − φ^h), free of cancellation."""

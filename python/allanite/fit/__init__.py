@@ -74,19 +74,7 @@ def fit_model(
         from allanite.fit.columns import Fits
 
         return Fits(by_column(recording, lambda column: fit_model(column, model, method)))
-    if missing := [
-        f"{e.kind}.{p.name}"
-        for e in model
-        for p in e.parameters
-        if p.role == "time" and e.values[p.name] is None and not p.optional
-    ]:
-        raise InputError(f"{missing[0]} has no value: give one, or let check find it over time")
-    for line in (e for e in model if isinstance(e, Periodic)):
-        if (line.frequency or 0.0) > 0.5 * recording.rate:
-            raise InputError(
-                f"{line.kind}: frequency = {line.frequency:g} Hz is beyond half of the sampling rate,"
-                f" {recording.rate / 2:g} Hz: give the one at which the samples show it"
-            )
+    _check_values(model, recording.rate)
     if isinstance(recording, Summary):
         refused(recording, model, method)
         data = of_summary(recording)
@@ -106,3 +94,28 @@ def fit_model(
     from allanite.fit.classical import refit
 
     return refit(fit, method)
+
+
+def refitted(fit: Fit, model: Model) -> Fit:
+    """The recording of a fit with another model; transforms are used again where the same samples are there."""
+    if fit.data.missing is not None or any(e.removes for e in model.modifiers):
+        return fit_model(fit.recording, model)
+    _check_values(model, fit.recording.rate)
+    solution = solve(fit.data, model, like=fit.solution)
+    return Fit(fit.recording, solution.model, "whittle", fit.data, solution)
+
+
+def _check_values(model: Model, rate: float) -> None:
+    if missing := [
+        f"{e.kind}.{p.name}"
+        for e in model
+        for p in e.parameters
+        if p.role == "time" and e.values[p.name] is None and not p.optional
+    ]:
+        raise InputError(f"{missing[0]} has no value: give one, or let check find it over time")
+    for line in (e for e in model if isinstance(e, Periodic)):
+        if (line.frequency or 0.0) > 0.5 * rate:
+            raise InputError(
+                f"{line.kind}: frequency = {line.frequency:g} Hz is beyond half of the sampling rate,"
+                f" {rate / 2:g} Hz: give the one at which the samples show it"
+            )

@@ -34,6 +34,8 @@ __all__ = [
 
 #: ln(evidence) within which two effects cannot be told apart (20 : 1).
 RIVAL = 3.0
+#: What a polish of shapes may add to the best point of a scan.
+POLISH = 25.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,13 +89,13 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     if not len(less):
         return
     # Shapes of the others stay as they are: what takes the place is fitted wholly before it is believed.
-    base = solve(fit.data, less, polish=False)
+    base = solve(fit.data, less, like=fit.solution, polish=False)
     part = RandomPart(fit.data, base.power, base.count)
     spent = numbers(out)
     for cls in CATALOGUE:
         if cls.kind == out.kind or not cls.may_be(out):
             continue
-        solution = _instead(cls, base, part)
+        solution = _instead(cls, base, part, fit.solution.log_likelihood - RIVAL - POLISH)
         if solution is None:
             continue
         effect = solution.model.effects[-1]
@@ -101,7 +103,8 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
         yield Alternative(effect, solution, gain - (numbers(effect) - spent) * price(fit))
 
 
-def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | None:
+def _instead(cls: type[Effect], base: Solution, part: RandomPart, least: float) -> Solution | None:
+    """The base with an effect of this kind; None where the best point of its grid stays below `least` in logL."""
     data = part.data
     blanks = cls.candidates(base.model, data.covariates)
     if not blanks:
@@ -109,15 +112,20 @@ def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | 
     if cls.screened == "spectral":
         place = len(base.model)
         points = [m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)]
+        # Power and count are those without known functions of time: as much is lost beside the whole record.
+        scanned = added(base.model, points, base.best, part)
+        below = base.log_likelihood - part.judged(base.best)
+        if scanned[0][0].log_likelihood + below < least:
+            return None
         ends = [
             polish(
                 model, [p for p in free_places(model) if p[0] == place], found, part, roughly=True
             )
-            for found, model in worth_polishing(added(base.model, points, base.best, part))
+            for found, model in worth_polishing(scanned)
         ]
         model, found = simplest(ends, place)
         model = with_coefficients(model, found.theta)
-        return solve(data, model, start=found, rounds=3, polish=False)
+        return solve(data, model, start=found, like=base, rounds=3, polish=False)
     if cls.screened == "slow":
         best: tuple[float, Deterministic] | None = None
         noise = base.noise(data)
@@ -128,7 +136,13 @@ def _instead(cls: type[Effect], base: Solution, part: RandomPart) -> Solution | 
             top = int(np.argmax(gains))
             if best is None or gains[top] > best[0]:
                 best = float(gains[top]), slow[top]
-        return None if best is None else solve(data, base.model + best[1], rounds=3, polish=False)
+        if best is not None and base.log_likelihood + best[0] < least:
+            return None
+        return (
+            None
+            if best is None
+            else solve(data, base.model + best[1], like=base, rounds=3, polish=False)
+        )
     return None
 
 

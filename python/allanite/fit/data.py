@@ -14,6 +14,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.deviation import oadev
+from allanite.fit.remembered import Remembered
 from allanite.spectrum import Bins, bins_of, bridge_gaps
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ __all__ = ["Data", "Noise", "columns", "density", "prepare", "without_samples"]
 SHORTEST = 32
 #: Averaging times of the curve, a decade.
 PER_DECADE = 8
+#: Bytes of the ordinates of known functions of time that are remembered: of all ordinates, and of the lowest of many.
+WHOLE, LOWEST = 1 << 28, 1 << 25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,8 +59,9 @@ class Data:
     start: float = 0.0
     missing: NDArray[np.bool_] | None = None
     gain: NDArray[np.float64] | None = None
-    #: Lowest ordinates of functions of time that were looked at, by effect and shapes.
-    functions: dict[Any, NDArray[np.float64]] = field(default_factory=dict, repr=False)
+    #: Ordinates of the regressors of effects that were looked at, and the lowest of them, by effect and shapes.
+    functions: Remembered = field(default_factory=lambda: Remembered(WHOLE), repr=False)
+    lowest: Remembered = field(default_factory=lambda: Remembered(LOWEST), repr=False)
 
     __repr__ = brief
 
@@ -142,12 +146,44 @@ class Data:
         """The same of a signal that is given at `time`."""
         return oadev(signal, rate=self.rate, factors=factors).deviation
 
-    def without(self, signal: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Ordinates of the record with a deterministic signal taken out; the signal's memory is used for it."""
+    def without(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
+        """Ordinates of the record with known functions of time taken out, shape (n,)."""
+        return self.exchanged(self.ordinates, [(effect, effect.amplitudes()) for effect in effects])
+
+    def exchanged(
+        self,
+        ordinates: NDArray[np.float64],
+        parts: Sequence[tuple[Deterministic, NDArray[np.float64]]],
+    ) -> NDArray[np.float64]:
+        """Ordinates with known functions of time taken out that many times; negative amplitudes put them back."""
+        total: NDArray[np.float64] | None = None
+        once: NDArray[np.float64] | None = None
+        for effect, amplitudes in parts:
+            if self.functions.holds(amplitudes.size * self.ordinates.nbytes):
+                for amplitude, row in zip(amplitudes, self.rows(effect), strict=True):
+                    if amplitude:
+                        part = amplitude * row
+                        total = part if total is None else np.add(total, part, out=total)
+            elif amplitudes.any():
+                signal = effect.with_amplitudes(amplitudes).signal(self.time, self.covariates)
+                once = signal if once is None else np.add(once, signal, out=once)
+        if once is not None:
+            part = self.transform(once)
+            total = part if total is None else np.add(total, part, out=total)
+        if total is None:
+            return ordinates
         if self.gain is not None:
-            return self.ordinates - self.gain * _kernels.cosine_transform(signal)
-        np.subtract(self.samples, signal, out=signal)
-        return _kernels.cosine_transform(signal)
+            total *= self.gain
+        return np.subtract(ordinates, total, out=total)
+
+    def rows(self, effect: Deterministic) -> NDArray[np.float64]:
+        """Ordinates of every regressor of an effect, shape (regressors, n)."""
+
+        def made() -> NDArray[np.float64]:
+            series = effect.regressors(self.time, self.covariates).T
+            return np.array([self.transform(s) for s in series])
+
+        return self.functions.get(effect.seen_alike, made)
 
     def seen(self, ordinates: NDArray[np.float64], j: NDArray[np.int64]) -> NDArray[np.float64]:
         """Ordinates j of known functions of time, shape (…, k), as this record shows them."""
@@ -241,7 +277,8 @@ def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
         bins=bins_of(data.n),
         missing=missing,
         gain=None,
-        functions={},
+        functions=Remembered(WHOLE),
+        lowest=Remembered(LOWEST),
     )
 
 

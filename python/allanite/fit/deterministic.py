@@ -24,12 +24,14 @@ if TYPE_CHECKING:
 __all__ = [
     "Design",
     "Regression",
+    "comb_gains",
     "comb_ordinates",
     "comb_window",
     "design_of",
     "line_ordinates",
     "regress",
     "window",
+    "without_at",
 ]
 
 #: Ordinates in which slow functions are regressed, and half the window about a line.
@@ -76,33 +78,58 @@ def window(frequency: float, data: Data, half: int = WINDOW) -> NDArray[np.int64
     )
 
 
-def line_ordinates(frequency: float, j: NDArray[np.int64], data: Data) -> NDArray[np.float64]:
-    """Cosine transform of sin and cos of 2πft at ordinates j, shape (k, 2); closed form.
+def line_ordinates(
+    frequency: float | NDArray[np.float64], j: NDArray[np.int64], data: Data
+) -> NDArray[np.float64]:
+    """Cosine transform of sin and cos of 2πft at ordinates j, shape (…, k, 2); closed form.
 
-    Σ_k cos(θ(k+½)+ψ) = cos(nθ/2+ψ) sin(nθ/2)/sin(θ/2), with θ = ω ± πj/n.
+    Σ_k cos(θ(k+½)+ψ) = cos(nθ/2+ψ) sin(nθ/2)/sin(θ/2), with θ = ω ± πj/n; `frequency` has shape (…).
     """
     n = data.n
-    w = 2.0 * np.pi * frequency / data.rate
+    w = 2.0 * np.pi * np.asarray(frequency)[..., None] / data.rate
     a = np.pi * j / n
-    first = 2.0 * np.pi * frequency * data.start - w / 2.0  # phase at k = −½
+    first = 2.0 * np.pi * np.asarray(frequency)[..., None] * data.start - w / 2.0  # phase at k = −½
 
-    def total(theta: NDArray[np.float64], psi: float) -> NDArray[np.float64]:
+    def total(theta: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         half = theta / 2.0
-        small = np.abs(np.sin(half)) < 1e-12
-        ratio = np.where(small, n, np.sin(n * half) / np.where(small, 1.0, np.sin(half)))
-        return np.asarray(np.cos(n * half + psi) * ratio)
+        below = np.sin(half)
+        small = np.abs(below) < 1e-12
+        whole = n * half
+        ratio = np.where(small, n, np.sin(whole) / np.where(small, 1.0, below))
+        return ratio * np.sin(whole + first), ratio * np.cos(whole + first)
 
     scale = data.seen(np.full(j.size, np.sqrt(0.5 / n)), j)
-    cos = scale * (total(w + a, first) + total(w - a, first))
-    sin = scale * (total(w + a, first - np.pi / 2) + total(w - a, first - np.pi / 2))
-    return np.column_stack([sin, cos])
+    up, down = total(w + a), total(w - a)
+    return np.stack([scale * (up[i] + down[i]) for i in range(2)], axis=-1)
 
 
 def comb_ordinates(
-    frequency: float, multiples: Sequence[int], j: NDArray[np.int64], data: Data
+    frequency: float | NDArray[np.float64],
+    multiples: Sequence[int],
+    j: NDArray[np.int64],
+    data: Data,
 ) -> NDArray[np.float64]:
-    """`line_ordinates` of a line and its harmonics, shape (k, 2·lines)."""
-    return np.hstack([line_ordinates(m * frequency, j, data) for m in multiples])
+    """`line_ordinates` of a line and its harmonics, shape (…, k, 2·lines)."""
+    parts = [line_ordinates(m * np.asarray(frequency), j, data) for m in multiples]
+    return np.concatenate(parts, axis=-1)
+
+
+def comb_gains(
+    frequency: NDArray[np.float64],
+    multiples: Sequence[int],
+    j: NDArray[np.int64],
+    values: NDArray[np.float64],
+    variance: NDArray[np.float64],
+    data: Data,
+) -> NDArray[np.float64]:
+    """What a line with its harmonics would add to logL at each of many frequencies (f,), as `regress` has it."""
+    root = 1.0 / np.sqrt(variance)
+    white = comb_ordinates(frequency, multiples, j, data) * root[:, None]
+    norm = np.linalg.norm(white, axis=1, keepdims=True)
+    unit = white / np.where(norm > 0.0, norm, 1.0)
+    score = np.einsum("fkp,k->fp", unit, values * root)
+    inverse = np.linalg.pinv(unit.transpose(0, 2, 1) @ unit, rcond=1e-12, hermitian=True)
+    return np.asarray(0.5 * np.einsum("fp,fpq,fq->f", score, inverse, score))
 
 
 def comb_window(
@@ -132,6 +159,20 @@ def design_of(effects: tuple[Deterministic, ...], data: Data) -> Design:
     return Design(ordinates, np.column_stack(matrix), tuple(owner))
 
 
+def without_at(
+    effects: Sequence[Deterministic], j: NDArray[np.int64], data: Data
+) -> NDArray[np.float64]:
+    """`data.without` at ordinates j alone."""
+    left = data.ordinates[j]
+    for effect in effects:
+        if isinstance(effect, Periodic):
+            rows = comb_ordinates(effect.frequency or 0.0, [m for m, _, _ in effect.lines], j, data)
+        else:
+            rows = regressor_ordinates([effect], j, data).T
+        left = left - rows @ effect.amplitudes()
+    return left
+
+
 def regress(
     matrix: NDArray[np.float64], values: NDArray[np.float64], variance: NDArray[np.float64]
 ) -> Regression:
@@ -148,7 +189,7 @@ def regress(
     inverse = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
     score = unit.T @ (values * root)
     solution = inverse @ score
-    leverage = np.einsum("ki,ij,kj->k", unit, inverse, unit)
+    leverage = ((unit @ inverse) * unit).sum(axis=1)
     return Regression(
         solution / norm, inverse / np.outer(norm, norm), leverage, 0.5 * float(score @ solution)
     )

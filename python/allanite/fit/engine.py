@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.blas import one_thread
 from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit.data import Noise
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 __all__ = ["Solution", "solve", "with_coefficients"]
 
 Array = NDArray[np.float64]
+#: An amplitude that moves by less of its standard error is where it was: 5e-5 of logL.
+STILL = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,11 +96,13 @@ class Solution:
         return Noise(data.terms(self.model), data.bins, self.level)
 
 
+@one_thread()
 def solve(
     data: Data,
     model: Model,
     *,
     start: Maximum | None = None,
+    like: Solution | None = None,
     polish: bool = True,
     rounds: int = 8,
 ) -> Solution:
@@ -110,6 +115,8 @@ def solve(
         Values are starting values; None is found by a scan. Held values stay.
     start : Maximum, optional
         Where to look first: a maximum of this model, or of the model without its last random effect.
+    like : Solution, optional
+        Another of the same data: what it has taken out is not taken out again.
     polish : bool
         False keeps shapes at their (scanned) starting values.
     rounds : int
@@ -118,8 +125,12 @@ def solve(
     model = _with_white(model)
     bins = data.bins
     part = RandomPart(data, bins.power(data.ordinates), bins.count)
+    taken = _Taken((), data.ordinates)
+    if like is not None and model.deterministic:
+        taken = _Taken(like.model.deterministic, like.ordinates)
     ordinates = data.ordinates
     design: Design | None = None
+    placed: tuple[object, ...] = ()
     regression: Regression | None = None
     best = start if start is not None else _given(model, part)
     total, previous = -np.inf, -np.inf
@@ -131,11 +142,15 @@ def solve(
         # What known functions add to their cells is no discrepancy: it is looked at once they are taken out.
         level = levels(part.power, part.count, best.spectrum, best.scale if turn else None)
         noise = Noise(data.terms(model), bins, level)
-        model = fit_deterministic_shapes(model, noise, data, slow=polish and turn < 2)
-        design = design_of(model.deterministic, data)
+        model = fit_deterministic_shapes(model, noise, data, lines=polish, slow=polish and turn < 2)
+        shapes = tuple(e.seen_alike for e in model.deterministic)
+        if design is None or shapes != placed:
+            design, placed = design_of(model.deterministic, data), shapes
         regression = _regress(model.deterministic, design, data, noise.variance(design.ordinates))
         model = _with_amplitudes(model, design, regression)
-        ordinates = data.without(data.signal(model.deterministic))
+        scatter = np.sqrt(np.diag(regression.covariance))
+        taken = taken.moved(model.deterministic, design, scatter, data)
+        ordinates = taken.ordinates
         used = np.zeros(bins.count.size)
         np.add.at(
             used,
@@ -163,6 +178,36 @@ def solve(
         design,
         regression,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Taken:
+    """Known functions of time that are taken out of ordinates, and what is left."""
+
+    effects: tuple[Deterministic, ...]
+    ordinates: Array
+
+    def moved(
+        self, effects: tuple[Deterministic, ...], design: Design, scatter: Array, data: Data
+    ) -> _Taken:
+        """With these taken out instead; an amplitude that moves by less than `STILL` of its scatter stays."""
+        before = {e.seen_alike: e for e in self.effects}
+        parts = []
+        now = []
+        owner = np.array(design.owner)
+        for i, effect in enumerate(effects):
+            amplitudes = effect.amplitudes()
+            old = before.pop(effect.seen_alike, None)
+            if old is not None:
+                change = amplitudes - old.amplitudes()
+                if (np.abs(change) <= STILL * scatter[owner == i]).all():
+                    now.append(old)
+                    continue
+                amplitudes = change
+            parts.append((effect, amplitudes))
+            now.append(effect)
+        parts += [(effect, -effect.amplitudes()) for effect in before.values()]
+        return _Taken(tuple(now), data.exchanged(self.ordinates, parts))
 
 
 def _given(model: Model, part: RandomPart) -> Maximum | None:

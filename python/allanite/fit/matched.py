@@ -17,8 +17,8 @@ __all__ = ["grid_points", "matched_gains", "regressor_ordinates"]
 
 #: Ordinates of the filter; a step has all but 1/4096 of its weight there.
 LOW = 4096
-#: Ordinates of a function of time that are remembered, and of how many functions.
-KEPT, MOST = 8192, 512
+#: Ordinates of a function of time that are remembered.
+KEPT = 8192
 #: A column of a longer record is looked at by so many means: many to each of the ordinates that are kept.
 MEANS = 16 * KEPT
 
@@ -30,27 +30,21 @@ def regressor_ordinates(
     closed = points[0].regressor_ordinates(points, j, data.n, data.rate, data.start)
     if closed is not None:
         return data.seen(closed, j)
-    return data.seen(np.concatenate([_transformed(p, j, data) for p in points]), j)
+    if j.size and int(j[-1]) >= KEPT:
+        return data.seen(np.concatenate([data.rows(p)[:, j] for p in points]), j)
+    return data.seen(np.concatenate([_lowest(p, data)[:, j] for p in points]), j)
 
 
-def _transformed(effect: Deterministic, j: NDArray[np.int64], data: Data) -> NDArray[np.float64]:
-    """The same of one point; a climb comes back to the same shapes."""
-    kept = j.size == 0 or int(j[-1]) < KEPT
-    fitted = {p.name: p.role == "coefficient" for p in effect.parameters}
-    key = (
-        type(effect),
-        *(v is None if fitted[name] else v for name, v in effect.values.items()),
-    )
-    if kept and key in data.functions:
-        return data.functions[key][:, j]
-    series = effect.regressors(data.time, data.covariates).T
-    if kept and effect.follows is not None and data.n >= 2 * MEANS:
-        out = np.array([_of_means(s, data) for s in series])
-    else:
-        out = np.array([data.transform(s) for s in series])
-    if kept and len(data.functions) < MOST:
-        data.functions[key] = out[:, :KEPT].copy()
-    return out[:, j]
+def _lowest(effect: Deterministic, data: Data) -> NDArray[np.float64]:
+    """The first `KEPT` ordinates of every regressor of an effect; a search comes back to the same shapes."""
+
+    def made() -> NDArray[np.float64]:
+        series = effect.regressors(data.time, data.covariates).T
+        if effect.follows is not None and data.samples.size >= 2 * MEANS:
+            return np.array([_of_means(s, data)[:KEPT] for s in series])
+        return np.array([data.transform(s)[:KEPT] for s in series])
+
+    return data.lowest.get(effect.seen_alike, made)
 
 
 def _of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.float64]:
@@ -58,11 +52,11 @@ def _of_means(series: NDArray[np.float64], data: Data) -> NDArray[np.float64]:
 
     What a mean loses at ordinate j is given back: sin(x)/x, x = πj/(2·`MEANS`), at least 0.994.
     """
-    edges = np.arange(MEANS + 1, dtype=np.int64) * data.n // MEANS
+    edges = np.arange(MEANS + 1, dtype=np.int64) * series.size // MEANS
     means = np.add.reduceat(series, edges[:-1]) / np.diff(edges)
     j = np.arange(KEPT)
     loss = np.sinc(j / (2.0 * MEANS))
-    return np.asarray(data.transform(means)[:KEPT] * np.sqrt(data.n / MEANS) / loss)
+    return np.asarray(data.transform(means)[:KEPT] * np.sqrt(series.size / MEANS) / loss)
 
 
 def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:

@@ -213,10 +213,12 @@ class Fit:
 
         Values of the effect are starting values; coefficients are fitted anew with the rest.
         """
-        from allanite.fit import fit_model
+        from allanite.fit import fit_model, refitted
 
-        effect = getattr(addition, "effect", addition)
-        return fit_model(self.recording, self.model + effect, method=self.method)
+        model = self.model + getattr(addition, "effect", addition)
+        if self.method == "whittle":
+            return refitted(self, model)
+        return fit_model(self.recording, model, method=self.method)
 
     def remove(self, place: int) -> Fit:
         """Refit without the effect at `place` of the model."""

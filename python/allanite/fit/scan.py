@@ -21,10 +21,14 @@ if TYPE_CHECKING:
 
 __all__ = ["added", "simplest", "worth_polishing"]
 
+Array = NDArray[np.float64]
+
 #: Points of one design from which shapes are polished.
 POLISHED = 2
-#: Fisher steps of a scan: enough to rank points.
-ROUNDS = 12
+#: Fisher steps of a scan: enough to tell which starts are in the running, and to rank these.
+FIRST, ROUNDS = 3, 12
+#: Part of the starts that is climbed on, beside the best of every design.
+RUNNING = 0.2
 #: Designs of an effect whose logL differ by less say the same.
 ALIKE = 2.0
 
@@ -40,44 +44,74 @@ def added(
     votes = np.minimum(part.count, VOTES)
     models = [model + point for point in points]
     matrices, starts, owner = [], [], []
+    before = part.linear(model)
     for i, (point, tried) in enumerate(zip(points, models, strict=True)):
-        linear = part.linear(tried)
+        random = isinstance(point, Stochastic)
+        linear = part.appended(before, tried) if random else part.linear(tried)
         matrix = linear.matrix
         if linear.fixed.any():
             # Held coefficients: the whole problem of each point by itself.
             return _one_by_one(models, base, part)
-        own = [first_guess(part.power, votes, matrix, None)]
-        if isinstance(point, Stochastic):
+        own = []
+        if random:
             column = matrix[:, -1]
             top = int(np.argmax(column / base.spectrum))
             size = max(float(smooth[top]), 0.03 * float(base.spectrum[top])) / float(column[top])
             own += [np.append(base.theta, size), np.append(base.theta, size / 3.0)]
         else:
             own.append(base.theta)
+        if base.scale is None:
+            own = own[:1]  # without a discrepancy there is one maximum
+        else:
+            own.append(first_guess(part.power, votes, matrix, None))
         starts += own
         matrices += [matrix] * len(own)
         owner += [i] * len(own)
-    thetas, values, scales = climb_many(
-        part.power, part.count, np.stack(matrices), np.stack(starts), base.scale, ROUNDS
-    )
-    best: dict[int, int] = {}
-    for k, i in enumerate(owner):
-        if i not in best or values[k] > values[best[i]]:
-            best[i] = k
-    order = sorted(best.items(), key=lambda pair: -values[pair[1]])
-    return [
-        (
-            Maximum(
-                thetas[k],
-                np.maximum(matrices[k] @ thetas[k], 1e-300),
-                float(values[k]),
-                scales[k],
-                base.weight,
-            ),
-            models[i],
+    found = _climbed(matrices, starts, [_design(points[i]) for i in owner], base, part)
+    best: dict[int, Maximum] = {}
+    for k, maximum in found.items():
+        i = owner[k]
+        if i not in best or maximum.log_likelihood > best[i].log_likelihood:
+            best[i] = maximum
+    order = sorted(best.items(), key=lambda pair: -pair[1].log_likelihood)
+    return [(maximum, models[i]) for i, maximum in order]
+
+
+def _climbed(
+    matrices: list[Array],
+    starts: list[Array],
+    designs: list[tuple[object, ...]],
+    base: Maximum,
+    part: RandomPart,
+) -> dict[int, Maximum]:
+    """Where each start ends that is in the running after a few steps, by its place among the starts."""
+
+    def climbed(
+        which: list[int], thetas: Array, rounds: int
+    ) -> tuple[Array, Array, list[int | None]]:
+        columns = np.stack([matrices[k] for k in which])
+        return climb_many(part.power, part.count, columns, thetas, base.scale, rounds)
+
+    thetas, values, _ = climbed([*range(len(starts))], np.stack(starts), FIRST)
+    order = np.argsort(-values, kind="stable")
+    running = {int(k) for k in order[: max(POLISHED, int(RUNNING * order.size))]}
+    seen: set[tuple[object, ...]] = set()
+    for k in map(int, order):
+        if designs[k] not in seen:
+            seen.add(designs[k])
+            running.add(k)
+    kept = sorted(running)
+    thetas, values, scales = climbed(kept, thetas[kept], ROUNDS)
+    return {
+        k: Maximum(
+            thetas[i],
+            np.maximum(matrices[k] @ thetas[i], 1e-300),
+            float(values[i]),
+            scales[i],
+            base.weight,
         )
-        for i, k in order
-    ]
+        for i, k in enumerate(kept)
+    }
 
 
 def _one_by_one(

@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Periodic
-from allanite.fit.deterministic import comb_ordinates, comb_window, design_of, regress
+from allanite.fit.deterministic import (
+    comb_gains,
+    comb_ordinates,
+    comb_window,
+    design_of,
+    regress,
+    without_at,
+)
 from allanite.fit.matched import grid_points, matched_gains
 from allanite.fit.polish import polish
 from allanite.fit.scan import simplest, worth_polishing
@@ -26,6 +33,8 @@ __all__ = ["fit_deterministic_shapes", "fit_shapes", "free_places", "grid_models
 ZOOM = 48
 #: A shape of a slow function is found to this part of its step on the grid.
 FINE = 1e-3
+#: A shape that gains less of logL than this, 0.045 of its standard error, stays.
+SAME = 1e-3
 
 
 def free_places(model: Model) -> list[tuple[int, str]]:
@@ -115,8 +124,10 @@ class _filled:  # noqa: N801
         return model
 
 
-def fit_deterministic_shapes(model: Model, noise: Noise, data: Data, *, slow: bool) -> Model:
-    """Shapes of deterministic effects given the spectrum: frequencies of lines and, if `slow`, times and lags."""
+def fit_deterministic_shapes(
+    model: Model, noise: Noise, data: Data, *, lines: bool, slow: bool
+) -> Model:
+    """Shapes of deterministic effects given the spectrum: what has no value, frequencies of lines, times and lags."""
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) or not effect.free_shapes:
             continue
@@ -124,19 +135,22 @@ def fit_deterministic_shapes(model: Model, noise: Noise, data: Data, *, slow: bo
             e for i, e in enumerate(model.effects) if i != place and isinstance(e, Deterministic)
         )
         if isinstance(effect, Periodic):
-            taken = _others_signal(others, data)
-            ordinates = data.ordinates if taken is None else data.without(taken)
             start = effect.frequency
+            if start is not None and not lines:
+                continue
+            rest = _known(others)
             if start is None:
-                start = strongest_line(ordinates, noise, data)
+                start = strongest_line(data.without(rest), noise, data)
             multiples = [m for m, _, _ in effect.lines]
-            found = polish_line(start, ordinates, noise, data, multiples)
+            j = comb_window(start, multiples, data, ZOOM)
+            found = polish_line(start, j, without_at(rest, j, data), noise, data, multiples)
             model = model.replaced(place, frequency=found)
             if effect.values["frequency"] is None and not effect.held:
                 # The next line without a frequency is looked for in what this one leaves.
                 j = comb_window(found, multiples, data)
                 line = comb_ordinates(found, multiples, j, data)
-                size = regress(line, ordinates[j], noise.variance(j)).amplitudes
+                left = without_at(rest, j, data)
+                size = regress(line, left, noise.variance(j)).amplitudes
                 placed = effect.with_values(frequency=found).with_amplitudes(size)
                 model = _with(model, place, placed)
         elif slow or any(effect.values[n] is None for n in effect.free_shapes):
@@ -144,12 +158,10 @@ def fit_deterministic_shapes(model: Model, noise: Noise, data: Data, *, slow: bo
     return model
 
 
-def _others_signal(others: tuple[Deterministic, ...], data: Data) -> NDArray[np.float64] | None:
-    known = [e for e in others if any(v is not None and v != 0.0 for v in e.amplitudes())]
-    known = [e for e in known if all(e.values[n] is not None for n in e.free_shapes)]
-    if not known:
-        return None
-    return data.signal(known)
+def _known(effects: tuple[Deterministic, ...]) -> list[Deterministic]:
+    """Those with values."""
+    known = [e for e in effects if any(v is not None and v != 0.0 for v in e.amplitudes())]
+    return [e for e in known if all(e.values[n] is not None for n in e.free_shapes)]
 
 
 def strongest_line(ordinates: NDArray[np.float64], noise: Noise, data: Data) -> float:
@@ -161,34 +173,31 @@ def strongest_line(ordinates: NDArray[np.float64], noise: Noise, data: Data) -> 
 
 def polish_line(
     start: float,
-    ordinates: NDArray[np.float64],
+    j: NDArray[np.int64],
+    values: NDArray[np.float64],
     noise: Noise,
     data: Data,
     multiples: Sequence[int] = (1,),
 ) -> float:
-    """Frequency near `start` (within 1/T) at which a line, with its harmonics, explains most, Hz."""
-    from scipy.optimize import minimize_scalar
+    """Frequency near `start` (within 1/T) at which a line, with its harmonics, explains most of ordinates j, Hz.
 
-    j = comb_window(start, multiples, data, ZOOM)
+    `start` where no other explains more by as much as matters.
+    """
     variance = noise.variance(j)
-    values = ordinates[j]
     step = data.rate / (2.0 * data.n)
     # The highest harmonic moves fastest.
     fine = step / (8.0 * max(multiples))
-
-    def loss(f: float) -> float:
-        return -regress(comb_ordinates(f, multiples, j, data), values, variance).gain
-
     grid = start + np.arange(-2.0 * step, 2.0 * step + 0.5 * fine, fine)
-    grid = grid[(grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)]
-    centre = grid[int(np.argmin([loss(f) for f in grid]))]
-    found = minimize_scalar(
-        loss,
-        bounds=(centre - fine, centre + fine),
-        method="bounded",
-        options={"xatol": 1e-3 * fine},
-    )
-    return float(found.x)
+    inside = (grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)
+    centre = start
+    for part in (1.0, 1.0 / 8.0, 1.0 / 64.0, 1.0 / 512.0):
+        if part < 1.0:
+            grid = centre + part * fine * np.arange(-8.0, 9.0)
+            inside = np.ones(grid.size, dtype=bool)
+        tried = np.append(grid[inside], start)
+        gains = comb_gains(tried, multiples, j, values, variance, data)
+        centre = float(tried[int(np.argmax(gains))])
+    return start if gains.max() - gains[-1] < SAME else centre
 
 
 def _polish_slow(
@@ -215,9 +224,7 @@ def _polish_slow(
         known = effect.values[name]
         if known is None:
             points = grid_points(effect, data)
-            taken = _others_signal(others, data)
-            residual = data.ordinates if taken is None else data.without(taken)
-            gains, _ = matched_gains(points, residual, noise, data)
+            gains, _ = matched_gains(points, data.without(_known(others)), noise, data)
             known = float(points[int(np.argmax(gains))].values[name])
         at = int(np.searchsorted(grid, known))
         low, high = float(grid[max(0, at - 1)]), float(grid[min(grid.size - 1, at + 1)])
@@ -228,7 +235,7 @@ def _polish_slow(
                 method="bounded",
                 options={"maxiter": 20, "xatol": FINE * (high - low)},
             )
-            if found.fun < loss(known):
+            if found.fun < loss(known) - SAME:
                 known = float(found.x)
         effect = effect.with_values(**{name: known})
     return model.replaced(place, **{n: effect.values[n] for n in effect.free_shapes})

@@ -121,10 +121,6 @@ class SummaryData(Data):
         found = _kernels.cosine_transform(np.ascontiguousarray(series))[: self.ordinates.size]
         return np.asarray(found * np.sqrt(self.factor))
 
-    def without(self, signal: Array) -> Array:
-        """Ordinates less those of a slow signal."""
-        return np.asarray(self.ordinates - self.transform(signal))
-
     def factors(self) -> NDArray[np.int64]:
         """Averaging factors of the curve that was accumulated, to a third of the record."""
         m = self.summary.oadev().factors

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Deterministic, Effect, Model, Modifier
+from allanite.effects import Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit import fit_model
 from allanite.fit.alternatives import RIVAL, may_leave, numbers, price, shown
 from allanite.fit.engine import solve
@@ -32,7 +32,7 @@ def refitted(fit: Fit, model: Model) -> Fit:
     """The recording with another model; its transforms are used again where the same samples are missing."""
     if _removing(model) != _removing(fit.model):
         return fit_model(fit.recording, model)
-    return _of(fit, solve(fit.data, model))
+    return _of(fit, solve(fit.data, model, like=fit.solution))
 
 
 def _removing(model: Model) -> list[Effect]:
@@ -91,13 +91,22 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
     less = Model(effects[:place] + effects[place + 1 :])
     if effects[place].screened not in {"spectral", "slow", "line"}:
         return None  # the evidence of what happens in time is not in the mean spectrum
-    # With the shapes as they are the loss is an upper bound: far above what matters it need not be known better.
-    rough = solve(fit.data, less, polish=False) if _removing(less) == _removing(fit.model) else None
+    # With the shapes as they are the loss is an upper bound: far above what matters, it need not be known better.
+    rough = (
+        solve(fit.data, less, like=fit.solution, polish=False)
+        if _removing(less) == _removing(fit.model)
+        else None
+    )
     if rough is not None and fit.solution.log_likelihood - rough.log_likelihood > least + FAR:
         return None
     found = refitted(fit, less)
     lost = fit.solution.log_likelihood - found.solution.log_likelihood
     return found if lost < least else None
+
+
+def _absent(effect: Effect) -> bool:
+    """Whether nothing of an effect is left: what would stand in its place is a suggestion."""
+    return isinstance(effect, Stochastic) and not effect.values[effect.coefficient]
 
 
 def _nearer(new: Fit, old: Fit) -> bool:
@@ -120,7 +129,7 @@ def swapped(
     """
     best: tuple[float, Alternative, str] | None = None
     for place, effect in enumerate(fit.model.effects):
-        if place not in places:
+        if place not in places or _absent(effect):
             continue
         for found in fit.alternatives(place):
             new = found.effect.kind

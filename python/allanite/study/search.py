@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.blas import one_thread
 from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
 from allanite.effects import Stochastic
@@ -33,6 +34,7 @@ CHANCE = 2.0
 ANOTHER = 6
 
 
+@one_thread()
 def improve(
     recording: Recording,
     model: Model | Effect | str = "N+B+K",
@@ -132,7 +134,7 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         own |= {i for i, e in enumerate(better.model) if isinstance(e, Stochastic) and e.wanders}
         # What is missing beside this one has a rung of its own.
         later = {s.kind for s in check.significant if not s.effect.may_be(added)}
-        swap = swapped(better, own, tried, gone | later)
+        swap = swapped(better, own, tried, gone | later) if _moved(fit, better) else None
         if swap is not None and _errors_fall(better, swap[0]):
             better, kind, new = swap
             if kind == added.kind:
@@ -144,6 +146,15 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
         return Rung(better, added, tuple(removed), risen, start, brought)
     return None
+
+
+def _moved(before: Fit, after: Fit) -> bool:
+    """Whether an addition changes what the others have to explain: in some bin their spectrum, by more than its scatter."""
+    old, new = before.solution.spectrum, after.solution.spectrum
+    if old.size != new.size:
+        return True
+    scatter = np.sqrt(2.0 / np.maximum(after.solution.weight, 1e-9))
+    return bool((np.abs(np.log(new / old)) > scatter).any())
 
 
 def _with_another(before: Fit, better: Fit) -> tuple[Fit, Effect] | None:

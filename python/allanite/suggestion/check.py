@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from allanite.common import verbs
+from allanite.common.blas import one_thread
 from allanite.common.numbers import tidy
 from allanite.criticism import Where, criticise
 from allanite.fit.whitened import whiten
@@ -130,6 +131,7 @@ def _p(suggestion: Suggestion) -> str:
     return tidy(f"{suggestion.p_value:.1g}")
 
 
+@one_thread()
 def check_fit(fit: Fit, on_progress: Callable[[int, int], None] | None = None) -> Check:
     """Compare a fitted model with its recording on every view and rank what might be missing."""
     whitened = whiten(fit.solution, fit.data)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.effects import CATALOGUE, Periodic
-from allanite.fit.deterministic import line_ordinates, regress, window
+from allanite.fit.deterministic import comb_window, line_ordinates, regress, window
 from allanite.fit.engine import Solution, solve
 from allanite.fit.shape import ZOOM, polish_line
 from allanite.fit.whitened import whitened_ordinates
@@ -82,9 +82,10 @@ def screen_lines(
         start = base * data.rate / (2.0 * data.n)
         for effect in _lines_at(start, multiples, solution, data):
             multiples = [m for m, _, _ in effect.lines]
-            frequency = polish_line(start, solution.ordinates, noise, data, multiples)
+            j = comb_window(start, multiples, data, ZOOM)
+            frequency = polish_line(start, j, solution.ordinates[j], noise, data, multiples)
             effect = effect.with_values(frequency=frequency)
-            refitted = solve(data, solution.model + effect, polish=False, rounds=3)
+            refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
             # What the line itself adds to its cell is no discrepancy.
             without = refitted.noise(data)
             gains = []

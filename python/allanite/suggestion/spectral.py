@@ -174,7 +174,7 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
     model, best = _extended(ends, model, best, part)
     # Steps and lines are found again beside the best; other shapes follow when it is added.
     model = with_coefficients(model, best.theta)
-    solution = solve(part.data, model, start=best, rounds=3, polish=False)
+    solution = solve(part.data, model, start=best, like=base, rounds=3, polish=False)
     fitted = solution.model.effects[-1]
     gain = solution.log_likelihood - base.log_likelihood
     if gain <= 0.0:

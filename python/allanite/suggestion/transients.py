@@ -40,7 +40,7 @@ def screen_moments(
     cleaned = outliers.solution
     level = screen_levels(cleaned, outliers.data, whiten(cleaned, outliers.data))
     if level is not None:
-        refitted = solve(data, solution.model + level.effect, rounds=3)
+        refitted = solve(data, solution.model + level.effect, like=solution, rounds=3)
         level = replace(level, solution=refitted)
     return outliers, level
 
@@ -80,7 +80,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> Candida
     # Where the model is wrong by so much anyway, a smaller change of level is no effect.
     if gain < 4.0 or abs(factor - 1.0) < solution.discrepancy:
         return None
-    refitted = solve(data, solution.model + effect, rounds=3)
+    refitted = solve(data, solution.model + effect, like=solution, rounds=3)
     return Candidate(refitted.model.effects[-1], gain, "level", refitted, 3, min(0.0, chance))
 
 
