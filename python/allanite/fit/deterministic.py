@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from allanite.fit.data import Data
 
 __all__ = [
+    "LOW",
     "Design",
     "Regression",
     "comb_gains",
@@ -139,24 +140,28 @@ def comb_window(
     return np.unique(np.concatenate([window(m * frequency, data, half) for m in multiples]))
 
 
-def design_of(effects: tuple[Deterministic, ...], data: Data) -> Design:
-    """Regressors of the effects at their present shapes."""
+def design_of(
+    effects: tuple[Deterministic, ...], data: Data, at: NDArray[np.int64] | None = None
+) -> Design:
+    """Regressors of the effects at their present shapes, in the ordinates that matter to them or in those given."""
     lines = {i: e for i, e in enumerate(effects) if isinstance(e, Periodic)}
     slow = [i for i in range(len(effects)) if i not in lines]
     combs = {i: (e.frequency or 0.0, [m for m, _, _ in e.lines]) for i, e in lines.items()}
-    parts = [comb_window(*comb, data) for comb in combs.values()]
-    if slow:
-        parts.append(np.arange(1, min(data.n, LOW), dtype=np.int64))
-    ordinates = np.unique(np.concatenate(parts))
+    if at is None:
+        parts = [comb_window(*comb, data) for comb in combs.values()]
+        if slow:
+            parts.append(np.arange(1, min(data.n, LOW), dtype=np.int64))
+        at = parts[0] if len(parts) == 1 else np.unique(np.concatenate(parts))
     matrix, owner = [], []
     for i, effect in enumerate(effects):
-        if i in lines:
-            block = comb_ordinates(*combs[i], ordinates, data)
-        else:
-            block = regressor_ordinates([effect], ordinates, data).T
+        block = (
+            comb_ordinates(*combs[i], at, data)
+            if i in lines
+            else regressor_ordinates([effect], at, data).T
+        )
         matrix.append(block)
         owner += [i] * block.shape[1]
-    return Design(ordinates, np.column_stack(matrix), tuple(owner))
+    return Design(at, np.column_stack(matrix), tuple(owner))
 
 
 def without_at(

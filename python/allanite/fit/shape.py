@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Periodic
 from allanite.fit.deterministic import (
+    LOW,
     comb_gains,
     comb_ordinates,
     comb_window,
@@ -18,7 +19,7 @@ from allanite.fit.deterministic import (
     regress,
     without_at,
 )
-from allanite.fit.matched import grid_points, matched_gains
+from allanite.fit.matched import grid_points, matched_gains, regressor_ordinates
 from allanite.fit.polish import polish
 from allanite.fit.scan import simplest, worth_polishing
 
@@ -212,13 +213,20 @@ def _polish_slow(
 
     effect = model.effects[place]
     assert isinstance(effect, Deterministic)
+    beside = design_of(others, data) if others else None
+    j = np.arange(1, min(data.n, LOW), dtype=np.int64)
+    if beside is not None:
+        j = np.union1d(j, beside.ordinates)
+        beside = design_of(others, data, j)
+    values, variance = data.ordinates[j], noise.variance(j)
     for name in effect.free_shapes:
 
         def loss(value: float, name: str = name, base: Deterministic = effect) -> float:
             tried = base.with_values(**{name: value})
-            design = design_of((tried, *others), data)
-            variance = noise.variance(design.ordinates)
-            return -regress(design.matrix, data.ordinates[design.ordinates], variance).gain
+            matrix = regressor_ordinates([tried], j, data).T
+            if beside is not None:
+                matrix = np.hstack([matrix, beside.matrix])
+            return -regress(matrix, values, variance).gain
 
         grid = np.unique(effect.grid(name, data.n, data.rate))
         known = effect.values[name]

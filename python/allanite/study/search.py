@@ -134,7 +134,9 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         own |= {i for i, e in enumerate(better.model) if isinstance(e, Stochastic) and e.wanders}
         # What is missing beside this one has a rung of its own.
         later = {s.kind for s in check.significant if not s.effect.may_be(added)}
-        swap = swapped(better, own, tried, gone | later) if _moved(fit, better) else None
+        # What nothing has moved since it was looked at is as good as it was.
+        again = len(ladder) == 1 or _moved(fit, better)
+        swap = swapped(better, own, tried, gone | later) if again else None
         if swap is not None and _errors_fall(better, swap[0]):
             better, kind, new = swap
             if kind == added.kind:

@@ -38,6 +38,8 @@ __all__ = [
 
 #: A matched filter that promises less is not refitted.
 LEAST = 3.0
+#: What shapes between the points of a grid may add to the gain of the best of them.
+FINER = 0.2
 #: A rise of logL by which one slow function beats another clearly (6 of BIC).
 CLEAR = 3.0
 
@@ -97,7 +99,11 @@ def _richer(
         points = grid_points(blank, data)
         gain, directions = matched_gains(points, solution.ordinates, noise, data)
         arcs[blank] = arc_length(directions)
-        candidate = _refit(points[int(np.argmax(gain))], solution, data, rival)
+        top = int(np.argmax(gain))
+        hope = gain[top] - simple.gain + FINER * max(gain[top], 1.0)
+        if log_chance(Family(blank.family, (arcs[blank],)), hope) >= np.log(FALSE_ALARM):
+            continue
+        candidate = _refit(points[top], solution, data, rival)
         if candidate is None:
             continue
         # Searching for one more time always gains something: what it adds must be more than chance gives.
