@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from allanite.effects.sinusoid import Sinusoid
     from allanite.effects.transient import Transient
     from allanite.effects.two_lags import TwoLags
+    from allanite.effects.unexplained import Unexplained
     from allanite.effects.warm_up import WarmUp
     from allanite.fit import Fit, fit_model
     from allanite.fit.many import ManyFits, fit_many
@@ -124,6 +125,7 @@ _HOME = {
     "Sinusoid": "allanite.effects.sinusoid",
     "Transient": "allanite.effects.transient",
     "TwoLags": "allanite.effects.two_lags",
+    "Unexplained": "allanite.effects.unexplained",
     "WarmUp": "allanite.effects.warm_up",
     "AllaniteError": "allanite.common.errors",
     "InputError": "allanite.common.errors",
@@ -212,6 +214,7 @@ __all__ = [
     "TooShortError",
     "Transient",
     "TwoLags",
+    "Unexplained",
     "WarmUp",
     "Watch",
     "__version__",

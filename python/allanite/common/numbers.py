@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 
-__all__ = ["number", "tidy", "with_interval"]
+__all__ = ["number", "numbers_text", "tidy", "with_interval"]
 
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
@@ -25,6 +26,12 @@ def number(value: float, figures: int = 3) -> str:
     if float(mantissa) == 1:
         return power
     return f"{mantissa}·{power}".replace("-", "−")
+
+
+def numbers_text(values: Iterable[float], *, times: bool) -> str:
+    """Several numbers of one parameter; of times how many they are."""
+    found = list(values)
+    return f"{len(found)} times" if times else " ".join(number(v) for v in found)
 
 
 def tidy(sentence: str) -> str:

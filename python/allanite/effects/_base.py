@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -268,6 +268,16 @@ class Stochastic(Effect):
                 f"{self.kind}: {self.coefficient} has no value yet: give one, or fit it"
             )
         return tuple(term.scaled(value**2) for term in self.unit_terms(rate))
+
+    @classmethod
+    def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
+        """Simple forms of which a fit puts an effect without values together; by default none."""
+        return ()
+
+    @classmethod
+    def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
+        """One effect of such pieces, each with this squared coefficient."""
+        raise NotImplementedError
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:
         """The core's generator of samples that are not normal; by default None: the terms suffice."""

@@ -29,6 +29,7 @@ from allanite.effects.resonance import Resonance
 from allanite.effects.sinusoid import Sinusoid
 from allanite.effects.transient import Transient
 from allanite.effects.two_lags import TwoLags
+from allanite.effects.unexplained import Unexplained
 from allanite.effects.warm_up import WarmUp
 
 __all__ = ["CATALOGUE", "Catalogue", "find", "register", "standard"]
@@ -141,6 +142,7 @@ CATALOGUE = Catalogue(
         Bandwidth,
         Resonance,
         PowerLaw,
+        Unexplained,
         Covariate,
         TwoLags,
         Hysteresis,

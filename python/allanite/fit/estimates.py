@@ -213,7 +213,7 @@ def _stochastic(
         if parameter.name in out:
             continue
         number = effect.values[parameter.name]
-        if number is None or isinstance(number, str):
+        if number is None or isinstance(number, (str, tuple)):
             out[parameter.name] = number
             continue
         interval = None

@@ -19,6 +19,7 @@ from allanite.fit.deterministic import (
     regress,
     without_at,
 )
+from allanite.fit.joined import put_together, unformed
 from allanite.fit.matched import grid_points, matched_gains, regressor_ordinates
 from allanite.fit.polish import polish
 from allanite.fit.scan import simplest, worth_polishing
@@ -93,6 +94,8 @@ def fit_shapes(
             ]
         chosen, start = simplest(ends, place)
         model = _with(model, place, chosen.effects[place])
+    for place in unformed(model, part):
+        model, start = put_together(model, place, part), None
     found = part.maximise(model, start)
     return polish(model, free_places(model), found, part) if polished else (model, found)
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.numbers import numbers_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed
 
@@ -26,6 +27,8 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
             if isinstance(value, Estimate):
                 declared = effect.parameter(name)
                 value = in_table(value, declared.unit, declared.sheet, fit.recording.unit)
+            if isinstance(value, tuple):
+                value = numbers_text(value, times=effect.parameter(name).role == "time")
             number, interval = _cells(value)
             rows.append((title, name, number, "held" if name in effect.held else interval))
             title = ""
@@ -34,7 +37,7 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
 
 def _cells(value: Any) -> tuple[str, str]:
     if not isinstance(value, Estimate):
-        return (f"{len(value)} times" if isinstance(value, tuple) else str(value)), ""
+        return str(value), ""
     unit = "" if value.unit == "1" else printed(value.unit)
     if not value.detected and value.interval is not None:
         return "not detected", f"< {value.interval[1]:.3g} {unit}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import number
+from allanite.common.numbers import number, numbers_text
 from allanite.common.units import conversion, parse_unit
 from allanite.plots.words import duration_text, effect_text, unit_text, values_text
 from allanite.report.blocks import Cell, Number
@@ -75,7 +75,7 @@ def parameter_cells(value: dict[str, Any], place: str) -> tuple[Cell, Cell, str]
     unit = unit_text(str(value.get("unit") or ""))
     unit = "" if unit == "1" else unit
     if isinstance(found, list):
-        return f"{len(found)} times", "", unit
+        return numbers_text(found, times=unit == "s"), "", unit
     if isinstance(found, str) or found is None:
         return str(found or "–"), "", unit
     if value.get("detected") is False:

@@ -164,6 +164,7 @@ class Study:
         lines.append(f"stopped: {self.ending}")
         if self.verdict == "unexplained":
             left_over = self.check.where.sentences()
+            left_over += [] if self.check.rest is None else [str(self.check.rest)]
             lines += ["left unexplained:", *(f"  {s}" for s in left_over)] if left_over else []
         return "\n".join([*lines, "", str(self.fit)])
 

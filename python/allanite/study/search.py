@@ -14,6 +14,7 @@ from allanite.fit import fit_model
 from allanite.fit.prediction import worse
 from allanite.study.ladder import Rung, Study
 from allanite.study.moves import pruned, swapped
+from allanite.study.stack import unstacked
 from allanite.suggestion import check_fit
 
 if TYPE_CHECKING:
@@ -92,6 +93,11 @@ def improve(
             stop = "limit"
         better = None if stop is not None else next_rung(ladder, check)
         if better is None:
+            shape = unstacked(ladder)
+            if shape is not None and _errors_fall(fit, shape.fit):
+                ladder.append(shape)
+                check = check_fit(shape.fit)
+                stop = _stop(check, tolerance)
             return Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
         ladder.append(better)
         fit = better.fit

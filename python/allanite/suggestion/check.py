@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from allanite.common import verbs
@@ -10,6 +11,7 @@ from allanite.common.blas import one_thread
 from allanite.common.numbers import tidy
 from allanite.criticism import Where, criticise
 from allanite.fit.whitened import whiten
+from allanite.suggestion.rest import Rest, rest_of
 from allanite.suggestion.suggest import Suggestion, suggest
 
 if TYPE_CHECKING:
@@ -73,6 +75,14 @@ class Check:
             "suggestions": [s.to_dict() for s in self.suggestions],
         }
 
+    @cached_property
+    def rest(self) -> Rest | None:
+        """What is left and has no name: a shape of the spectrum that can be added to the model.
+
+        None where the model is adequate or an effect of the catalogue is significantly missing.
+        """
+        return None if self.adequate or self.significant else rest_of(self.fit)
+
     plot = verbs.check_plot
 
     def __str__(self) -> str:
@@ -84,6 +94,7 @@ class Check:
         shown = [s for s in self.suggestions if s.significant] or list(self.suggestions[:2])
         if not any(s.significant for s in shown):
             lines.append("nothing in the catalogue is significantly missing")
+            lines += [] if self.rest is None else [str(self.rest)]
         else:
             lines.append("what is missing:")
         for i, s in enumerate(shown, 1):

@@ -1,0 +1,79 @@
+"""An effect without a form of its own: the pieces that explain more than they cost, made one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import Model, Stochastic
+from allanite.fit.random_part import Linear
+
+if TYPE_CHECKING:
+    from allanite.fit.random_part import RandomPart
+    from allanite.fit.whittle import Maximum
+
+__all__ = ["put_together", "unformed"]
+
+#: Most pieces: with more, a shape is better looked at than described.
+MOST = 6
+
+
+def unformed(model: Model, part: RandomPart) -> list[int]:
+    """Places of effects that are still to be put together."""
+    return [
+        place
+        for place, effect in enumerate(model.effects)
+        if isinstance(effect, Stochastic)
+        and type(effect).pieces(part.data.n, part.data.rate)
+        and all(effect.values[p.name] is None for p in effect.parameters if p.role == "choice")
+    ]
+
+
+def put_together(model: Model, place: int, part: RandomPart) -> Model:
+    """The model with the effect at `place` made of the pieces that describe what the others leave.
+
+    All pieces are fitted at once; then the least is taken out while that loses less of logL than it is expected to lose on
+    unseen data, two for its numbers (Akaike 1974), and what choosing it among all gives by chance, or there are more than
+    `MOST`.
+    """
+    effect = model.effects[place]
+    assert isinstance(effect, Stochastic)
+    pieces = type(effect).pieces(part.data.n, part.data.rate)
+    others = Model(model.effects[:place] + model.effects[place + 1 :])
+    middle = [pieces[len(pieces) // 2]]
+    chosen, variances = middle, np.ones(1)
+    if others.stochastic:
+        linear = part.linear(Model((*others.effects, *pieces)))
+        first = linear.matrix.shape[1] - len(pieces)
+        found = part.maximise(Model((*others.effects, *pieces)))
+        kept, price = np.arange(len(pieces)), 2.0 + np.log(len(pieces))
+        while kept.size:
+            theta = found.theta[first:]
+            tried = range(kept.size) if (theta > 0.0).all() else [int(np.argmin(theta))]
+            ends = {i: _without(linear, first + i, found, part) for i in tried}
+            least = max(ends, key=lambda i: ends[i].log_likelihood)
+            lost = found.log_likelihood - ends[least].log_likelihood
+            if len(ends) == kept.size <= MOST and lost > price:
+                break
+            found = ends[least]
+            linear = _taken_out(linear, first + least)
+            kept = np.delete(kept, least)
+        if kept.size:
+            chosen, variances = [pieces[i] for i in kept], found.theta[first:]
+    made = type(effect).joined(chosen, [float(v) for v in variances])
+    return Model((*model.effects[:place], made, *model.effects[place + 1 :]))
+
+
+def _taken_out(linear: Linear, place: int) -> Linear:
+    """Without a column."""
+    return Linear(
+        np.delete(linear.matrix, place, axis=1),
+        np.delete(linear.free, place),
+        np.delete(linear.fixed, place),
+    )
+
+
+def _without(linear: Linear, place: int, found: Maximum, part: RandomPart) -> Maximum:
+    """The maximum without a column, uphill of where the others are."""
+    return part.climb(_taken_out(linear, place), np.delete(found.theta, place), found.scale)

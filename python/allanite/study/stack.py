@@ -1,0 +1,50 @@
+"""Where effects of one kind only describe one broad shape together, the shape without a name is the better model."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from allanite.effects import Model, Stochastic
+from allanite.effects.unexplained import Unexplained
+from allanite.fit.alternatives import RIVAL, numbers, price
+from allanite.study.ladder import Rung
+from allanite.study.moves import refitted
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.fit.result import Fit
+
+__all__ = ["unstacked"]
+
+
+def unstacked(ladder: Sequence[Rung]) -> Rung | None:
+    """The rung on which a shape without a name takes the place of a stack of added effects, or None where they are better.
+
+    A stack is two or more random effects of one kind, and what describes without explaining, that the start did not have.
+    """
+    fit = ladder[-1].fit
+    asked = {effect.kind for effect in ladder[0].fit.model}
+    count = Counter(effect.kind for effect in fit.model)
+    stack = [
+        effect
+        for effect in fit.model
+        if isinstance(effect, Stochastic)
+        and effect.kind not in asked
+        and (count[effect.kind] > 1 or effect.last_resort)
+    ]
+    if len(stack) < 2:
+        return None
+    better = refitted(fit, Model((*(e for e in fit.model if e not in stack), Unexplained())))
+    shape = better.model.effects[-1]
+    assert isinstance(shape, Unexplained)
+    saved = sum(map(numbers, stack)) - len(shape.bands or ())
+    if _risen(fit, better) + saved * price(fit) < RIVAL:
+        return None
+    removed = tuple(effect.kind for effect in stack)
+    return Rung(better, shape, removed, _risen(fit, better), 0, None)
+
+
+def _risen(before: Fit, after: Fit) -> float:
+    return after.solution.log_likelihood - before.solution.log_likelihood

@@ -1,0 +1,77 @@
+"""What is left where no effect of the catalogue explains it: its size and range, without a name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.numbers import tidy
+from allanite.common.showing import brief
+from allanite.effects.unexplained import Unexplained
+
+if TYPE_CHECKING:
+    from allanite.fit.result import Fit
+
+__all__ = ["Rest", "rest_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """A smooth shape of the spectrum that a model does not have.
+
+    Attributes
+    ----------
+    fit : Fit
+        Of the model with the shape.
+    low_hz, high_hz : float
+        Where its power is at least half of the most that it adds to the other effects' power.
+    percent : float
+        What it adds there at most, % of their power.
+    """
+
+    fit: Fit
+    low_hz: float
+    high_hz: float
+    percent: float
+
+    __repr__ = brief
+
+    @property
+    def effect(self) -> Unexplained:
+        """The shape, to be added to the model."""
+        found = self.fit.model.effects[-1]
+        assert isinstance(found, Unexplained)
+        return found
+
+    def __str__(self) -> str:
+        return tidy(
+            f"between {self.low_hz:.3g} and {self.high_hz:.3g} Hz a shape of {self.percent:+.0f} % of the power that no"
+            f" effect of the catalogue explains: {self.effect.short} describes it"
+        )
+
+
+def rest_of(fit: Fit) -> Rest | None:
+    """What a smooth shape would describe beside a model; None where it explains less than its numbers cost."""
+    if any(isinstance(effect, Unexplained) for effect in fit.model):
+        return None
+    with_shape = fit.add(Unexplained())
+    solution = with_shape.solution
+    bands = getattr(solution.model.effects[-1], "bands", None) or ()
+    risen = solution.log_likelihood - fit.solution.log_likelihood
+    if risen < 0.5 * len(bands) * np.log(max(float(solution.weight.sum()), 2.0)):
+        return None
+    own = solution.columns[:, -1] * solution.theta[-1]
+    ratio = own / np.maximum(solution.spectrum - own, 1e-300)
+    top = int(np.argmax(ratio))
+    wide = np.flatnonzero(ratio < 0.5 * ratio[top])
+    first = int(wide[wide < top][-1]) + 1 if (wide < top).any() else 0
+    last = int(wide[wide > top][0]) if (wide > top).any() else ratio.size
+    hertz = fit.data.bins.edges * fit.data.rate / (2.0 * fit.data.n)
+    return Rest(
+        with_shape,
+        float(hertz[first]),
+        float(hertz[min(last, hertz.size - 1)]),
+        100.0 * float(ratio[top]),
+    )

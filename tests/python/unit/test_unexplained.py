@@ -1,0 +1,79 @@
+"""A smooth shape of the spectrum that no effect of the catalogue explains, made by filtering white noise with it."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+
+RATE, N, LEVEL = 100.0, 60_000, 0.01
+FREQUENCY = np.fft.rfftfreq(N, 1.0 / RATE)
+
+
+def bump(frequency):
+    """A hump of 80 % of the power about 3 Hz, one and a half octaves wide."""
+    octaves = np.log2(np.maximum(frequency, 1e-9) / 3.0)
+    return 1.0 + 0.8 * np.exp(-0.5 * (octaves / 0.7) ** 2)
+
+
+def shaped(shape, seed):
+    """White noise of density LEVEL² with this shape of the density."""
+    drawn = np.fft.rfft(np.random.default_rng(seed).standard_normal(N)) * np.sqrt(shape)
+    return al.Recording(LEVEL * np.sqrt(RATE) * np.fft.irfft(drawn, N), rate=RATE, unit="rad/s")
+
+
+@pytest.fixture(scope="module")
+def record():
+    return shaped(bump(FREQUENCY), 1)
+
+
+def test_what_is_left_is_described_and_said(record):
+    """An octave at 3 Hz has 3 600 ordinates, 2.4 % of its power; one band for two would leave up to 15 %."""
+    fit = al.fit_model(record, "N+X")
+    assert fit.adequate, fit
+    f = np.geomspace(0.5, 45.0, 30)
+    np.testing.assert_allclose(fit.model.psd(f, RATE), LEVEL**2 * bump(f), rtol=0.15)
+    # The bands reach as far as the rate shows: what they add there is not in N.
+    assert fit["N"].value == pytest.approx(LEVEL, rel=0.06)
+    # What the model without it lacks is at most 80 % of the power, at half of that from 1.3 to 6.8 Hz.
+    from allanite.suggestion.rest import rest_of
+
+    rest = rest_of(al.fit_model(record, "N+B+K"))
+    assert 0.6 < rest.low_hz < 2.6, rest
+    assert 4.0 < rest.high_hz < 12.0, rest
+    assert 40.0 < rest.percent < 130.0
+    assert "no effect of the catalogue explains" in str(rest)
+    assert rest_of(fit) is None
+
+
+def test_it_is_simulated_and_saved(record, tmp_path):
+    fit = al.fit_model(record, "N+X")
+    fit.model.save(str(tmp_path / "model.json"))
+    assert al.parse_model(str(tmp_path / "model.json")) == fit.model
+    twin = fit.simulate(duration=N / RATE, seed=2)
+    again = al.fit_model(twin, fit.model)
+    f = np.geomspace(1.0, 40.0, 12)
+    np.testing.assert_allclose(again.model.psd(f, RATE), fit.model.psd(f, RATE), rtol=0.1)
+
+
+def test_white_noise_has_none():
+    record = shaped(np.ones(FREQUENCY.size), 3)
+    fit = al.fit_model(record, "N+X")
+    assert not fit["X.rms"].detected
+    check = al.fit_model(record, "N").check()
+    assert check.adequate
+    assert check.rest is None
+
+
+def test_a_stack_that_only_describes_gives_way():
+    """Two resonances and more would each have a name that the hump does not deserve."""
+    study = al.improve(shaped(bump(FREQUENCY), 4), "N")
+    kinds = [effect.kind for effect in study.fit.model]
+    assert kinds == ["angle_random_walk", "unexplained"], study
+    assert study.verdict == "adequate"
+    assert study.ladder[-1].added.kind == "unexplained"
+
+
+def test_bands_that_are_none_are_refused():
+    for bands in ((1.0,), (1.0, -0.5), ()):
+        with pytest.raises(al.AllaniteError, match="bands"):
+            al.Unexplained(rms=1.0, bands=bands)
