@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from allanite.fit.alternatives import Alternative
     from allanite.fit.engine import Solution
 
-__all__ = ["pruned", "refitted", "swapped"]
+__all__ = ["added_to", "pruned", "refitted", "swapped"]
 
 #: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
 #: showed once, while it explains more than what is not there does by chance.
@@ -24,6 +24,8 @@ KEEP, NEEDLESS = 0.5, 0.5
 #: One effect takes the place of another if they can be told apart; one that is less clearly better, by this much of logL
 #: for each number more, does if it leaves no more than this of the logarithm of the Allan error.
 HARDLY, NEARER = 3.0, 0.8
+#: Half-widths of a band within which a line is the same thing.
+BROAD = 3.0
 #: Loss of logL beyond what matters that no polish of shapes makes good.
 FAR = 25.0
 
@@ -102,6 +104,33 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
     found = refitted(fit, less)
     lost = fit.solution.log_likelihood - found.solution.log_likelihood
     return found if lost < least else None
+
+
+def added_to(fit: Fit, effect: Effect, asked: int) -> tuple[Fit, tuple[str, ...]] | None:
+    """The fit with an effect more, and the kind that gave way to it: of a line and a band at one frequency one stays.
+
+    None where the one that is there explains as much, or is one of the first `asked`, which the start has.
+    """
+    place = next((i for i, e in enumerate(fit.model) if _one_thing(e, effect, fit)), None)
+    if place is None:
+        return fit.add(effect), ()
+    if place < asked:
+        return None
+    effects = fit.model.effects
+    better = refitted(fit, Model((*effects[:place], *effects[place + 1 :], effect)))
+    more = numbers(effect) - numbers(effects[place])
+    risen = better.solution.log_likelihood - fit.solution.log_likelihood
+    return (better, (effects[place].kind,)) if risen - more * price(fit) > RIVAL else None
+
+
+def _one_thing(one: Effect, other: Effect, fit: Fit) -> bool:
+    """Whether one is a line, the other a band, and the line in the band."""
+    for line, band in ((one, other), (other, one)):
+        if line.screened == "line" and band.family == "band":
+            at, centre = line.values["frequency"], band.values["frequency"]
+            width = BROAD * band.values["damping"] * centre + 2.0 / fit.data.duration
+            return bool(abs(at - centre) <= width)
+    return False
 
 
 def _absent(effect: Effect) -> bool:

@@ -13,7 +13,7 @@ from allanite.effects import Stochastic
 from allanite.fit import fit_model
 from allanite.fit.prediction import worse
 from allanite.study.ladder import Rung, Study
-from allanite.study.moves import pruned, swapped
+from allanite.study.moves import added_to, pruned, swapped
 from allanite.study.stack import unstacked
 from allanite.suggestion import check_fit
 
@@ -120,11 +120,16 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
     gone = {kind for rung in ladder for kind in rung.removed}
     stand_in = {rung.brought.kind for rung in ladder if rung.brought is not None and rung.removed}
     for suggestion in check.significant:
-        better = fit.add(suggestion)
+        came = added_to(fit, suggestion.effect, asked)
+        if came is None:
+            continue
+        better, gave_way = came
         if not suggestion.effect_happens_once and not _predicts(fit, better):
             continue
         risen = suggestion.delta_log_likelihood - suggestion.surplus
         before = better.solution.log_likelihood
+        if gave_way:
+            risen = before - fit.solution.log_likelihood
         added = suggestion.effect
         if not _errors_fall(fit, better):
             pair = _with_another(fit, better)
@@ -152,7 +157,7 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
                 removed.append(kind)
         risen += better.solution.log_likelihood - before
         start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
-        return Rung(better, added, tuple(removed), risen, start, brought)
+        return Rung(better, added, (*gave_way, *removed), risen, start, brought)
     return None
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.effects import Model, Modifier, Stochastic
+from allanite.effects import CATALOGUE, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.random_part import RandomPart
 from allanite.fit.result import Fit, plain
@@ -217,6 +217,8 @@ def suggest(
             if screen.arcs
         },
     }
+    # What is tried only where a simpler form was found is no search of its own: it has its law and that of what it adds.
+    searches = sum(name in slow or name not in screens for name in families)
     candidates = (
         *spectral.candidates,
         *lines,
@@ -224,7 +226,9 @@ def suggest(
         *(c for c in single if c is not None),
     )
     with ThreadPoolExecutor(WORKERS) as pool:
-        suggestions = pool.map(lambda c: _suggestion(fit, c, families, surplus), candidates)
+        suggestions = pool.map(
+            lambda c: _suggestion(fit, c, families, searches, surplus), candidates
+        )
         ranked = sorted(suggestions, key=_rank, reverse=True)
     progress()
     return _with_rivals(_last_resort(_ties(ranked), fit))
@@ -241,7 +245,7 @@ def _rank(found: Suggestion) -> tuple[bool, bool, float]:
 
 
 def _suggestion(
-    fit: Fit, candidate: Candidate, families: dict[str, Family], surplus: float
+    fit: Fit, candidate: Candidate, families: dict[str, Family], searches: int, surplus: float
 ) -> Suggestion:
     from scipy.special import log_ndtr
 
@@ -257,7 +261,7 @@ def _suggestion(
     chance = candidate.log_chance
     if chance is None:
         chance = log_chance(family, judged)
-    log_p = min(0.0, chance + np.log(len(families)))
+    log_p = min(0.0, chance + np.log(searches))
     single = -judged if candidate.family == "line" else float(log_ndtr(-np.sqrt(2.0 * judged)))
     penalty = candidate.parameters * np.log(max(float(fit.solution.weight.sum()), 2.0))
     data = candidate.data or fit.data
@@ -300,17 +304,20 @@ def _removed(fit: Fit, candidate: Candidate) -> float:
 def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
     """Where a standard coefficient explains the record as well as the winner, it goes first.
 
-    At a tie the record does not ask for anything else.
+    So does the first form of the catalogue among those that follow the same column: at a tie the record does not ask for
+    anything else.
     """
     if not ranked or ranked[0].effect.standard:
         return ranked
     top = ranked[0]
+    order = list(CATALOGUE)
     for other in ranked[1:]:
-        if (
-            other.effect.standard
-            and other.significant == top.significant
-            and top.rank - other.rank < RIVAL
-        ):
+        plain = other.effect.standard or (
+            other.effect.follows is not None
+            and other.effect.follows == top.effect.follows
+            and order.index(type(other.effect)) < order.index(type(top.effect))
+        )
+        if plain and other.significant == top.significant and top.rank - other.rank < RIVAL:
             return [other, *(s for s in ranked if s is not other)]
     return ranked
 
