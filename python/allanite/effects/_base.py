@@ -247,6 +247,9 @@ class Stochastic(Effect):
     ((White(variance=10.0),), 1)
     >>> al.BurstNoise(amplitude=1.0, dwell_time=2.0).generator(rate=10.0) is None
     False
+    >>> pieces = al.Unexplained.pieces(10_000, 100.0)  # of which a fit puts this effect together
+    >>> len(pieces), al.Unexplained.joined(pieces[:2], [1.0, 3.0]).rms
+    (24, 2.0)
     """
 
     #: Name of the coefficient.

@@ -131,7 +131,10 @@ class _filled:  # noqa: N801
 def fit_deterministic_shapes(
     model: Model, noise: Noise, data: Data, *, lines: bool, slow: bool
 ) -> Model:
-    """Shapes of deterministic effects given the spectrum: what has no value, frequencies of lines, times and lags."""
+    """Shapes of deterministic effects given the spectrum: what has no value, frequencies of lines, times and lags.
+
+    The frequency of the last effect, which is new where a search asks, is polished in any case.
+    """
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) or not effect.free_shapes:
             continue
@@ -140,7 +143,7 @@ def fit_deterministic_shapes(
         )
         if isinstance(effect, Periodic):
             start = effect.frequency
-            if start is not None and not lines:
+            if start is not None and not lines and place < len(model.effects) - 1:
                 continue
             rest = _known(others)
             if start is None:

@@ -128,6 +128,24 @@ def stable32():
     return [plain.encode(), tagged.encode()]
 
 
+def timelab():
+    phase = np.cumsum(SAMPLES[:, :2], axis=0) * 1e-9
+    rows = "".join(f"{a:.15e} {b:.15e}\n" for a, b in phase)
+    return [f'TIM 1\n"Input Freq" 1.0000000E+07\nTIC 60 2\n{rows}END\n'.encode()]
+
+
+def sentences():
+    """Lines of a VN-100, with their checksums."""
+    out = []
+    for x, y, z in SAMPLES:
+        body = f"VNIMU,-02.0841,+00.6045,+02.8911,{x:+.3f},{y:+.3f},{z:+.3f},{x:+.6f},{y:+.6f},{z:+.6f},+21.6,+00099.761"
+        check = 0
+        for byte in body.encode():
+            check ^= byte
+        out.append(f"${body}*{check:02X}\r\n")
+    return ["".join(out).encode()]
+
+
 def packed():
     rows = (
         "time,gx\n" + "".join(f"{k / 50},{x:.5f}\n" for k, x in enumerate(SAMPLES[:, 0]))

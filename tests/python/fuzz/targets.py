@@ -207,6 +207,8 @@ def targets():
         "ardupilot": lambda: reader(".bin", logs.ardupilot()),
         "rinex": lambda: reader(".clk", logs.rinex(), True),
         "stable32": lambda: reader(".phd", logs.stable32(), True, rate=1),
+        "timelab": lambda: reader(".tim", logs.timelab(), True, rate=1),
+        "sentences": lambda: reader(".txt", logs.sentences(), True, rate=40),
         "gzip": lambda: reader(".csv.gz", logs.packed()),
         "archive": lambda: reader(".zip", logs.archive()),
         "model string": lambda: ([m.encode() for m in MODELS], model_string, True),

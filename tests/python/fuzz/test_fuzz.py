@@ -26,8 +26,8 @@ NEEDS |= dict.fromkeys(("parquet", "feather"), "pyarrow") | dict.fromkeys(
 )
 TARGETS = [
     "text", "text with a rate", "npy", "npz", "mat", "mat73", "ulog", "hdf5", "netcdf", "parquet", "feather", "bag", "db3",
-    "mcap", "ardupilot", "rinex", "stable32", "gzip", "archive", "model string", "model file", "data sheet",
-    "data sheet, JSON", "page",
+    "mcap", "ardupilot", "rinex", "stable32", "timelab", "sentences", "gzip", "archive", "model string", "model file",
+    "data sheet", "data sheet, JSON", "page",
 ]  # fmt: skip
 
 

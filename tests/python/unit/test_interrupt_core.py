@@ -20,6 +20,8 @@ pytestmark = pytest.mark.skipif(
 #: Seconds of processor time. An item of work takes some milliseconds; waiting and ending add little.
 ALLOWED = 1.0
 
+# A shell that starts the tests in the background lets its children ignore the signal.
+HEARS = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 CALL = """
 import time
 import numpy as np
@@ -56,7 +58,7 @@ def spent(process):
 @pytest.mark.parametrize("name", CALLS)
 def test_core_hears_an_interrupt(name):
     thousands, call = CALLS[name]
-    with started(code=CALL.format(thousands=thousands, call=call)) as process:
+    with started(code=HEARS + CALL.format(thousands=thousands, call=call)) as process:
         assert process.stdout.readline() == b"begun\n"
         # Beyond what comes before the core: it is at work then, however busy the machine is.
         before = spent(process)
@@ -95,7 +97,7 @@ except KeyboardInterrupt:
 
 
 def test_a_sort_of_numpy_does_not_hold_an_interrupt_up():
-    with started(code=SORT, stderr=None) as process:
+    with started(code=HEARS + SORT, stderr=None) as process:
         assert process.stdout.readline() == b"begun\n"
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=60)
