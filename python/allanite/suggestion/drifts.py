@@ -153,11 +153,18 @@ def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]
     found = [c for screen in screens.values() for c in screen.candidates]
     if not found:
         return screens
-    best = max(found, key=lambda c: c.gain)
+
+    def evidence(candidate: Candidate) -> float:
+        assert candidate.solution is not None
+        price = 0.5 * np.log(max(float(candidate.solution.weight.sum()), 2.0))
+        return candidate.gain - price * candidate.parameters
+
+    # Of two forms of one thing the one with more numbers explains a little more.
+    best = max(found, key=evidence)
     assert best.solution is not None
 
     def judged(candidate: Candidate) -> Candidate:
-        if candidate.gain > best.gain - CLEAR:
+        if evidence(candidate) > evidence(best) - CLEAR:
             return candidate
         assert best.solution is not None
         both = solve(data, best.solution.model + candidate.effect, polish=False, rounds=4)
