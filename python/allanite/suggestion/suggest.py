@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.effects import CATALOGUE, Model, Modifier, Stochastic
+from allanite.fit.alternatives import numbers
 from allanite.fit.engine import solve
 from allanite.fit.random_part import RandomPart
 from allanite.fit.result import Fit, plain
@@ -304,18 +305,22 @@ def _removed(fit: Fit, candidate: Candidate) -> float:
 def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
     """Where a standard coefficient explains the record as well as the winner, it goes first.
 
-    So does the first form of the catalogue among those that follow the same column: at a tie the record does not ask for
-    anything else.
+    So does the form with the fewest numbers, then the first of the catalogue, among those that follow the same column: at
+    a tie the record does not ask for anything else.
     """
     if not ranked or ranked[0].effect.standard:
         return ranked
     top = ranked[0]
-    order = list(CATALOGUE)
+    kinds = list(CATALOGUE)
+
+    def order(effect: Effect) -> tuple[int, int]:
+        return numbers(effect), kinds.index(type(effect))
+
     for other in ranked[1:]:
         plain = other.effect.standard or (
             other.effect.follows is not None
             and other.effect.follows == top.effect.follows
-            and order.index(type(other.effect)) < order.index(type(top.effect))
+            and order(other.effect) < order(top.effect)
         )
         if plain and other.significant == top.significant and top.rank - other.rank < RIVAL:
             return [other, *(s for s in ranked if s is not other)]
