@@ -166,7 +166,7 @@ def left(study: al.Study) -> str:
     """What is left unexplained, in words."""
     if study.adequate:
         return "Nothing significant is left."
-    sentences = study.check.where.sentences()
+    sentences = study.check.left
     why = {
         "nothing helps": "no further effect of the catalogue lowers the error",
         "limit": "the ladder was stopped at its longest",

@@ -24,7 +24,7 @@ fn check(stop: &AtomicBool) -> Result<()> {
 /// Longest transform whose plan is kept: tables of this length are 32 MiB.
 const KEPT: usize = 1 << 21;
 /// Plans kept at once; a record and its halves need no more.
-const PLANS: usize = 8;
+const PLANS: usize = 4;
 
 /// Plans of the last lengths. A length with a large prime factor costs twenty transforms to plan.
 static FORWARD: Mutex<Vec<(usize, Arc<dyn RealToComplex<f64>>)>> = Mutex::new(Vec::new());
@@ -63,6 +63,16 @@ fn forward(n: usize) -> Arc<dyn RealToComplex<f64>> {
 
 fn inverse(n: usize) -> Arc<dyn ComplexToReal<f64>> {
     planned(&INVERSE, n, |planner| planner.plan_fft_inverse(n))
+}
+
+/// Gives the plans back.
+pub fn release() {
+    if let Ok(mut plans) = FORWARD.try_lock() {
+        plans.clear();
+    }
+    if let Ok(mut plans) = INVERSE.try_lock() {
+        plans.clear();
+    }
 }
 
 /// e^{−iπj/2n} for j = 0…len−1, exact to rounding at every j.

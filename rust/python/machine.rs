@@ -6,9 +6,10 @@ use super::errors::to_python;
 use crate::machine::pages;
 use crate::machine::processor::{self, Width};
 
-/// `machine::pages::release`: bytes of buffers given back.
+/// `spectrum::release` and `machine::pages::release`: bytes of buffers given back.
 #[pyfunction]
 pub fn release() -> usize {
+    crate::spectrum::release();
     pages::release()
 }
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from allanite.common.parameters import Estimate
 from allanite.effects import Effect, Model, Modifier, Stochastic
+from allanite.fit import refitted
 from allanite.fit.many import by_errors
-from allanite.study.moves import refitted
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

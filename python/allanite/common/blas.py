@@ -1,6 +1,6 @@
 """Threads of the linear algebra library, which small matrices pay for and do not use.
 
-A product of a tall matrix with a narrow one takes 60 ms with the threads of OpenBLAS on a busy machine, and 0.7 ms without.
+On a busy machine a product of a tall matrix with a narrow one waits longer for its threads than it computes.
 """
 
 from __future__ import annotations

@@ -63,6 +63,8 @@ class Effect:
     single: ClassVar[bool] = False
     #: Whether it describes without explaining: two effects of the standard that explain as much are preferred.
     last_resort: ClassVar[bool] = False
+    #: Whether it stands for what has no name: used where the catalogue has no explanation.
+    nameless: ClassVar[bool] = False
     #: Effects that a short record cannot tell from this one.
     rivals: ClassVar[tuple[str, ...]] = ()
     #: The line by which its coefficient is read, for the five effects of IEEE 952-1997; None for all others.
@@ -177,6 +179,19 @@ class Effect:
 
         `variance` is that of the first amplitude, `duration` that of the record in s.
         """
+        return None
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers it adds to a model."""
+        return sum(
+            p.role in {"coefficient", "shape", "time"} and self.values[p.name] is not None
+            for p in self.parameters
+        )
+
+    @property
+    def occupies(self) -> tuple[float, float] | None:
+        """Lowest and highest frequency of a line (the same) or a narrow band, Hz; by default None."""
         return None
 
     @property

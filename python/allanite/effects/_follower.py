@@ -16,7 +16,7 @@ from allanite.effects._known import Deterministic
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-__all__ = ["COLUMN", "Follower", "lagged"]
+__all__ = ["COLUMN", "Follower", "Proportional", "lagged"]
 
 COLUMN = Parameter("column", "text", "name of the column", "choice")
 
@@ -65,6 +65,21 @@ class Follower(Deterministic):
             )
         values = np.asarray(covariates[self.column], dtype=np.float64)
         return values - values.mean(), float(1.0 / (time[1] - time[0]))
+
+
+@dataclass(frozen=True)
+class Proportional(Follower):
+    """What is made of a column, times one coefficient."""
+
+    coefficient: float | None = None
+
+    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+        """The coefficient."""
+        return self.with_values(coefficient=float(amplitudes[0]))
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """(c,)."""
+        return np.array([self.coefficient or 0.0])
 
 
 def lagged(values: NDArray[np.float64], samples: float) -> NDArray[np.float64]:

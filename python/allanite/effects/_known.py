@@ -135,6 +135,11 @@ class Periodic(Deterministic):
         raise NotImplementedError
 
     @property
+    def occupies(self) -> tuple[float, float] | None:
+        """Its frequency, twice."""
+        return None if self.frequency is None else (self.frequency, self.frequency)
+
+    @property
     def seen_alike(self) -> tuple[Any, ...]:
         """Frequency and multiples."""
         return type(self), self.frequency, *(m for m, _, _ in self.lines)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._known import Deterministic
+from allanite.effects._event import Event
 
 
 @dataclass(frozen=True)
-class BiasStep(Deterministic):
+class BiasStep(Event):
     """x(t) = h for t ≥ t0, 0 before.
 
     Examples
@@ -32,7 +32,6 @@ class BiasStep(Deterministic):
     short: ClassVar[str] = "STEP"
     title: ClassVar[str] = "bias step"
     family: ClassVar[str] = "step"
-    happens_once: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("time", "s", "when, from the first sample", "shape", aliases=("t",), symbol="t"),
         Parameter("height", 0.0, "by how much", low=-np.inf, aliases=("h",), symbol="h"),
@@ -61,7 +60,7 @@ class BiasStep(Deterministic):
         """The time of the jump."""
         return None if self.time is None else (self.time, self.time)
 
-    def extended(self) -> tuple[Deterministic, ...]:
+    def extended(self) -> tuple[Event, ...]:
         """What comes back to where it was: at one other time, before or after, or little by little."""
         from allanite.effects.excursion import Excursion
         from allanite.effects.transient import Transient
@@ -75,14 +74,10 @@ class BiasStep(Deterministic):
         return np.linspace(0.0, n / rate, 1026)[1:-1]
 
     def shape_error(self, name: str, height_variance: float, duration: float) -> float:
-        """Standard error of the time, s: a jump h in white noise of density S is placed to ±11 S/h² (95 %).
-
-        The limit law of a change point (Yao 1987) is not normal; the number given is its 95 % width over 1.96. S is what
-        the variance of the height, S·T/(t(T−t)), says it is.
-        """
+        """Standard error of the time, s, in noise of the density S of which the height has the variance S·T/(t(T−t))."""
         t = min(max(self.time or 0.0, 0.01 * duration), 0.99 * duration)
         density = height_variance * t * (duration - t) / duration
-        return 5.6 * density / max((self.height or 0.0) ** 2, 1e-300)
+        return self.edge_error(density)
 
     def regressors(
         self,
@@ -91,12 +86,6 @@ class BiasStep(Deterministic):
     ) -> NDArray[np.float64]:
         """One column of 0 and 1."""
         return (time >= (self.time or 0.0)).astype(float)[:, None]
-
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → samples of the step."""
-        return self._pointwise(rate, covariates)
 
     @classmethod
     def regressor_ordinates(
@@ -108,11 +97,3 @@ class BiasStep(Deterministic):
         return np.asarray(
             -np.sqrt(2.0 / n) * np.sin(np.pi * j * k / n) / (2.0 * np.sin(np.pi * j / (2 * n)))
         )
-
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """The height."""
-        return self.with_values(height=float(amplitudes[0]))
-
-    def amplitudes(self) -> NDArray[np.float64]:
-        """(height,)."""
-        return np.array([self.height or 0.0])

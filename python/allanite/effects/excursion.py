@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Self
 
@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._known import Deterministic
+from allanite.effects._event import Event
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
-class Excursion(Deterministic):
+class Excursion(Event):
     """x(t) = h for start ≤ t < end, 0 before and after.
 
     Examples
@@ -36,7 +36,6 @@ class Excursion(Deterministic):
     short: ClassVar[str] = "EXC"
     title: ClassVar[str] = "excursion"
     family: ClassVar[str] = "event"
-    happens_once: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("start", "s", "when it leaves, from the first sample", "shape", symbol="from"),
         Parameter("end", "s", "when it is back", "shape", symbol="to"),
@@ -82,7 +81,7 @@ class Excursion(Deterministic):
         assert self.end is not None
         length = min(max(self.end - self.start, 1e-3 * duration), 0.999 * duration)
         density = height_variance * length * (duration - length) / duration
-        return 5.6 * density / max((self.height or 0.0) ** 2, 1e-300)
+        return self.edge_error(density)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
@@ -90,12 +89,6 @@ class Excursion(Deterministic):
         """One column of 0 and 1."""
         inside = (time >= (self.start or 0.0)) & (time < (self.end or 0.0))
         return inside.astype(float)[:, None]
-
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → samples of the excursion."""
-        return self._pointwise(rate, covariates)
 
     @classmethod
     def regressor_ordinates(
@@ -110,11 +103,3 @@ class Excursion(Deterministic):
         place = place.reshape(k.shape)
         scale = np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n))
         return np.asarray((wave[place[:, 1]] - wave[place[:, 0]]) * scale)
-
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """The height."""
-        return self.with_values(height=float(amplitudes[0]))
-
-    def amplitudes(self) -> NDArray[np.float64]:
-        """(height,)."""
-        return np.array([self.height or 0.0])

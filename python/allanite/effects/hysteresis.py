@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._follower import COLUMN, Follower
+from allanite.effects._follower import COLUMN, Proportional
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -19,7 +19,7 @@ __all__ = ["Hysteresis", "play"]
 
 
 @dataclass(frozen=True)
-class Hysteresis(Follower):
+class Hysteresis(Proportional):
     """x(t) = c·p(t), p what a column drags along with a play of ±`width`: it stands still where the column turns.
 
     Examples
@@ -32,7 +32,6 @@ class Hysteresis(Follower):
     [0. 3. 7. 5. 1.]
     """
 
-    coefficient: float | None = None
     width: float | None = None
 
     #: Least and largest half play worth a look, where the column is known.
@@ -93,14 +92,6 @@ class Hysteresis(Follower):
         """What the column drags along."""
         values, _ = self._followed(time, covariates)
         return play(values, self.width or 0.0)[:, None]
-
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """The coefficient."""
-        return self.with_values(coefficient=float(amplitudes[0]))
-
-    def amplitudes(self) -> NDArray[np.float64]:
-        """(c,)."""
-        return np.array([self.coefficient or 0.0])
 
 
 def play(values: NDArray[np.float64], width: float) -> NDArray[np.float64]:

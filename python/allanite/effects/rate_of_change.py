@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._follower import COLUMN, Follower, lagged
+from allanite.effects._follower import COLUMN, Proportional, lagged
 
 __all__ = ["RateOfChange"]
 
 
 @dataclass(frozen=True)
-class RateOfChange(Follower):
+class RateOfChange(Proportional):
     """x(t) = c·du/dt after a first-order lag: c·(u − lagged u)/lag, what is between a column and a mass that follows it.
 
     Examples
@@ -29,7 +29,6 @@ class RateOfChange(Follower):
     [0.17 0.27]
     """
 
-    coefficient: float | None = None
     lag: float | None = None
 
     kind: ClassVar[str] = "rate_of_change"
@@ -71,11 +70,3 @@ class RateOfChange(Follower):
         values, rate = self._followed(time, covariates)
         lag = self.lag or 1.0 / rate
         return ((values - lagged(values, lag * rate)) / lag)[:, None]
-
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """The coefficient."""
-        return self.with_values(coefficient=float(amplitudes[0]))
-
-    def amplitudes(self) -> NDArray[np.float64]:
-        """(c,)."""
-        return np.array([self.coefficient or 0.0])

@@ -70,6 +70,15 @@ class Resonance(Stochastic):
         low, high = 20.0 * rate / n, 0.48 * rate
         return np.geomspace(low, high, max(4, int(24 * np.log10(high / low))))
 
+    @property
+    def occupies(self) -> tuple[float, float] | None:
+        """Three half-widths to either side: four fifths of its power."""
+        if self.frequency is None or self.damping is None:
+            return None
+        return self.frequency * (1.0 - 3.0 * self.damping), self.frequency * (
+            1.0 + 3.0 * self.damping
+        )
+
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """One complex exponential of variance 1."""
         zeta = self.damping or 0.1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Self
 
@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._known import Deterministic
+from allanite.effects._event import Event
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
-class Transient(Deterministic):
+class Transient(Event):
     """x(t) = h e^{−(t − t0)/T} for t ≥ t0, 0 before.
 
     Examples
@@ -36,7 +36,6 @@ class Transient(Deterministic):
     short: ClassVar[str] = "PULSE"
     title: ClassVar[str] = "transient"
     family: ClassVar[str] = "event"
-    happens_once: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("time", "s", "when, from the first sample", "shape", aliases=("t",), symbol="t"),
         Parameter(
@@ -89,7 +88,7 @@ class Transient(Deterministic):
         assert self.time_constant is not None
         # Of e^{−t/T} half a time constant counts.
         density = height_variance * min(0.5 * self.time_constant, duration)
-        return 5.6 * density / max((self.height or 0.0) ** 2, 1e-300)
+        return self.edge_error(density)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
@@ -98,12 +97,6 @@ class Transient(Deterministic):
         after = time - (self.time or 0.0)
         decay = np.exp(-np.maximum(after, 0.0) / (self.time_constant or 1.0))
         return np.where(after >= 0.0, decay, 0.0)[:, None]
-
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → samples of the transient."""
-        return self._pointwise(rate, covariates)
 
     @classmethod
     def regressor_ordinates(
@@ -121,11 +114,3 @@ class Transient(Deterministic):
         share = np.exp(0.5j * theta) / -np.expm1(1j * theta - slope)
         there = np.sqrt(2.0 / n) * np.where(k < n, first, 0.0)
         return np.asarray(there * ((turn - end) * share).real)
-
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """The height."""
-        return self.with_values(height=float(amplitudes[0]))
-
-    def amplitudes(self) -> NDArray[np.float64]:
-        """(height,)."""
-        return np.array([self.height or 0.0])

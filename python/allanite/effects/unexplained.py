@@ -23,7 +23,8 @@ class Unexplained(Stochastic):
     """A few broad bands of noise, r(t) = rms² Σ s_i e^{−ζω_i t}(cos ω_d t − ζ/√(1−ζ²) sin ω_d t), ζ = 0.3.
 
     Each has a density ∝ f²/((f_i² − f²)² + (2ζ f_i f)²). A fit chooses the bands, at most six, where they describe what the
-    rest of the model leaves.
+    rest of the model leaves. The tails of its bands fall as 1/f² only: an N beside it may be some per cent low, beyond its
+    interval.
 
     `bands` are the frequency (Hz) and the share of the variance of each band, one after the other: f₁, s₁, f₂, s₂ …
 
@@ -45,6 +46,7 @@ class Unexplained(Stochastic):
     screened: ClassVar[str] = "none"
     coefficient: ClassVar[str] = "rms"
     last_resort: ClassVar[bool] = True
+    nameless: ClassVar[bool] = True
     unplanned: ClassVar[str] = "it has no shape of its own: plan the effects that may be behind it"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("rms", 0.0, "standard deviation of the whole shape"),
@@ -65,6 +67,11 @@ class Unexplained(Stochastic):
             raise InputError(
                 f"unexplained: bands = {given} must be a frequency and a share, both positive, of each band"
             )
+
+    @property
+    def numbers(self) -> int:
+        """Two for each band."""
+        return len(self.bands or ())
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from allanite.common.errors import InputError
 from allanite.common.several import by_column
-from allanite.effects import Periodic
+from allanite.effects import Modifier, Periodic
 from allanite.fit.data import prepare
 from allanite.fit.engine import solve
 from allanite.fit.measures import Error, Misfit
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Model
     from allanite.recording import Recording
 
-__all__ = ["METHODS", "Error", "Fit", "Misfit", "fit_model"]
+__all__ = ["METHODS", "Error", "Fit", "Misfit", "fit_model", "refitted", "removes"]
 
 METHODS = ("whittle", "gls", "lines")
 
@@ -97,12 +97,20 @@ def fit_model(
 
 
 def refitted(fit: Fit, model: Model) -> Fit:
-    """The recording of a fit with another model; transforms are used again where the same samples are there."""
-    if fit.data.missing is not None or any(e.removes for e in model.modifiers):
+    """The recording of a fit with another model; its transforms are used again where the same samples are missing.
+
+    What stands for missing samples stays, so that the two likelihoods are of the same numbers.
+    """
+    if [e for e in model if removes(e)] != [e for e in fit.model if removes(e)]:
         return fit_model(fit.recording, model)
     _check_values(model, fit.recording.rate)
     solution = solve(fit.data, model, like=fit.solution)
     return Fit(fit.recording, solution.model, "whittle", fit.data, solution)
+
+
+def removes(effect: Effect) -> bool:
+    """Whether an effect takes samples out of the record."""
+    return isinstance(effect, Modifier) and effect.removes
 
 
 def _check_values(model: Model, rate: float) -> None:

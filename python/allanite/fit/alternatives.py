@@ -26,7 +26,6 @@ __all__ = [
     "Alternative",
     "alternatives",
     "may_leave",
-    "numbers",
     "price",
     "rivals",
     "shown",
@@ -56,14 +55,6 @@ class Alternative:
     evidence: float
 
 
-def numbers(effect: Effect) -> int:
-    """Numbers that an effect adds to a model."""
-    return sum(
-        p.role in {"coefficient", "shape", "time"} and effect.values[p.name] is not None
-        for p in effect.parameters
-    )
-
-
 def price(fit: Fit) -> float:
     """½ ln n of the effective observations: what a number costs in evidence."""
     return 0.5 * float(np.log(max(fit.solution.weight.sum(), 2.0)))
@@ -91,7 +82,7 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     # Shapes of the others stay as they are: what takes the place is fitted wholly before it is believed.
     base = solve(fit.data, less, like=fit.solution, polish=False)
     part = RandomPart(fit.data, base.power, base.count)
-    spent = numbers(out)
+    spent = out.numbers
     for cls in CATALOGUE:
         if cls.kind == out.kind or not cls.may_be(out):
             continue
@@ -100,7 +91,7 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
             continue
         effect = solution.model.effects[-1]
         gain = solution.log_likelihood - fit.solution.log_likelihood
-        yield Alternative(effect, solution, gain - (numbers(effect) - spent) * price(fit))
+        yield Alternative(effect, solution, gain - (effect.numbers - spent) * price(fit))
 
 
 def _instead(cls: type[Effect], base: Solution, part: RandomPart, least: float) -> Solution | None:

@@ -50,6 +50,8 @@ class Solution:
         Degrees of freedom of each bin: ordinates less what the regression used.
     ordinates : ndarray, shape (n,)
         Residual ordinates.
+    taken : tuple of Deterministic
+        What was taken out of them: the model's known functions to `STILL` of their scatter.
     log_likelihood : float
         Of the whole record: the residual in all its ordinates.
     """
@@ -61,6 +63,7 @@ class Solution:
     count: Array
     ordinates: Array
     log_likelihood: float
+    taken: tuple[Deterministic, ...] = ()
     design: Design | None = None
     regression: Regression | None = None
 
@@ -127,7 +130,7 @@ def solve(
     part = RandomPart(data, bins.power(data.ordinates), bins.count)
     taken = _Taken((), data.ordinates)
     if like is not None and model.deterministic:
-        taken = _Taken(like.model.deterministic, like.ordinates)
+        taken = _Taken(like.taken, like.ordinates)
     ordinates = data.ordinates
     design: Design | None = None
     placed: tuple[object, ...] = ()
@@ -175,6 +178,7 @@ def solve(
         part.count,
         ordinates,
         total,
+        taken.effects if model.deterministic else (),
         design,
         regression,
     )
@@ -191,14 +195,15 @@ class _Taken:
         self, effects: tuple[Deterministic, ...], design: Design, scatter: Array, data: Data
     ) -> _Taken:
         """With these taken out instead; an amplitude that moves by less than `STILL` of its scatter stays."""
-        before = {e.seen_alike: e for e in self.effects}
+        before = list(self.effects)
         parts = []
         now = []
         owner = np.array(design.owner)
         for i, effect in enumerate(effects):
             amplitudes = effect.amplitudes()
-            old = before.pop(effect.seen_alike, None)
+            old = next((e for e in before if e.seen_alike == effect.seen_alike), None)
             if old is not None:
+                before = [e for e in before if e is not old]
                 change = amplitudes - old.amplitudes()
                 if (np.abs(change) <= STILL * scatter[owner == i]).all():
                     now.append(old)
@@ -206,7 +211,7 @@ class _Taken:
                 amplitudes = change
             parts.append((effect, amplitudes))
             now.append(effect)
-        parts += [(effect, -effect.amplitudes()) for effect in before.values()]
+        parts += [(effect, -effect.amplitudes()) for effect in before]
         return _Taken(tuple(now), data.exchanged(self.ordinates, parts))
 
 

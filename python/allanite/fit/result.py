@@ -213,22 +213,22 @@ class Fit:
 
         Values of the effect are starting values; coefficients are fitted anew with the rest.
         """
-        from allanite.fit import fit_model, refitted
-
-        model = self.model + getattr(addition, "effect", addition)
-        if self.method == "whittle":
-            return refitted(self, model)
-        return fit_model(self.recording, model, method=self.method)
+        return self._with(self.model + getattr(addition, "effect", addition))
 
     def remove(self, place: int) -> Fit:
         """Refit without the effect at `place` of the model."""
         from allanite.effects import Model
-        from allanite.fit import fit_model
 
         effects = self.model.effects
-        return fit_model(
-            self.recording, Model(effects[:place] + effects[place + 1 :]), method=self.method
-        )
+        return self._with(Model(effects[:place] + effects[place + 1 :]))
+
+    def _with(self, model: Model) -> Fit:
+        """By the same method; missing samples are completed under the new model."""
+        from allanite.fit import fit_model, refitted
+
+        if self.method == "whittle" and self.data.missing is None:
+            return refitted(self, model)
+        return fit_model(self.recording, model, method=self.method)
 
     def simulate(self, **options: Any) -> Recording:
         """Samples of the fitted model at the recording's rate and unit (`duration=` s, `seed=`)."""

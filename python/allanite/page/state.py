@@ -76,7 +76,7 @@ def state(tab: Tab) -> dict[str, Any]:
         },
         "checked": check is not None,
         "adequate": None if check is None else check.adequate,
-        "where": [] if check is None else check.where.sentences(),
+        "where": [] if check is None else check.left,
         "cards": [] if check is None else cards(check),
         "ladder": [rung(s) for s in ladder.steps],
         "at": ladder.at,

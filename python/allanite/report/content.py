@@ -223,7 +223,7 @@ def _failed(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
 
 
 def _where(check: Any, otherwise: str) -> list[Block]:
-    sentences = tuple(tidy(s[0].upper() + s[1:]) + "." for s in check.where.sentences())
+    sentences = tuple(tidy(s[0].upper() + s[1:]) + "." for s in check.left)
     return [Bullets(sentences)] if sentences else [Paragraph(otherwise)]
 
 

@@ -163,8 +163,7 @@ class Study:
             )
         lines.append(f"stopped: {self.ending}")
         if self.verdict == "unexplained":
-            left_over = self.check.where.sentences()
-            left_over += [] if self.check.rest is None else [str(self.check.rest)]
+            left_over = self.check.left
             lines += ["left unexplained:", *(f"  {s}" for s in left_over)] if left_over else []
         return "\n".join([*lines, "", str(self.fit)])
 
@@ -212,7 +211,7 @@ class Study:
 
         head = ("step", "misfit left", "discrepancy", "ADEV rms", "worst", "prediction", "model")
         title = f"{self.recording.path or 'recording'} · {self.recording.columns[0]}"
-        left = self.check.where.sentences() if self.verdict == "unexplained" else []
+        left = self.check.left if self.verdict == "unexplained" else []
         ending = [f"stopped: {self.ending}", *left]
         table = html_table(title, head, self.rows(), (1, 2, 3, 5))
         return table + html_list(ending) + self.fit._repr_html_()

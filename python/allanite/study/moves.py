@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.effects import Deterministic, Effect, Model, Modifier, Stochastic
-from allanite.fit import fit_model
-from allanite.fit.alternatives import RIVAL, may_leave, numbers, price, shown
+from allanite.fit import refitted, removes
+from allanite.fit.alternatives import RIVAL, may_leave, price, shown
 from allanite.fit.engine import solve
 from allanite.fit.result import Fit
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from allanite.fit.alternatives import Alternative
     from allanite.fit.engine import Solution
 
-__all__ = ["added_to", "pruned", "refitted", "swapped"]
+__all__ = ["added_to", "pruned", "swapped"]
 
 #: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
 #: showed once, while it explains more than what is not there does by chance.
@@ -24,21 +24,8 @@ KEEP, NEEDLESS = 0.5, 0.5
 #: One effect takes the place of another if they can be told apart; one that is less clearly better, by this much of logL
 #: for each number more, does if it leaves no more than this of the logarithm of the Allan error.
 HARDLY, NEARER = 3.0, 0.8
-#: Half-widths of a band within which a line is the same thing.
-BROAD = 3.0
 #: Loss of logL beyond what matters that no polish of shapes makes good.
 FAR = 25.0
-
-
-def refitted(fit: Fit, model: Model) -> Fit:
-    """The recording with another model; its transforms are used again where the same samples are missing."""
-    if _removing(model) != _removing(fit.model):
-        return fit_model(fit.recording, model)
-    return _of(fit, solve(fit.data, model, like=fit.solution))
-
-
-def _removing(model: Model) -> list[Effect]:
-    return [e for e in model.modifiers if e.removes]
 
 
 def _of(fit: Fit, solution: Solution) -> Fit:
@@ -70,7 +57,7 @@ def pruned(
         own = place < asked
         if may_leave(effect) and effect.kind not in gone and not (own and not shown(before, place)):
             least = (
-                NEEDLESS if own or effect.kind in stand_in else KEEP * numbers(effect) * price(fit)
+                NEEDLESS if own or effect.kind in stand_in else KEEP * effect.numbers * price(fit)
             )
             without = _without(fit, place, least)
             if without is not None:
@@ -96,7 +83,7 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
     # With the shapes as they are the loss is an upper bound: far above what matters, it need not be known better.
     rough = (
         solve(fit.data, less, like=fit.solution, polish=False)
-        if _removing(less) == _removing(fit.model)
+        if not removes(effects[place])
         else None
     )
     if rough is not None and fit.solution.log_likelihood - rough.log_likelihood > least + FAR:
@@ -118,19 +105,18 @@ def added_to(fit: Fit, effect: Effect, asked: int) -> tuple[Fit, tuple[str, ...]
         return None
     effects = fit.model.effects
     better = refitted(fit, Model((*effects[:place], *effects[place + 1 :], effect)))
-    more = numbers(effect) - numbers(effects[place])
+    more = effect.numbers - effects[place].numbers
     risen = better.solution.log_likelihood - fit.solution.log_likelihood
     return (better, (effects[place].kind,)) if risen - more * price(fit) > RIVAL else None
 
 
 def _one_thing(one: Effect, other: Effect, fit: Fit) -> bool:
     """Whether one is a line, the other a band, and the line in the band."""
-    for line, band in ((one, other), (other, one)):
-        if line.screened == "line" and band.family == "band":
-            at, centre = line.values["frequency"], band.values["frequency"]
-            width = BROAD * band.values["damping"] * centre + 2.0 / fit.data.duration
-            return bool(abs(at - centre) <= width)
-    return False
+    a, b = one.occupies, other.occupies
+    if a is None or b is None or (a[0] == a[1]) == (b[0] == b[1]):
+        return False
+    apart = max(a[0], b[0]) - min(a[1], b[1])
+    return apart <= 2.0 / fit.data.duration
 
 
 def _absent(effect: Effect) -> bool:
@@ -167,7 +153,7 @@ def swapped(
             if best is not None and found.evidence <= best[0]:
                 continue
             risen = found.solution.log_likelihood - fit.solution.log_likelihood
-            enough = risen >= HARDLY * max(1, numbers(found.effect) - numbers(effect))
+            enough = risen >= HARDLY * max(1, found.effect.numbers - effect.numbers)
             if found.evidence >= RIVAL or (enough and _nearer(_of(fit, found.solution), fit)):
                 best = found.evidence, found, effect.kind
     if best is None:

@@ -93,11 +93,6 @@ def improve(
             stop = "limit"
         better = None if stop is not None else next_rung(ladder, check)
         if better is None:
-            shape = unstacked(ladder)
-            if shape is not None and _errors_fall(fit, shape.fit):
-                ladder.append(shape)
-                check = check_fit(shape.fit)
-                stop = _stop(check, tolerance)
             return Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
         ladder.append(better)
         fit = better.fit
@@ -158,7 +153,8 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         risen += better.solution.log_likelihood - before
         start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
         return Rung(better, added, (*gave_way, *removed), risen, start, brought)
-    return None
+    shape = unstacked(ladder)
+    return shape if shape is not None and _errors_fall(fit, shape.fit) else None
 
 
 def _moved(before: Fit, after: Fit) -> bool:

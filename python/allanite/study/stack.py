@@ -1,4 +1,4 @@
-"""Where effects of one kind only describe one broad shape together, the shape without a name is the better model."""
+"""Where effects of one kind only describe one broad shape, the shape without a name is the better model."""
 
 from __future__ import annotations
 
@@ -6,15 +6,14 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from allanite.effects import Model, Stochastic
-from allanite.effects.unexplained import Unexplained
-from allanite.fit.alternatives import RIVAL, numbers, price
+from allanite.fit import refitted
+from allanite.fit.alternatives import RIVAL, price
 from allanite.study.ladder import Rung
-from allanite.study.moves import refitted
+from allanite.suggestion.rest import nameless
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from allanite.fit.result import Fit
 
 __all__ = ["unstacked"]
 
@@ -36,15 +35,10 @@ def unstacked(ladder: Sequence[Rung]) -> Rung | None:
     ]
     if len(stack) < 2:
         return None
-    better = refitted(fit, Model((*(e for e in fit.model if e not in stack), Unexplained())))
+    better = refitted(fit, Model((*(e for e in fit.model if e not in stack), nameless())))
     shape = better.model.effects[-1]
-    assert isinstance(shape, Unexplained)
-    saved = sum(map(numbers, stack)) - len(shape.bands or ())
-    if _risen(fit, better) + saved * price(fit) < RIVAL:
+    saved = sum(effect.numbers for effect in stack) - shape.numbers
+    risen = better.solution.log_likelihood - fit.solution.log_likelihood
+    if risen + saved * price(fit) < RIVAL:
         return None
-    removed = tuple(effect.kind for effect in stack)
-    return Rung(better, shape, removed, _risen(fit, better), 0, None)
-
-
-def _risen(before: Fit, after: Fit) -> float:
-    return after.solution.log_likelihood - before.solution.log_likelihood
+    return Rung(better, shape, tuple(effect.kind for effect in stack), risen)

@@ -83,18 +83,22 @@ class Check:
         """
         return None if self.adequate or self.significant else rest_of(self.fit)
 
+    @property
+    def left(self) -> list[str]:
+        """What the model does not explain: a sentence for each view on which it fails, and the shape without a name."""
+        return [*self.where.sentences(), *([] if self.rest is None else [str(self.rest)])]
+
     plot = verbs.check_plot
 
     def __str__(self) -> str:
         lines = [str(self.fit), ""]
-        sentences = self.where.sentences()
+        sentences = self.left
         lines += ["where it fails:"] if sentences else ["it fails nowhere beyond chance"]
         lines += [f"  {s}" for s in sentences]
         lines.append("")
         shown = [s for s in self.suggestions if s.significant] or list(self.suggestions[:2])
         if not any(s.significant for s in shown):
             lines.append("nothing in the catalogue is significantly missing")
-            lines += [] if self.rest is None else [str(self.rest)]
         else:
             lines.append("what is missing:")
         for i, s in enumerate(shown, 1):
@@ -117,7 +121,7 @@ class Check:
     def _repr_html_(self) -> str:
         from allanite.common.showing import html_list, html_table
 
-        where = self.where.sentences() or ["it fails nowhere beyond chance"]
+        where = self.left or ["it fails nowhere beyond chance"]
         shown = list(self.significant) or list(self.suggestions[:2])
         rows = [
             (

@@ -127,15 +127,10 @@ def _refit(
         judged = min(gain, beside.log_likelihood - rival.log_likelihood)
     if judged <= 0.0 or (effect.follows is not None and not _consistent(refitted, data)):
         return None
-    count = sum(
-        p.role in {"shape", "coefficient"} and not (p.optional and effect.values[p.name] is None)
-        for p in effect.parameters
-    )
     if effect.amplitudes().size > 1:
         judged = _of_one(judged)
-    return Candidate(
-        refitted.model.effects[-1], gain, effect.family, refitted, count, judged=judged
-    )
+    found = refitted.model.effects[-1]
+    return Candidate(found, gain, effect.family, refitted, found.numbers, judged=judged)
 
 
 def _of_one(gain: float) -> float:

@@ -9,12 +9,14 @@ import numpy as np
 
 from allanite.common.numbers import tidy
 from allanite.common.showing import brief
-from allanite.effects.unexplained import Unexplained
+from allanite.effects import CATALOGUE
+from allanite.fit.alternatives import price
 
 if TYPE_CHECKING:
+    from allanite.effects import Effect
     from allanite.fit.result import Fit
 
-__all__ = ["Rest", "rest_of"]
+__all__ = ["Rest", "nameless", "rest_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,11 +41,9 @@ class Rest:
     __repr__ = brief
 
     @property
-    def effect(self) -> Unexplained:
+    def effect(self) -> Effect:
         """The shape, to be added to the model."""
-        found = self.fit.model.effects[-1]
-        assert isinstance(found, Unexplained)
-        return found
+        return self.fit.model.effects[-1]
 
     def __str__(self) -> str:
         return tidy(
@@ -52,15 +52,19 @@ class Rest:
         )
 
 
+def nameless() -> Effect:
+    """What stands for a shape that nothing explains, without values."""
+    return next(cls for cls in CATALOGUE if cls.nameless)()
+
+
 def rest_of(fit: Fit) -> Rest | None:
     """What a smooth shape would describe beside a model; None where it explains less than its numbers cost."""
-    if any(isinstance(effect, Unexplained) for effect in fit.model):
+    if any(effect.nameless for effect in fit.model):
         return None
-    with_shape = fit.add(Unexplained())
+    with_shape = fit.add(nameless())
     solution = with_shape.solution
-    bands = getattr(solution.model.effects[-1], "bands", None) or ()
     risen = solution.log_likelihood - fit.solution.log_likelihood
-    if risen < 0.5 * len(bands) * np.log(max(float(solution.weight.sum()), 2.0)):
+    if risen < with_shape.model.effects[-1].numbers * price(fit):
         return None
     own = solution.columns[:, -1] * solution.theta[-1]
     ratio = own / np.maximum(solution.spectrum - own, 1e-300)

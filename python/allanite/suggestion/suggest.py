@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.effects import CATALOGUE, Model, Modifier, Stochastic
-from allanite.fit.alternatives import numbers
 from allanite.fit.engine import solve
 from allanite.fit.random_part import RandomPart
 from allanite.fit.result import Fit, plain
@@ -314,7 +313,7 @@ def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
     kinds = list(CATALOGUE)
 
     def order(effect: Effect) -> tuple[int, int]:
-        return numbers(effect), kinds.index(type(effect))
+        return effect.numbers, kinds.index(type(effect))
 
     for other in ranked[1:]:
         plain = other.effect.standard or (

@@ -1,10 +1,13 @@
 """Logs with random holes, jumps, joins, wraps, jitter and units: the rate and the gaps are those put in."""
 
+import contextlib
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from allanite.common.errors import InputError
 from allanite.recording.timebase import TIME_UNITS, read_stamps
 
 
@@ -86,12 +89,17 @@ def test_wraps(seed, bits, unit, rate, holes):
     keep[[0, -1]] = True
     place = np.flatnonzero(keep)
     step = round(1 / (rate * TIME_UNITS[unit]))
-    if 20 * step > 2**bits:
-        return  # a step back by less than twenty samples may be disorder: read so, or refused
+    if 4 * step > 2**bits:
+        return  # several wraps to a sample cannot be undone
     start = 2**bits - int(rng.integers(1, n // 2)) * step
     true = start + place * step
     t = true % 2**bits
     wraps = np.flatnonzero(np.diff(true // 2**bits))
+    if 20 * step > 2**bits:
+        # A step back by less than twenty samples may be disorder: read as that, or refused in a line.
+        with contextlib.suppress(InputError):
+            read_stamps(t, unit)
+        return
     found = read_stamps(t, unit)
     assert found.rate == pytest.approx(rate, rel=1e-6)
     assert found.wraps == tuple(wraps)

@@ -77,3 +77,36 @@ def test_bands_that_are_none_are_refused():
     for bands in ((1.0,), (1.0, -0.5), ()):
         with pytest.raises(al.AllaniteError, match="bands"):
             al.Unexplained(rms=1.0, bands=bands)
+
+
+def test_a_line_and_a_band_at_one_frequency_are_one_thing():
+    """A line in a model that has the band there, and the other way round: one of them stays."""
+    from allanite.study.moves import added_to
+
+    rng = np.random.default_rng(5)
+    time = np.arange(N) / RATE
+    line = shaped(np.ones(FREQUENCY.size), 5).samples + 0.02 * np.sin(2.0 * np.pi * 7.0 * time)
+    record = al.Recording(line, rate=RATE, unit="rad/s")
+    band = al.fit_model(record, "N+RES(frequency=7,damping=0.001)")
+    better, gave_way = added_to(band, al.Sinusoid(frequency=7.0), asked=1)
+    assert [e.kind for e in better.model] == ["angle_random_walk", "sinusoid"]
+    assert gave_way == ("resonance",)
+    # What the start has stays; a band says no more of a line than the line.
+    assert added_to(band, al.Sinusoid(frequency=7.0), asked=2) is None
+    pure = al.fit_model(record, "N+SIN(frequency=7)")
+    assert added_to(pure, al.Resonance(frequency=7.0, damping=0.001), asked=1) is None
+    apart = added_to(pure, al.Sinusoid(frequency=9.0, amplitude=rng.uniform(0.0, 1e-3)), asked=1)
+    assert [e.kind for e in apart[0].model][1:] == ["sinusoid", "sinusoid"]
+
+
+def test_two_lines_at_one_frequency_are_both_put_back():
+    """What a fit takes out of the record is counted by effects, not by their shapes."""
+    record = shaped(np.ones(FREQUENCY.size), 6)
+    two = al.fit_model(
+        record,
+        "N+SIN(frequency=7!,amplitude=0.01!,phase=0!)+SIN(frequency=7!,amplitude=0.02!,phase=0!)",
+    )
+    left = two.remove(2).remove(1)
+    np.testing.assert_allclose(
+        left.solution.ordinates, al.fit_model(record, "N").solution.ordinates, atol=1e-9
+    )

@@ -1,0 +1,42 @@
+"""What happens to the bias at one time: known functions of time with one height."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._known import Deterministic
+
+__all__ = ["Event"]
+
+
+@dataclass(frozen=True)
+class Event(Deterministic):
+    """A change of the bias of a height that is fitted."""
+
+    happens_once: ClassVar[bool] = True
+
+    def sampler(
+        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A function (first, last) → samples: those of a time need no others."""
+        return self._pointwise(rate, covariates)
+
+    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+        """The height."""
+        return self.with_values(height=float(amplitudes[0]))
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """(height,)."""
+        return np.array([self.values["height"] or 0.0])
+
+    def edge_error(self, density: float) -> float:
+        """Standard error of the time of an edge, s, in noise of this density: a jump h is placed to ±11 S/h² (95 %).
+
+        The limit law of a change point (Yao 1987) is not normal; the number given is its 95 % width over 1.96.
+        """
+        return 5.6 * density / max((self.values["height"] or 0.0) ** 2, 1e-300)
