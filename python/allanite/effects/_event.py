@@ -34,7 +34,7 @@ class Event(Deterministic):
         """(height,)."""
         return np.array([self.values["height"] or 0.0])
 
-    def edge_error(self, density: float) -> float:
+    def _edge_error(self, density: float) -> float:
         """Standard error of the time of an edge, s, in noise of this density: a jump h is placed to ±11 S/h² (95 %).
 
         The limit law of a change point (Yao 1987) is not normal; the number given is its 95 % width over 1.96.

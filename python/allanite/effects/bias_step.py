@@ -77,7 +77,7 @@ class BiasStep(Event):
         """Standard error of the time, s, in noise of the density S of which the height has the variance S·T/(t(T−t))."""
         t = min(max(self.time or 0.0, 0.01 * duration), 0.99 * duration)
         density = height_variance * t * (duration - t) / duration
-        return self.edge_error(density)
+        return self._edge_error(density)
 
     def regressors(
         self,

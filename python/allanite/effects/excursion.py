@@ -81,7 +81,7 @@ class Excursion(Event):
         assert self.end is not None
         length = min(max(self.end - self.start, 1e-3 * duration), 0.999 * duration)
         density = height_variance * length * (duration - length) / duration
-        return self.edge_error(density)
+        return self._edge_error(density)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]

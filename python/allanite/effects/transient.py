@@ -88,7 +88,7 @@ class Transient(Event):
         assert self.time_constant is not None
         # Of e^{−t/T} half a time constant counts.
         density = height_variance * min(0.5 * self.time_constant, duration)
-        return self.edge_error(density)
+        return self._edge_error(density)
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
