@@ -140,7 +140,7 @@ def _of_one(gain: float) -> float:
     return float(0.5 * ndtri_exp(-gain - np.log(2.0)) ** 2) if gain > 0.0 else gain
 
 
-def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
+def beside_the_best(screens: dict[str, Screen], data: Data, price: float) -> dict[str, Screen]:
     """The screens by family; a slow function that another one beats clearly is judged by what it adds to that one.
 
     A step at the start looks like a warm-up and like any temperature that rises from there.
@@ -150,8 +150,6 @@ def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]
         return screens
 
     def evidence(candidate: Candidate) -> float:
-        assert candidate.solution is not None
-        price = 0.5 * np.log(max(float(candidate.solution.weight.sum()), 2.0))
         return candidate.gain - price * candidate.parameters
 
     # Of two forms of one thing the one with more numbers explains a little more.

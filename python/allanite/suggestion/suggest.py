@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.effects import CATALOGUE, Model, Modifier, Stochastic
+from allanite.fit.alternatives import price
 from allanite.fit.engine import solve
 from allanite.fit.random_part import RandomPart
 from allanite.fit.result import Fit, plain
@@ -196,7 +197,7 @@ def suggest(
         progress()
         single = (*moments.result(), bursts.result())
         progress()
-        screens = beside_the_best({name: f.result() for name, f in found.items()}, data)
+        screens = beside_the_best({name: f.result() for name, f in found.items()}, data, price(fit))
         progress()
     families = {
         **{
