@@ -19,7 +19,7 @@ from allanite.fit.data import Noise
 from allanite.fit.deterministic import Design, Regression, design_of, regress
 from allanite.fit.discrepancy import SCALES, best_scale, levels
 from allanite.fit.random_part import RandomPart
-from allanite.fit.shape import fit_deterministic_shapes, fit_shapes
+from allanite.fit.shape import fit_deterministic_shapes, fit_shapes, reopened
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
@@ -125,7 +125,7 @@ def solve(
     rounds : int
         Most alternations between spectrum and regression.
     """
-    model = _with_white(model)
+    given = model = _with_white(model)
     bins = data.bins
     part = RandomPart(data, bins.power(data.ordinates), bins.count)
     taken = _Taken((), data.ordinates)
@@ -138,7 +138,12 @@ def solve(
     best = start if start is not None else _given(model, part)
     total, previous = -np.inf, -np.inf
     for turn in range(rounds):
+        again = reopened(model, given) if turn == 1 and polish else None
         model, best = fit_shapes(model, part, best, polished=polish)
+        if again is not None:
+            # Shapes were looked for before the functions of time were known, which a lag may have stood for.
+            anew = fit_shapes(again, part)
+            model, best = max((model, best), anew, key=lambda found: found[1].log_likelihood)
         model = with_coefficients(model, best.theta)
         if not model.deterministic:
             break

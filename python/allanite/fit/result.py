@@ -211,8 +211,11 @@ class Fit:
     def add(self, addition: Any) -> Fit:
         """Refit with an effect (or a suggestion's effect) added.
 
-        Values of the effect are starting values; coefficients are fitted anew with the rest.
+        Values of the effect are starting values; coefficients are fitted anew with the rest, from the values that a
+        suggestion of this fit found for them.
         """
+        if getattr(addition, "before", None) is self:
+            return self._with(addition.found.model)
         return self._with(self.model + getattr(addition, "effect", addition))
 
     def remove(self, place: int) -> Fit:

@@ -29,7 +29,14 @@ if TYPE_CHECKING:
     from allanite.fit.random_part import RandomPart
     from allanite.fit.whittle import Maximum
 
-__all__ = ["fit_deterministic_shapes", "fit_shapes", "free_places", "grid_models", "polish_line"]
+__all__ = [
+    "fit_deterministic_shapes",
+    "fit_shapes",
+    "free_places",
+    "grid_models",
+    "polish_line",
+    "reopened",
+]
 
 #: Ordinates about a line within which its frequency is polished.
 ZOOM = 48
@@ -98,6 +105,15 @@ def fit_shapes(
         model, start = put_together(model, place, part), None
     found = part.maximise(model, start)
     return polish(model, free_places(model), found, part) if polished else (model, found)
+
+
+def reopened(model: Model, given: Model) -> Model | None:
+    """The model with the shapes open again that had no value when it was given; None if all had."""
+    effects = [
+        old if not isinstance(old, Deterministic) and _open(old) else new
+        for new, old in zip(model.effects, given.effects, strict=True)
+    ]
+    return Model(tuple(effects)) if tuple(effects) != model.effects else None
 
 
 def _with(model: Model, place: int, effect: Effect) -> Model:

@@ -15,6 +15,7 @@ from allanite.fit.result import Fit
 if TYPE_CHECKING:
     from allanite.fit.alternatives import Alternative
     from allanite.fit.engine import Solution
+    from allanite.suggestion.suggest import Suggestion
 
 __all__ = ["added_to", "pruned", "swapped"]
 
@@ -93,14 +94,19 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
     return found if lost < least else None
 
 
-def added_to(fit: Fit, effect: Effect, asked: int) -> tuple[Fit, tuple[str, ...]] | None:
-    """The fit with an effect more, and the kind that gave way to it: of a line and a band at one frequency one stays.
+def added_to(
+    fit: Fit, addition: Effect | Suggestion, asked: int
+) -> tuple[Fit, tuple[str, ...]] | None:
+    """The fit with an effect more, or a suggestion's, and the kind that gave way to it.
+
+    Of a line and a band at one frequency one stays.
 
     None where the one that is there explains as much, or is one of the first `asked`, which the start has.
     """
+    effect: Effect = getattr(addition, "effect", addition)
     place = next((i for i, e in enumerate(fit.model) if _one_thing(e, effect, fit)), None)
     if place is None:
-        return fit.add(effect), ()
+        return fit.add(addition), ()
     if place < asked:
         return None
     effects = fit.model.effects

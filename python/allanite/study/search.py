@@ -14,6 +14,7 @@ from allanite.fit import fit_model
 from allanite.fit.prediction import worse
 from allanite.study.ladder import Rung, Study
 from allanite.study.moves import added_to, pruned, swapped
+from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
 from allanite.suggestion import check_fit
 
@@ -115,7 +116,7 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
     gone = {kind for rung in ladder for kind in rung.removed}
     stand_in = {rung.brought.kind for rung in ladder if rung.brought is not None and rung.removed}
     for suggestion in check.significant:
-        came = added_to(fit, suggestion.effect, asked)
+        came = added_to(fit, suggestion, asked)
         if came is None:
             continue
         better, gave_way = came
@@ -132,9 +133,14 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
                 continue
             risen += pair[0].solution.log_likelihood - before
             return Rung(pair[0], added, risen=risen, brought=pair[1])
+        pair = parted(check, better, added)
+        brought: Effect | None = None
+        if pair is not None and _errors_fall(fit, pair[0]):
+            better, added, brought = pair
+            risen += better.solution.log_likelihood - before
+            return Rung(better, added, gave_way, risen, brought=brought)
         better, removed = pruned(better, fit, asked, gone, stand_in)
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
-        brought: Effect | None = None
         own = set(range(asked - len(removed))) | {len(better.model) - 1}
         # A wandering process that came first may have stood for two.
         own |= {i for i, e in enumerate(better.model) if isinstance(e, Stochastic) and e.wanders}

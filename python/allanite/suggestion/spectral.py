@@ -34,6 +34,8 @@ __all__ = ["Candidate", "Screen", "directions", "screen_spectral"]
 LEAST = 0.5
 #: Plain forms of an effect from which the richer one is looked for, and the least rise of logL for which it is taken.
 EXTENDED, WORTH = 8, 8.0
+#: Other designs of a filter of the model that are polished with a candidate.
+DESIGNS = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,6 +162,30 @@ def _extended(
     return found
 
 
+def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
+    """The maximum over all shapes; where the model is known to be wrong, of the other designs of its filters too.
+
+    Shapes and designs that were there may stand for what is missing: a cutoff, or more sections of a filter, for a rise
+    towards the Nyquist frequency.
+    """
+    found = polish(model, free_places(model), best, part, roughly=True)
+    if best.scale is None:
+        return found
+    for place, effect in enumerate(model.effects[:-1]):
+        choices = [p.name for p in effect.parameters if p.role == "choice"]
+        if not choices or effect.held or not isinstance(effect, Modifier):
+            continue
+        others = [
+            found[0].replaced(place, **{name: variant.values[name] for name in choices})
+            for variant in type(effect)().variants()
+        ]
+        scanned = [(part.climb(part.linear(m), best.theta, best.scale), m) for m in others]
+        scanned.sort(key=lambda end: -end[0].log_likelihood)
+        ends = [polish(m, free_places(m), at, part, roughly=True) for at, m in scanned[:DESIGNS]]
+        found = max((found, *ends), key=lambda end: end[1].log_likelihood)
+    return found
+
+
 def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate | None:
     """The best of many starting points, shapes polished from the best few that differ."""
     scanned = added(base.model, points, base.best, part)
@@ -172,7 +198,8 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
     ]
     model, best = simplest(ends, last)
     model, best = _extended(ends, model, best, part)
-    # Steps and lines are found again beside the best; other shapes follow when it is added.
+    model, best = _redesigned(model, best, part)
+    # Steps and lines are found again beside the best.
     model = with_coefficients(model, best.theta)
     solution = solve(part.data, model, start=best, like=base, rounds=3, polish=False)
     fitted = solution.model.effects[-1]

@@ -1,0 +1,56 @@
+"""What stands for something else: a cutoff for quantization, a second lag for a random walk, a long lag for a step."""
+
+import numpy as np
+from scipy import signal
+
+import allanite as al
+import generators as g
+
+RATE, LENGTH = 50.0, 180_000
+N = 0.0126
+
+
+def _temperature(time_s):
+    return 2.0 * np.sin(2 * np.pi * time_s / 2500.0) + 3.0 * np.exp(-time_s / 1500.0)
+
+
+def test_a_candidate_is_refitted_with_the_shapes_of_the_others():
+    """A filter just below the Nyquist frequency had moved for the quantization beside it: ΔlogL 2 instead of 26."""
+    rng = np.random.default_rng(10)
+    b, a = signal.butter(2, 24.6 / (RATE / 2))
+    x = signal.lfilter(b, a, g.white(rng, LENGTH + 4096, RATE, N))[4096:]
+    x += g.quantization(rng, LENGTH, RATE, 2.6e-4)
+    study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N")
+    assert {e.kind for e in study.fit.model} == {"angle_random_walk", "bandwidth", "quantization"}
+    assert study.adequate
+
+
+def test_a_temperature_and_a_walk_come_before_two_lags_of_the_temperature():
+    """The second lag stands for the walk: as much of logL with a number more."""
+    rng = np.random.default_rng(3)
+    t = np.arange(LENGTH) / RATE
+    x = g.white(rng, LENGTH, RATE, N) + g.walk(rng, LENGTH, RATE, 1e-4)
+    x += 8.8e-3 * (_temperature(t) - _temperature(t).mean())
+    measured = _temperature(t) + 0.01 * rng.standard_normal(LENGTH)
+    recording = al.Recording(x, rate=RATE, unit="rad/s", covariates={"temperature": measured})
+    study = al.improve(recording, "N")
+    assert {e.kind for e in study.fit.model} == {
+        "angle_random_walk",
+        "covariate",
+        "rate_random_walk",
+    }
+    # Neither came alone: one rung holds both.
+    assert len(study.ladder) <= 3
+
+
+def test_shapes_are_looked_for_again_once_the_functions_of_time_are_known():
+    """A lag of an hour stood for the step on the first turn and was left at nothing on the second."""
+    rng = np.random.default_rng(9)
+    x = g.white(rng, LENGTH, RATE, N) + g.step(LENGTH, RATE, 1600.0, 5.5e-3)
+    x += g.gauss_markov(rng, LENGTH, RATE, 3.2e-3, 3.5)
+    fit = al.fit_model(al.Recording(x, rate=RATE, unit="rad/s"), "N+STEP+GM")
+    lag = fit.model.effects[-1]
+    assert (
+        1.2 < lag.correlation_time < 10.0
+    )  # a factor of e either way: its scatter is about 0.4 of ln T
+    assert fit.estimates[-1]["q_c"].detected
