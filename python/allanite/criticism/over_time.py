@@ -14,7 +14,7 @@ from allanite.fit.whittle import normal_scores
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
+    from allanite.fit.solution import Solution
     from allanite.fit.whitened import Whitened
 
 __all__ = ["TimeMap", "overdispersion", "time_map"]

@@ -27,6 +27,8 @@ class Deterministic(Effect):
     (array([0. , 0.2, 0.2]), (3, 1), array([0.2, 0.2]))
     >>> step.amplitudes(), step.with_amplitudes(np.array([0.3])).height
     (array([0.2]), 0.3)
+    >>> step.amplitudes_held, al.BiasStep(height=0.2, hold=("height",)).amplitudes_held
+    (False, True)
     >>> al.RateRamp(R=0.1).own_allan_variance(np.array([10.0]), 1.0).round(6)
     array([0.5])
     >>> al.BiasStep.regressor_ordinates([step], np.arange(1, 3), 3, 1.0, 0.0).shape
@@ -50,6 +52,11 @@ class Deterministic(Effect):
         """What the regressors depend on: the kind and every value that is no amplitude."""
         fitted = {p.name: p.role == "coefficient" for p in self.parameters}
         return type(self), *(v is None if fitted[name] else v for name, v in self.values.items())
+
+    @property
+    def amplitudes_held(self) -> bool:
+        """Whether one of its amplitudes is held, so that none is fitted."""
+        return any(p.role == "coefficient" and p.name in self.held for p in self.parameters)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
         """A copy whose values have these k fitted amplitudes."""

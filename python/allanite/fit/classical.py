@@ -15,12 +15,11 @@ from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
-from allanite.effects import Deterministic, Stochastic
-from allanite.fit.engine import with_coefficients
 from allanite.fit.estimates import shape_widening, widened
 from allanite.fit.gls import fit_gls, gls_factors
 from allanite.fit.lines import read_lines
-from allanite.fit.whittle import Maximum, log_likelihood
+from allanite.fit.solution import Fitted, Process, Regressed
+from allanite.fit.whittle import log_likelihood
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -44,35 +43,26 @@ def refit(fit: Fit, method: str) -> Fit:
     if any(set(e.held) for e in fit.model):
         raise InputError(f"method {method!r} cannot hold values: use whittle")
     values = _gls(fit) if method == "gls" else _lines(fit)
-    theta = np.array(
-        [
-            float(v[e.coefficient]) ** 2
-            for e, v in zip(fit.model.effects, values, strict=True)
-            if isinstance(e, Stochastic)
-        ]
-    )
-    model = with_coefficients(fit.model, theta)
-    if method == "lines":
-        model = replace(
-            model,
-            effects=tuple(
-                e.with_amplitudes(np.array([float(value) for value in v.values()]))
-                if isinstance(e, Deterministic)
-                else e
-                for e, v in zip(model.effects, values, strict=True)
-            ),
-        )
-    solution = fit.solution
-    spectrum = np.maximum(solution.columns @ theta, 1e-300)
-    bins = fit.data.bins
+    solution, bins = fit.solution, fit.data.bins
+    effects = tuple(_read(own, v) for own, v in zip(solution.effects, values, strict=True))
+    changed = replace(solution, effects=effects, scale=None, weight=solution.count)
+    spectrum = np.maximum(changed.columns @ changed.theta, 1e-300)
     value = log_likelihood(bins.power(solution.ordinates), bins.count, spectrum)
-    changed = replace(
-        solution,
-        model=model,
-        best=Maximum(theta, spectrum, value, None, solution.count),
-        log_likelihood=value,
-    )
-    return replace(fit, model=model, method=method, solution=changed, given=values)
+    changed = replace(changed, spectrum=spectrum, maximum=value, log_likelihood=value)
+    return replace(fit, model=changed.model, method=method, solution=changed, given=values)
+
+
+def _read(own: Fitted, values: dict[str, Any]) -> Fitted:
+    """A fitted effect with the values that a method read instead."""
+    if isinstance(own, Process):
+        name = own.effect.coefficient
+        value = float(values[name])
+        return replace(own, effect=own.effect.with_values(**{name: value}), theta=value**2)
+    if isinstance(own, Regressed) and own.effect.standard is not None:
+        name = own.effect.standard.name
+        effect = own.effect.with_values(**{name: float(values[name])})
+        return replace(own, effect=effect, amplitudes=effect.amplitudes())
+    return own
 
 
 def _residual(fit: Fit) -> NDArray[np.float64]:
@@ -93,11 +83,11 @@ def _gls(fit: Fit) -> tuple[dict[str, Any], ...]:
         [data.unit_terms(model, e) for e in model.stochastic],
     )
     low, high, by_chance = found.intervals()
-    place = 0
     out = []
-    for effect, values in zip(model.effects, fit.estimates, strict=True):
+    for fitted, values in zip(fit.solution.effects, fit.estimates, strict=True):
         own = dict(values)
-        if isinstance(effect, Stochastic):
+        if isinstance(fitted, Process):
+            effect, place = fitted.effect, fit.solution.processes.index(fitted)
             value = float(found.coefficients[place])
             detected = bool(by_chance[place] < DETECTED)
             ends = float(low[place]) if detected else 0.0, float(high[place])
@@ -105,9 +95,8 @@ def _gls(fit: Fit) -> tuple[dict[str, Any], ...]:
             given = values[effect.coefficient]
             if effect.free_shapes and detected and given.std_error and error is not None:
                 # Shapes are those of the Whittle fit, and so is what not knowing them adds.
-                factor = shape_widening(
-                    fit.solution, place, given.std_error / max(float(given), 1e-300)
-                )
+                relative = given.std_error / max(float(given), 1e-300)
+                factor = shape_widening(fit.solution, fitted, relative)
                 error *= factor
                 ends = widened(value, ends, factor)
             own[effect.coefficient] = Estimate(
@@ -117,7 +106,6 @@ def _gls(fit: Fit) -> tuple[dict[str, Any], ...]:
                 derived = own[parameter.name]
                 if parameter.role == "derived" and isinstance(derived, Estimate) and float(given):
                     own[parameter.name] = _times(derived, own[effect.coefficient], float(given))
-            place += 1
         out.append(own)
     return tuple(out)
 

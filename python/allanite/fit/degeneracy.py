@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from allanite.effects import Model
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
+    from allanite.fit.solution import Solution
 
 __all__ = ["Correlations", "correlations", "degeneracies"]
 

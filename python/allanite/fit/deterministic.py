@@ -48,13 +48,13 @@ class Design:
     ordinates : ndarray of int64, shape (k,)
         The ordinates j looked at.
     matrix : ndarray, shape (k, p)
-    owner : tuple of int
-        Which effect each of the p columns belongs to.
+    parts : tuple of slice
+        The columns of each effect.
     """
 
     ordinates: NDArray[np.int64]
     matrix: NDArray[np.float64]
-    owner: tuple[int, ...]
+    parts: tuple[slice, ...]
 
     __repr__ = brief
 
@@ -152,16 +152,16 @@ def design_of(
         if slow:
             parts.append(np.arange(1, min(data.n, LOW), dtype=np.int64))
         at = parts[0] if len(parts) == 1 else np.unique(np.concatenate(parts))
-    matrix, owner = [], []
+    blocks = []
     for i, effect in enumerate(effects):
         block = (
             comb_ordinates(*combs[i], at, data)
             if i in lines
             else regressor_ordinates([effect], at, data).T
         )
-        matrix.append(block)
-        owner += [i] * block.shape[1]
-    return Design(at, np.column_stack(matrix), tuple(owner))
+        blocks.append(block)
+    ends = np.cumsum([0, *(block.shape[1] for block in blocks)]).tolist()
+    return Design(at, np.column_stack(blocks), tuple(map(slice, ends[:-1], ends[1:])))
 
 
 def without_at(

@@ -13,15 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.blas import one_thread
-from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit.data import Noise
 from allanite.fit.deterministic import Design, Regression, design_of, regress
-from allanite.fit.discrepancy import SCALES, best_scale, levels
+from allanite.fit.discrepancy import best_scale, levels
 from allanite.fit.random_part import RandomPart
 from allanite.fit.shape import fit_deterministic_shapes, fit_shapes, reopened
+from allanite.fit.solution import Regressed, Solution, fitted, processes_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from allanite.fit.data import Data
     from allanite.fit.whittle import Maximum
 
@@ -30,73 +32,6 @@ __all__ = ["Solution", "solve", "with_coefficients"]
 Array = NDArray[np.float64]
 #: An amplitude that moves by less of its standard error is where it was: 5e-5 of logL.
 STILL = 0.01
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Solution:
-    """A fitted model with all that later steps need.
-
-    Attributes
-    ----------
-    model : Model
-        With fitted values.
-    best : Maximum
-        Squared coefficients, expected bin power, the scale of the discrepancy and the vote of each bin.
-    columns : ndarray, shape (bins, stochastic effects)
-        Expected bin power at coefficient 1.
-    power : ndarray, shape (bins,)
-        Measured bin power (deterministic effects taken out), U² per sample.
-    count : ndarray, shape (bins,)
-        Degrees of freedom of each bin: ordinates less what the regression used.
-    ordinates : ndarray, shape (n,)
-        Residual ordinates.
-    taken : tuple of Deterministic
-        What was taken out of them: the model's known functions to `STILL` of their scatter.
-    log_likelihood : float
-        Of the whole record: the residual in all its ordinates.
-    """
-
-    model: Model
-    best: Maximum
-    columns: Array
-    power: Array
-    count: Array
-    ordinates: Array
-    log_likelihood: float
-    taken: tuple[Deterministic, ...] = ()
-    design: Design | None = None
-    regression: Regression | None = None
-
-    __repr__ = brief
-
-    @property
-    def theta(self) -> Array:
-        """Squared coefficients, shape (stochastic effects,)."""
-        return self.best.theta
-
-    @property
-    def spectrum(self) -> Array:
-        """Expected bin power, shape (bins,)."""
-        return self.best.spectrum
-
-    @property
-    def weight(self) -> Array:
-        """Effective degrees of freedom of each bin: the vote that it had."""
-        return self.best.weight
-
-    @property
-    def level(self) -> Array:
-        """By how much each bin probably differs from the model, shape (bins,)."""
-        return levels(self.power, self.count, self.spectrum, self.best.scale)
-
-    @property
-    def discrepancy(self) -> float:
-        """Scale of the model's misfit, of ln power; 0 where nothing speaks against the model."""
-        return 0.0 if self.best.scale is None else float(SCALES[self.best.scale])
-
-    def noise(self, data: Data) -> Noise:
-        """What the random part expects of single ordinates."""
-        return Noise(data.terms(self.model), data.bins, self.level)
 
 
 @one_thread()
@@ -157,7 +92,7 @@ def solve(
         regression = _regress(model.deterministic, design, data, noise.variance(design.ordinates))
         model = _with_amplitudes(model, design, regression)
         scatter = np.sqrt(np.diag(regression.covariance))
-        taken = taken.moved(model.deterministic, design, scatter, data)
+        taken = taken.moved(model.deterministic, [scatter[own] for own in design.parts], data)
         ordinates = taken.ordinates
         used = np.zeros(bins.count.size)
         np.add.at(
@@ -175,17 +110,43 @@ def solve(
     assert best is not None
     linear = part.linear(model)
     total = RandomPart(data, bins.power(ordinates), bins.count).judged(best)
+    processes = processes_of(model, best.theta, linear.matrix)
+    functions: tuple[Regressed, ...] = ()
+    seen, leverage = np.zeros(0, dtype=np.int64), np.zeros(0)
+    if design is not None and regression is not None:
+        functions = _functions(model.deterministic, design, regression, taken.effects)
+        seen, leverage = design.ordinates, regression.leverage
     return Solution(
-        model,
-        best,
-        linear.matrix,
+        fitted(model, processes, functions),
+        best.spectrum,
+        best.weight,
+        best.scale,
+        best.log_likelihood,
         part.power,
         part.count,
         ordinates,
         total,
-        taken.effects if model.deterministic else (),
-        design,
-        regression,
+        seen,
+        leverage,
+    )
+
+
+def _functions(
+    effects: tuple[Deterministic, ...],
+    design: Design,
+    regression: Regression,
+    taken: tuple[Deterministic, ...],
+) -> tuple[Regressed, ...]:
+    """What a regression found for each of its effects."""
+    return tuple(
+        Regressed(
+            effect,
+            regression.amplitudes[own],
+            regression.covariance[own, own],
+            design.matrix[:, own],
+            out,
+        )
+        for effect, own, out in zip(effects, design.parts, taken, strict=True)
     )
 
 
@@ -197,20 +158,19 @@ class _Taken:
     ordinates: Array
 
     def moved(
-        self, effects: tuple[Deterministic, ...], design: Design, scatter: Array, data: Data
+        self, effects: tuple[Deterministic, ...], scatters: list[Array], data: Data
     ) -> _Taken:
-        """With these taken out instead; an amplitude that moves by less than `STILL` of its scatter stays."""
+        """With these taken out instead; amplitudes that move by less than `STILL` of their scatter stay."""
         before = list(self.effects)
         parts = []
         now = []
-        owner = np.array(design.owner)
-        for i, effect in enumerate(effects):
+        for effect, scatter in zip(effects, scatters, strict=True):
             amplitudes = effect.amplitudes()
             old = next((e for e in before if e.seen_alike == effect.seen_alike), None)
             if old is not None:
                 before = [e for e in before if e is not old]
                 change = amplitudes - old.amplitudes()
-                if (np.abs(change) <= STILL * scatter[owner == i]).all():
+                if (np.abs(change) <= STILL * scatter).all():
                     now.append(old)
                     continue
                 amplitudes = change
@@ -243,15 +203,32 @@ def _with_white(model: Model) -> Model:
 
 def with_coefficients(model: Model, theta: Array) -> Model:
     """The model with these squared coefficients; held ones stay."""
-    values = iter(theta)
-    effects: list[Effect] = []
-    for effect in model.effects:
-        if isinstance(effect, Stochastic):
-            value = float(np.sqrt(next(values)))
-            if effect.coefficient not in effect.held:
-                effect = effect.with_values(**{effect.coefficient: value})
-        effects.append(effect)
-    return Model(tuple(effects))
+    return _exchanged(
+        model,
+        Stochastic,
+        (
+            effect
+            if effect.coefficient in effect.held
+            else effect.with_values(**{effect.coefficient: float(np.sqrt(square))})
+            for effect, square in zip(model.stochastic, theta, strict=True)
+        ),
+    )
+
+
+def _with_amplitudes(model: Model, design: Design, regression: Regression) -> Model:
+    return _exchanged(
+        model,
+        Deterministic,
+        (
+            effect.with_amplitudes(regression.amplitudes[own])
+            for effect, own in zip(model.deterministic, design.parts, strict=True)
+        ),
+    )
+
+
+def _exchanged(model: Model, base: type[Effect], effects: Iterator[Effect]) -> Model:
+    """The model with others in place of its effects of a class, in their order."""
+    return Model(tuple(next(effects) if isinstance(e, base) else e for e in model))
 
 
 def _regress(
@@ -259,9 +236,11 @@ def _regress(
 ) -> Regression:
     """GLS of the amplitudes; those of effects with a held amplitude are taken out beforehand."""
     values = data.ordinates[design.ordinates]
-    held = np.array(
-        [bool(set(effects[i].held) & _amplitude_names(effects[i])) for i in design.owner]
-    )
+    given = [
+        np.full(own.stop - own.start, effect.amplitudes_held)
+        for effect, own in zip(effects, design.parts, strict=True)
+    ]
+    held = np.concatenate(given)
     if not held.any():
         return regress(design.matrix, values, variance)
     fixed = np.concatenate([e.amplitudes() for e in effects])
@@ -271,19 +250,3 @@ def _regress(
     amplitudes = np.where(held, fixed, 0.0)
     amplitudes[~held] = rest.amplitudes
     return replace(rest, amplitudes=amplitudes, covariance=covariance)
-
-
-def _amplitude_names(effect: Effect) -> set[str]:
-    return {p.name for p in effect.parameters if p.role == "coefficient"}
-
-
-def _with_amplitudes(model: Model, design: Design, regression: Regression) -> Model:
-    owner = np.array(design.owner)
-    index = 0
-    effects: list[Effect] = []
-    for effect in model.effects:
-        if isinstance(effect, Deterministic):
-            effect = effect.with_amplitudes(regression.amplitudes[owner == index])
-            index += 1
-        effects.append(effect)
-    return Model(tuple(effects))

@@ -11,17 +11,19 @@ from numpy.typing import NDArray
 
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit, column_unit
-from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic
+from allanite.effects import Deterministic, Effect, Model, Periodic
 from allanite.fit.data import column
 from allanite.fit.heavy import widened_by_tails
 from allanite.fit.marginal import slow_amplitudes
 from allanite.fit.missing import covariance_of_scores
 from allanite.fit.random_part import RandomPart
+from allanite.fit.solution import Process, Regressed
 from allanite.fit.whittle import information, profile_interval
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
+    from allanite.fit.marginal import Mixture
+    from allanite.fit.solution import Solution
 
 __all__ = ["estimates", "free_parameters", "joint_covariance", "shape_widening", "widened"]
 
@@ -39,8 +41,9 @@ UNKNOWN = 50.0
 def free_parameters(solution: Solution) -> int:
     """Fitted numbers that shape the expected bin power: active coefficients and their shapes."""
     count = 0
-    for effect, theta in zip(solution.model.stochastic, solution.theta, strict=True):
-        if theta > 0.0:
+    for own in solution.processes:
+        if own.theta > 0.0:
+            effect = own.effect
             count += (effect.coefficient not in effect.held) + len(effect.free_shapes)
     return count + sum(len(effect.free_shapes) for effect in solution.model.modifiers)
 
@@ -67,34 +70,34 @@ def estimates(
     """
     shaped = _shape_errors(solution, data)
     out: list[dict[str, Any]] = []
-    place = column_place = slow_column = 0
-    slow = None
+    slow: dict[Regressed, Mixture] = {}
     if any(not isinstance(e, Periodic) and not _all_held(e) for e in solution.model.deterministic):
         slow = slow_amplitudes(solution, data)
-    for position, effect in enumerate(solution.model.effects):
-        if isinstance(effect, Stochastic):
-            out.append(_stochastic(solution, effect, place, position, shaped, unit, data))
-            place += 1
-        elif isinstance(effect, Deterministic):
-            values = _deterministic(solution, effect, column_place, data, unit, column_units)
-            if slow is not None and not isinstance(effect, Periodic):
-                for name in _amplitude_names(effect):
-                    value = values[name]
-                    if value.interval is not None:
-                        error, interval = (
-                            slow.standard_error(slow_column),
-                            slow.interval(slow_column),
-                        )
-                        values[name] = Estimate(
-                            value.value, error, interval, value.unit, value.detected, name
-                        )
-                    slow_column += 1
+    for position, own in enumerate(solution.effects):
+        errors = {name: error for (place, name), error in shaped.items() if place == position}
+        if isinstance(own, Process):
+            out.append(_stochastic(solution, own, errors, unit, data))
+        elif isinstance(own, Regressed):
+            values = _deterministic(solution, own, data, unit, column_units)
+            if own in slow:
+                values |= _averaged(own.effect, values, slow[own])
             out.append(values)
-            column_place += 1
         else:
-            mine = {n: s for (p, n), s in shaped.items() if p == position}
-            out.append(_modifier(effect, mine, data, unit))
+            out.append(_modifier(own.effect, errors, data, unit))
     return tuple(out)
+
+
+def _averaged(
+    effect: Deterministic, values: Mapping[str, Any], law: Mixture
+) -> dict[str, Estimate]:
+    """Amplitudes with what not knowing the noise adds to their intervals."""
+    out = {}
+    for place, name in enumerate(_amplitude_names(effect)):
+        value = values[name]
+        if value.interval is not None:
+            error, interval = law.standard_error(place), law.interval(place)
+            out[name] = Estimate(value.value, error, interval, value.unit, value.detected, name)
+    return out
 
 
 def _amplitude_names(effect: Deterministic) -> list[str]:
@@ -126,18 +129,13 @@ def joint_covariance(
     model, spectrum = solution.model, solution.spectrum
     names: list[tuple[int, str]] = []
     slopes: list[NDArray[np.float64]] = []
-    place = 0
-    for position, effect in enumerate(model.effects):
-        active = not isinstance(effect, Deterministic)
-        if isinstance(effect, Stochastic):
-            theta = solution.theta[place]
-            active = theta > 0.0
-            if active and effect.coefficient not in effect.held:
-                names.append((position, effect.coefficient))
-                slopes.append(2.0 * theta * solution.columns[:, place] / spectrum)
-            place += 1
-        if not active:
+    for position, own in enumerate(solution.effects):
+        effect = own.effect
+        if isinstance(own, Regressed) or (isinstance(own, Process) and own.theta == 0.0):
             continue
+        if isinstance(own, Process) and own.effect.coefficient not in effect.held:
+            names.append((position, own.effect.coefficient))
+            slopes.append(2.0 * own.theta * own.column / spectrum)
         for name in effect.free_shapes:
             value = effect.values[name]
             if isinstance(value, str) or value is None:
@@ -171,17 +169,10 @@ def _total(model: Model, position: int, name: str, value: float, data: Data) -> 
 
 
 def _stochastic(
-    solution: Solution,
-    effect: Stochastic,
-    place: int,
-    position: int,
-    shaped: dict[tuple[int, str], float],
-    unit: str,
-    data: Data,
+    solution: Solution, own: Process, shaped: dict[str, float], unit: str, data: Data
 ) -> dict[str, Any]:
-    theta = float(solution.theta[place])
-    name = effect.coefficient
-    value = float(np.sqrt(theta))
+    effect, name = own.effect, own.effect.coefficient
+    value = float(np.sqrt(own.theta))
     own_unit = _unit(effect, name, unit)
     out: dict[str, Any] = {}
     if name in effect.held:
@@ -193,22 +184,22 @@ def _stochastic(
         part = RandomPart(data, solution.power, solution.count)
         here = replace(solution.best, log_likelihood=part.judged(solution.best))
         low, high, drop = profile_interval(
-            solution.power, solution.count, solution.columns, here, place
+            solution.power, solution.count, solution.columns, here, solution.processes.index(own)
         )
         low, high = float(np.sqrt(low)), float(np.sqrt(high))
         detected = drop > (DETECTED_SHAPED if effect.free_shapes else DETECTED)
-        relative = shaped.get((position, name))
+        relative = shaped.get(name)
         error = None if relative is None else value * relative
         if detected and relative is not None:
             # The profile is at fixed shapes: widened by what not knowing them adds to the standard error.
-            low, high = widened(value, (low, high), shape_widening(solution, place, relative))
+            low, high = widened(value, (low, high), shape_widening(solution, own, relative))
         if not detected:
             low = 0.0
         elif effect.white:
             low, high = widened_by_tails(value, (low, high), solution, data)
         out[name] = Estimate(value, error, (low, high), own_unit, detected, name)
     for shape in effect.free_shapes:
-        out[shape] = _shape(effect, shape, shaped.get((position, shape)), detected, unit)
+        out[shape] = _shape(effect, shape, shaped.get(shape), detected, unit)
     for parameter in effect.parameters:
         if parameter.name in out:
             continue
@@ -240,12 +231,12 @@ def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[flo
     return value * times(low / value) if low > 0.0 else 0.0, value * times(high / value)
 
 
-def shape_widening(solution: Solution, place: int, relative: float) -> float:
+def shape_widening(solution: Solution, own: Process, relative: float) -> float:
     """How much wider the standard error `relative` of ln(coefficient) is than at fixed shapes; at least 1."""
-    active = solution.theta > 0.0
-    slopes = 2.0 * solution.theta[active] * solution.columns[:, active] / solution.spectrum[:, None]
+    active = [process for process in solution.processes if process.theta > 0.0]
+    slopes = np.column_stack([2.0 * process.power / solution.spectrum for process in active])
     fisher = information(solution.count, solution.weight, slopes)
-    index = int(active[:place].sum())
+    index = active.index(own)
     fixed = float(np.sqrt(np.linalg.pinv(fisher, hermitian=True)[index, index]))
     return max(1.0, relative / fixed) if fixed > 0 else 1.0
 
@@ -294,20 +285,16 @@ def _modifier(effect: Effect, shaped: dict[str, float], data: Data, unit: str) -
 
 def _deterministic(
     solution: Solution,
-    effect: Deterministic,
-    place: int,
+    own: Regressed,
     data: Data,
     unit: str,
     column_units: Mapping[str, str],
 ) -> dict[str, Any]:
-    design, regression = solution.design, solution.regression
-    assert design is not None
-    assert regression is not None
-    mine = np.flatnonzero(np.array(design.owner) == place)
-    amplitudes = regression.amplitudes[mine]
-    covariance = regression.covariance[np.ix_(mine, mine)]
+    effect, amplitudes, covariance = own.effect, own.amplitudes, own.covariance
     drop = 0.5 * float(amplitudes @ np.linalg.pinv(covariance, hermitian=True) @ amplitudes)
-    detected = drop > (DETECTED_SHAPED if mine.size > 1 or effect.free_shapes else DETECTED_SIGNED)
+    detected = drop > (
+        DETECTED_SHAPED if amplitudes.size > 1 or effect.free_shapes else DETECTED_SIGNED
+    )
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
         value = effect.values[parameter.name]

@@ -17,7 +17,7 @@ from allanite.fit.whitened import whitened_ordinates
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
+    from allanite.fit.solution import Solution
 
 __all__ = ["widened_by_tails"]
 

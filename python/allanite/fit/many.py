@@ -262,11 +262,11 @@ def _loss(fit: Fit, place: int) -> Callable[[float], float]:
     s = fit.solution
     others = np.delete(s.columns, place, axis=1)
     rest = np.delete(s.theta, place)
-    best = climb(s.power, s.count, s.columns, s.theta, s.best.scale)
+    best = climb(s.power, s.count, s.columns, s.theta, s.scale)
 
     def loss(square: float) -> float:
         fixed = np.maximum(s.columns[:, place] * square, 1e-300)
-        found = climb(s.power, s.count, others, rest, s.best.scale, fixed)
+        found = climb(s.power, s.count, others, rest, s.scale, fixed)
         return max(0.0, best.log_likelihood - found.log_likelihood)
 
     return loss

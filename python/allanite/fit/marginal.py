@@ -19,7 +19,7 @@ from allanite.fit.whittle import information
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
+    from allanite.fit.solution import Regressed, Solution
 
 __all__ = ["Mixture", "slow_amplitudes"]
 
@@ -97,20 +97,15 @@ class _Record:
         return means, np.diagonal(covariance, axis1=1, axis2=2), value
 
 
-def slow_amplitudes(solution: Solution, data: Data) -> Mixture:
-    """Law of the amplitudes of all slow deterministic effects (lines, which see many ordinates, excepted).
-
-    Columns are those of the design that belong to slow effects, in order.
-    """
-    design, regression = solution.design, solution.regression
-    assert design is not None
-    assert regression is not None
-    effects = solution.model.deterministic
-    slow = np.array([not isinstance(effects[i], Periodic) for i in design.owner])
+def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
+    """Law of the amplitudes of each slow deterministic effect (lines, which see many ordinates, excepted)."""
+    slow = [own for own in solution.functions if not isinstance(own.effect, Periodic)]
     # Bins are not cut: the single ordinates end where a bin does.
     first = int(np.searchsorted(data.bins.edges, min(LOW, data.n), side="right")) - 1
     ordinates = np.arange(1, data.bins.edges[first], dtype=np.int64)
-    matrix = design.matrix[np.searchsorted(design.ordinates, ordinates)][:, slow]
+    seen = np.searchsorted(solution.seen, ordinates)
+    matrix = np.hstack([own.matrix[seen] for own in slow])
+    amplitudes = np.concatenate([own.amplitudes for own in slow])
     scale = np.maximum(np.sqrt((matrix**2).sum(axis=0)), 1e-300)
     stochastic = solution.model.stochastic
     low = np.column_stack(
@@ -120,7 +115,7 @@ def slow_amplitudes(solution: Solution, data: Data) -> Mixture:
     level = solution.level
     low *= np.repeat(level[:first], np.diff(data.bins.edges[: first + 1]))[:, None]
     record = _Record(
-        solution.ordinates[ordinates] + matrix @ regression.amplitudes[slow],
+        solution.ordinates[ordinates] + matrix @ amplitudes,
         matrix / scale,
         low,
         solution.columns[first:] * level[first:, None],
@@ -129,7 +124,12 @@ def slow_amplitudes(solution: Solution, data: Data) -> Mixture:
     )
     free = np.array([e.coefficient not in e.held for e in stochastic])
     means, variances, weights = _sample(record, solution, free)
-    return Mixture(means / scale, variances / scale**2, weights)
+    means, variances = means / scale, variances / scale**2
+    ends = np.cumsum([0, *(own.amplitudes.size for own in slow)])
+    return {
+        own: Mixture(means[:, first:last], variances[:, first:last], weights)
+        for own, first, last in zip(slow, ends[:-1], ends[1:], strict=True)
+    }
 
 
 def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tuple[Array, ...]:

@@ -24,7 +24,7 @@ from allanite.fit.data import density
 if TYPE_CHECKING:
     from allanite.effects import Model
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
+    from allanite.fit.solution import Solution
     from allanite.spectrum import Bins
 
 __all__ = ["complete", "covariance_of_scores", "settle"]

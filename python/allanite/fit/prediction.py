@@ -29,7 +29,7 @@ from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
+    from allanite.fit.solution import Solution
     from allanite.fit.whittle import Maximum
     from allanite.spectrum import Bins
 
@@ -162,17 +162,15 @@ def _std_error(losses: Array) -> float:
 def _used(bins: Bins, solution: Solution) -> Array:
     """Degrees of freedom that the regression used in each fold of each bin, shape (FOLDS, bins)."""
     used = np.zeros((FOLDS, bins.count.size))
-    if solution.design is not None and solution.regression is not None:
-        j = solution.design.ordinates
-        place = np.searchsorted(bins.edges, j, side="right") - 1
-        np.add.at(used, (j % FOLDS, place), solution.regression.leverage)
+    place = np.searchsorted(bins.edges, solution.seen, side="right") - 1
+    np.add.at(used, (solution.seen % FOLDS, place), solution.leverage)
     return used
 
 
 def _refitted(solution: Solution, part: RandomPart) -> Maximum:
     """The maximum of the same model uphill of its values, on other ordinates."""
     model = solution.model
-    found = part.climb(part.linear(model), solution.theta, solution.best.scale)
+    found = part.climb(part.linear(model), solution.theta, solution.scale)
     _, found = polish(model, free_places(model), found, part, roughly=True)
     return found
 

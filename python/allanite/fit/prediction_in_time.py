@@ -23,9 +23,8 @@ from allanite.fit.shape import ZOOM
 from allanite.fit.whitened import expected_level, white_power, whiten
 
 if TYPE_CHECKING:
-    from allanite.effects import Deterministic
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
+    from allanite.fit.solution import Solution
 
 __all__ = ["BLOCKS", "levels", "prices"]
 
@@ -43,41 +42,38 @@ def prices(data: Data, solution: Solution) -> Array:
     (Akaike 1973). Effects that happen once cost no more than that: no other block tells of them.
     """
     total = np.zeros(BLOCKS)
-    design, regression = solution.design, solution.regression
-    if design is None or regression is None:
+    if not solution.functions:
         return total
-    effects = solution.model.deterministic
-    owner = np.array(design.owner)
-    signal = design.matrix * regression.amplitudes
     noise = solution.noise(data)
 
-    def unstable(j: NDArray[np.int64], columns: NDArray[np.int64]) -> Array:
-        rows = np.searchsorted(design.ordinates, j)
-        values = solution.ordinates[j] + signal[np.ix_(rows, columns)].sum(axis=1)
-        return lost(
-            values, design.matrix[np.ix_(rows, columns)], noise.variance(j), mean=bool(j[0] == 1)
-        )
+    def unstable(j: NDArray[np.int64], matrix: Array, amplitudes: Array) -> Array:
+        rows = matrix[np.searchsorted(solution.seen, j)]
+        values = solution.ordinates[j] + (rows * amplitudes).sum(axis=1)
+        return lost(values, rows, noise.variance(j), mean=bool(j[0] == 1))
 
     slow = []
-    for i, effect in enumerate(effects):
-        if _given(effect):
+    for own in solution.functions:
+        effect = own.effect
+        if effect.amplitudes_held:
             continue
-        own = np.flatnonzero(owner == i)
-        shapes = len(effect.free_shapes)
+        numbers = own.amplitudes.size + len(effect.free_shapes)
         if effect.happens_once:
-            total += (own.size + shapes) / BLOCKS
+            total += numbers / BLOCKS
         elif isinstance(effect, Periodic):
             lines = np.zeros(BLOCKS)
             for k, (multiple, _, _) in enumerate(effect.lines):
                 j = window(multiple * (effect.frequency or 0.0), data, ZOOM)
-                lines += unstable(j, own[2 * k : 2 * k + 2])
-            total += _at_least(lines, own.size + shapes)
+                pair = slice(2 * k, 2 * k + 2)
+                lines += unstable(j, own.matrix[:, pair], own.amplitudes[pair])
+            total += _at_least(lines, numbers)
         else:
-            slow.append((own, shapes))
+            slow.append(own)
     if slow:
-        own = np.concatenate([columns for columns, _ in slow])
         j = np.arange(1, min(data.n, LOWEST), dtype=np.int64)
-        total += _at_least(unstable(j, own), own.size + sum(shapes for _, shapes in slow))
+        matrix = np.hstack([own.matrix for own in slow])
+        amplitudes = np.concatenate([own.amplitudes for own in slow])
+        shapes = sum(len(own.effect.free_shapes) for own in slow)
+        total += _at_least(unstable(j, matrix, amplitudes), amplitudes.size + shapes)
     return total
 
 
@@ -98,11 +94,6 @@ def levels(data: Data, solution: Solution) -> Array:
     loss = 0.5 * freedom * (power / expected - power + np.log(expected))
     times = sum(p.role == "time" for e in changes for p in e.parameters)
     return np.array([float(b.sum()) for b in np.array_split(loss, BLOCKS)]) + times / BLOCKS
-
-
-def _given(effect: Deterministic) -> bool:
-    """Whether the amplitudes were not fitted."""
-    return any(p.role == "coefficient" and p.name in effect.held for p in effect.parameters)
 
 
 def _at_least(costs: Array, numbers: int) -> Array:

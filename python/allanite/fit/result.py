@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Model
     from allanite.fit.alternatives import Alternative
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
     from allanite.fit.methods import MethodTable
     from allanite.fit.simulated import SimulatedCheck
+    from allanite.fit.solution import Solution
     from allanite.recording import Recording
     from allanite.statespace import StateSpace
 
@@ -146,7 +146,7 @@ class Fit:
     def discrepancy(self) -> Discrepancy:
         """By how much the model is wrong where it is: 0 where nothing speaks against it."""
         s = self.solution
-        low, high = scale_interval(s.power, s.count, s.spectrum, s.best.scale)
+        low, high = scale_interval(s.power, s.count, s.spectrum, s.scale)
         # Scales are of ln power; a deviation has half of it.
         return Discrepancy(50.0 * self.solution.discrepancy, (50.0 * low, 50.0 * high))
 
@@ -155,7 +155,7 @@ class Fit:
         """What a saturated model would gain in logL, less what chance gives; nats, about 0 for the true model."""
         s = self.solution
         best = float(-0.5 * s.count @ (np.log(s.power) + 1.0))
-        plain = judge(s.power, s.count, s.spectrum, s.best.scale).log_likelihood
+        plain = judge(s.power, s.count, s.spectrum, s.scale).log_likelihood
         return best - plain - chance_deviance(s.count)
 
     @property

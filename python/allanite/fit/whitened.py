@@ -21,7 +21,7 @@ from allanite.fit.data import density
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
+    from allanite.fit.solution import Process, Solution
 
 __all__ = [
     "Whitened",
@@ -172,21 +172,23 @@ def white_share(solution: Solution, data: Data, ordinate: int) -> float:
     """Part of the model's density at an ordinate that its white effect makes."""
     j = np.array([ordinate])
     total = density(data.terms(solution.model), j, data.n)[0]
-    for effect, theta in zip(solution.model.stochastic, solution.theta, strict=True):
-        if effect.white:
-            return float(
-                theta * density(data.unit_terms(solution.model, effect), j, data.n)[0] / total
-            )
-    return 0.0
+    white = _white(solution)
+    if white is None:
+        return 0.0
+    own = density(data.unit_terms(solution.model, white.effect), j, data.n)[0]
+    return float(white.theta * own / total)
+
+
+def _white(solution: Solution) -> Process | None:
+    return next((own for own in solution.processes if own.effect.white), None)
 
 
 def white_power(
     solution: Solution, data: Data, whitened: Whitened
 ) -> tuple[NDArray[np.float64] | None, float, float]:
     """Power over time of the octaves that the white effect dominates, its share in them, and values of all for each."""
-    effects = solution.model.stochastic
-    place = next((i for i, e in enumerate(effects) if e.white), None)
-    if place is None:
+    own = _white(solution)
+    if own is None:
         return None, 0.0, 0.0
     bands = whitened.bands
     if not bands:
@@ -195,10 +197,7 @@ def white_power(
     total, weight, shares = np.zeros(length), 0.0, 0.0
     for low, high, power, each in bands:
         j = np.array([(low + high) // 2])
-        white = (
-            solution.theta[place]
-            * density(data.unit_terms(solution.model, effects[place]), j, data.n)[0]
-        )
+        white = own.theta * density(data.unit_terms(solution.model, own.effect), j, data.n)[0]
         share = float(white / density(data.terms(solution.model), j, data.n)[0])
         if share < 0.5:
             continue

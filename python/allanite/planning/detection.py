@@ -29,7 +29,7 @@ from allanite.planning.trials import family_of
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
+    from allanite.fit.solution import Solution
     from allanite.planning.expected import Array, Columns
 
 __all__ = ["Power", "power"]

@@ -18,9 +18,10 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Deterministic, Model, Periodic
 from allanite.fit.data import SHORTEST, Data, column, columns
 from allanite.fit.deterministic import comb_ordinates, comb_window
-from allanite.fit.engine import Solution, with_coefficients
+from allanite.fit.engine import with_coefficients
 from allanite.fit.random_part import RandomPart
 from allanite.fit.shape import fit_shapes
+from allanite.fit.solution import Solution, fitted, processes_of
 from allanite.spectrum import bins_of
 
 if TYPE_CHECKING:
@@ -143,10 +144,14 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
 
     part = RandomPart(data, power, count, true=True)
     model, best = fit_shapes(model, part)
+    matrix = columns(model, model.stochastic, data)
+    model = with_coefficients(model, best.theta)
     return Solution(
-        with_coefficients(model, best.theta),
-        best,
-        columns(model, model.stochastic, data),
+        fitted(model, processes_of(model, best.theta, matrix)),
+        best.spectrum,
+        best.weight,
+        best.scale,
+        best.log_likelihood,
         power,
         count,
         data.ordinates,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Periodic
+from allanite.effects import Deterministic, Periodic, Stochastic
+from allanite.fit.solution import Process
 from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.spec import Axis, Band, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS
@@ -34,26 +35,28 @@ CHANGED = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One effect of a model as it is drawn: its colour, its name with numbers, its line (if it is one)."""
+    """The effect at a place of a model as it is drawn: its colour, its name with numbers, its line (if it is one)."""
 
     color: str
     dash: str
     label: str
+    place: int
     frequency: float | None = None
 
 
 def parts(fit: Fit) -> tuple[Part, ...]:
     """Stochastic effects, then deterministic ones: the order of ``fit.curve.components``."""
-    effects = [*fit.model.stochastic, *fit.model.deterministic]
+    placed = list(enumerate(fit.model))
+    random = [(k, e) for k, e in placed if isinstance(e, Stochastic)]
+    known = [(k, e) for k, e in placed if isinstance(e, Deterministic)]
     out = []
-    for i, effect in enumerate(effects):
-        place = next(k for k, e in enumerate(fit.model.effects) if e is effect)
+    for i, (place, effect) in enumerate([*random, *known]):
         numbers = values_text(effect, fit.estimates[place])
         name = effect_text(fit, effect)
         label = f"{name}: {numbers}" if numbers else name
         dash = "solid" if i < len(COMPONENTS) else "dot"
         frequency = effect.frequency if isinstance(effect, Periodic) else None
-        out.append(Part(COMPONENTS[i % len(COMPONENTS)], dash, label, frequency))
+        out.append(Part(COMPONENTS[i % len(COMPONENTS)], dash, label, place, frequency))
     return tuple(out)
 
 
@@ -131,11 +134,11 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
             "expected scatter (95 %) if the model is true",
         )
     )
-    known = parts(fit)
-    for i, part in enumerate(known):
-        if i < len(solution.theta):
-            own = mean(solution.columns[:, i] * solution.theta[i])
-            marks.append(Line(frequency, own, part.color, part.label, 1.2, part.dash))
+    for part in parts(fit):
+        own = solution.effects[part.place]
+        if isinstance(own, Process):
+            power = mean(own.power)
+            marks.append(Line(frequency, power, part.color, part.label, 1.2, part.dash))
         elif part.frequency is not None:
             marks.append(Rule(part.frequency, "x", part.color, "dash", part.label))
     if fit.model.deterministic:

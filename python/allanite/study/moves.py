@@ -14,7 +14,7 @@ from allanite.fit.result import Fit
 
 if TYPE_CHECKING:
     from allanite.fit.alternatives import Alternative
-    from allanite.fit.engine import Solution
+    from allanite.fit.solution import Solution
     from allanite.suggestion.suggest import Suggestion
 
 __all__ = ["added_to", "pruned", "swapped"]

@@ -22,7 +22,7 @@ from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
+    from allanite.fit.solution import Solution
 
 __all__ = ["screen_bursts"]
 
@@ -92,7 +92,9 @@ def _log_odds(solution: Solution, data: Data) -> float:
     j = np.arange(1, count, dtype=np.int64)
     total = density(data.terms(solution.model), j, data.n) / length
     lag_part = (
-        solution.theta[-1] * density(data.unit_terms(solution.model, lag), j, data.n) / length
+        solution.processes[-1].theta
+        * density(data.unit_terms(solution.model, lag), j, data.n)
+        / length
     )
     spectrum = np.maximum(total - lag_part, 1e-300), lag_part
     # Where a slow drift is larger than the lag, nothing is seen of the levels. But by chance more time is spent on one

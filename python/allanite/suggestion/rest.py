@@ -66,7 +66,7 @@ def rest_of(fit: Fit) -> Rest | None:
     risen = solution.log_likelihood - fit.solution.log_likelihood
     if risen < with_shape.model.effects[-1].numbers * price(fit):
         return None
-    own = solution.columns[:, -1] * solution.theta[-1]
+    own = solution.processes[-1].power
     ratio = own / np.maximum(solution.spectrum - own, 1e-300)
     top = int(np.argmax(ratio))
     wide = np.flatnonzero(ratio < 0.5 * ratio[top])

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from allanite.common.showing import brief
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.fit.data import column
-from allanite.fit.engine import Solution, solve, with_coefficients
+from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.polish import polish
 from allanite.fit.random_part import RandomPart
 from allanite.fit.scan import added, simplest, worth_polishing
@@ -26,6 +26,7 @@ from allanite.suggestion.evidence import arc_length
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
+    from allanite.fit.solution import Solution
     from allanite.fit.whittle import Maximum
 
 __all__ = ["Candidate", "Screen", "directions", "screen_spectral"]
@@ -90,10 +91,10 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
     if isinstance(effect, Modifier):
         if model.white is None:
             return np.zeros_like(solution.spectrum)
-        place = next(i for i, e in enumerate(model.stochastic) if e.white)
+        white = next(own for own in solution.processes if own.effect.white)
         # Its direction alone matters, also where another effect has taken all of the white noise.
         changed = column(data.unit_terms(model + effect, model.white), data)
-        return changed - solution.columns[:, place]
+        return changed - white.column
     assert isinstance(effect, Stochastic)
     return column(data.unit_terms(model, effect), data)
 
@@ -206,5 +207,4 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
     gain = solution.log_likelihood - base.log_likelihood
     if gain <= 0.0:
         return None
-    count = sum(p.role in {"coefficient", "shape"} for p in fitted.parameters)
-    return Candidate(fitted, gain, fitted.family, solution, count)
+    return Candidate(fitted, gain, fitted.family, solution, fitted.numbers)

@@ -34,7 +34,7 @@ RIVAL = 6.0
 if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.data import Data
-    from allanite.fit.engine import Solution
+    from allanite.fit.solution import Solution
     from allanite.fit.whitened import Whitened
 
     Progress = Callable[[int, int], None]

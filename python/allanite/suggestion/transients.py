@@ -14,7 +14,7 @@ from allanite.effects import Model
 from allanite.effects.noise_level_change import NoiseLevelChange
 from allanite.effects.outliers import Outliers
 from allanite.fit.data import without_samples
-from allanite.fit.engine import Solution, solve
+from allanite.fit.engine import solve
 from allanite.fit.missing import complete
 from allanite.fit.whitened import expected_level, white_power, whiten, with_normal_tails
 from allanite.suggestion.evidence import interval_trials
@@ -22,6 +22,7 @@ from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
+    from allanite.fit.solution import Solution
     from allanite.fit.whitened import Whitened
 
 __all__ = ["screen_levels", "screen_moments", "screen_outliers"]

@@ -38,9 +38,9 @@ def test_a_ramp_beside_flicker_and_random_walk(times):
         fit = _fit(_noise(rng, times * K) + g.ramp(LENGTH, RATE, RAMP), "N+B+K+R")
         low, high = fit["R"].interval
         covered.append(low <= RAMP <= high)
-        regression = fit.solution.regression
-        error = np.sqrt(regression.covariance[0, 0])
-        at_the_fit.append(abs(regression.amplitudes[0] - RAMP) <= 1.959964 * error)
+        [ramp] = fit.solution.functions
+        error = np.sqrt(ramp.covariance[0, 0])
+        at_the_fit.append(abs(ramp.amplitudes[0] - RAMP) <= 1.959964 * error)
     share, slack = _share(covered)
     told = f"covered {share:.3f}, at the fitted coefficients {np.mean(at_the_fit):.3f}"
     # 200 records know 95 % to 1.5 %. More is allowed: where K is hidden, K might be anything below what is seen, and

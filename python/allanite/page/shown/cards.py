@@ -34,11 +34,10 @@ def chips(fit: Fit, unit: str | None = None, colors: Sequence[str] = ()) -> list
     `unit` is the sample unit in which they are shown, or `SHEET`; None for the recording's. `colors` are the roles of
     the effects, in the order of the model.
     """
-    order = [*fit.model.stochastic, *fit.model.deterministic]
-    drawn = {id(e): part for e, part in zip(order, parts(fit), strict=True)}
+    drawn = {part.place: part for part in parts(fit)}
     out = []
     for place, (effect, values) in enumerate(zip(fit.model.effects, fit.estimates, strict=True)):
-        part = drawn.get(id(effect))
+        part = drawn.get(place)
         out.append(
             {
                 "place": place,

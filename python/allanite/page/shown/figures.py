@@ -45,9 +45,8 @@ def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> 
     fit = fit_of(tab)
     if fit is None:
         return figure
-    order = [*fit.model.stochastic, *fit.model.deterministic]
-    known = dict(zip(map(id, fit.model.effects), colors_of(tab.work, fit), strict=True))
-    roles = {p.label: known[id(e)] for e, p in zip(order, parts(fit), strict=True)}
+    colors = colors_of(tab.work, fit)
+    roles = {part.label: colors[part.place] for part in parts(fit)}
 
     def painted(mark: Mark) -> Mark:
         if isinstance(mark, Line | Rule) and mark.label in roles:

@@ -8,6 +8,7 @@ import numpy as np
 
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
+from allanite.fit.solution import Process
 from allanite.page.edits import shown_unit
 from allanite.page.shown.figures import colors_of, failing
 from allanite.plots.words import unit_text
@@ -150,13 +151,15 @@ def readings(
 def live(fit: Fit) -> dict[str, Any]:
     """What the misfit and the curve are made of, so that the browser follows a drag without asking."""
     solution, curve = fit.solution, fit.curve
-    places = [next(k for k, e in enumerate(fit.model) if e is s) for s in fit.model.stochastic]
-    own = [solution.columns[:, i] * solution.theta[i] for i in range(len(solution.theta))]
     return {
         "count": solution.count,
         "power": solution.power,
         "spectrum": solution.spectrum,
-        "own": {str(p): v for p, v in zip(places, own, strict=False)},
+        "own": {
+            str(place): own.power
+            for place, own in enumerate(solution.effects)
+            if isinstance(own, Process)
+        },
         "groups": fit.data.bins.groups,
         # Nothing is fitted while a line is dragged.
         "dof": len(fit.data.bins.groups),

@@ -124,12 +124,10 @@ def _units(unit: str) -> list[dict[str, Any]]:
 
 def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
     """Tell the page which line belongs to which chip, which is the sum, and what was measured."""
-    order = [*fit.model.stochastic, *fit.model.deterministic]
-    for effect, part in zip(order, parts(fit), strict=True):
-        place = next(i for i, e in enumerate(fit.model.effects) if e is effect)
+    for part in parts(fit):
         for trace in data:
             if trace.get("name") == words(part.label):
-                trace["meta"] = f"effect-{place}"
+                trace["meta"] = f"effect-{part.place}"
     for trace in data:
         own = str(trace.get("yaxis")) in ("y", "y1")
         if trace.get("name") == "model" and own:
