@@ -26,9 +26,9 @@ from allanite.effects import (
     model_from_dict,
     model_to_dict,
     parse_model,
+    white_noise,
 )
 from allanite.effects._base import SCREENS
-from allanite.effects.angle_random_walk import AngleRandomWalk
 from allanite.effects.gauss_markov import GaussMarkov
 from allanite.simulate import simulate
 from allanite.spectrum import bins_of
@@ -151,7 +151,7 @@ def check_round_trip(effect: Effect) -> None:
 
 
 def _as_model(effect: Effect) -> Model:
-    return Model((AngleRandomWalk(N=1.0), effect) if isinstance(effect, Modifier) else (effect,))
+    return Model((white_noise(1.0), effect) if isinstance(effect, Modifier) else (effect,))
 
 
 def integrated(density: Array, weight: Array, w: Array, m: float, rate: float) -> float:

@@ -4,7 +4,7 @@ from allanite.effects._base import Effect, Modifier, Parameter, Stochastic, Stra
 from allanite.effects._known import Deterministic, Periodic
 from allanite.effects.files import model_from_dict, model_to_dict, parse_model
 from allanite.effects.model import Model
-from allanite.effects.registry import CATALOGUE, find, register, standard
+from allanite.effects.registry import CATALOGUE, find, register, standard, white_noise
 
 __all__ = [
     "CATALOGUE",
@@ -22,4 +22,5 @@ __all__ = [
     "parse_model",
     "register",
     "standard",
+    "white_noise",
 ]

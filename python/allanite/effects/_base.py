@@ -262,6 +262,8 @@ class Stochastic(Effect):
     ((White(variance=10.0),), 1)
     >>> al.BurstNoise(amplitude=1.0, dwell_time=2.0).generator(rate=10.0) is None
     False
+    >>> print(al.BurstNoise.like(al.GaussMarkov(q_c=1.0, correlation_time=2.0)))
+    RTS(amplitude=1, dwell_time=4)
     >>> pieces = al.Unexplained.pieces(10_000, 100.0)  # of which a fit puts this effect together
     >>> len(pieces), al.Unexplained.joined(pieces[:2], [1.0, 3.0]).rms
     (24, 2.0)
@@ -286,6 +288,11 @@ class Stochastic(Effect):
                 f"{self.kind}: {self.coefficient} has no value yet: give one, or fit it"
             )
         return tuple(term.scaled(value**2) for term in self.unit_terms(rate))
+
+    @classmethod
+    def like(cls, other: Effect) -> Self | None:
+        """The effect of the same spectrum as another one with values; by default None: there is none."""
+        return None
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
@@ -313,6 +320,10 @@ class Modifier(Effect):
     (array([1., 2.]), 2.5)
     >>> louder.missing(2, 10.0), louder.generators(1.0, 10.0)
     (array([False, False]), None)
+    >>> al.NoiseLevelChange.during(50.0, 100.0, 2.0) == louder, al.NoiseLevelChange.at([1.0])
+    (True, None)
+    >>> al.Outliers.at([1.0, 7.0]).moments
+    (1.0, 7.0)
     >>> louder.modify(1.0, 10.0, (0.0, 100.0))  # white noise of variance 1 over the whole record
     (White(variance=2.5),)
     """
@@ -328,6 +339,21 @@ class Modifier(Effect):
     ) -> tuple[Self, ...]:
         """None where the model has no white part to change."""
         return super().candidates(model, columns) if model.white is not None else ()
+
+    @classmethod
+    def at(cls, times: Sequence[float]) -> Self | None:
+        """The effect at samples that stand out, where a check of single samples looks for it; by default None."""
+        return None
+
+    @classmethod
+    def during(cls, start: float, end: float, factor: float) -> Self | None:
+        """The effect where the white level is `factor` times the rest, where a check looks for that; by default None."""
+        return None
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Times of the single samples that it names, s; by default none."""
+        return ()
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None

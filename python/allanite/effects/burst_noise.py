@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
-from allanite.effects._base import Parameter, Stochastic
+from allanite.effects._base import Effect, Parameter, Stochastic
+from allanite.effects.gauss_markov import GaussMarkov
 from allanite.effects.terms import Exponential, Term
 
 
@@ -57,6 +58,13 @@ class BurstNoise(Stochastic):
         "low-pass the samples and look at their histogram: two peaks; it depends steeply on temperature and supply"
     )
     rivals: ClassVar[tuple[str, ...]] = ("gauss_markov",)
+
+    @classmethod
+    def like(cls, other: Effect) -> Self | None:
+        """Levels ±σ and a mean dwell time 2T for a Gauss-Markov process."""
+        if not isinstance(other, GaussMarkov):
+            return None
+        return cls(amplitude=other.sigma, dwell_time=2.0 * (other.correlation_time or 0.0))
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """One exponential of variance 1."""

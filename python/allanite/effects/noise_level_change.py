@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,6 +52,11 @@ class NoiseLevelChange(Modifier):
         "look at the laboratory's log for that interval; trim it and fit again: everything else should stay"
     )
     rivals: ClassVar[tuple[str, ...]] = ("outliers",)
+
+    @classmethod
+    def during(cls, start: float, end: float, factor: float) -> Self:
+        """The interval and its factor."""
+        return cls(start=start, end=end, factor=factor)
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Self
 
@@ -67,6 +67,16 @@ class Outliers(Modifier):
     ) -> tuple[Self, ...]:
         """Whatever the model is made of: a wrong sample needs no white part beside it."""
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
+
+    @classmethod
+    def at(cls, times: Sequence[float]) -> Self:
+        """All of them."""
+        return cls(count=float(len(times)), times=tuple(map(float, times)))
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """`times`."""
+        return self.times or ()
 
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None

@@ -8,7 +8,7 @@ from threading import RLock
 from typing import TypeVar
 
 from allanite.common.errors import InputError
-from allanite.effects._base import SCREENS, Effect
+from allanite.effects._base import SCREENS, Effect, Stochastic
 from allanite.effects.angle_random_walk import AngleRandomWalk
 from allanite.effects.bandwidth import Bandwidth
 from allanite.effects.bias_instability import BiasInstability
@@ -32,7 +32,7 @@ from allanite.effects.two_lags import TwoLags
 from allanite.effects.unexplained import Unexplained
 from allanite.effects.warm_up import WarmUp
 
-__all__ = ["CATALOGUE", "Catalogue", "find", "register", "standard"]
+__all__ = ["CATALOGUE", "Catalogue", "find", "register", "standard", "white_noise"]
 
 #: Group of entry points under which an installed package offers effects: ``name = "package.module:MyEffect"``.
 ENTRY_POINTS = "allanite.effects"
@@ -201,3 +201,9 @@ def register(effect: E) -> E:
 def standard() -> dict[str, type[Effect]]:
     """The five effects of IEEE 952-1997 by the names of their coefficients: Q, N, B, K, R."""
     return {e.standard.name: e for e in CATALOGUE if e.standard is not None}
+
+
+def white_noise(coefficient: float | None = None) -> Stochastic:
+    """The effect that is white noise, with this coefficient or to be fitted."""
+    cls = next(e for e in CATALOGUE if issubclass(e, Stochastic) and e.white)
+    return cls().with_values(**{cls.coefficient: coefficient})

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects.angle_random_walk import AngleRandomWalk
+from allanite.effects import Effect, standard, white_noise
 from allanite.effects.gauss_markov import GaussMarkov
-from allanite.effects.rate_random_walk import RateRandomWalk
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,10 +63,20 @@ class Choice:
     @property
     def model(self) -> Model:
         """The numbers as a model in SI."""
-        out = AngleRandomWalk(N=self.N) + RateRandomWalk(K=self.K)
+        out = white_noise(self.N) + walk(self.K)
         if self.q_c:
-            out = out + GaussMarkov(q_c=self.q_c, correlation_time=self.correlation_time)
+            out = out + lag(self.q_c, self.correlation_time)
         return out
+
+
+def walk(K: float) -> Effect:
+    """The slow process of a filter that has a random walk for it."""
+    return standard()["K"]().with_values(K=K)
+
+
+def lag(q_c: float, time: float) -> GaussMarkov:
+    """The slow process of a filter that has a first-order lag for it."""
+    return GaussMarkov(q_c=q_c, correlation_time=float(time))
 
 
 def choose(axis: Axis, *, overbound: bool = False) -> Choice:
@@ -116,14 +125,14 @@ def choose_lag(axis: Axis, time: float | None = None, *, overbound: bool = False
     first = choose(axis)
     remarks = [("N", first.remark("N"))]
     lags = [e for e in axis.model.stochastic if isinstance(e, GaussMarkov)]
-    others = [e for e in axis.model.effects if e.short != "N" and not isinstance(e, GaussMarkov)]
+    others = len(axis.model) - len(lags) - (axis.model.white is not None)
     if len(lags) == 1 and not others and time in (None, lags[0].correlation_time):
         q_c, own = float(lags[0].q_c or 0.0), float(lags[0].correlation_time or 0.0)
         if q_c > 0.0:
-            holds = ("N", "GM") if "N" in first.holds else ("GM",)
+            holds = (*first.holds, lags[0].short)
             return Choice(first.N, 0.0, axis.scale * q_c, own, tuple(remarks), holds)
     tau, model = axis.taus, axis.allan(noise=True)
-    white = AngleRandomWalk(N=first.N).allan_variance(tau, axis.sampling)
+    white = white_noise(first.N).allan_variance(tau, axis.sampling)
     missing = NEARLY**2 * model - white
     if not (missing > 0.0).any():
         # A larger one would have been seen: as large as the white noise at the longest τ.
@@ -131,7 +140,7 @@ def choose_lag(axis: Axis, time: float | None = None, *, overbound: bool = False
     times = np.geomspace(4.0 * tau[0], 10.0 * tau[-1], 60) if time is None else np.array([time])
     best: tuple[float, float, float] | None = None
     for T in times:
-        one = GaussMarkov(q_c=1.0, correlation_time=float(T)).allan_variance(tau, axis.sampling)
+        one = lag(1.0, T).allan_variance(tau, axis.sampling)
         size = max(0.0, float((missing / one).max()))
         excess = float(np.log((white + size * one) / np.maximum(model, white)).mean())
         if best is None or excess < best[0] - 1e-12:
@@ -158,8 +167,8 @@ def _limit(estimate: object) -> float:
 def _covering_walk(
     axis: Axis, N: float, tau: NDArray[np.float64], model: NDArray[np.float64]
 ) -> tuple[float, str]:
-    unit = RateRandomWalk(K=1.0).allan_variance(tau, axis.sampling)
-    white = AngleRandomWalk(N=N).allan_variance(tau, axis.sampling)
+    unit = walk(1.0).allan_variance(tau, axis.sampling)
+    white = white_noise(N).allan_variance(tau, axis.sampling)
     needed = float(((NEARLY**2 * model - white) / unit).max())
     if needed > 0.0:
         return float(np.sqrt(needed)), (

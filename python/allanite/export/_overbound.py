@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
-from allanite.effects.angle_random_walk import AngleRandomWalk
-from allanite.effects.gauss_markov import GaussMarkov
-from allanite.effects.rate_random_walk import RateRandomWalk
-from allanite.export._choice import Choice
+from allanite.effects import white_noise
+from allanite.export._choice import Choice, lag, walk
 
 if TYPE_CHECKING:
     from allanite.effects._base import Effect
@@ -25,7 +23,7 @@ PER_DECADE = 12
 
 def overbound_walk(axis: Axis) -> Choice:
     """N and K, by linear programming in their squares."""
-    sizes, _ = _smallest(axis, RateRandomWalk(K=1.0))
+    sizes, _ = _smallest(axis, walk(1.0))
     return Choice(float(np.sqrt(sizes[0])), float(np.sqrt(sizes[1])), overbound=True)
 
 
@@ -35,7 +33,7 @@ def overbound_lag(axis: Axis, time: float | None = None) -> Choice:
     low, high = 4.0 * tau[0], 10.0 * tau[-1]
     count = max(2, int(PER_DECADE * np.log10(high / low)))
     times = np.geomspace(low, high, count) if time is None else np.array([time])
-    found = [(_smallest(axis, GaussMarkov(q_c=1.0, correlation_time=float(T))), T) for T in times]
+    found = [(_smallest(axis, lag(1.0, T)), T) for T in times]
     (sizes, _), best = min(found, key=lambda item: item[0][1])
     white, slow = np.sqrt(sizes)
     return Choice(float(white), 0.0, float(slow), float(best), overbound=True)
@@ -49,8 +47,7 @@ def _smallest(axis: Axis, slow: Effect) -> tuple[NDArray[np.float64], float]:
     f = np.geomspace(1.0 / tau[-1], 0.4999 * fs, 8 * int(np.log10(fs * tau[-1]) + 1))
     limit = np.concatenate([axis.allan(upper=True), axis.psd(f, upper=True)])
     columns = [
-        np.concatenate([e.allan_variance(tau, fs), e.psd(f, fs)])
-        for e in (AngleRandomWalk(N=1.0), slow)
+        np.concatenate([e.allan_variance(tau, fs), e.psd(f, fs)]) for e in (white_noise(1.0), slow)
     ]
     there = limit > 0.0
     design = np.column_stack(columns)[there] / limit[there, None]

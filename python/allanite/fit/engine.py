@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.blas import one_thread
-from allanite.effects import Deterministic, Effect, Model, Stochastic
+from allanite.effects import Deterministic, Effect, Model, Stochastic, white_noise
 from allanite.fit.data import Noise
 from allanite.fit.deterministic import Design, Regression, design_of, regress
 from allanite.fit.discrepancy import best_scale, levels
@@ -195,9 +195,7 @@ def _given(model: Model, part: RandomPart) -> Maximum | None:
 def _with_white(model: Model) -> Model:
     """Add white noise if the model has no stochastic effect."""
     if not model.stochastic:
-        from allanite.effects.angle_random_walk import AngleRandomWalk
-
-        return Model((AngleRandomWalk(), *model.effects))
+        return Model((white_noise(), *model.effects))
     return model
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.effects import standard
-from allanite.effects.bias_instability import BiasInstability
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -330,12 +329,14 @@ def nearest_slopes(samples: ArrayLike, rate: float) -> NearestSlopes:
         read(0.5, 3.0),
         read(0.0, 1.0),
     )
+    flicker = standard()["B"].standard
+    assert flicker is not None
     return NearestSlopes(
         tau.copy(),
         sigma.copy(),
         n_value,
         k_value,
-        plateau / BiasInstability.standard.level,
+        plateau / flicker.level,
         n_tau,
         k_tau,
         b_tau,

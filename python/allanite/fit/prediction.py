@@ -176,11 +176,10 @@ def _refitted(solution: Solution, part: RandomPart) -> Maximum:
 
 
 def _outliers(data: Data, solution: Solution) -> Array:
-    """Price of the outliers in each block."""
+    """Price of the single samples named in each block, each chosen among all."""
     out = np.zeros(BLOCKS)
-    for effect in solution.model:
-        if effect.kind == "outliers":
-            times = np.array(effect.values["times"] or ()) - data.start
-            block = np.clip((times / data.duration * BLOCKS).astype(int), 0, BLOCKS - 1)
-            np.add.at(out, block, np.log(data.n))
+    for effect in solution.model.modifiers:
+        times = np.array(effect.moments) - data.start
+        block = np.clip((times / data.duration * BLOCKS).astype(int), 0, BLOCKS - 1)
+        np.add.at(out, block, np.log(data.n))
     return out

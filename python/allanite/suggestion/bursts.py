@@ -13,9 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.effects import Model
-from allanite.effects.burst_noise import BurstNoise
-from allanite.effects.gauss_markov import GaussMarkov
+from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit.data import density
 from allanite.fit.engine import solve
 from allanite.suggestion.spectral import Candidate
@@ -47,7 +45,11 @@ CHAIN = 512
 
 def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | None:
     """Burst noise where a Gauss-Markov candidate's residual has two levels, or might have."""
-    found = next((c for c in candidates if isinstance(c.effect, GaussMarkov)), None)
+    twins = [
+        cls for cls in CATALOGUE if issubclass(cls, Stochastic) and cls.screened == "two levels"
+    ]
+    pairs = ((c, cls.like(c.effect)) for cls in twins for c in candidates)
+    found, effect = next(((c, twin) for c, twin in pairs if twin is not None), (None, None))
     if found is None or found.solution is None or found.gain < LEAST:
         return None
     if max(c.gain for c in candidates) - found.gain > DECIDED:
@@ -58,10 +60,7 @@ def screen_bursts(candidates: tuple[Candidate, ...], data: Data) -> Candidate | 
     odds = _log_odds(found.solution, data)
     if odds < REFUTED:
         return None
-    values = found.effect.values
-    effect = BurstNoise(
-        amplitude=float(values["sigma"]), dwell_time=2.0 * float(values["correlation_time"])
-    )
+    assert effect is not None
     # Between the two limits the record does not decide: a rival, and not put before the Gauss-Markov process.
     gain = found.gain + (odds if odds > DECIDED else min(odds, 0.0))
     refitted = solve(

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.common.tails import coarse_step, outlier_limit
 from allanite.criticism.over_time import overdispersion
-from allanite.effects import Model
-from allanite.effects.noise_level_change import NoiseLevelChange
-from allanite.effects.outliers import Outliers
+from allanite.effects import CATALOGUE, Model, Modifier
 from allanite.fit.data import without_samples
 from allanite.fit.engine import solve
 from allanite.fit.missing import complete
@@ -75,14 +73,18 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> Candida
     # The white part alone changes: what else is in the bands dilutes it.
     factor = float(np.sqrt(max(1e-6, 1.0 + (ratio - 1.0) / share)))
     scale = data.duration / power.size
-    effect = NoiseLevelChange(
-        start=data.start + start * scale, end=data.start + end * scale, factor=factor
-    )
+    interval = data.start + start * scale, data.start + end * scale
+    changes = (cls.during(*interval, factor) for cls in _screened("level"))
+    effect = next((change for change in changes if change is not None), None)
     # Where the model is wrong by so much anyway, a smaller change of level is no effect.
-    if gain < 4.0 or abs(factor - 1.0) < solution.discrepancy:
+    if effect is None or gain < 4.0 or abs(factor - 1.0) < solution.discrepancy:
         return None
     refitted = solve(data, solution.model + effect, like=solution, rounds=3)
     return Candidate(refitted.model.effects[-1], gain, "level", refitted, 3, min(0.0, chance))
+
+
+def _screened(key: str) -> list[type[Modifier]]:
+    return [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == key]
 
 
 def _log_tail(gain: float) -> float:
@@ -177,7 +179,8 @@ def screen_outliers(
     """
     from scipy.special import log_ndtr, ndtri_exp
 
-    if not Outliers.candidates(solution.model, data.covariates) or samples.size < data.n:
+    wanted = [c for c in _screened("outlier") if c.candidates(solution.model, data.covariates)]
+    if not wanted or samples.size < data.n:
         return None
     centre = np.median(samples)
     # The widest of three quantiles (of a normal law 0.6745, 1 and 2 σ): noise that is merely not normal has no outliers.
@@ -200,9 +203,9 @@ def screen_outliers(
     if gain <= 0.0:
         return None
     largest = float(np.log(2.0 * data.n) + log_ndtr(-float(z.max())))
-    effect = Outliers(
-        count=float(index.size), times=tuple(float(t) for t in data.start + index / data.rate)
-    )
+    effect = wanted[0].at((data.start + index / data.rate).tolist())
+    if effect is None:
+        return None
     cleaned = without_samples(data, effect.missing(data.n, data.rate))
     cleaned = complete(cleaned, solution.model, solution.level)
     refitted = solve(cleaned, Model((*solution.model.effects, effect)), rounds=3)

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import AllaniteError
-from allanite.effects import CATALOGUE, Model
+from allanite.effects import CATALOGUE, Model, white_noise
 from allanite.effects._base import Modifier, Stochastic
 from allanite.effects._known import Deterministic
-from allanite.effects.angle_random_walk import AngleRandomWalk
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -88,12 +87,11 @@ def _pictures(cls: type[Effect]) -> dict[str, list[str] | None]:
 
 def _curves(cls: type[Effect]) -> tuple[Array, Array]:
     """Allan variance over `TAU` and density over `FREQUENCY` of white noise with the effect."""
-    base = AngleRandomWalk(N=1.0)
-    if issubclass(cls, AngleRandomWalk):
+    if issubclass(cls, Stochastic) and cls.white:
         return 1.0 / TAU, np.ones(FREQUENCY.size)
     effect = _example(cls)
     if issubclass(cls, Modifier):
-        model = Model((base, effect))
+        model = Model((white_noise(1.0), effect))
         return model.allan_variance(TAU, 1.0), model.psd(FREQUENCY, 1.0)
     if issubclass(cls, Stochastic):
         variance, power = effect.allan_variance(TAU, 1.0), effect.psd(FREQUENCY, 1.0)
