@@ -31,6 +31,8 @@ WORTH = 30.0
 SWEEPS = 6
 #: Two that have to grow this much beside each other are one thing on this record.
 FAR = 10.0
+#: No effect is looked for beyond this size, 80 times the noise's.
+LARGEST = 1.0
 KINDS = ("B", "K", "GM", "SIN", "STEP", "COV", "Q", "BW", "RES", "R")
 NAMES = {
     "B": "bias_instability",
@@ -97,7 +99,7 @@ def numbers(rng):
 
 def strength(base, kind, u):
     """The size worth `WORTH` beside the model."""
-    low, high = (1 / 25.0, 1 / 0.5) if kind == "BW" else (1e-8, 1.0)
+    low, high = (1 / 25.0, 1 / 0.5) if kind == "BW" else (1e-8, LARGEST)
     for _ in range(40):
         middle = float(np.sqrt(low * high))
         found = al.power(
@@ -124,7 +126,8 @@ def strengths(base, kinds, u):
         for kind in kinds:
             others = [effect_of(k, size, u) for k, size in sizes.items() if k != kind]
             sizes[kind] = strength("+".join([base, *others]), kind, u)
-            if sizes[kind] > FAR * first.setdefault(kind, sizes[kind]):
+            grown = sizes[kind] > FAR * first.setdefault(kind, sizes[kind])
+            if grown or sizes[kind] == LARGEST:
                 return None
         if len(kinds) == 1 or (
             sweep and all(abs(np.log(sizes[k] / before[k])) < 0.05 for k in kinds)

@@ -123,7 +123,7 @@ def _instead(cls: type[Effect], base: Solution, part: RandomPart, least: float) 
         for blank in blanks:
             assert isinstance(blank, Deterministic)
             slow = grid_points(blank, data)
-            gains, _ = matched_gains(slow, base.ordinates, noise, data)
+            gains, _ = matched_gains(slow, base.ordinates, noise, data, base.model.deterministic)
             top = int(np.argmax(gains))
             if best is None or gains[top] > best[0]:
                 best = float(gains[top]), slow[top]

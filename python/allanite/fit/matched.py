@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.effects import Periodic
+
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.data import Data, Noise
@@ -21,6 +23,8 @@ LOW = 4096
 KEPT = 8192
 #: A column of a longer record is looked at by so many means: many to each of the ordinates that are kept.
 MEANS = 16 * KEPT
+#: A direction of which so little is left beside others is one of theirs.
+SAME = 1e-3
 
 
 def regressor_ordinates(
@@ -69,13 +73,31 @@ def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
 
 
 def matched_gains(
-    points: list[Deterministic], residual: NDArray[np.float64], noise: Noise, data: Data
+    points: list[Deterministic],
+    residual: NDArray[np.float64],
+    noise: Noise,
+    data: Data,
+    beside: Sequence[Deterministic] = (),
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Gain ½z² of each point on residual ordinates (n,), and the whitened unit directions (points, ordinates)."""
+    """Gain ½z² of each point on residual ordinates (n,), and the whitened unit directions (points, ordinates).
+
+    What the slow functions `beside` it can do themselves is taken out of each: their amplitudes move with it.
+    """
     j = np.arange(1, min(data.n, LOW), dtype=np.int64)
     root = 1.0 / np.sqrt(noise.variance(j))
-    whole = regressor_ordinates(points, j, data).reshape(len(points), -1, j.size) * root
+    whole = regressor_ordinates(points, j, data) * root
     target = residual[j] * root
+    others = [
+        regressor_ordinates([e], j, data) * root for e in beside if not isinstance(e, Periodic)
+    ]
+    if others:
+        basis = _basis(np.concatenate(others))
+        size = np.linalg.norm(whole, axis=1, keepdims=True)
+        whole = whole - (whole @ basis) @ basis.T
+        # One of them in other words: what is left of it is rounding.
+        whole[np.linalg.norm(whole, axis=1) < SAME * size[:, 0]] = 0.0
+        target = target - basis @ (basis.T @ target)
+    whole = whole.reshape(len(points), -1, j.size)
     unit = _units(whole[:, 0])
     gain = 0.5 * (unit @ target) ** 2
     if whole.shape[1] > 1:
@@ -86,6 +108,12 @@ def matched_gains(
         gain = gain + 0.5 * other**2
         unit = _units(first[:, None] * unit + other[:, None] * second)
     return gain, unit
+
+
+def _basis(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Orthonormal columns that span the rows, shape (ordinates, at most rows)."""
+    left, singular, _ = np.linalg.svd(_units(rows).T, full_matrices=False)
+    return np.asarray(left[:, singular > SAME])
 
 
 def _units(rows: NDArray[np.float64]) -> NDArray[np.float64]:

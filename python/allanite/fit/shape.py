@@ -254,7 +254,9 @@ def _polish_slow(
         known = effect.values[name]
         if known is None:
             points = grid_points(effect, data)
-            gains, _ = matched_gains(points, data.without(_known(others)), noise, data)
+            gains, _ = matched_gains(
+                points, data.without(_known(others)), noise, data, _known(others)
+            )
             known = float(points[int(np.argmax(gains))].values[name])
         at = int(np.searchsorted(grid, known))
         low, high = float(grid[max(0, at - 1)]), float(grid[min(grid.size - 1, at + 1)])

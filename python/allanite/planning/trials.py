@@ -65,6 +65,8 @@ def _arcs(kinds: Sequence[Deterministic], null: Solution, grid: Data) -> tuple[f
     for blank in kinds:
         nothing = np.zeros(grid.n)
         noise = Noise(grid.terms(null.model), grid.bins, np.ones(grid.bins.count.size))
-        _, unit = matched_gains(grid_points(blank, grid), nothing, noise, grid)
+        _, unit = matched_gains(
+            grid_points(blank, grid), nothing, noise, grid, null.model.deterministic
+        )
         out.append(arc_length(unit))
     return tuple(out)

@@ -20,6 +20,8 @@ __all__ = ["parted"]
 
 #: Suggestions of which pairs are tried.
 TRIED = 6
+#: Best of these pairs that are fitted wholly; of those that say the same the one with the fewest numbers is taken.
+REFITTED = 3
 
 
 def parted(check: Check, better: Fit, added: Effect) -> tuple[Fit, Effect, Effect] | None:
@@ -43,7 +45,7 @@ def parted(check: Check, better: Fit, added: Effect) -> tuple[Fit, Effect, Effec
         key=lambda s: -s.rank,
     )
     least = evidence(better.solution) + RIVAL
-    best: tuple[Suggestion, Suggestion, Solution] | None = None
+    pairs: list[tuple[float, Suggestion, Suggestion, Solution]] = []
     for one, other in combinations(others[:TRIED], 2):
         if sum(s.solution.log_likelihood - before for s in (one, other)) < risen:
             continue
@@ -52,16 +54,20 @@ def parted(check: Check, better: Fit, added: Effect) -> tuple[Fit, Effect, Effec
         model = one.solution.model + other.effect
         both = solve(fit.data, model, like=one.solution, polish=False)
         if evidence(both) > least:
-            best, least = (one, other, both), evidence(both)
-    if best is None:
+            pairs.append((evidence(both), one, other, both))
+    if not pairs:
         return None
-    one, other, both = best
-    found = refitted(fit, both.model)
+    pairs = sorted(pairs, key=lambda pair: -pair[0])[:REFITTED]
+    found = [refitted(fit, both.model) for *_, both in pairs]
+    top = max(evidence(f.solution) for f in found)
+    alike = [f for f in found if evidence(f.solution) > top - RIVAL]
+    best = min(alike, key=lambda f: sum(effect.numbers for effect in f.model))
+    _, one, other, _ = pairs[found.index(best)]
     beside = [refitted(fit, better.model + s.effect) for s in (one, other)]
-    if evidence(found.solution) < max(evidence(f.solution) for f in beside) + RIVAL:
+    if evidence(best.solution) < max(evidence(f.solution) for f in beside) + RIVAL:
         return None
-    first, second = found.model.effects[-2:]
-    return found, first, second
+    first, second = best.model.effects[-2:]
+    return best, first, second
 
 
 def _in_the_mean(effect: Effect) -> bool:

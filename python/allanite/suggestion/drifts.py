@@ -67,7 +67,9 @@ def screen_slow(
     for blank in blanks:
         points = grid_points(blank, data)
         null = rival if rival is not None else solution
-        gain, directions = matched_gains(points, null.ordinates, null.noise(data), data)
+        gain, directions = matched_gains(
+            points, null.ordinates, null.noise(data), data, null.model.deterministic
+        )
         arcs.append(arc_length(directions))
         families.append(blank.family)
         top = int(np.argmax(gain))
@@ -97,7 +99,9 @@ def _richer(
     for blank in simple.effect.extended():
         assert isinstance(blank, Deterministic)
         points = grid_points(blank, data)
-        gain, directions = matched_gains(points, solution.ordinates, noise, data)
+        gain, directions = matched_gains(
+            points, solution.ordinates, noise, data, solution.model.deterministic
+        )
         arcs[blank] = arc_length(directions)
         top = int(np.argmax(gain))
         hope = gain[top] - simple.gain + FINER * max(gain[top], 1.0)

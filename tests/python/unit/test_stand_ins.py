@@ -14,6 +14,11 @@ def _temperature(time_s):
     return 2.0 * np.sin(2 * np.pi * time_s / 2500.0) + 3.0 * np.exp(-time_s / 1500.0)
 
 
+def _weather(time_s):
+    """Up and down by a few degrees, like no sinusoid."""
+    return 2.0 * np.sin(2 * np.pi * time_s / 9000.0) + np.abs(time_s / 8000.0 % 2.0 - 1.0) * 2.0
+
+
 def test_a_candidate_is_refitted_with_the_shapes_of_the_others():
     """A filter just below the Nyquist frequency had moved for the quantization beside it: ΔlogL 2 instead of 26."""
     rng = np.random.default_rng(10)
@@ -54,3 +59,21 @@ def test_shapes_are_looked_for_again_once_the_functions_of_time_are_known():
         1.2 < lag.correlation_time < 10.0
     )  # a factor of e either way: its scatter is about 0.4 of ln T
     assert fit.estimates[-1]["q_c"].detected
+
+
+def test_a_slow_function_is_looked_for_with_the_amplitudes_of_the_others_free():
+    """A warm-up beside a temperature that warms up too: the coefficient had halved for it, and it was not looked at."""
+    rng = np.random.default_rng(5)
+    n, rate = 40_000, 1.0
+    t = np.arange(n) / rate
+    temperature = 20.0 - 5.0 * np.exp(-t / 900.0) + _weather(t)
+    x = g.white(rng, n, rate, 1.74) + g.walk(rng, n, rate, 1e-3)
+    x += 0.45 * (temperature - temperature.mean()) - 3.0 * np.exp(-t / 700.0)
+    recording = al.Recording(x, rate=rate, unit="mrad/s", covariates={"temperature": temperature})
+    fit = al.fit_model(recording, "N+K+COV(column=temperature)")
+    first = fit.check().suggestions[0]
+    assert first.kind == "warm_up"
+    assert first.significant
+    better = fit.add(first)
+    low, high = better.estimates[2]["coefficient"].interval
+    assert low < 0.45 < high
