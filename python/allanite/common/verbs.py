@@ -82,6 +82,13 @@ def model_fit(self: Model, recording: Recording, **options: Any) -> Fit | Any:
     return fit_model(recording, self, **options)
 
 
+def model_save(self: Model, path: str) -> None:
+    """Write the model as JSON (schema ``allanite/model/1``)."""
+    from allanite.effects.files import save_model
+
+    save_model(self, path)
+
+
 def model_simulate(self: Model, **options: Any) -> Recording:
     """Samples of the model: `allanite.simulate.simulate`."""
     from allanite.simulate import simulate
@@ -191,3 +198,33 @@ def characterization_export(
     )
     axes = axes_of(documents, source="recording")
     return export(axes, target, rate, overbound=overbound, until=until)
+
+
+def figure_to_plotly(self: Figure, theme: str = "light") -> dict[str, Any]:
+    """The figure as plotly's JSON document: ``{"data": […], "layout": {…}}``."""
+    from allanite.plots.plotly_painter import paint
+
+    return paint(self, theme)
+
+
+def figure_to_matplotlib(
+    self: Figure, theme: str = "light", size: tuple[float, float] = (12.8, 7.2)
+) -> Any:
+    """The figure as a ``matplotlib.figure.Figure`` of `size` inches, to be changed at will."""
+    from allanite.plots.matplotlib_painter import draw
+
+    return draw(self, theme, size)
+
+
+def figure_save(self: Figure, path: Any, theme: str = "light") -> None:
+    """Write SVG, PNG or PDF, by the suffix of `path`."""
+    from allanite.plots.matplotlib_painter import save
+
+    save(self, path, theme)
+
+
+def figure_svg(self: Figure) -> str:
+    """What a notebook shows."""
+    from allanite.plots.matplotlib_painter import render
+
+    return render(self, "svg").decode()

@@ -207,8 +207,4 @@ class Model:
 
     state_space = verbs.model_state_space
 
-    def save(self, path: str) -> None:
-        """Write the model as JSON (schema ``allanite/model/1``)."""
-        from allanite.effects.files import save_model
-
-        save_model(self, path)
+    save = verbs.model_save

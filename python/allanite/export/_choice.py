@@ -2,81 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Effect, standard, white_noise
+from allanite.effects import white_noise
 from allanite.effects.gauss_markov import GaussMarkov
+from allanite.export._held import Choice, lag, walk
+from allanite.export._overbound import overbound_lag, overbound_walk
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from allanite.effects.model import Model
     from allanite.export._axis import Axis
 
-__all__ = ["Choice", "choose", "choose_lag", "report"]
+__all__ = ["choose", "choose_lag", "report"]
 
 #: A slow process that is not in the model is chosen so that the Allan deviation is nowhere below this part of the model's.
 NEARLY = 0.95
 LIMIT = "not detected: this is the 95 % upper limit"
-
-
-@dataclass(frozen=True, slots=True)
-class Choice:
-    """Numbers for one axis, SI, densities two-sided.
-
-    Attributes
-    ----------
-    N, K : float
-        K is 0 where there is a lag instead.
-    q_c, correlation_time : float
-        Gauss-Markov process; 0 where there is none.
-    remarks : dict of str to str
-        Remark on a number, by its name.
-    holds : tuple of str
-        Labels of the model's effects that the numbers are those of.
-    overbound : bool
-        Whether they stand for the whole model instead.
-    """
-
-    N: float
-    K: float = 0.0
-    q_c: float = 0.0
-    correlation_time: float = 0.0
-    remarks: tuple[tuple[str, str], ...] = ()
-    holds: tuple[str, ...] = ()
-    overbound: bool = False
-
-    @property
-    def sigma(self) -> float:
-        """Standard deviation of the Gauss-Markov process."""
-        return float(self.q_c * np.sqrt(self.correlation_time / 2.0))
-
-    def remark(self, name: str) -> str:
-        """Remark on a number, or an empty text."""
-        return dict(self.remarks).get(name, "")
-
-    @property
-    def model(self) -> Model:
-        """The numbers as a model in SI."""
-        out = white_noise(self.N) + walk(self.K)
-        if self.q_c:
-            out = out + lag(self.q_c, self.correlation_time)
-        return out
-
-
-def walk(K: float) -> Effect:
-    """The slow process of a filter that has a random walk for it."""
-    return standard()["K"]().with_values(K=K)
-
-
-def lag(q_c: float, time: float) -> GaussMarkov:
-    """The slow process of a filter that has a first-order lag for it."""
-    return GaussMarkov(q_c=q_c, correlation_time=float(time))
 
 
 def choose(axis: Axis, *, overbound: bool = False) -> Choice:
@@ -88,8 +34,6 @@ def choose(axis: Axis, *, overbound: bool = False) -> Choice:
     as the white noise at the longest τ: a larger one would have been seen.
     """
     if overbound:
-        from allanite.export._overbound import overbound_walk
-
         return overbound_walk(axis)
     white, walk = axis.coefficients.get("N"), axis.coefficients.get("K")
     remarks: list[tuple[str, str]] = []
@@ -119,8 +63,6 @@ def choose(axis: Axis, *, overbound: bool = False) -> Choice:
 def choose_lag(axis: Axis, time: float | None = None, *, overbound: bool = False) -> Choice:
     """N and a Gauss-Markov process (of this time constant, if given): the model's own where it is all it has beside N."""
     if overbound:
-        from allanite.export._overbound import overbound_lag
-
         return overbound_lag(axis, time)
     first = choose(axis)
     remarks = [("N", first.remark("N"))]

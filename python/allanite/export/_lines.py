@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.export._axis import split
-from allanite.export._choice import Choice, choose, report
+from allanite.export._choice import choose, report
 from allanite.export._text import comments
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from allanite.export._axis import Axis
+    from allanite.export._held import Choice
 
 __all__ = ["chosen", "head", "largest", "value_lines"]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.effects import white_noise
-from allanite.export._choice import Choice, lag, walk
+from allanite.export._held import Choice, lag, walk
 
 if TYPE_CHECKING:
     from allanite.effects._base import Effect

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.parameters import Estimate
-from allanite.effects import Deterministic, Stochastic
+from allanite.effects import Stochastic
+from allanite.fit.many_table import aligned, many_table
 from allanite.fit.whittle import LEVEL, climb
 
 if TYPE_CHECKING:
@@ -22,11 +22,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from allanite.common.parameters import Estimate
     from allanite.effects import Effect, Model
     from allanite.fit.result import Fit
     from allanite.recording import Recording
 
-__all__ = ["ManyFits", "Pooled", "aligned", "by_errors", "fit_many", "of_fits"]
+__all__ = ["ManyFits", "Pooled", "by_errors", "fit_many", "of_fits"]
 
 #: Below this p-value recordings are inconsistent, and a random-effects mean is reported.
 DIFFER = 0.05
@@ -121,45 +122,7 @@ class ManyFits:
         }
 
     def __str__(self) -> str:
-        from allanite.fit.many_table import many_table
-
         return many_table(self)
-
-
-def aligned(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
-    """Numbers of each fit that have an interval and say something of the sensor, by the names of the first fit.
-
-    Neither what happened once nor the phase of a line: they belong to one record. Of several lines (or lags) those of one
-    rank in frequency (or time) are taken for the same, since a fit puts the strongest first.
-    """
-    labels, order = fits[0].model.labels, _ranked(fits[0].model)
-    out = []
-    for fit in fits:
-        place = dict(zip(order, _ranked(fit.model), strict=True))
-        table = {}
-        for i, label in enumerate(labels):
-            effect = fit.model.effects[place[i]]
-            if isinstance(effect, Deterministic) and effect.happens_once:
-                continue
-            for name, value in fit.estimates[place[i]].items():
-                declared = effect.parameter(name)
-                known = isinstance(value, Estimate) and value.interval is not None
-                if known and declared.role not in ("derived", "time") and declared.unit != "rad":
-                    table[name if name == label else f"{label}.{name}"] = value
-        out.append(table)
-    return out
-
-
-def _ranked(model: Model) -> list[int]:
-    """Places of the effects by kind and, within a kind, by their first fitted shape."""
-
-    def rank(place: int) -> tuple[str, float]:
-        effect = model.effects[place]
-        shapes = [effect.values[name] for name in effect.free_shapes]
-        number = shapes[0] if shapes and isinstance(shapes[0], (int, float)) else 0.0
-        return effect.kind, float(number)
-
-    return sorted(range(len(model.effects)), key=rank)
 
 
 def fit_many(

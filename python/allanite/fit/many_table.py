@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING
 from allanite.common.numbers import number, with_interval
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed
-from allanite.fit.many import aligned
+from allanite.effects import Deterministic
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.effects import Model
     from allanite.fit.many import ManyFits, Pooled
     from allanite.fit.result import Fit
 
-__all__ = ["many_table"]
+__all__ = ["aligned", "many_table"]
 
 
 def many_table(many: ManyFits) -> str:
@@ -69,3 +72,39 @@ def _pooled_cell(row: Pooled) -> str:
     return (
         f"< {number(high)}" if low <= 0.0 <= row.value else with_interval(row.value, row.interval)
     )
+
+
+def aligned(fits: Sequence[Fit]) -> list[dict[str, Estimate]]:
+    """Numbers of each fit that have an interval and say something of the sensor, by the names of the first fit.
+
+    Neither what happened once nor the phase of a line: they belong to one record. Of several lines (or lags) those of one
+    rank in frequency (or time) are taken for the same, since a fit puts the strongest first.
+    """
+    labels, order = fits[0].model.labels, _ranked(fits[0].model)
+    out = []
+    for fit in fits:
+        place = dict(zip(order, _ranked(fit.model), strict=True))
+        table = {}
+        for i, label in enumerate(labels):
+            effect = fit.model.effects[place[i]]
+            if isinstance(effect, Deterministic) and effect.happens_once:
+                continue
+            for name, value in fit.estimates[place[i]].items():
+                declared = effect.parameter(name)
+                known = isinstance(value, Estimate) and value.interval is not None
+                if known and declared.role not in ("derived", "time") and declared.unit != "rad":
+                    table[name if name == label else f"{label}.{name}"] = value
+        out.append(table)
+    return out
+
+
+def _ranked(model: Model) -> list[int]:
+    """Places of the effects by kind and, within a kind, by their first fitted shape."""
+
+    def rank(place: int) -> tuple[str, float]:
+        effect = model.effects[place]
+        shapes = [effect.values[name] for name in effect.free_shapes]
+        number = shapes[0] if shapes and isinstance(shapes[0], (int, float)) else 0.0
+        return effect.kind, float(number)
+
+    return sorted(range(len(model.effects)), key=rank)

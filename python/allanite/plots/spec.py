@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common import verbs
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
 
@@ -269,29 +270,13 @@ class Figure:
 
         return tuple(sorted(seen.values(), key=rank))
 
-    def to_plotly(self, theme: str = "light") -> dict[str, Any]:
-        """The figure as plotly's JSON document: ``{"data": […], "layout": {…}}``."""
-        from allanite.plots.plotly_painter import paint
+    to_plotly = verbs.figure_to_plotly
 
-        return paint(self, theme)
+    to_matplotlib = verbs.figure_to_matplotlib
 
-    def to_matplotlib(self, theme: str = "light", size: tuple[float, float] = (12.8, 7.2)) -> Any:
-        """The figure as a ``matplotlib.figure.Figure`` of `size` inches, to be changed at will."""
-        from allanite.plots.matplotlib_painter import draw
+    save = verbs.figure_save
 
-        return draw(self, theme, size)
-
-    def save(self, path: Any, theme: str = "light") -> None:
-        """Write SVG, PNG or PDF, by the suffix of `path`."""
-        from allanite.plots.matplotlib_painter import save
-
-        save(self, path, theme)
+    _repr_svg_ = verbs.figure_svg
 
     def __repr__(self) -> str:
         return f"Figure({self.kind}: {self.title})"
-
-    def _repr_svg_(self) -> str:
-        """What a notebook shows."""
-        from allanite.plots.matplotlib_painter import render
-
-        return render(self, "svg").decode()

@@ -13,8 +13,7 @@ from allanite.common.validation import positive_rate
 from allanite.effects import Model
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
-from allanite.effects.terms import Exponential
-from allanite.statespace.sections import Section, line, of_terms
+from allanite.statespace.sections import Section, is_line, line, of_terms
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
@@ -202,11 +201,6 @@ class StateSpace:
             kinds = ", ".join(e.kind for e in self.known)
             lines.append(f"known functions of time, not among the states: {kinds}")
         return "\n".join(lines)
-
-
-def is_line(term: Term) -> bool:
-    """Whether a term is a line, whose density is no function."""
-    return isinstance(term, Exponential) and abs(complex(term.phi)) >= 1.0
 
 
 def state_space(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.effects.terms import Exponential
-from allanite.statespace.sections import Section, lag, resized
+from allanite.statespace.sections import Section, is_line, lag, resized
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -219,7 +219,5 @@ def _allan(terms: Sequence[Term], m: Array) -> Array:
 
 
 def _density(terms: Sequence[Term], w: Array) -> Array:
-    from allanite.statespace.model import is_line
-
     noise = (t for t in terms if not is_line(t))
     return np.asarray(sum((t.spectrum(w) for t in noise), np.full(w.size, 1e-300)))

@@ -265,3 +265,8 @@ def resized(section: Section, factor: float) -> Section:
         factor * section.R,
         section.diffuse,
     )
+
+
+def is_line(term: Term) -> bool:
+    """Whether a term is a line, whose density is no function."""
+    return isinstance(term, Exponential) and abs(complex(term.phi)) >= 1.0

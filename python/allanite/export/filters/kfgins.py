@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
-    from allanite.export._choice import Choice
+    from allanite.export._held import Choice
 
 __all__ = ["render"]
 

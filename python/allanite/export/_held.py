@@ -1,0 +1,70 @@
+"""What a format with white noise and one slow process holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import Effect, standard, white_noise
+from allanite.effects.gauss_markov import GaussMarkov
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
+
+__all__ = ["Choice", "lag", "walk"]
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Numbers for one axis, SI, densities two-sided.
+
+    Attributes
+    ----------
+    N, K : float
+        K is 0 where there is a lag instead.
+    q_c, correlation_time : float
+        Gauss-Markov process; 0 where there is none.
+    remarks : dict of str to str
+        Remark on a number, by its name.
+    holds : tuple of str
+        Labels of the model's effects that the numbers are those of.
+    overbound : bool
+        Whether they stand for the whole model instead.
+    """
+
+    N: float
+    K: float = 0.0
+    q_c: float = 0.0
+    correlation_time: float = 0.0
+    remarks: tuple[tuple[str, str], ...] = ()
+    holds: tuple[str, ...] = ()
+    overbound: bool = False
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of the Gauss-Markov process."""
+        return float(self.q_c * np.sqrt(self.correlation_time / 2.0))
+
+    def remark(self, name: str) -> str:
+        """Remark on a number, or an empty text."""
+        return dict(self.remarks).get(name, "")
+
+    @property
+    def model(self) -> Model:
+        """The numbers as a model in SI."""
+        out = white_noise(self.N) + walk(self.K)
+        if self.q_c:
+            out = out + lag(self.q_c, self.correlation_time)
+        return out
+
+
+def walk(K: float) -> Effect:
+    """The slow process of a filter that has a random walk for it."""
+    return standard()["K"]().with_values(K=K)
+
+
+def lag(q_c: float, time: float) -> GaussMarkov:
+    """The slow process of a filter that has a first-order lag for it."""
+    return GaussMarkov(q_c=q_c, correlation_time=float(time))
