@@ -103,7 +103,7 @@ def added_to(
 
     None where the one that is there explains as much, or is one of the first `asked`, which the start has.
     """
-    effect: Effect = getattr(addition, "effect", addition)
+    effect = addition if isinstance(addition, Effect) else addition.effect
     place = next((i for i, e in enumerate(fit.model) if _one_thing(e, effect, fit)), None)
     if place is None:
         return fit.add(addition), ()

@@ -133,10 +133,10 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
                 continue
             risen += pair[0].solution.log_likelihood - before
             return Rung(pair[0], added, risen=risen, brought=pair[1])
-        pair = parted(check, better, added)
+        parts = parted(check, better, added)
         brought: Effect | None = None
-        if pair is not None and _errors_fall(fit, pair[0]):
-            better, added, brought = pair
+        if parts is not None and _errors_fall(fit, parts[0]):
+            better, added, brought = parts
             risen += better.solution.log_likelihood - before
             return Rung(better, added, gave_way, risen, brought=brought)
         better, removed = pruned(better, fit, asked, gone, stand_in)

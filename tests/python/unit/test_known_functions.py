@@ -13,7 +13,8 @@ from allanite.effects import Deterministic, Parameter, Periodic
 from allanite.effects.bias_step import BiasStep
 from allanite.effects.rate_ramp import RateRamp
 from allanite.effects.warm_up import WarmUp
-from allanite.fit.deterministic import design_of
+from allanite.fit.deterministic import design_of, regress
+from allanite.fit.matched import matched_gains
 from generators import sinusoid, white
 
 RATE, N = 50.0, 20_000
@@ -102,3 +103,29 @@ def test_several_shapes_may_be_unknown_at_once(recording):
 
 def test_documents_are_plain(recording):
     json.dumps(al.fit_model(recording, "N").check().to_dict(), allow_nan=False)
+
+
+def test_a_matched_filter_counts_what_a_function_adds_to_those_beside_it():
+    """½z² with the amplitudes of the others free is the gain of the regression on all less that on the others."""
+    rng = np.random.default_rng(2)
+    samples = white(rng, N, RATE, 0.1) + 1e-3 * TIME
+    fit = al.fit_model(al.Recording(samples, rate=RATE), "N+WARM(T=60)+STEP(time=150)")
+    data, noise = fit.data, fit.solution.noise(fit.data)
+    j = np.arange(1, 4096)
+    variance = noise.variance(j)
+    points = [RateRamp(), *(WarmUp(time_constant=t) for t in (20.0, 200.0))]
+    for point in points:
+        gain, unit = matched_gains(
+            [point], fit.solution.ordinates, noise, data, fit.model.deterministic
+        )
+        beside = design_of(fit.model.deterministic, data, j).matrix
+        own = design_of((point,), data, j).matrix
+        values = fit.solution.ordinates[j]
+        alone = regress(beside, values, variance).gain
+        both = regress(np.hstack([beside, own]), values, variance).gain
+        assert gain[0] == pytest.approx(both - alone, rel=1e-6, abs=1e-9)
+        assert np.linalg.norm(unit[0]) == pytest.approx(1.0, rel=1e-9)
+    known = list(fit.model.deterministic)
+    again, unit = matched_gains(known, fit.solution.ordinates, noise, data, known)
+    assert not again.any()
+    assert not unit.any()
