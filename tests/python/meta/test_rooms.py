@@ -111,6 +111,51 @@ def test_few_imports_are_ignored():
     assert all(contract["exhaustive"] for contract in contracts)
 
 
+def test_no_text_of_an_exception_is_searched():
+    searching = {
+        "startswith",
+        "endswith",
+        "find",
+        "index",
+        "count",
+        "lower",
+        "replace",
+        "partition",
+    }
+    found = []
+    for path in PACKAGE.rglob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for handler in ast.walk(tree):
+            if not isinstance(handler, ast.ExceptHandler) or handler.name is None:
+                continue
+            told = {f"str({handler.name})", f"{handler.name}.args[0]", f"repr({handler.name})"}
+            # A variable that has the text is the text.
+            for node in ast.walk(handler):
+                if isinstance(node, ast.Assign) and ast.unparse(node.value) in told:
+                    told |= {ast.unparse(target) for target in node.targets}
+            for node in ast.walk(handler):
+                parts = []
+                if isinstance(node, ast.Compare):
+                    parts = [node.left, *node.comparators]
+                elif isinstance(node, ast.Attribute) and node.attr in searching:
+                    parts = [node.value]
+                elif isinstance(node, ast.Call) and ast.unparse(node.func).startswith("re."):
+                    parts = node.args
+                if any(ast.unparse(part) in told for part in parts):
+                    found.append(f"{path.relative_to(PACKAGE)}:{node.lineno}")
+    assert not found
+
+
+def test_what_was_dead_or_double_is_gone():
+    """One name, one thing; what was kept twice or for nobody is not back."""
+    text = "\n".join(p.read_text(encoding="utf-8") for p in PACKAGE.rglob("*.py"))
+    for gone in ("terms_model", "of_measured", "def components"):
+        assert gone not in text, gone
+    for once in ("def fill_gaps", "class Source", "class Figure", "class Curve"):
+        assert len(re.findall(rf"^{once}\b", text, re.MULTILINE)) <= 1, once
+    assert len(re.findall(r"^LINES\b", text, re.MULTILINE)) <= 1
+
+
 def _paths(text):
     """What is named as a file or a folder, with the place that the first of a row gives those after it."""
     return [p for p in re.findall(r"`([\w./]+(?:\.py|\.rs|\.toml|\.md|/))`", text) if "/" in p]

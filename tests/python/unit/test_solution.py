@@ -1,0 +1,79 @@
+"""A solution is a tuple of fitted effects: each has what is its own, wherever it stands in the model."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.fit.engine import solve
+from allanite.fit.solution import Process, Regressed
+
+PARTS = ("N", "K", "SIN(frequency=2.1)", "R", "LEVEL(start=100,end=200,factor=1.5)")
+
+
+@pytest.fixture(scope="module")
+def recording():
+    truth = "N(N=0.01)+K(K=1e-3)+SIN(frequency=2.1,amplitude=0.02)+R(R=1e-4)"
+    model = al.parse_model(f"{truth}+LEVEL(start=100,end=200,factor=1.5)")
+    return model.simulate(duration=1000, rate=10, seed=3, unit="deg/s")
+
+
+def test_each_effect_has_what_is_its_own(recording):
+    solution = al.parse_model("+".join(PARTS)).fit(recording).solution
+    assert solution.model.effects == tuple(own.effect for own in solution.effects)
+    white, walk, line, ramp, change = solution.effects
+    assert [type(own) for own in (white, walk, line, ramp)] == [*[Process] * 2, *[Regressed] * 2]
+    assert change.effect.kind == "noise_level_change"
+    assert pytest.approx(np.sqrt(white.theta)) == white.effect.N
+    assert pytest.approx(np.sqrt(walk.theta)) == walk.effect.K
+    assert (ramp.amplitudes == ramp.effect.amplitudes()).all()
+    assert line.amplitudes == pytest.approx(line.effect.amplitudes())
+    assert line.covariance.shape == (2, 2)
+    assert line.matrix.shape == (solution.seen.size, 2)
+    # The vectors are made of the effects.
+    assert solution.theta.tolist() == [white.theta, walk.theta]
+    np.testing.assert_array_equal(solution.columns[:, 1], walk.column)
+    expected = white.power + walk.power
+    np.testing.assert_allclose(solution.spectrum, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("order", list(permutations(range(4)))[5::6])
+def test_the_order_of_a_model_changes_no_number(recording, order):
+    parts = [*PARTS[:4], PARTS[4]]
+    first = al.parse_model("+".join(parts)).fit(recording)
+    other = al.parse_model("+".join([PARTS[4], *(parts[i] for i in order)])).fit(recording)
+    for name in ("N", "K", "R"):
+        one, two = first[name], other[name]
+        # Sums in another order, and a climb that ends where logL rises by less than 1e-9 of itself.
+        assert float(two) == pytest.approx(float(one), rel=1e-5)
+        assert two.std_error == pytest.approx(one.std_error, rel=1e-3)
+        # The average over the noise is drawn (`fit.marginal`): other columns, other draws.
+        assert two.interval == pytest.approx(one.interval, rel=0.05)
+
+
+def test_held_values_stay(recording):
+    model = al.parse_model("R(R=1e-4!)+K+SIN(frequency=2.1)+N(N=0.02!)")
+    ramp, walk, line, white = model.fit(recording).solution.effects
+    assert (ramp.effect.R, white.effect.N) == (1e-4, 0.02)
+    assert ramp.covariance[0, 0] == 0.0
+    assert line.covariance[0, 0] > 0.0
+    assert walk.theta > 0.0
+
+
+def test_one_object_twice(recording):
+    lag = al.GaussMarkov(correlation_time=5.0, q_c=1e-3, hold=("q_c", "correlation_time"))
+    model = al.Model((lag, al.AngleRandomWalk(), lag))
+    first, _, last = al.fit_model(recording, model).solution.effects
+    assert first is not last
+    assert first.theta == last.theta == pytest.approx(1e-6)
+
+
+def test_without_functions_of_time_nothing_is_regressed(recording):
+    fit = al.parse_model("N+K").fit(recording)
+    found = solve(fit.data, fit.model)
+    assert found.functions == ()
+    assert found.seen.size == found.leverage.size == 0
+    assert found.taken == ()
