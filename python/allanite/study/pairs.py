@@ -5,16 +5,21 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from allanite.effects import Stochastic
 from allanite.fit import refitted
 from allanite.fit.alternatives import RIVAL, price
 from allanite.fit.engine import solve
+from allanite.fit.matched import grid_points, matched_gains
+from allanite.suggestion.drifts import slow_families
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
+    from allanite.fit.data import Data
     from allanite.fit.engine import Solution
     from allanite.fit.result import Fit
     from allanite.suggestion import Check
-    from allanite.suggestion.suggest import Suggestion
 
 __all__ = ["parted"]
 
@@ -22,6 +27,8 @@ __all__ = ["parted"]
 TRIED = 6
 #: Best of these pairs that are fitted wholly; of those that say the same the one with the fewest numbers is taken.
 REFITTED = 3
+#: What the noise, refitted with a slow function, may add to its gain.
+HOPE = 10.0
 
 
 def parted(check: Check, better: Fit, added: Effect) -> tuple[Fit, Effect, Effect] | None:
@@ -43,31 +50,50 @@ def parted(check: Check, better: Fit, added: Effect) -> tuple[Fit, Effect, Effec
     others = sorted(
         (s for s in check.suggestions if s.effect is not added and _in_the_mean(s.effect)),
         key=lambda s: -s.rank,
-    )
+    )[:TRIED]
+    of_two = [
+        (one.solution, other.effect)
+        for one, other in combinations(others, 2)
+        if sum(s.solution.log_likelihood - before for s in (one, other)) >= risen
+        and (one.effect.may_be(added) or other.effect.may_be(added))
+    ]
+    if isinstance(added, Stochastic) and (added.wanders or added.last_resort):
+        of_two += [
+            (one.solution, other)
+            for one in [s for s in others if s.effect.screened == "slow"][:REFITTED]
+            for other in _beside(one.solution, fit.data, evidence(better.solution) + RIVAL, cost)
+        ]
     least = evidence(better.solution) + RIVAL
-    pairs: list[tuple[float, Suggestion, Suggestion, Solution]] = []
-    for one, other in combinations(others[:TRIED], 2):
-        if sum(s.solution.log_likelihood - before for s in (one, other)) < risen:
-            continue
-        if not (one.effect.may_be(added) or other.effect.may_be(added)):
-            continue
-        model = one.solution.model + other.effect
-        both = solve(fit.data, model, like=one.solution, polish=False)
-        if evidence(both) > least:
-            pairs.append((evidence(both), one, other, both))
-    if not pairs:
+    tried = [
+        solve(fit.data, start.model + other, like=start, polish=False) for start, other in of_two
+    ]
+    tried = sorted((s for s in tried if evidence(s) > least), key=evidence)[::-1][:REFITTED]
+    if not tried:
         return None
-    pairs = sorted(pairs, key=lambda pair: -pair[0])[:REFITTED]
-    found = [refitted(fit, both.model) for *_, both in pairs]
+    found = [refitted(fit, solution.model) for solution in tried]
     top = max(evidence(f.solution) for f in found)
     alike = [f for f in found if evidence(f.solution) > top - RIVAL]
     best = min(alike, key=lambda f: sum(effect.numbers for effect in f.model))
-    _, one, other, _ = pairs[found.index(best)]
-    beside = [refitted(fit, better.model + s.effect) for s in (one, other)]
+    first, second = best.model.effects[-2:]
+    beside = [refitted(fit, better.model + effect) for effect in (first, second)]
     if evidence(best.solution) < max(evidence(f.solution) for f in beside) + RIVAL:
         return None
-    first, second = best.model.effects[-2:]
     return best, first, second
+
+
+def _beside(one: Solution, data: Data, least: float, cost: float) -> list[Effect]:
+    """The best form of each slow function that may lift a model above `least`: two that hide each other show together."""
+    found: list[Effect] = []
+    noise = one.noise(data)
+    had = one.log_likelihood - cost * sum(effect.numbers for effect in one.model)
+    for blanks in slow_families(one.model, data.covariates).values():
+        for blank in blanks:
+            points = grid_points(blank, data)
+            gains, _ = matched_gains(points, one.ordinates, noise, data, one.model.deterministic)
+            top = int(np.argmax(gains))
+            if had + gains[top] - cost * blank.numbers > least - HOPE:
+                found.append(points[top])
+    return found
 
 
 def _in_the_mean(effect: Effect) -> bool:

@@ -126,6 +126,7 @@ def test_a_matched_filter_counts_what_a_function_adds_to_those_beside_it():
         assert gain[0] == pytest.approx(both - alone, rel=1e-6, abs=1e-9)
         assert np.linalg.norm(unit[0]) == pytest.approx(1.0, rel=1e-9)
     known = list(fit.model.deterministic)
-    again, unit = matched_gains(known, fit.solution.ordinates, noise, data, known)
-    assert not again.any()
-    assert not unit.any()
+    for effect in known:
+        again, unit = matched_gains([effect], fit.solution.ordinates, noise, data, known)
+        assert not again.any()
+        assert not unit.any()
