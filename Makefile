@@ -57,13 +57,14 @@ floors: $(VENV)/.made ## the tests with the lowest versions that pyproject.toml 
 	target/floors/bin/python -m pip install --quiet --force-reinstall --no-deps target/floors/*.whl
 	target/floors/bin/python -m pytest -n 2 -q -m 'not statistical and not browser' -W default::DeprecationWarning -W default::pytest.PytestUnraisableExceptionWarning
 
-lint: $(VENV)/.developed ## formatting, spelling, types, stubs, layers, clippy
+lint: $(VENV)/.developed ## formatting, spelling, style, types, stubs, layers, clippy
 	cargo fmt --check
 	cargo clippy --quiet --locked --all-targets -- -D warnings
 	cargo clippy --quiet --locked --features python -- -D warnings
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/codespell *.md docs python rust tests benches examples
+	$(BIN)/proselint check *.md docs/*.md docs/howto/*.md
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest allanite._core --mypy-config-file pyproject.toml --allowlist stubtest-allowlist.txt
 	$(BIN)/lint-imports
