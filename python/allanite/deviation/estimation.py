@@ -86,7 +86,9 @@ def measured(
     exponent = int(np.frexp(np.nanmax(np.abs(samples)))[1]) - 1
     if abs(exponent) < EXTREME:  # no noise
         return variance, n, alpha, gaps, 1.0
-    return *row.kernel(np.ldexp(samples, -exponent), m, angle), 2.0**exponent
+    with np.errstate(invalid="ignore"):  # a NaN that signals is one like others
+        scaled = np.ldexp(samples, -exponent)
+    return *row.kernel(scaled, m, angle), 2.0**exponent
 
 
 def _corrected(

@@ -57,6 +57,14 @@ def test_numbers_near_the_edge_are_judged_without_warnings():
         assert recording.describe()["n"] == 500
 
 
+def test_a_nan_that_signals_is_missing_like_others():
+    bits = np.random.default_rng(1).standard_normal(500)
+    bits *= 1e300
+    bits[7] = np.array(0x7FF0000000000001, dtype="<u8").view("<f8")
+    for kind in ("oadev", "mdev", "mtie"):
+        assert np.isfinite(getattr(al, kind)(bits, rate=10.0).deviation[0])
+
+
 def test_a_model_string_is_no_name_of_a_file():
     for text in ("N" * 3000, "N+\0", "\ud800"):
         with pytest.raises(AllaniteError):
