@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +27,7 @@ FEWEST_EDF = 10.0
 FAILS = 4.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Curve:
     """Measured and modelled overlapping Allan deviation on one grid.
 
@@ -42,8 +43,8 @@ class Curve:
         Equivalent degrees of freedom under the model.
     z : ndarray, shape (k,)
         Standard normal score of measured against model.
-    components : mapping of str to ndarray, shape (k,)
-        Deviation of each effect alone, U.
+    of : tuple of Data and Model
+        What it is the curve of.
     """
 
     tau: NDArray[np.float64]
@@ -54,9 +55,14 @@ class Curve:
     high: NDArray[np.float64]
     edf: NDArray[np.float64]
     z: NDArray[np.float64]
-    components: dict[str, NDArray[np.float64]]
+    of: tuple[Data, Model] = field(repr=False)
 
     __repr__ = brief
+
+    @cached_property
+    def components(self) -> dict[str, NDArray[np.float64]]:
+        """Deviation of each effect alone by its kind, shape (k,), U; made when it is first asked for."""
+        return _components(*self.of, self.factors)
 
     @property
     def ratio(self) -> NDArray[np.float64]:
@@ -168,26 +174,9 @@ def compare_curves(data: Data, model: Model) -> Curve:
     measured = data.deviation(factors)
     terms = data.terms(model)
     noise = expected_variance(terms, factors)
-    components = {
-        e.kind if e.kind not in seen else f"{e.kind} {i}": np.sqrt(
-            expected_variance(
-                tuple(
-                    t.scaled((getattr(e, e.coefficient) or 0.0) ** 2)
-                    for t in data.unit_terms(model, e)
-                ),
-                factors,
-            )
-        )
-        for i, e in enumerate(model.stochastic)
-        for seen in [[o.kind for o in model.stochastic[:i]]]
-    }
     total, residual = noise, measured**2
     if model.deterministic:
-        signals = [e.signal(data.time, data.covariates) for e in model.deterministic]
-        for i, (effect, signal) in enumerate(zip(model.deterministic, signals, strict=True)):
-            name = effect.kind if effect.kind not in components else f"{effect.kind} {i}"
-            components[name] = data.deviation_of(signal, factors)
-        whole = np.asarray(sum(signals))
+        whole = data.signal(model.deterministic)
         total = noise + data.deviation_of(whole, factors) ** 2
         residual = data.deviation(factors, whole) ** 2
     edf = degrees_of_freedom(terms, data.n, factors)
@@ -204,8 +193,24 @@ def compare_curves(data: Data, model: Model) -> Curve:
         deviation * spread_high,
         edf,
         z,
-        components,
+        (data, model),
     )
+
+
+def _components(
+    data: Data, model: Model, factors: NDArray[np.int64]
+) -> dict[str, NDArray[np.float64]]:
+    """Deviation of each effect by its kind, numbered where there are several."""
+    out: dict[str, NDArray[np.float64]] = {}
+    for i, effect in enumerate(model.stochastic):
+        size = (getattr(effect, effect.coefficient) or 0.0) ** 2
+        own = tuple(t.scaled(size) for t in data.unit_terms(model, effect))
+        name = effect.kind if effect.kind not in out else f"{effect.kind} {i}"
+        out[name] = np.sqrt(expected_variance(own, factors))
+    for i, known in enumerate(model.deterministic):
+        name = known.kind if known.kind not in out else f"{known.kind} {i}"
+        out[name] = data.deviation_of(known.signal(data.time, data.covariates), factors)
+    return out
 
 
 def degrees_of_freedom(

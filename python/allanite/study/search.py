@@ -11,7 +11,7 @@ from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
 from allanite.effects import Stochastic
 from allanite.fit import fit_model
-from allanite.fit.prediction import worse
+from allanite.fit.prediction import compare, worse
 from allanite.study.ladder import Rung, Study
 from allanite.study.moves import added_to, pruned, swapped
 from allanite.study.pairs import parted
@@ -19,12 +19,12 @@ from allanite.study.stack import unstacked
 from allanite.suggestion import check_fit
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from allanite.effects import Effect, Model
     from allanite.fit.result import Fit
     from allanite.recording import Recording
-    from allanite.suggestion import Check
+    from allanite.suggestion import Check, Suggestion
 
 __all__ = ["LIMIT", "improve", "next_rung"]
 
@@ -96,71 +96,104 @@ def improve(
         if better is None:
             return Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
         ladder.append(better)
-        fit = better.fit
+        for rung in _more_lines(ladder, check):
+            if len(ladder) > limit or _within(rung.fit, tolerance):
+                break
+            ladder.append(rung)
+        fit = ladder[-1].fit
 
 
 def _stop(check: Check, tolerance: float | None) -> str | None:
     if check.adequate:
         return "adequate"
-    if tolerance is not None and check.fit.discrepancy.percent < tolerance:
-        return "within tolerance"
-    return None
+    return "within tolerance" if _within(check.fit, tolerance) else None
+
+
+def _within(fit: Fit, tolerance: float | None) -> bool:
+    return tolerance is not None and fit.discrepancy.percent < tolerance
 
 
 def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
     """The rung that `improve` puts on a ladder whose last fit was checked, or None if nothing helps."""
+    for suggestion in check.significant:
+        rung = _rung(ladder, suggestion, check)
+        if rung is not None:
+            return rung
+    shape = unstacked(ladder)
+    return shape if shape is not None and _errors_fall(ladder[-1].fit, shape.fit) else None
+
+
+def _more_lines(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
+    """Rungs for the lines that the same check found behind the one that was just added.
+
+    One line says nothing of another: each has its own ordinates.
+    """
+    ladder = list(ladder)
+    for suggestion in check.significant:
+        line = suggestion.effect
+        if line.screened != "line" or suggestion.note:
+            return
+        if line is ladder[-1].added:
+            continue
+        rung = _rung(ladder, suggestion, check)
+        if rung is None or rung.added is not line or _moved(ladder[-1].fit, rung.fit):
+            return
+        ladder.append(rung)
+        yield rung
+
+
+def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung | None:
+    """The rung that a suggestion leads to: with what it needs, without what it makes needless; None if it does not help."""
     fit = ladder[-1].fit
     asked = len(ladder[0].fit.model)
     asked -= sum(rung.dropped_start for rung in ladder)
     # What was taken out once and came back is needed.
     gone = {kind for rung in ladder for kind in rung.removed}
     stand_in = {rung.brought.kind for rung in ladder if rung.brought is not None and rung.removed}
-    for suggestion in check.significant:
-        came = added_to(fit, suggestion, asked)
-        if came is None:
-            continue
-        better, gave_way = came
-        if not suggestion.effect_happens_once and not _predicts(fit, better):
-            continue
-        risen = suggestion.delta_log_likelihood - suggestion.surplus
-        before = better.solution.log_likelihood
-        if gave_way:
-            risen = before - fit.solution.log_likelihood
-        added = suggestion.effect
-        if not _errors_fall(fit, better):
-            pair = _with_another(fit, better)
-            if pair is None:
-                continue
-            risen += pair[0].solution.log_likelihood - before
-            return Rung(pair[0], added, risen=risen, brought=pair[1])
-        parts = parted(check, better, added)
-        brought: Effect | None = None
-        if parts is not None and _errors_fall(fit, parts[0]):
-            better, added, brought = parts
-            risen += better.solution.log_likelihood - before
-            return Rung(better, added, gave_way, risen, brought=brought)
-        better, removed = pruned(better, fit, asked, gone, stand_in)
-        tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
-        own = set(range(asked - len(removed))) | {len(better.model) - 1}
-        # A wandering process that came first may have stood for two.
-        own |= {i for i, e in enumerate(better.model) if isinstance(e, Stochastic) and e.wanders}
-        # What is missing beside this one has a rung of its own.
-        later = {s.kind for s in check.significant if not s.effect.may_be(added)}
+    came = added_to(fit, suggestion, asked)
+    if came is None:
+        return None
+    better, gave_way = came
+    if not suggestion.effect_happens_once and not _predicts(fit, better):
+        return None
+    risen = suggestion.delta_log_likelihood - suggestion.surplus
+    before = better.solution.log_likelihood
+    if gave_way:
+        risen = before - fit.solution.log_likelihood
+    added = suggestion.effect
+    if not _errors_fall(fit, better):
+        pair = _with_another(fit, better)
+        if pair is None:
+            return None
+        risen += pair[0].solution.log_likelihood - before
+        return Rung(pair[0], added, risen=risen, brought=pair[1])
+    if len(ladder) > 1 and not _moved(fit, better):
         # What nothing has moved since it was looked at is as good as it was.
-        again = len(ladder) == 1 or _moved(fit, better)
-        swap = swapped(better, own, tried, gone | later) if again else None
-        if swap is not None and _errors_fall(better, swap[0]):
-            better, kind, new = swap
-            if kind == added.kind:
-                added = new
-            else:
-                brought = new
-                removed.append(kind)
+        return Rung(better, added, gave_way, risen)
+    parts = parted(check, better, added)
+    brought: Effect | None = None
+    if parts is not None and _errors_fall(fit, parts[0]):
+        better, added, brought = parts
         risen += better.solution.log_likelihood - before
-        start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
-        return Rung(better, added, (*gave_way, *removed), risen, start, brought)
-    shape = unstacked(ladder)
-    return shape if shape is not None and _errors_fall(fit, shape.fit) else None
+        return Rung(better, added, gave_way, risen, brought=brought)
+    better, removed = pruned(better, fit, asked, gone, stand_in)
+    tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
+    own = set(range(asked - len(removed))) | {len(better.model) - 1}
+    # A wandering process that came first may have stood for two.
+    own |= {i for i, e in enumerate(better.model) if isinstance(e, Stochastic) and e.wanders}
+    # What is missing beside this one has a rung of its own.
+    later = {s.kind for s in check.significant if not s.effect.may_be(added)}
+    swap = swapped(better, own, tried, gone | later)
+    if swap is not None and _errors_fall(better, swap[0]):
+        better, kind, new = swap
+        if kind == added.kind:
+            added = new
+        else:
+            brought = new
+            removed.append(kind)
+    risen += better.solution.log_likelihood - before
+    start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
+    return Rung(better, added, (*gave_way, *removed), risen, start, brought)
 
 
 def _moved(before: Fit, after: Fit) -> bool:
@@ -194,6 +227,13 @@ def _errors_fall(before: Fit, after: Fit) -> bool:
 
 
 def _predicts(before: Fit, after: Fit) -> bool:
-    """Whether unseen data are not predicted worse by more than the standard error of the difference."""
+    """Whether unseen data are not predicted worse by more than the standard error of the difference.
+
+    Where the discrepancy rises as well, by any amount.
+    """
     old, new = before.error.predictive, after.error.predictive
-    return old is None or new is None or not worse(old, new)
+    if old is None or new is None:
+        return True
+    if after.discrepancy.percent > before.discrepancy.percent and compare(old, new)[0] > 0.0:
+        return False
+    return not worse(old, new)

@@ -27,8 +27,8 @@ __all__ = ["screen_lines"]
 
 #: Below this many cycles in the record a line is a drift.
 FEWEST_CYCLES = 4
-#: Lines refitted in full, of the strongest ones.
-MOST = 2
+#: Lines refitted in full, of the strongest ones; and those of a comb, which stand out by `CLEAR`.
+FEWEST, MOST = 2, 12
 #: A peak lower than this is not worth a refit: a search of a hundred samples reaches it.
 LEAST = 6.0
 #: Height above the noise of a harmonic: 3 in 10 000 at each place by chance. And the highest looked for.
@@ -71,9 +71,9 @@ def screen_lines(
     price = np.log(octave_trials(np.arange(ratio.size) / 2.0, data.n))
     noise = solution.noise(data)
     found: list[Candidate] = []
-    for _ in range(MOST):
+    for k in range(MOST):
         top = int(np.argmax(np.where(ratio > LEAST, ratio - price, -np.inf)))
-        if ratio[top] <= LEAST:
+        if ratio[top] <= LEAST or (k >= FEWEST and ratio[top] < price[top] + CLEAR):
             break
         width, surplus = _wander(top, solution, data, float(level[top]))
         base, multiples = _comb(ratio, top, width)
