@@ -39,9 +39,11 @@ def example(kind: type[Effect]) -> Effect:
             # The grid of an end depends on the beginning that is given already.
             value = float(np.median(effect.grid(p.name, LENGTH, RATE)))
         elif p.role == "time" and "tuple" in texts[p.name]:
-            value = tuple(thirds)
+            value = tuple(thirds) if p.unit == "s" else (HEIGHT, 1.0)
+        elif p.unit == "unit":
+            value = float(np.mean(temperature()["temperature"]))
         elif p.role == "time":
-            value = next(thirds) if p.unit == "s" else HEIGHT
+            value = next(thirds) if p.unit == "s" else min(HEIGHT, 0.5 * p.high)
         elif p.role == "coefficient":
             value = 1.0
         else:

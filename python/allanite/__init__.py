@@ -45,7 +45,10 @@ if TYPE_CHECKING:
     from allanite.effects.gauss_markov import GaussMarkov
     from allanite.effects.hysteresis import Hysteresis
     from allanite.effects.noise_level_change import NoiseLevelChange
+    from allanite.effects.noise_levels import NoiseLevels
+    from allanite.effects.noise_of_column import NoiseOfColumn
     from allanite.effects.outliers import Outliers
+    from allanite.effects.periodic_noise_level import PeriodicNoiseLevel
     from allanite.effects.power_law import PowerLaw
     from allanite.effects.quantization import Quantization
     from allanite.effects.rate_of_change import RateOfChange
@@ -115,7 +118,10 @@ _HOME = {
     "Hysteresis": "allanite.effects.hysteresis",
     "GaussMarkov": "allanite.effects.gauss_markov",
     "NoiseLevelChange": "allanite.effects.noise_level_change",
+    "NoiseLevels": "allanite.effects.noise_levels",
+    "NoiseOfColumn": "allanite.effects.noise_of_column",
     "Outliers": "allanite.effects.outliers",
+    "PeriodicNoiseLevel": "allanite.effects.periodic_noise_level",
     "PowerLaw": "allanite.effects.power_law",
     "Quantization": "allanite.effects.quantization",
     "RateOfChange": "allanite.effects.rate_of_change",
@@ -194,7 +200,10 @@ __all__ = [
     "ManyFits",
     "Model",
     "NoiseLevelChange",
+    "NoiseLevels",
+    "NoiseOfColumn",
     "Outliers",
+    "PeriodicNoiseLevel",
     "Plan",
     "Power",
     "PowerLaw",

@@ -237,8 +237,9 @@ class _Source:
             part = process.next(count)
             if changes:
                 time = np.arange(first, first + count) / self.rate
+                columns = {k: v[first : first + count] for k, v in self.covariates.items()}
                 for level in self.levels:
-                    part *= level.gain(time)
+                    part *= level.gain(time, columns)
             if total is None:
                 total = part
             else:

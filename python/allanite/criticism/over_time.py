@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.whitened import expected_level, white_share, with_normal_tails
+from allanite.fit.whitened import with_normal_tails
 from allanite.fit.whittle import normal_scores
 
 if TYPE_CHECKING:
     from allanite.fit.data import Data
-    from allanite.fit.solution import Solution
     from allanite.fit.whitened import Whitened
 
 __all__ = ["TimeMap", "overdispersion", "time_map"]
@@ -73,22 +72,19 @@ class TimeMap:
         return float(self.start_s[low]), float(self.end_s[high])
 
 
-def time_map(solution: Solution, data: Data, whitened: Whitened) -> TimeMap:
+def time_map(data: Data, whitened: Whitened) -> TimeMap:
     """32 segments × octaves; z compares a cell with its band's mean, isolating changes in time."""
     bands = [band for band in whitened.bands[::-1] if band[2].size > FEWEST * SEGMENTS]
     edges = np.linspace(data.start, data.start + data.duration, SEGMENTS + 1)
     half = data.rate / (2.0 * data.n)
-    expected = expected_level(solution, edges)
     ratio, z = [], []
-    judged = {band[0]: band[2] for band in with_normal_tails(solution, whitened).bands}
-    for low, high, power, each in bands:
+    judged = {band[0]: band[2] for band in with_normal_tails(whitened).bands}
+    for low, _, power, each in bands:
         place = np.floor((np.arange(power.size) + 0.5) * SEGMENTS / power.size).astype(int)
         count = np.bincount(place, minlength=SEGMENTS).astype(float)
         mean = np.bincount(place, weights=power, minlength=SEGMENTS) / count
         scored = judged[low]
         count = count * each / overdispersion(scored, each)
-        share = white_share(solution, data, (low + high) // 2)
-        mean = mean / (1.0 + share * (expected - 1.0))
         ratio.append(mean)
         if scored is not power:
             mean = np.bincount(place, weights=scored, minlength=SEGMENTS) / np.bincount(place)

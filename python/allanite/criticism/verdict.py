@@ -116,7 +116,7 @@ def _span(low: float, high: float, unit: str) -> str:
 
 def criticise(fit: Fit, whitened: Whitened) -> Where:
     """All views of one fit."""
-    times = time_map(fit.solution, fit.data, whitened)
+    times = time_map(fit.data, whitened)
     return Where(
         over_tau.rows(fit.curve),
         over_frequency.rows(fit),

@@ -2,6 +2,7 @@
 
 from allanite.effects._base import Effect, Modifier, Parameter, Stochastic, StraightLine
 from allanite.effects._known import Deterministic, Periodic
+from allanite.effects._level import Level
 from allanite.effects.files import model_from_dict, model_to_dict, parse_model
 from allanite.effects.model import Model
 from allanite.effects.registry import CATALOGUE, find, register, standard, white_noise
@@ -10,6 +11,7 @@ __all__ = [
     "CATALOGUE",
     "Deterministic",
     "Effect",
+    "Level",
     "Model",
     "Modifier",
     "Parameter",

@@ -371,12 +371,22 @@ class Modifier(Effect):
         """
         return None
 
-    def gain(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """By what the white samples at these times (s) are multiplied, where it is `passing`."""
+    def gain(
+        self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
+    ) -> NDArray[np.float64]:
+        """By what the white samples at these times (s) are multiplied, where it is `passing`.
+
+        `columns` are the other columns of the recording at these times.
+        """
         return np.ones(time.shape)
 
-    def mean_power(self, start: ArrayLike, end: ArrayLike) -> NDArray[np.float64]:
-        """Mean of the squared `gain` between these times, s."""
+    def mean_power(
+        self,
+        start: ArrayLike,
+        end: ArrayLike,
+        columns: Mapping[str, NDArray[np.float64]] | None = None,
+    ) -> NDArray[np.float64]:
+        """Mean of the squared `gain` between these times, s, where other columns have these means."""
         return np.ones(np.shape(start))
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.effects._base import Modifier, Parameter
-from allanite.effects.terms import Term, White
+from allanite.effects._base import Parameter
+from allanite.effects._level import Level
 
 
 @dataclass(frozen=True)
-class NoiseLevelChange(Modifier):
+class NoiseLevelChange(Level):
     """White noise of standard deviation `factor` times N's between `start` and `end`.
 
     The spectrum of the whole record only sees the mean power; the times come from the time view.
@@ -33,9 +34,6 @@ class NoiseLevelChange(Modifier):
     kind: ClassVar[str] = "noise_level_change"
     short: ClassVar[str] = "LEVEL"
     title: ClassVar[str] = "noise level change"
-    screened: ClassVar[str] = "level"
-    family: ClassVar[str] = "level"
-    passing: ClassVar[bool] = True
     legend: ClassVar[tuple[str, ...]] = ("factor",)
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("start", "s", "first time of the interval", "time"),
@@ -51,31 +49,41 @@ class NoiseLevelChange(Modifier):
     check_by: ClassVar[str] = (
         "look at the laboratory's log for that interval; trim it and fit again: everything else should stay"
     )
-    rivals: ClassVar[tuple[str, ...]] = ("outliers",)
+    rivals: ClassVar[tuple[str, ...]] = ("outliers", "noise_levels")
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self:
         """The interval and its factor."""
         return cls(start=start, end=end, factor=factor)
 
-    def modify(
-        self, white: float, rate: float, span: tuple[float, float] | None = None
-    ) -> tuple[Term, ...]:
-        """The mean power over the record (`span`: its first and last time in s)."""
-        return (White(white if span is None else white * float(self.mean_power(*span))),)
+    @property
+    def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Into the interval and out of it."""
+        return ((), ()) if self.when is None else (self.when, (self.factor or 1.0, 1.0))
+
+    def switching_at(self, times: tuple[float, ...]) -> Self:
+        """Another interval."""
+        return self.with_values(start=times[0], end=times[1])
 
     @property
     def when(self) -> tuple[float, float] | None:
         """The interval."""
         return None if self.start is None or self.end is None else (self.start, self.end)
 
-    def gain(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+    def gain(
+        self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
+    ) -> NDArray[np.float64]:
         """`factor` inside the interval, its first time included, its last not."""
         if self.when is None or self.factor is None:
             return np.ones(time.shape)
         return np.where((time >= self.when[0]) & (time < self.when[1]), self.factor, 1.0)
 
-    def mean_power(self, start: ArrayLike, end: ArrayLike) -> NDArray[np.float64]:
+    def mean_power(
+        self,
+        start: ArrayLike,
+        end: ArrayLike,
+        columns: Mapping[str, NDArray[np.float64]] | None = None,
+    ) -> NDArray[np.float64]:
         """1 + (factor² − 1) times the part of each stretch that lies inside the interval."""
         low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         if self.when is None or self.factor is None:

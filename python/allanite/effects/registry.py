@@ -19,7 +19,10 @@ from allanite.effects.excursion import Excursion
 from allanite.effects.gauss_markov import GaussMarkov
 from allanite.effects.hysteresis import Hysteresis
 from allanite.effects.noise_level_change import NoiseLevelChange
+from allanite.effects.noise_levels import NoiseLevels
+from allanite.effects.noise_of_column import NoiseOfColumn
 from allanite.effects.outliers import Outliers
+from allanite.effects.periodic_noise_level import PeriodicNoiseLevel
 from allanite.effects.power_law import PowerLaw
 from allanite.effects.quantization import Quantization
 from allanite.effects.rate_of_change import RateOfChange
@@ -153,6 +156,9 @@ CATALOGUE = Catalogue(
         WarmUp,
         BurstNoise,
         NoiseLevelChange,
+        NoiseLevels,
+        PeriodicNoiseLevel,
+        NoiseOfColumn,
         Outliers,
     )
 )

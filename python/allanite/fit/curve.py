@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.fit.bands import bands
+from allanite.fit.crowding import crowding
 from allanite.fit.whittle import normal_scores
 
 if TYPE_CHECKING:
@@ -180,6 +181,10 @@ def compare_curves(data: Data, model: Model) -> Curve:
         total = noise + data.deviation_of(whole, factors) ** 2
         residual = data.deviation(factors, whole) ** 2
     edf = degrees_of_freedom(terms, data.n, factors)
+    if any(e.passing for e in model.modifiers) and model.white is not None:
+        # The samples that are loud decide: there are fewer of them.
+        share = components[model.white.kind] ** 2 / noise
+        edf = np.maximum(edf / (1.0 + share**2 * (crowding(model, data) - 1.0)), 1.0)
     z = normal_scores(residual, edf, noise)
     spread_low = np.sqrt(chdtri(edf, 0.975) / edf)
     spread_high = np.sqrt(chdtri(edf, 0.025) / edf)

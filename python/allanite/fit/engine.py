@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from allanite.common.blas import one_thread
 from allanite.effects import Deterministic, Effect, Model, Stochastic, white_noise
+from allanite.fit.crowding import crowded
 from allanite.fit.data import Noise
 from allanite.fit.deterministic import Design, Regression, design_of, regress
 from allanite.fit.discrepancy import best_scale, levels
@@ -62,7 +63,8 @@ def solve(
     """
     given = model = _with_white(model)
     bins = data.bins
-    part = RandomPart(data, bins.power(data.ordinates), bins.count)
+    free = crowded(model, data) if any(e.passing for e in model.modifiers) else bins.count
+    part = RandomPart(data, bins.power(data.ordinates), free)
     taken = _Taken((), data.ordinates)
     if like is not None and model.deterministic:
         taken = _Taken(like.taken, like.ordinates)
@@ -100,16 +102,16 @@ def solve(
             np.searchsorted(bins.edges, design.ordinates, side="right") - 1,
             regression.leverage,
         )
-        count = np.maximum(bins.count - used, 0.05)
+        count = np.maximum(free - used, 0.05)
         raw = bins.power(ordinates)
-        part = RandomPart(data, raw * bins.count / count, count)
-        total = RandomPart(data, raw, bins.count).judged(best)
+        part = RandomPart(data, raw * free / count, count)
+        total = RandomPart(data, raw, free).judged(best)
         if abs(total - previous) < 1e-3 and turn > 0:
             break
         previous = total
     assert best is not None
     linear = part.linear(model)
-    total = RandomPart(data, bins.power(ordinates), bins.count).judged(best)
+    total = RandomPart(data, bins.power(ordinates), free).judged(best)
     processes = processes_of(model, best.theta, linear.matrix)
     functions: tuple[Regressed, ...] = ()
     seen, leverage = np.zeros(0, dtype=np.int64), np.zeros(0)

@@ -86,13 +86,13 @@ def levels(data: Data, solution: Solution) -> Array:
     changes = [e for e in solution.model.modifiers if e.passing]
     if not changes:
         return total
+    # The power that is left when the changes are taken out, in units of what they make expected.
     power, share, freedom = white_power(solution, data, whiten(solution, data))
     if power is None:
         return total
-    edges = np.linspace(data.start, data.start + data.duration, power.size + 1)
-    expected = 1.0 + share * (expected_level(solution, edges) - 1.0)
-    loss = 0.5 * freedom * (power / expected - power + np.log(expected))
-    times = sum(p.role == "time" for e in changes for p in e.parameters)
+    expected = 1.0 + share * (expected_level(solution.model, data, power.size) - 1.0)
+    loss = 0.5 * freedom * (power - power * expected + np.log(expected))
+    times = sum(e.numbers for e in changes)
     return np.array([float(b.sum()) for b in np.array_split(loss, BLOCKS)]) + times / BLOCKS
 
 

@@ -20,11 +20,13 @@ from allanite.common.threads import results, side_by_side
 from allanite.fit.data import density
 
 if TYPE_CHECKING:
+    from allanite.effects import Model
     from allanite.fit.data import Data
     from allanite.fit.solution import Process, Solution
 
 __all__ = [
     "Whitened",
+    "cell_means",
     "expected_level",
     "white_power",
     "white_share",
@@ -37,6 +39,10 @@ __all__ = [
 BAND = 256
 #: Samples at either end of a record of which the time view says nothing, at most; a sixty-fourth of a short one.
 ENDS = 64
+#: Share of a band's power from which on the white noise is what is seen there.
+DOMINATES = 0.5
+#: Of the octaves that it dominates those are looked at that have this part of the time resolution of the finest.
+FINEST = 8
 #: Stretches of which each has a level of its own where the tails are judged.
 STRETCHES = 64
 
@@ -66,21 +72,58 @@ def whiten(solution: Solution, data: Data) -> Whitened:
     """The whitened residual of a solution, over time and in octaves."""
     white = _whitening(solution, data, solution.level) * _drawn(solution, data)
     bands = data.octaves(lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j))))
-    return _over_time(white, bands)
+    found = _over_time(white, bands)
+    if not any(effect.passing for effect in solution.model.modifiers):
+        return found
+    return _steadied(solution, data, found)
 
 
-def with_normal_tails(solution: Solution, whitened: Whitened) -> Whitened:
+def _steadied(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
+    """The same where the level of the white noise changes: of one level at all times, as far as the model knows.
+
+    In the bands that the white noise dominates, and in the samples, what it has is divided by what is expected at each
+    time; others stay.
+    """
+    _, share, _ = white_power(solution, data, whitened)
+    samples = whitened.samples / np.sqrt(1.0 + share * (_relative_power(solution, data) - 1.0))
+    steady = {}
+    if samples.size == data.n:
+        steady = {b[0]: b for b in _over_time(_kernels.cosine_transform(samples), []).bands}
+    bands = []
+    for low, high, power, each in whitened.bands:
+        own = white_share(solution, data, (low + high) // 2)
+        if own >= DOMINATES and low in steady:
+            bands.append(steady[low])
+        else:
+            expected = expected_level(solution.model, data, power.size)
+            bands.append((low, high, power / (1.0 + own * (expected - 1.0)), each))
+    return Whitened(samples, tuple(bands))
+
+
+def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
+    """Power of the white noise at each sample that is kept over the record's mean."""
+    gain = np.ones(data.n)
+    for effect in solution.model.modifiers:
+        if effect.passing:
+            gain *= effect.gain(data.time, data.covariates)
+    gain **= 2
+    gain /= gain.mean()
+    if solution.ordinates.size == data.n:
+        return gain
+    return expected_level(solution.model, data, solution.ordinates.size)
+
+
+def with_normal_tails(whitened: Whitened) -> Whitened:
     """The same where its samples are normal at each time; else with normal samples in the order of these.
 
     A few of the largest samples of heavy tails would decide when a level changes, and of a coarse step hardly any differ.
-    What changes over time is still there. Where the model has changes of level the samples stay as they are.
+    What changes over time is still there.
     """
     from scipy.special import ndtri
 
     samples = whitened.samples
-    passing = any(effect.passing for effect in solution.model.modifiers)
     segments = any(each != 1.0 for *_, each in whitened.bands)
-    if passing or segments or _normal(samples):
+    if segments or _normal(samples):
         return whitened
     # Equal values in any order.
     # NumPy sorts to the end; beside it an interrupt is heard.
@@ -115,7 +158,8 @@ def _over_time(
         series = np.concatenate([[0.0], white[low:high]])
         power = _kernels.inverse_cosine_transform(series) ** 2
         edge = -(-ends * power.size // n)
-        power[:edge] = power[power.size - edge :] = power[edge : power.size - edge].mean()
+        power[:edge] = power[edge : 5 * edge].mean()
+        power[power.size - edge :] = power[power.size - 5 * edge : power.size - edge].mean()
         bands.append((low, high, power, 1.0))
         high = low
     samples = _kernels.inverse_cosine_transform(white)
@@ -159,13 +203,25 @@ def _log_density(
     return np.interp(log_j, np.log(bins.nodes), known)
 
 
-def expected_level(solution: Solution, edges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """White power of each segment over the record's mean, from the level changes of the model."""
-    power = np.ones(edges.size - 1)
-    for effect in solution.model.modifiers:
+def expected_level(model: Model, data: Data, cells: int) -> NDArray[np.float64]:
+    """White power of equal stretches over the record's mean, from the level changes of a model, shape (cells,)."""
+    power = np.ones(cells)
+    edges = np.linspace(*data.span, cells + 1)
+    for effect in model.modifiers:
         if effect.passing:
-            power *= effect.mean_power(edges[:-1], edges[1:])
+            names = [effect.follows] if effect.follows in data.covariates else []
+            columns = {n: cell_means(data.covariates[n], cells) for n in names if n is not None}
+            power *= effect.mean_power(edges[:-1], edges[1:], columns)
     return np.asarray(power / power.mean())
+
+
+def cell_means(values: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
+    """Means of equal stretches, at most as many as there are values, shape (cells,)."""
+    edges = np.arange(cells) * values.size // cells
+    sizes = np.diff(np.append(edges, values.size))
+    if not sizes.all():
+        return np.asarray(values[edges])
+    return np.asarray(np.add.reduceat(values, edges) / sizes)
 
 
 def white_share(solution: Solution, data: Data, ordinate: int) -> float:
@@ -190,17 +246,19 @@ def white_power(
     own = _white(solution)
     if own is None:
         return None, 0.0, 0.0
-    bands = whitened.bands
-    if not bands:
-        return None, 0.0, 0.0
-    length = max(power.size for _, _, power, _ in bands)
-    total, weight, shares = np.zeros(length), 0.0, 0.0
-    for low, high, power, each in bands:
+    terms = data.unit_terms(solution.model, own.effect)
+    bands = []
+    for low, high, power, each in whitened.bands:
         j = np.array([(low + high) // 2])
-        white = own.theta * density(data.unit_terms(solution.model, own.effect), j, data.n)[0]
+        white = own.theta * density(terms, j, data.n)[0]
         share = float(white / density(data.terms(solution.model), j, data.n)[0])
-        if share < 0.5:
-            continue
+        if share >= DOMINATES:
+            bands.append((power, each, share))
+    length = max((power.size for power, _, _ in bands), default=0)
+    total, weight, shares = np.zeros(length), 0.0, 0.0
+    for power, each, share in bands:
+        if power.size < length // FINEST:
+            continue  # what happens between its values it shows in both
         # Spread the coarser bands over the finest time axis with their own number of values.
         index = (np.arange(length) * power.size // length).astype(np.int64)
         values = each * power.size / length

@@ -9,7 +9,7 @@ import numpy as np
 from allanite.common.blas import one_thread
 from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
-from allanite.effects import Stochastic
+from allanite.effects import Modifier, Stochastic
 from allanite.fit import fit_model
 from allanite.fit.prediction import compare, worse
 from allanite.study.ladder import Rung, Study
@@ -161,7 +161,9 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     if gave_way:
         risen = before - fit.solution.log_likelihood
     added = suggestion.effect
-    if not _errors_fall(fit, better):
+    # The curve says nothing of when a sensor is loud.
+    elsewhere = isinstance(added, Modifier) and added.passing
+    if not elsewhere and not _errors_fall(fit, better):
         pair = _with_another(fit, better)
         if pair is None:
             return None

@@ -15,6 +15,7 @@ import numpy as np
 from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import Solution, solve
 from allanite.fit.matched import grid_points, matched_gains
+from allanite.fit.whitened import cell_means, expected_level
 from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_chance
 from allanite.suggestion.spectral import Candidate, Screen
 
@@ -129,12 +130,27 @@ def _refit(
     if rival is not None and gain > 0.0:
         beside = solve(data, rival.model + refitted.model.effects[-1], polish=False, rounds=4)
         judged = min(gain, beside.log_likelihood - rival.log_likelihood)
+    judged /= _louder(refitted, data)
     if judged <= 0.0 or (effect.follows is not None and not _consistent(refitted, data)):
         return None
     if effect.amplitudes().size > 1:
         judged = _of_one(judged)
     found = refitted.model.effects[-1]
     return Candidate(found, gain, effect.family, refitted, found.numbers, judged=judged)
+
+
+def _louder(solution: Solution, data: Data) -> float:
+    """By how much the noise where the last effect acts is louder than the mean, at least 1.
+
+    The ordinates know the mean over the record alone.
+    """
+    if not any(e.passing for e in solution.model.modifiers):
+        return 1.0
+    cells = min(LOW, data.n)
+    signal = cell_means(data.signal(solution.model.deterministic[-1:]), cells)
+    signal = (signal - signal.mean()) ** 2
+    level = expected_level(solution.model, data, cells)
+    return max(1.0, float(signal @ level / max(signal.sum(), 1e-300)))
 
 
 def _of_one(gain: float) -> float:

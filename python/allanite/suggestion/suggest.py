@@ -21,13 +21,15 @@ from allanite.suggestion.drifts import beside_the_best, screen_slow, slow_famili
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.spectral import Candidate, screen_spectral
-from allanite.suggestion.transients import screen_moments
+from allanite.suggestion.transients import screen_moments, unsteady
 from allanite.suggestion.words import explain
 
 __all__ = ["Suggestion", "suggest"]
 
 #: Searches at a time: each holds some copies of the record.
 WORKERS = 2
+#: Scatter of the spectrum over that of a steady record's from which on a change of level goes first.
+STRONG = 1.1
 #: A candidate this close to another in BIC cannot be told from it on this record.
 RIVAL = 6.0
 
@@ -195,7 +197,8 @@ def suggest(
         moments = pool.submit(screen_moments, base, data, whitened)
         lines = lines_found.result()
         progress()
-        single = (*moments.result(), bursts.result())
+        outliers, levels = moments.result()
+        single = (outliers, *levels, bursts.result())
         progress()
         screens = beside_the_best({name: f.result() for name, f in found.items()}, data, price(fit))
         progress()
@@ -226,27 +229,39 @@ def suggest(
         *(c for screen in screens.values() for c in screen.candidates),
         *(c for c in single if c is not None),
     )
+    crowded, louder = unsteady(base, data, levels, searches)
     with ThreadPoolExecutor(WORKERS) as pool:
         suggestions = pool.map(
-            lambda c: _suggestion(fit, c, families, searches, surplus), candidates
+            lambda c: _suggestion(
+                fit, c, families, searches, surplus, louder if c.family in slow else crowded
+            ),
+            candidates,
         )
-        ranked = sorted(suggestions, key=_rank, reverse=True)
+        ranked = sorted(suggestions, key=lambda s: _rank(s, crowded), reverse=True)
     progress()
     return _with_rivals(_last_resort(_ties(ranked), fit))
 
 
-def _rank(found: Suggestion) -> tuple[bool, bool, float]:
+def _rank(found: Suggestion, crowded: float) -> tuple[bool, int, float]:
     """Significant ones first; what takes samples out explains none of them and comes after what does.
 
-    So does a change of the noise level: the spectrum and the Allan curve stay as they are.
+    So does a change of the noise level: the spectrum and the Allan curve stay as they are. But one so strong that the
+    spectrum scatters by it comes first: nothing else can be judged before.
     """
     effect = found.effect
+    if isinstance(effect, Modifier) and effect.passing and crowded > STRONG:
+        return found.significant, 2, found.rank
     elsewhere = isinstance(effect, Modifier) and (effect.removes or effect.passing)
-    return found.significant, not elsewhere, found.rank
+    return found.significant, int(not elsewhere), found.rank
 
 
 def _suggestion(
-    fit: Fit, candidate: Candidate, families: dict[str, Family], searches: int, surplus: float
+    fit: Fit,
+    candidate: Candidate,
+    families: dict[str, Family],
+    searches: int,
+    surplus: float,
+    scatter: float,
 ) -> Suggestion:
     from scipy.special import log_ndtr
 
@@ -258,8 +273,12 @@ def _suggestion(
         surplus = 0.0
     # Where it makes the model true, the chance that is asked about is that of a true model without it.
     judged += surplus
+    if candidate.family not in {"level", "outlier"}:
+        judged /= scatter
     family = families[candidate.family]
     chance = candidate.log_chance
+    if candidate.family == "line" and chance is not None:
+        chance += judged * (scatter - 1.0)
     if chance is None:
         chance = log_chance(family, judged)
     log_p = min(0.0, chance + np.log(searches))

@@ -9,13 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.tails import coarse_step, outlier_limit
-from allanite.criticism.over_time import overdispersion
-from allanite.effects import CATALOGUE, Model, Modifier
+from allanite.effects import CATALOGUE, Level, Model, Modifier
+from allanite.fit.crowding import crest, crowding
 from allanite.fit.data import without_samples
 from allanite.fit.engine import solve
 from allanite.fit.missing import complete
-from allanite.fit.whitened import expected_level, white_power, whiten, with_normal_tails
-from allanite.suggestion.evidence import interval_trials
+from allanite.fit.whitened import white_power, whiten, with_normal_tails
+from allanite.suggestion.evidence import FALSE_ALARM, interval_trials
+from allanite.suggestion.level_forms import (
+    CLOSE,
+    Series,
+    moved,
+    screen_columns,
+    screen_cycle,
+    screen_several,
+    series_of,
+)
 from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -23,64 +32,127 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.fit.whitened import Whitened
 
-__all__ = ["screen_levels", "screen_moments", "screen_outliers"]
+__all__ = ["screen_levels", "screen_moments", "screen_outliers", "unsteady"]
 
+#: Samples, half of those to each side, among which a time is placed.
+SHARP = 16
 #: Stretches of the time axis whose levels are compared, and of the finer axis on which an interval is placed.
 COARSE, FINE = 256, 4096
 
 
 def screen_moments(
     solution: Solution, data: Data, whitened: Whitened
-) -> tuple[Candidate | None, Candidate | None]:
-    """Screen outliers first; a change of level is then looked for in the samples without them."""
+) -> tuple[Candidate | None, list[Candidate]]:
+    """Screen outliers first; changes of level are then looked for in the samples without them.
+
+    Where most samples of a stretch are louder it is no matter of single samples: those are looked for on the next rung.
+    """
     outliers = screen_outliers(solution, data, whitened.samples)
     if outliers is None or outliers.solution is None or outliers.data is None:
         return outliers, screen_levels(solution, data, whitened)
+    found = screen_levels(solution, data, whitened)
+    if any(_most_are_louder(c, data, whitened) for c in found):
+        return None, found
     cleaned = outliers.solution
-    level = screen_levels(cleaned, outliers.data, whiten(cleaned, outliers.data))
-    if level is not None:
-        refitted = solve(data, solution.model + level.effect, like=solution, rounds=3)
-        level = replace(level, solution=refitted)
-    return outliers, level
+    found = screen_levels(cleaned, outliers.data, whiten(cleaned, outliers.data))
+    return outliers, [_refitted(c, solution, data) for c in found]
 
 
-def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
+def _most_are_louder(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
+    """Whether the usual size of the samples changes by half of what their power does."""
+    effect = candidate.effect
+    assert isinstance(effect, Modifier)
+    if whitened.samples.size != data.n or candidate.log_chance is None:
+        return False
+    gain = effect.gain(data.time, data.covariates)
+    loud = gain > np.sqrt(gain.min() * gain.max())
+    if candidate.log_chance > np.log(FALSE_ALARM) or loud.all():
+        return False
+    usual = [float(np.median(np.abs(whitened.samples[part]))) for part in (loud, ~loud)]
+    power = [float(np.mean(whitened.samples[part] ** 2)) for part in (loud, ~loud)]
+    return usual[0] / usual[1] > 1.0 + 0.5 * (np.sqrt(power[0] / power[1]) - 1.0)
+
+
+def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Candidate]:
+    """The ways in which the level of the white noise changes that explain its power over time best.
+
+    One interval, several, a period, or another column: what is told from the best is left for the next rung.
+    """
+    power, share, freedom = white_power(solution, data, whitened)
+    if power is None or power.size < 64:
+        return []
+    steady = with_normal_tails(whitened)
+    judged = power if steady is whitened else white_power(solution, data, steady)[0]
+    assert judged is not None
+    series = series_of(power, judged, freedom, share, data.span)
+    first = _one_interval(series, solution.discrepancy)
+    found = [c for c in (first, screen_cycle(series, solution.model)) if c is not None]
+    found += screen_columns(series, solution.model, data.covariates)
+    found += screen_several(series, solution.model)
+    if not found:
+        return []
+    price = 0.5 * np.log(max(series.freedom * power.size, 2.0))
+    best = max(c.gain - price * c.parameters for c in found)
+    kept = [c for c in found if c.gain - price * c.parameters > best - CLOSE]
+    return [_refitted(_sharp(c, data, whitened), solution, data) for c in kept]
+
+
+def _sharp(candidate: Candidate, data: Data, whitened: Whitened) -> Candidate:
+    """With its times where single samples put them: a loud one outside would be an outlier."""
+    effect = candidate.effect
+    if not isinstance(effect, Level) or not effect.switches[0] or whitened.samples.size != data.n:
+        return candidate
+    times, factors = effect.switches
+    square = whitened.samples**2
+    places = np.round((np.array(times) - data.start) * data.rate).astype(np.int64)
+    levels = np.array([1.0, *factors]) ** 2
+    levels *= square.mean() / (float(levels @ np.diff([0, *places, data.n])) / data.n)
+    moments = data.start + moved(square, places, levels, SHARP, 1) / data.rate
+    return replace(candidate, effect=effect.switching_at(tuple(moments.tolist())))
+
+
+def _refitted(candidate: Candidate, solution: Solution, data: Data) -> Candidate:
+    refitted = solve(data, solution.model + candidate.effect, like=solution, rounds=3)
+    return replace(candidate, effect=refitted.model.effects[-1], solution=refitted)
+
+
+def unsteady(
+    base: Solution, data: Data, levels: list[Candidate], searches: int
+) -> tuple[float, float]:
+    """By how much the spectrum, and what happens at one time, scatter more for a change of level that is missing."""
+    sure = [
+        c
+        for c in levels
+        if c.log_chance is not None and c.log_chance + np.log(searches) < np.log(FALSE_ALARM)
+    ]
+    if not sure:
+        return 1.0, 1.0
+    model = base.model + max(sure, key=lambda c: c.gain).effect
+    return crowding(model, data), crest(model, data)
+
+
+def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     """The interval in which the white noise differs most from the rest, of any length.
 
     logL of two levels against one rises by −½(d_in ln ρ_in + d_out ln ρ_out), ρ the mean powers inside and outside.
     """
-    power, share, freedom = white_power(solution, data, whitened)
-    if power is None:
-        return None
-    edges = np.linspace(data.start, data.start + data.duration, power.size + 1)
-    power = power / (1.0 + share * (expected_level(solution, edges) - 1.0))
-    cells = min(COARSE, power.size // 8)
-    if cells < 8:
-        return None
-    freedom /= overdispersion(power)
-    plain = power
-    steady = with_normal_tails(solution, whitened)
-    if steady is not whitened:
-        power, _, freedom = white_power(solution, data, steady)
-        assert power is not None
-    start, end, gain, chance = _best_interval(power, freedom, cells)
-    if cells < FINE <= power.size // 8:
+    power, size = series.judged, series.judged.size
+    cells = min(COARSE, size // 8)
+    start, end, gain, chance = _best_interval(power, series.freedom, cells)
+    if cells < FINE <= size // 8:
         # Where it begins and ends is a matter of the estimate; what was tried and found is above.
-        start, end, gain = _refine(power, freedom, start, end, power.size // cells)
-    inside = plain[start:end].mean()
-    outside = np.delete(plain, np.s_[start:end]).mean() if end - start < plain.size else 1.0
-    ratio = float(inside / outside)
-    # The white part alone changes: what else is in the bands dilutes it.
-    factor = float(np.sqrt(max(1e-6, 1.0 + (ratio - 1.0) / share)))
-    scale = data.duration / power.size
-    interval = data.start + start * scale, data.start + end * scale
-    changes = (cls.during(*interval, factor) for cls in _screened("level"))
+        start, end, gain = _refine(power, series.freedom, start, end, size // cells)
+    inside = series.power[start:end].mean()
+    outside = np.delete(series.power, np.s_[start:end]).mean() if end - start < size else 1.0
+    factor = float(np.sqrt(series.white(float(inside / outside))))
+    changes = (
+        cls.during(series.time(start), series.time(end), factor) for cls in _screened("level")
+    )
     effect = next((change for change in changes if change is not None), None)
     # Where the model is wrong by so much anyway, a smaller change of level is no effect.
-    if effect is None or gain < 4.0 or abs(factor - 1.0) < solution.discrepancy:
+    if effect is None or gain < 4.0 or abs(factor - 1.0) < discrepancy:
         return None
-    refitted = solve(data, solution.model + effect, like=solution, rounds=3)
-    return Candidate(refitted.model.effects[-1], gain, "level", refitted, 3, min(0.0, chance))
+    return Candidate(effect, gain, "level", None, 3, min(0.0, chance))
 
 
 def _screened(key: str) -> list[type[Modifier]]:

@@ -15,6 +15,8 @@ from allanite.effects.model import Model
 
 RNG = np.random.default_rng(5)
 COLUMNS = {"temperature": np.cumsum(RNG.standard_normal(testing.LENGTH))}
+#: Where the noise that follows it by 2 % a unit has its root mean square level.
+LOUD = float(np.log(np.mean(np.exp(0.04 * COLUMNS["temperature"]))) / 0.04)
 
 #: Values for a record of 2048 samples at 50 Hz; every kind of the catalogue at least once.
 VALUES = [
@@ -56,6 +58,9 @@ VALUES = [
     ("WARM", {"time_constant": 5.0, "amplitude": -0.4}),
     ("RTS", {"amplitude": 0.5, "dwell_time": 1.5}),
     ("LEVEL", {"start": 10.0, "end": 22.0, "factor": 1.7}),
+    ("LEVELS", {"times": (10.0, 22.0), "factors": (1.7, 0.8)}),
+    ("CYCLE", {"period": 4.0, "start": 1.0, "share": 0.25, "factor": 1.7}),
+    ("NCOL", {"column": "temperature", "coefficient": 0.02, "reference": LOUD}),
     ("OUT", {"count": 2, "times": (3.0, 7.0)}),
 ]
 

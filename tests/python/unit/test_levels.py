@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+import allanite as al
+from allanite.common.errors import InputError
+from allanite.suggestion.level_forms import screen_columns, screen_cycle, screen_several, series_of
 from allanite.suggestion.transients import _best_interval
 
 
@@ -20,3 +23,66 @@ def test_chance_of_an_interval_is_no_smaller_than_simulated(cells):
         # Three standard errors of a share of 3000 records.
         assert found <= p + 3.0 * np.sqrt(p * (1.0 - p) / records)
         assert found >= 0.1 * p, "more careful than it need be"
+
+
+def test_chance_of_the_other_forms_is_no_smaller_than_simulated():
+    records, rng = 300, np.random.default_rng(8)
+    model = al.parse_model("N")
+    column = {"temperature": np.cumsum(rng.standard_normal(8192))}
+    chances = {"cycle": [], "several": [], "column": []}
+    for _ in range(records):
+        power = rng.standard_normal(4096) ** 2
+        series = series_of(power, power, 1.0, 1.0, (0.0, 100.0))
+        found = screen_cycle(series, model)
+        chances["cycle"] += [] if found is None else [found.log_chance]
+        chances["several"] += [c.log_chance for c in screen_several(series, model)]
+        chances["column"] += [c.log_chance for c in screen_columns(series, model, column)]
+    for kind, values in chances.items():
+        # Three standard errors of a share of 300 records beyond 1 %.
+        assert sum(v < np.log(0.01) for v in values) <= 0.01 * records + 5, kind
+
+
+def test_levels_are_times_and_factors_together():
+    with pytest.raises(InputError, match="2 times and 1 factors"):
+        al.NoiseLevels(times=(1.0, 2.0), factors=(2.0,))
+    with pytest.raises(InputError, match="must rise"):
+        al.NoiseLevels(times=(2.0, 1.0), factors=(2.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        al.NoiseLevels(times=(3.0, 7.5), factors=(2.0, 0.5)),
+        al.PeriodicNoiseLevel(period=2.3, start=-1.1, share=0.4, factor=3.0),
+        al.NoiseLevelChange(start=2.2, end=4.1, factor=1.5),
+    ],
+)
+def test_mean_power_is_the_mean_of_the_gain(effect):
+    fine = np.linspace(0.0, 10.0, 1_000_001)[:-1]
+    edges = np.linspace(0.0, 10.0, 9)
+    means = (effect.gain(fine) ** 2).reshape(8, -1).mean(axis=1)
+    np.testing.assert_allclose(effect.mean_power(edges[:-1], edges[1:]), means, rtol=1e-4)
+
+
+def test_a_strong_change_leaves_few_independent_ordinates():
+    """ν of a tenth of the record seven times as loud: (0.9 + 0.1·7⁴)/(0.9 + 0.1·7²)² = 7.16."""
+    rng = np.random.default_rng(3)
+    x = rng.standard_normal(20_000)
+    x[4000:6000] *= 7.0
+    fit = (al.AngleRandomWalk() + al.NoiseLevelChange(start=40.0, end=60.0, factor=7.0)).fit(
+        al.Recording(x, rate=100.0)
+    )
+    whole = fit.data.bins.count.sum()
+    assert whole / fit.solution.count.sum() == pytest.approx(7.16, rel=0.1)
+    low, high = fit["N"].interval
+    assert low < 0.1 < high
+
+
+def test_a_strong_change_comes_first_and_makes_nothing_else_significant():
+    rng = np.random.default_rng(4)
+    x = rng.standard_normal(20_000)
+    x[11_000:12_000] *= 7.0
+    check = al.parse_model("N+B+K").fit(al.Recording(x, rate=100.0)).check()
+    assert check.significant[0].kind == "noise_level_change"
+    assert {s.kind for s in check.significant} <= {"noise_level_change", "noise_levels"}
+    assert check.fit.add(check.significant[0]).check().adequate

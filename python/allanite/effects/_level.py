@@ -1,0 +1,52 @@
+"""What changes the level of the white noise over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Modifier
+from allanite.effects.terms import Term, White
+
+__all__ = ["Level"]
+
+
+@dataclass(frozen=True)
+class Level(Modifier):
+    """White noise that is louder at some times than at others; the spectrum of a record sees the mean power."""
+
+    screened: ClassVar[str] = "level"
+    family: ClassVar[str] = "level"
+    passing: ClassVar[bool] = True
+
+    def modify(
+        self, white: float, rate: float, span: tuple[float, float] | None = None
+    ) -> tuple[Term, ...]:
+        """The mean power over the record (`span`: its first and last time in s)."""
+        return (White(white if span is None else white * float(self.mean_power(*span))),)
+
+    @classmethod
+    def switched(cls, times: tuple[float, ...], factors: tuple[float, ...]) -> Self | None:
+        """The effect where the level changes at these times, to these factors of that at the start; by default None."""
+        return None
+
+    @classmethod
+    def gated(cls, period: float, start: float, share: float, factor: float) -> Self | None:
+        """The effect where a share of every period from `start` on has another level; by default None."""
+        return None
+
+    def following(self, values: NDArray[np.float64], coefficient: float) -> Self | None:
+        """The effect where ln of the level is a line of this column; by default None: it follows none."""
+        return None
+
+    @property
+    def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Times of its changes, s, and the factors from each on; by default none."""
+        return (), ()
+
+    def switching_at(self, times: tuple[float, ...]) -> Self:
+        """The same with other times of its changes."""
+        return self

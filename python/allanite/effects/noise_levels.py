@@ -1,0 +1,136 @@
+"""Noise levels: the white noise changes its level several times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.common.errors import InputError
+from allanite.common.showing import brief
+from allanite.effects._base import Parameter
+from allanite.effects._level import Level
+
+
+@dataclass(frozen=True)
+class NoiseLevels(Level):
+    """White noise of `factors` times N's standard deviation from each of `times` on; before the first it is N's.
+
+    Levels that come back are one number: a sensor that is switched between two has one factor.
+
+    Examples
+    --------
+    >>> duty = al.NoiseLevels(times=(20.0, 40.0, 60.0), factors=(2.0, 1.0, 2.0))
+    >>> duty.numbers, duty.changes, duty.loudest  # three times and one factor
+    (4, 3.0, 2.0)
+    >>> x = (al.AngleRandomWalk(N=0.1) + duty).simulate(duration=80, rate=100, seed=1).samples
+    >>> print((x[2000:4000].std() / x[:2000].std()).round(1))
+    2.0
+    """
+
+    times: tuple[float, ...] | None = None
+    factors: tuple[float, ...] | None = None
+
+    kind: ClassVar[str] = "noise_levels"
+    short: ClassVar[str] = "LEVELS"
+    title: ClassVar[str] = "several noise levels"
+    single: ClassVar[bool] = True
+    unplanned: ClassVar[str] = (
+        "its evidence is that of its strongest interval: plan a noise level change"
+    )
+    legend: ClassVar[tuple[str, ...]] = ("changes", "quietest", "loudest")
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("times", "s", "when the level changes", "time"),
+        Parameter("factors", "1", "standard deviation from then on over that at the start", "time"),
+        Parameter("changes", "1", "number of changes", "derived"),
+        Parameter("quietest", "1", "smallest factor", "derived"),
+        Parameter("loudest", "1", "largest factor", "derived"),
+    )
+    physics: ClassVar[str] = (
+        "the sensor or what is beside it works in turns: a duty cycle, an automatic gain or range, a pump, a fan, "
+        "people at the bench; or a coarse step whose dither goes with the bias"
+    )
+    looks_like: ClassVar[str] = (
+        "nothing on the Allan curve; stretches of the samples that are louder or quieter"
+    )
+    check_by: ClassVar[str] = (
+        "compare the times with what was switched in the laboratory; fit the stretches of one level alone"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "periodic_noise_level")
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.times is None or self.factors is None:
+            return
+        times, factors = self.times, self.factors
+        if len(times) != len(factors):
+            raise InputError(
+                f"{self.kind}: {len(times)} times and {len(factors)} factors: give one factor for each time"
+            )
+        if any(a >= b for a, b in pairwise(times)) or any(not f > 0.0 for f in factors):
+            raise InputError(f"{self.kind}: times must rise and factors be above 0")
+
+    @classmethod
+    def switched(cls, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
+        """These times and factors."""
+        return cls(times=times, factors=factors)
+
+    @property
+    def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Times and factors."""
+        return self.times or (), self.factors or ()
+
+    def switching_at(self, times: tuple[float, ...]) -> Self:
+        """Other times."""
+        return self.with_values(times=times)
+
+    @property
+    def changes(self) -> float:
+        """Number of changes."""
+        return float(len(self.times or ()))
+
+    @property
+    def quietest(self) -> float:
+        """Smallest factor, at most that of the start, 1."""
+        return min(1.0, *(self.factors or (1.0,)))
+
+    @property
+    def loudest(self) -> float:
+        """Largest factor, at least that of the start, 1."""
+        return max(1.0, *(self.factors or (1.0,)))
+
+    @property
+    def numbers(self) -> int:
+        """Its times, and the levels that differ."""
+        return len(self.times or ()) + len({*(self.factors or ())} - {1.0})
+
+    def gain(
+        self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
+    ) -> NDArray[np.float64]:
+        """The factor that holds at each time."""
+        if self.times is None or self.factors is None:
+            return np.ones(time.shape)
+        factors = np.array([1.0, *self.factors])
+        return factors[np.searchsorted(np.array(self.times), time, side="right")]
+
+    def mean_power(
+        self,
+        start: ArrayLike,
+        end: ArrayLike,
+        columns: Mapping[str, NDArray[np.float64]] | None = None,
+    ) -> NDArray[np.float64]:
+        """Mean of the squared factors between these times."""
+        low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+        total = np.ones(low.shape) * (high - low)
+        for (since, until), factor in zip(
+            pairwise((*(self.times or ()), np.inf)), self.factors or (), strict=False
+        ):
+            inside = np.clip(np.minimum(high, until) - np.maximum(low, since), 0.0, None)
+            total = total + (factor**2 - 1.0) * inside
+        return np.asarray(total / (high - low))

@@ -1,0 +1,134 @@
+"""Noise that follows a column: the level of the white noise depends on another column."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.common.errors import InputError
+from allanite.effects._base import Parameter
+from allanite.effects._follower import COLUMN
+from allanite.effects._level import Level
+from allanite.effects.terms import Term, White
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
+
+
+@dataclass(frozen=True)
+class NoiseOfColumn(Level):
+    """White noise of standard deviation e^{coefficient·(u − reference)} times N's, u the column.
+
+    `reference` is where the noise is N's; a fit chooses it such that N is the root mean square level of the record.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> temp = np.linspace(10.0, 30.0, 20_000)
+    >>> x = rng.normal(0, 0.1, 20_000) * np.exp(0.02 * (temp - 20.0))
+    >>> recording = al.Recording(x, rate=10, unit="deg/s", covariates={"temp": temp})
+    >>> found = al.AngleRandomWalk().fit(recording).check().significant[0]
+    >>> found.kind, round(found.effect.coefficient, 2)
+    ('noise_of_column', 0.02)
+    """
+
+    column: str | None = None
+    coefficient: float | None = None
+    reference: float | None = None
+
+    kind: ClassVar[str] = "noise_of_column"
+    short: ClassVar[str] = "NCOL"
+    title: ClassVar[str] = "noise that follows"
+    unplanned: ClassVar[str] = (
+        "its evidence is the power over time beside the column: plan a noise level change between its extremes"
+    )
+    legend: ClassVar[tuple[str, ...]] = ("coefficient",)
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        COLUMN,
+        Parameter(
+            "coefficient",
+            "1/unit",
+            "relative change of the standard deviation per unit of the column",
+            "time",
+            low=-np.inf,
+            symbol="c",
+        ),
+        Parameter("reference", "unit", "value of the column at which it is N", "time", low=-np.inf),
+    )
+    physics: ClassVar[str] = (
+        "the noise itself depends on another quantity: on the temperature (gain, thermal noise, a lamp or laser that ages "
+        "with it), on a supply voltage, on how much something beside it moves"
+    )
+    looks_like: ClassVar[str] = (
+        "nothing on the Allan curve; the power of the samples over time traces the column"
+    )
+    check_by: ClassVar[str] = (
+        "hold the column at two values and compare N; record again where it changes at other times"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "noise_levels")
+
+    @classmethod
+    def candidates(
+        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[Self, ...]:
+        """One for each column that is no constant and that the noise does not follow yet."""
+        used = {e.follows for e in model if e.kind == cls.kind}
+        return tuple(
+            cls(column=name)
+            for name, values in columns.items()
+            if model.white is not None and name not in used and float(np.ptp(values)) > 0.0
+        )
+
+    @property
+    def follows(self) -> str | None:
+        """The column."""
+        return self.column
+
+    @property
+    def numbers(self) -> int:
+        """One: the reference only says what N is."""
+        return 1
+
+    def following(self, values: NDArray[np.float64], coefficient: float) -> Self:
+        """With the reference at which N is the root mean square level."""
+        power = 2.0 * coefficient * values
+        top = float(np.max(power))
+        mean = top + float(np.log(np.mean(np.exp(power - top))))
+        return self.with_values(coefficient=coefficient, reference=mean / (2.0 * coefficient))
+
+    def modify(
+        self, white: float, rate: float, span: tuple[float, float] | None = None
+    ) -> tuple[Term, ...]:
+        """N is the root mean square level."""
+        return (White(white),)
+
+    def gain(
+        self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
+    ) -> NDArray[np.float64]:
+        """e^{coefficient·(u − reference)}.
+
+        Raises
+        ------
+        InputError
+            No such column is offered.
+        """
+        if columns is None or self.column is None or self.column not in columns:
+            known = ", ".join(columns or {}) or "none"
+            raise InputError(
+                f"{self.kind}: the recording has no column {self.column!r} offered (it has: {known})"
+            )
+        values = np.asarray(columns[self.column], dtype=np.float64) - (self.reference or 0.0)
+        return np.asarray(np.exp(np.clip((self.coefficient or 0.0) * values, -50.0, 50.0)))
+
+    def mean_power(
+        self,
+        start: ArrayLike,
+        end: ArrayLike,
+        columns: Mapping[str, NDArray[np.float64]] | None = None,
+    ) -> NDArray[np.float64]:
+        """The squared gain at the column's means."""
+        return self.gain(np.asarray(start, dtype=float), columns) ** 2

@@ -1,0 +1,91 @@
+"""Periodic noise level: in each period the white noise is louder or quieter for a while."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.effects._base import Parameter
+from allanite.effects._level import Level
+
+
+@dataclass(frozen=True)
+class PeriodicNoiseLevel(Level):
+    """White noise of standard deviation `factor` times N's for the first `share` of every period from `start` on.
+
+    Examples
+    --------
+    >>> pump = al.PeriodicNoiseLevel(period=10.0, start=2.0, share=0.3, factor=2.0)
+    >>> print(pump.gain(np.array([1.0, 2.5, 4.9, 5.1, 12.5])), pump.mean_power(0.0, 100.0).round(2))
+    [1. 2. 2. 1. 2.] 1.9
+    """
+
+    period: float | None = None
+    start: float | None = None
+    share: float | None = None
+    factor: float | None = None
+
+    kind: ClassVar[str] = "periodic_noise_level"
+    short: ClassVar[str] = "CYCLE"
+    title: ClassVar[str] = "periodic noise level"
+    single: ClassVar[bool] = True
+    unplanned: ClassVar[str] = (
+        "its evidence is the power over the phase of its period: plan a noise level change as long as all its stretches"
+    )
+    legend: ClassVar[tuple[str, ...]] = ("period", "factor")
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("period", "s", "from one change to the next of its kind", "time", low=1e-12),
+        Parameter("start", "s", "first time of such a stretch", "time", low=-np.inf),
+        Parameter("share", "1", "length of the stretch over the period", "time", high=1.0),
+        Parameter("factor", "1", "standard deviation inside over outside", "time", low=1e-6),
+    )
+    physics: ClassVar[str] = (
+        "something beside the sensor works in turns: a heater's or cooler's controller, a pump, a fan, a radio that sends, "
+        "a duty cycle of the supply"
+    )
+    looks_like: ClassVar[str] = (
+        "nothing on the Allan curve; the power of the samples over the phase of the period is a gate"
+    )
+    check_by: ClassVar[str] = (
+        "find what runs with this period; stop it, or change its duty cycle, and record again"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("noise_levels", "noise_level_change")
+
+    @classmethod
+    def gated(cls, period: float, start: float, share: float, factor: float) -> Self:
+        """These values."""
+        return cls(period=period, start=start, share=share, factor=factor)
+
+    def gain(
+        self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
+    ) -> NDArray[np.float64]:
+        """`factor` within the stretches."""
+        if self.period is None or self.share is None or self.factor is None:
+            return np.ones(time.shape)
+        phase = (time - (self.start or 0.0)) / self.period
+        return np.where(phase - np.floor(phase) < self.share, self.factor, 1.0)
+
+    def mean_power(
+        self,
+        start: ArrayLike,
+        end: ArrayLike,
+        columns: Mapping[str, NDArray[np.float64]] | None = None,
+    ) -> NDArray[np.float64]:
+        """1 + (factor² − 1) times the part of each interval that lies inside the stretches."""
+        low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+        if self.period is None or self.share is None or self.factor is None:
+            return np.ones(low.shape)
+        inside = self._until(high) - self._until(low)
+        return np.asarray(1.0 + (self.factor**2 - 1.0) * inside / (high - low))
+
+    def _until(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Seconds inside the stretches from `start` to a time."""
+        assert self.period is not None
+        assert self.share is not None
+        phase = (time - (self.start or 0.0)) / self.period
+        whole = np.floor(phase)
+        return self.period * (whole * self.share + np.minimum(phase - whole, self.share))

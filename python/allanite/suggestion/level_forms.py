@@ -1,0 +1,395 @@
+"""Ways in which the level of the white noise changes, beside one interval: several intervals, a period, another column."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.showing import brief
+from allanite.criticism.over_time import overdispersion
+from allanite.effects import CATALOGUE, Level
+from allanite.fit.whitened import cell_means
+from allanite.suggestion.spectral import Candidate
+
+if TYPE_CHECKING:
+    from allanite.effects import Model
+
+__all__ = [
+    "CLOSE",
+    "Series",
+    "moved",
+    "screen_columns",
+    "screen_cycle",
+    "screen_several",
+    "series_of",
+]
+
+Array = NDArray[np.float64]
+
+#: Stretches between which a level may change, before the times are refined; and of the axis on which a period is found.
+COARSE, FINE = 256, 65_536
+#: Forms whose logL, less what their numbers cost, differ by less are offered side by side.
+CLOSE = 3.0
+#: Fewest periods in a record, harmonics of a gate that are added up, phases, and periods tried about the best.
+PERIODS, HARMONICS, PHASES, NEAR = 4, 6, 64, 33
+#: Slope of the logarithm of the chance of H (de Jager & Büsching 2010, A&A 517).
+H_SLOPE = 0.398
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Series:
+    """Power of the white noise over time.
+
+    Attributes
+    ----------
+    power, judged : ndarray, shape (k,)
+        Mean 1 about; what a level is measured by, and what decides (of normal tails).
+    freedom : float
+        Independent degrees of freedom of each.
+    share : float
+        Part of the power that the white noise has.
+    start, end : float
+        Of the record, s.
+    """
+
+    power: Array
+    judged: Array
+    freedom: float
+    share: float
+    start: float
+    end: float
+
+    __repr__ = brief
+
+    def time(self, place: float) -> float:
+        """Time of an edge between values, s."""
+        return float(self.start + place * (self.end - self.start) / self.power.size)
+
+    def white(self, ratio: float) -> float:
+        """Ratio of the white powers where those of all are in this one: what else is there dilutes it."""
+        return max(1e-6, 1.0 + (ratio - 1.0) / self.share)
+
+
+def series_of(
+    power: Array, judged: Array, freedom: float, share: float, span: tuple[float, float]
+) -> Series:
+    """The series, `freedom` as if its values were independent.
+
+    How much more they scatter is seen when many changes of level, which look like that, are taken out.
+    """
+    places = _stretches(judged, freedom, turns=False)
+    steady = power / np.repeat(
+        _levels(power, places, turns=False), np.diff([0, *places, power.size])
+    )
+    return Series(power, judged, freedom / overdispersion(steady), share, *span)
+
+
+def screen_several(series: Series, model: Model) -> list[Candidate]:
+    """Several levels where they are worth their numbers: of each stretch its own, or two that take turns.
+
+    Each number costs ½ ln n of logL; the chance is e to what is gained beyond that.
+    """
+    kinds = [type(blank) for blank in _blanks(model, {})]
+    freedom = series.freedom
+    price = 0.5 * np.log(max(freedom * series.judged.size, 2.0))
+    found: list[tuple[float, float, Level | None]] = []
+    for turns in (False, True):
+        places = _stretches(series.judged, freedom, turns=turns)
+        if places.size < 2:
+            continue
+        levels = _levels(series.judged, places, turns)
+        sizes = np.diff([0, *places, series.judged.size])
+        mean = float(series.judged.mean())
+        gain = -0.5 * freedom * float(sizes @ np.log(levels / mean))
+        own = _levels(series.power, places, turns) / float(series.power.mean())
+        white = np.array([series.white(float(r)) for r in own])
+        factors = np.sqrt(white / white[0])
+        times = tuple(series.time(p) for p in places)
+        back = tuple(1.0 if own[k] == own[0] else float(f) for k, f in enumerate(factors))[1:]
+        effect = next((e for e in (cls.switched(times, back) for cls in kinds) if e), None)
+        if effect is None:
+            return []
+        one = turns and places.size == 2
+        found.append((gain - price * effect.numbers, gain, None if one else effect))
+    if not found:
+        return []
+    best, gain, effect = max(found, key=lambda f: f[0])
+    if effect is None:
+        return []  # one interval
+    return [Candidate(effect, gain, "level", None, effect.numbers, min(0.0, -best))]
+
+
+def _blanks(model: Model, columns: Mapping[str, Array]) -> list[Level]:
+    """The effects of the catalogue that may change the level beside a model."""
+    kinds = [cls for cls in CATALOGUE if issubclass(cls, Level)]
+    return [blank for cls in kinds for blank in cls.candidates(model, columns)]
+
+
+def _stretches(power: Array, freedom: float, *, turns: bool) -> NDArray[np.int64]:
+    """Places between stretches of one level, of two that take turns or of any, each worth its price."""
+    cells = min(COARSE, power.size // 8)
+    edges = np.arange(cells + 1) * power.size // cells
+    price = 0.5 * np.log(max(freedom * power.size, 2.0))
+    coarse = np.add.reduceat(power, edges[:-1]) / np.diff(edges)
+    count = freedom * np.diff(edges)
+    borders = _partition(coarse, count, 2.0 * price)
+    if turns:
+        borders = _in_turns(coarse, count, borders, price)
+    places = np.asarray(edges[np.array(borders, dtype=np.int64)], dtype=np.int64)
+    for _ in range(2):
+        places = moved(
+            power, places, _levels(power, places, turns), power.size // cells, power.size // cells
+        )
+    return places if turns else _needed(power, places, freedom, 2.0 * price)
+
+
+def _partition(power: Array, count: Array, price: float) -> list[int]:
+    """Borders of the stretches of one level each that raise logL most, less `price` for each: dynamic programming."""
+    total = np.concatenate([[0.0], np.cumsum(power * count)])
+    size = np.concatenate([[0.0], np.cumsum(count)])
+    best = np.zeros(power.size + 1)
+    came = np.zeros(power.size + 1, dtype=np.int64)
+    for end in range(1, power.size + 1):
+        n = size[end] - size[:end]
+        mean = np.maximum((total[end] - total[:end]) / n, 1e-12)
+        cost = best[:end] + 0.5 * n * np.log(mean) + price * (np.arange(end) > 0)
+        came[end] = int(np.argmin(cost))
+        best[end] = cost[came[end]]
+    borders = []
+    end = power.size
+    while (end := int(came[end])) > 0:
+        borders.append(end)
+    return borders[::-1]
+
+
+def _in_turns(power: Array, count: Array, borders: list[int], price: float) -> list[int]:
+    """Borders between two levels that take turns, from the stretches of a partition."""
+    if len(borders) < 2:
+        return []
+    means = np.sort(_means(power * count, borders) / _means(count, borders))
+    best: tuple[float, list[int]] = (-np.inf, [])
+    for split in np.sqrt(means[1:] * means[:-1]):
+        loud = np.repeat(
+            _means(power * count, borders) / _means(count, borders) > split,
+            np.diff([0, *borders, power.size]),
+        )
+        for _ in range(4):
+            if loud.all() or not loud.any():
+                break
+            levels = [float(np.average(power[part], weights=count[part])) for part in (~loud, loud)]
+            value, loud = _switched(power, count, levels, price)
+            score = -value
+            if score > best[0]:
+                best = (score, [int(b) + 1 for b in np.flatnonzero(np.diff(loud))])
+    return best[1]
+
+
+def _means(values: Array, borders: list[int]) -> Array:
+    """Sums of the stretches."""
+    return np.asarray(np.add.reduceat(values, [0, *borders]))
+
+
+def _switched(
+    power: Array, count: Array, levels: list[float], price: float
+) -> tuple[float, NDArray[np.bool_]]:
+    """The cheapest way through two levels, `price` for each change (Viterbi), and where it is on the second."""
+    cost = np.stack([0.5 * count * (np.log(v) + power / v) for v in levels])
+    here = cost[:, 0]
+    stayed = np.zeros((2, power.size), dtype=bool)
+    for k in range(1, power.size):
+        other = here[::-1] + price
+        stayed[:, k] = here <= other
+        here = np.minimum(here, other) + cost[:, k]
+    at = int(np.argmin(here))
+    value = float(here[at])
+    path = np.zeros(power.size, dtype=bool)
+    for k in range(power.size - 1, -1, -1):
+        path[k] = bool(at)
+        if k and not stayed[at, k]:
+            at = 1 - at
+    return value, path
+
+
+def _levels(power: Array, places: NDArray[np.int64], turns: bool) -> Array:
+    """Mean power of each stretch; of all that take turns together, where they do."""
+    firsts = np.array([0, *places])
+    sizes = np.diff([*firsts, power.size])
+    sums = np.add.reduceat(power, firsts)
+    if not turns or places.size == 0:
+        return np.maximum(sums / sizes, 1e-12)
+    out = np.empty(firsts.size)
+    for k in (0, 1):
+        out[k::2] = max(sums[k::2].sum() / sizes[k::2].sum(), 1e-12)
+    return out
+
+
+def moved(
+    power: Array, places: NDArray[np.int64], levels: Array, reach: int, least: int
+) -> NDArray[np.int64]:
+    """Each border where it is most likely between the levels on its sides, within twice the reach.
+
+    A stretch keeps at least `least` values: anything shorter is an outlier, not a level.
+    """
+    out = places.copy()
+    for k, place in enumerate(places):
+        before, after = levels[k], levels[k + 1]
+        low = max(place - 2 * reach, (out[k - 1] if k else 0) + least)
+        high = min(
+            place + 2 * reach, (places[k + 1] if k + 1 < places.size else power.size) - least
+        )
+        if before == after or high <= low:
+            continue
+        some = power[low:high]
+        worse = np.log(before / after) + some * (1.0 / before - 1.0 / after)
+        out[k] = low + int(np.argmin(np.concatenate([[0.0], np.cumsum(worse)])))
+    return out
+
+
+def _needed(
+    power: Array, places: NDArray[np.int64], freedom: float, price: float
+) -> NDArray[np.int64]:
+    """The borders that are worth their price: one that lay within a coarse stretch was two."""
+    while places.size:
+        whole = _loss(power, places, freedom)
+        without = [_loss(power, np.delete(places, k), freedom) for k in range(places.size)]
+        least = int(np.argmin(without))
+        if without[least] - whole > price:
+            break
+        places = np.delete(places, least)
+    return places
+
+
+def _loss(power: Array, places: NDArray[np.int64], freedom: float) -> float:
+    sizes = np.diff([0, *places, power.size])
+    return float(0.5 * freedom * sizes @ np.log(_levels(power, places, turns=False)))
+
+
+def screen_cycle(series: Series, model: Model) -> Candidate | None:
+    """The period in which the power comes back, and the gate that explains it best.
+
+    The chance is that of H, the sum of the powers of harmonics less what they cost, at any frequency.
+    """
+    from scipy.special import log_ndtr
+
+    kinds = [type(blank) for blank in _blanks(model, {})]
+    cells = min(FINE, series.judged.size)
+    power = cell_means(series.judged, cells)
+    freedom = series.freedom * series.judged.size / cells
+    rest = power - power.mean()
+    spread = float(np.mean(rest**2))
+    if spread <= 0.0:
+        return None
+    ratio = np.abs(np.fft.rfft(rest, 2 * cells)) ** 2 / (cells * spread)
+    highest = cells // HARMONICS
+    places = np.arange(2 * PERIODS, highest)
+    if places.size < 8:
+        return None
+    h = np.zeros(places.size)
+    total = np.zeros(places.size)
+    for m in range(1, HARMONICS + 1):
+        total += 2.0 * ratio[m * places]
+        h = np.maximum(h, total - 4.0 * m + 4.0)
+    top = int(np.argmax(h))
+    chance = np.log(2.0 * places.size) - H_SLOPE * float(h[top])
+    if chance > np.log(0.1):
+        return None
+    best = (-np.inf, 0.0, 0, 0)
+    for cycles in 0.5 * (places[top] + np.linspace(-1.0, 1.0, NEAR)):
+        period = cells / cycles
+        place = (np.arange(cells) / period) % 1.0 * PHASES
+        which = place.astype(np.int64)
+        count = np.bincount(which, minlength=PHASES).astype(float)
+        if not count.all():
+            continue
+        folded = np.asarray(np.bincount(which, weights=power, minlength=PHASES), dtype=np.float64)
+        gain, first, last = _gate(folded, count, freedom)
+        if gain > best[0]:
+            best = (gain, period, first, last)
+    gain, period, first, last = best
+    if gain <= 4.0:
+        return None
+    step = (series.end - series.start) / cells
+    phase = (np.arange(cells) / period * PHASES - first) % PHASES
+    level = cell_means(series.power, cells)
+    inside = phase < last - first
+    ratio_of = float(level[inside].mean() / level[~inside].mean())
+    values = (
+        period * step,
+        series.start + first / PHASES * period * step,
+        (last - first) / PHASES,
+        float(np.sqrt(series.white(ratio_of))),
+    )
+    effect = next((e for e in (cls.gated(*values) for cls in kinds) if e), None)
+    if effect is None:
+        return None
+    # And the best of all gates of all periods.
+    gates = np.log(2.0 * places.size * PHASES * np.log2(PHASES)) + float(
+        log_ndtr(-np.sqrt(2.0 * gain))
+    )
+    return Candidate(effect, gain, "level", None, 4, min(0.0, max(chance, gates)))
+
+
+def _gate(sums: Array, count: Array, freedom: float) -> tuple[float, int, int]:
+    """The rise of logL by the stretch of phases with a level of its own that raises it most, and its ends."""
+    twice = np.concatenate([[0.0], np.cumsum(np.tile(sums, 2))])
+    sizes = np.concatenate([[0.0], np.cumsum(np.tile(count, 2))])
+    first = np.arange(PHASES)[:, None]
+    last = first + np.arange(1, PHASES // 2 + 1)[None, :]
+    n = sizes[last] - sizes[first]
+    inside = np.maximum((twice[last] - twice[first]) / n, 1e-12)
+    whole, size = float(sums.sum()), float(count.sum())
+    outside = np.maximum((whole - inside * n) / (size - n), 1e-12)
+    mean = whole / size
+    gain = -0.5 * freedom * (n * np.log(inside / mean) + (size - n) * np.log(outside / mean))
+    a, b = np.unravel_index(int(np.argmax(gain)), gain.shape)
+    return float(gain[a, b]), int(a), int(a + b + 1)
+
+
+def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -> list[Candidate]:
+    """Each column that the logarithm of the level may be a line of."""
+    from scipy.special import log_ndtr
+
+    blanks = [blank for blank in _blanks(model, columns) if blank.follows is not None]
+    found = []
+    cells = min(FINE, series.judged.size)
+    power = cell_means(series.judged, cells)
+    freedom = series.freedom * series.judged.size / cells
+    for blank in blanks:
+        assert blank.follows is not None
+        values = cell_means(np.asarray(columns[blank.follows], dtype=np.float64), cells)
+        values = values - values.mean()
+        spread = float(values.std())
+        if spread <= 0.0:
+            continue
+        slope, gain = _log_slope(power, values / spread, freedom)
+        if gain < 4.0:
+            continue
+        chance = float(log_ndtr(-np.sqrt(2.0 * gain)) + np.log(2.0 * len(blanks)))
+        # What else is in the bands dilutes it.
+        coefficient = 0.5 * slope / spread / series.share
+        effect = blank.following(np.asarray(columns[blank.follows], dtype=np.float64), coefficient)
+        if effect is not None:
+            found.append(Candidate(effect, gain, "level", None, 1, min(0.0, chance)))
+    return found
+
+
+def _log_slope(power: Array, values: Array, freedom: float) -> tuple[float, float]:
+    """Slope b of ln E(power) = a + b·values, by Newton's steps, and the rise of logL over b = 0."""
+
+    def loss(b: float) -> float:
+        return 0.5 * freedom * power.size * float(np.log(np.mean(power * np.exp(-b * values))))
+
+    b = 0.0
+    for _ in range(30):
+        weight = power * np.exp(-b * values)
+        weight /= weight.sum()
+        mean = float(weight @ values)
+        step = mean / max(float(weight @ (values - mean) ** 2), 1e-12)
+        b += float(np.clip(step, -0.5, 0.5))
+        if abs(step) < 1e-9:
+            break
+    return b, loss(0.0) - loss(b)
