@@ -117,10 +117,10 @@ def screen_several(series: Series, model: Model) -> list[Candidate]:
         found.append((gain - price * effect.numbers, gain, None if one else effect))
     if not found:
         return []
-    best, gain, effect = max(found, key=lambda f: f[0])
-    if effect is None:
+    best, gain, chosen = max(found, key=lambda f: f[0])
+    if chosen is None:
         return []  # one interval
-    return [Candidate(effect, gain, "level", None, effect.numbers, min(0.0, -best))]
+    return [Candidate(chosen, gain, "level", None, chosen.numbers, min(0.0, -best))]
 
 
 def _blanks(model: Model, columns: Mapping[str, Array]) -> list[Level]:
