@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.showing import brief
+from allanite.effects import Model, Modifier
 from allanite.fit.bands import bands
 from allanite.fit.crowding import crowding
 from allanite.fit.whittle import normal_scores
 
 if TYPE_CHECKING:
-    from allanite.effects import Model
     from allanite.effects.terms import Term
     from allanite.fit.data import Data
 
@@ -183,7 +183,8 @@ def compare_curves(data: Data, model: Model) -> Curve:
     edf = degrees_of_freedom(terms, data.n, factors)
     if any(e.passing for e in model.modifiers) and model.white is not None:
         # The samples that are loud decide: there are fewer of them.
-        share = components[model.white.kind] ** 2 / noise
+        white = Model(tuple(e for e in model if e is model.white or isinstance(e, Modifier)))
+        share = expected_variance(data.terms(white), factors) / noise
         edf = np.maximum(edf / (1.0 + share**2 * (crowding(model, data) - 1.0)), 1.0)
     z = normal_scores(residual, edf, noise)
     spread_low = np.sqrt(chdtri(edf, 0.975) / edf)
