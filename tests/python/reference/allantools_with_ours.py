@@ -1,4 +1,4 @@
-"""Puts allanite's deviations into allantools: `test_peers.py` copies it beside the tests of allantools, as their conftest."""
+"""Puts allanite's deviations into allantools: `test_peers.py` makes it the conftest of allantools' own tests."""
 
 from __future__ import annotations
 

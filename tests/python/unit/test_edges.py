@@ -3,6 +3,9 @@
 import os
 import subprocess
 import sys
+from fractions import Fraction
+from itertools import pairwise
+from math import comb
 
 import numpy as np
 import pytest
@@ -64,3 +67,38 @@ def test_fits_are_the_same_bits_with_any_number_of_threads():
         for threads in (1, 2, 7)
     }  # fmt: skip
     assert len(said) == 1
+
+
+def _exact(angle, m, order):
+    """Deviation of differences of this order over m intervals, in fractions."""
+    x = [Fraction(float(v)) for v in angle]
+    weights = [(-1) ** k * comb(order, k) for k in range(order + 1)]
+    terms = [
+        sum(w * x[first + k * m] for k, w in enumerate(weights))
+        for first in range(len(x) - order * m)
+    ]
+    square = sum(t * t for t in terms) / len(terms)
+    return float(square / (comb(2 * order - 2, order - 1) * m * m)) ** 0.5
+
+
+@pytest.mark.parametrize(("offset", "step"), [(1e6, 1e-3), (1e9, 1e-6), (-1e15, 3.0)])
+@pytest.mark.parametrize(("name", "order"), [("oadev", 2), ("ohdev", 3)])
+def test_angles_near_rounding(name, order, offset, step):
+    """Increments of a few units in the last place of the angle, whose differences a double holds exactly."""
+    angle = offset + np.cumsum(np.random.default_rng(1).standard_normal(1000) + 1.0) * step
+    factors = [1, 2, 10, 100]
+    found = getattr(al, name)(angle, rate=1.0, quantity="angle", factors=factors)
+    exact = [_exact(angle, m, order) for m in factors]
+    np.testing.assert_allclose(found.deviation, exact, rtol=1e-13)
+
+
+def test_mean_and_variance_of_angles_near_rounding():
+    angle = 1e9 + np.cumsum(np.random.default_rng(1).standard_normal(5000) + 1.0) * 1e-6
+    recording = al.Recording(angle, rate=10.0, quantity="angle", unit="deg")
+    x = [Fraction(float(v)) for v in angle]
+    rate = [10 * (after - before) for before, after in pairwise(x)]
+    mean = sum(rate) / len(rate)
+    variance = sum((r - mean) ** 2 for r in rate) / len(rate)
+    samples = recording.rate_samples()
+    assert samples.mean() == pytest.approx(float(mean), rel=1e-13)
+    assert samples.var() == pytest.approx(float(variance), rel=1e-12)
