@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import os
 import pickle
+import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,21 +61,21 @@ def ask(
             {"what": what, "path": str(path), "options": options, "target": str(target)}
         )
         paths = os.pathsep.join(p for p in sys.path if p)
-        process = subprocess.Popen(
+        with subprocess.Popen(
             [sys.executable, "-m", "allanite.page.child", order],
-            stdin=subprocess.DEVNULL,
+            # Closed by the system when this process ends, in whatever way: the reader ends then.
+            stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             env={**os.environ, "PYTHONPATH": paths},
-        )
-        try:
-            while process.poll() is None:
-                if watch is not None:
-                    watch()
-                time.sleep(LOOK)
-        finally:
-            process.kill()
-            process.wait()
+        ) as process:
+            try:
+                while process.poll() is None:
+                    if watch is not None:
+                        watch()
+                    time.sleep(LOOK)
+            finally:
+                process.kill()
         if not target.exists():
             raise InputError(
                 f"the reader stopped (code {process.returncode}): the file is damaged,"
@@ -96,6 +98,8 @@ def _error(said: dict[str, Any]) -> AllaniteError:
 def main(text: str) -> None:
     """The process: read, and leave what was found, or why not."""
     order = json.loads(text)
+    target = Path(order["target"])
+    threading.Thread(target=_end_with_parent, args=(target.parent,), daemon=True).start()
     _bound()
     try:
         found = _DO[order["what"]](Path(order["path"]), order["options"])
@@ -107,11 +111,17 @@ def main(text: str) -> None:
         needs = "more memory than is free: average it down first, or take fewer columns"
         said = {"found": needs, "missing": None, "remedy": "", "where": order["path"]}
         found = {"error": {**said, "short": False}}
-    target = Path(order["target"])
     part = target.with_suffix(".part")
     with part.open("wb") as file:
         pickle.dump(found, file, protocol=5)
     part.rename(target)
+
+
+def _end_with_parent(folder: Path) -> None:
+    """Wait until the input is closed: then its parent is gone, and with it the use of what is read."""
+    sys.stdin.buffer.read()
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(1)
 
 
 def _bound() -> None:
