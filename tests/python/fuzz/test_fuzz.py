@@ -57,6 +57,14 @@ def test_numbers_near_the_edge_are_judged_without_warnings():
         assert recording.describe()["n"] == 500
 
 
+def test_a_message_of_no_length_is_read_once():
+    """A damaged format said so; the library stayed there for ever."""
+    pytest.importorskip("pymavlink")
+    start = time.process_time()
+    refused(HERE / "found" / "no-length.bin", "no length")
+    assert time.process_time() - start < 5.0
+
+
 def test_a_nan_that_signals_is_missing_like_others():
     bits = np.random.default_rng(1).standard_normal(500)
     bits *= 1e300

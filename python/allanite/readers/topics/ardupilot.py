@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -45,7 +46,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     wanted = topics[0].partition(".")[0] if topics else None
     log = None
     try:
-        log = DFReader.DFReader_binary(str(path), zero_time_base=True)
+        log = _forward(DFReader.DFReader_binary)(str(path), zero_time_base=True)
         known = [name for name in log.name_to_id if name != "FMT"]
         kinds = [wanted] if wanted else [name for name in TOPICS if name in known]
         while kinds and (message := log.recv_match(type=kinds)) is not None:
@@ -80,6 +81,28 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         time=data[:, stamp].astype(np.int64).astype("datetime64[us]"),
         notes=(f"messages not read: {', '.join(others)} (naming one reads it)",) if others else (),
     )
+
+
+def _forward(reader: type[Any]) -> type[Any]:
+    """The reader, with an error for a format of no length, at whose messages it would stay for ever."""
+
+    class Forward(reader):  # type: ignore[misc]
+        def __init__(self, *arguments: Any, **options: Any) -> None:
+            try:
+                super().__init__(*arguments, **options)
+            except Exception:
+                with suppress(AttributeError):  # it was not opened
+                    self.close()
+                raise
+
+        def _parse_next(self) -> Any:
+            before = self.offset
+            message = super()._parse_next()
+            if message is not None and self.offset <= before:
+                raise ValueError(f"a message of no length at byte {before}")
+            return message
+
+    return Forward
 
 
 def _number(value: Any) -> float:
