@@ -125,10 +125,9 @@ def with_normal_tails(whitened: Whitened) -> Whitened:
     segments = any(each != 1.0 for *_, each in whitened.bands)
     if segments or _normal(samples):
         return whitened
-    # Equal values in any order.
-    # NumPy sorts to the end; beside it an interrupt is heard.
-    ties = np.random.default_rng(0).random(samples.size)
-    [order] = results(side_by_side([lambda: np.lexsort((ties, samples))]))
+    # Equal values in any order. NumPy sorts to the end; beside it an interrupt is heard.
+    shuffled = np.random.default_rng(0).permutation(samples.size)
+    [order] = results(side_by_side([lambda: shuffled[np.argsort(samples[shuffled])]]))
     scores = np.empty(samples.size)
     scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
     return _over_time(_kernels.cosine_transform(scores), [])
