@@ -325,25 +325,31 @@ def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
     """Where a standard coefficient explains the record as well as the winner, it goes first.
 
     So does the form with the fewest numbers, then the first of the catalogue, among those that follow the same column: at
-    a tie the record does not ask for anything else.
+    a tie the record does not ask for anything else. And what does not work against an effect of the same column.
     """
     if not ranked or ranked[0].effect.standard:
         return ranked
     top = ranked[0]
     kinds = list(CATALOGUE)
+    against = _against(top)
 
     def order(effect: Effect) -> tuple[int, int]:
         return effect.numbers, kinds.index(type(effect))
 
     for other in ranked[1:]:
-        plain = other.effect.standard or (
-            other.effect.follows is not None
-            and other.effect.follows == top.effect.follows
-            and order(other.effect) < order(top.effect)
-        )
+        alike = other.effect.follows is not None and other.effect.follows == top.effect.follows
+        plain = other.effect.standard or (alike and order(other.effect) < order(top.effect))
+        plain = plain or (against and not _against(other))
         if plain and other.significant == top.significant and top.rank - other.rank < RIVAL:
             return [other, *(s for s in ranked if s is not other)]
     return ranked
+
+
+def _against(found: Suggestion) -> bool:
+    """Whether it takes back a part of what another effect of the model lets the same column do."""
+    column = found.effect.follows
+    sizes = [e.amplitudes()[0] for e in found.found.model.deterministic if e.follows == column]
+    return column is not None and min(sizes) * max(sizes) < 0.0
 
 
 def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
