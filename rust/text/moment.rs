@@ -2,15 +2,18 @@
 
 /// Seconds since 1970 (UTC) of a date-time or a date, or seconds since midnight of a time of the day.
 ///
-/// 2026-01-31T12:00:00.5Z, 2026-01-31 12:00:00,5+01:00, 2026/01/31 12:00:00, 2026-01-31, 12:00:00.25. Without an
-/// offset it is taken as UTC: only differences matter.
+/// 2026-01-31T12:00:00.5Z, 2026-01-31 12:00:00,5+01:00, 2026/01/31 12:00:00, 31.01.2026 12:00:00, 2026-01-31,
+/// 12:00:00.25. Without an offset it is taken as UTC: only differences matter.
 pub(super) fn moment(cell: &[u8]) -> Option<f64> {
     // The cheapest test that a number does not pass comes first.
     let dated = cell.len() >= 8 && matches!(cell[4], b'-' | b'/') && matches!(cell[7], b'-' | b'/');
-    if !dated {
+    let day_first = !dated && cell.len() >= 10 && cell[2] == b'.' && cell[5] == b'.';
+    if !dated && !day_first {
         return if cell.get(2) == Some(&b':') { time(cell) } else { None };
     }
-    let (year, month, day) = (digits(&cell[..4])?, digits(&cell[5..7])?, digits(cell.get(8..10)?)?);
+    let (year, month, day) = if day_first { (6..10, 3..5, 0..2) } else { (0..4, 5..7, 8..10) };
+    let (year, month, day) =
+        (digits(cell.get(year)?)?, digits(cell.get(month)?)?, digits(cell.get(day)?)?);
     if !(1..=12).contains(&month) || !(1..=31).contains(&day) {
         return None;
     }
@@ -89,6 +92,8 @@ mod tests {
             ("2026-01-31T12:00:00.5Z", 1_769_860_800.5),
             ("2026-01-31 13:00:00,5+01:00", 1_769_860_800.5),
             ("2026/01/31_12:00:00.500", 1_769_860_800.5),
+            ("31.01.2026 12:00:00.500", 1_769_860_800.5),
+            ("31.01.2026", 1_769_817_600.0),
             ("2026-01-31T12:00:00.500000-0000", 1_769_860_800.5),
             ("12:00:01.25", 43_201.25),
             ("1969-12-31T23:59:59", -1.0),
@@ -96,7 +101,7 @@ mod tests {
             assert_eq!(moment(text.as_bytes()), Some(seconds), "{text}");
         }
         for text in
-            ["2026-13-01", "2026-01-31T25:00:00x", "2026-01-3", "12:00", "1-2-3", "2026-01-31T", "12:0a:00"]
+            ["2026-13-01", "01.31.2026", "1.2.2026", "31.01.26 1", "2026-01-31T25:00:00x", "2026-01-3", "12:00", "1-2-3", "2026-01-31T", "12:0a:00"]
         {
             assert_eq!(moment(text.as_bytes()), None, "{text}");
         }

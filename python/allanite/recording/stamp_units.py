@@ -66,6 +66,8 @@ def _dates(t: NDArray[Any]) -> NDArray[Any]:
     """Date-times of Python, pandas or text as numpy's, in UTC."""
     try:
         naive = [str(v).strip().removesuffix("Z").removesuffix("+00:00") for v in t.tolist()]
+        # 31.01.2026 12:00:00.5: the day first.
+        naive = [f"{v[6:10]}-{v[3:5]}-{v[:2]}{v[10:]}" if v[2:6:3] == ".." else v for v in naive]
         return np.array(naive, dtype="datetime64[ns]")
     except (ValueError, TypeError):
         pass

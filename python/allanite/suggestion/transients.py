@@ -149,8 +149,9 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
         cls.during(series.time(start), series.time(end), factor) for cls in _screened("level")
     )
     effect = next((change for change in changes if change is not None), None)
-    # Where the model is wrong by so much anyway, a smaller change of level is no effect.
-    if effect is None or gain < 4.0 or abs(factor - 1.0) < discrepancy:
+    # Where the model is wrong by so much anyway, or a factor is known no better, a smaller change of level is no effect.
+    least = max(discrepancy, float(1.0 / np.sqrt(2.0 * series.freedom * (end - start))))
+    if effect is None or gain < 4.0 or abs(factor - 1.0) < least:
         return None
     return Candidate(effect, gain, "level", None, 3, min(0.0, chance))
 
@@ -271,6 +272,9 @@ def screen_outliers(
     index = np.flatnonzero(z > limit)
     if index.size == 0 or index.size > data.n // 5:
         return None
+    seen = data.samples if data.missing is None else data.samples[~data.missing]
+    if float(np.ptp(np.quantile(seen, [0.01, 0.99]))) == 0.0:
+        return None  # a column of few codes: hardly anything but one of them would be left
     gain = float(np.sum(0.5 * z[index] ** 2 - np.log(data.n)))
     if gain <= 0.0:
         return None

@@ -86,3 +86,11 @@ def test_a_strong_change_comes_first_and_makes_nothing_else_significant():
     assert check.significant[0].kind == "noise_level_change"
     assert {s.kind for s in check.significant} <= {"noise_level_change", "noise_levels"}
     assert check.fit.add(check.significant[0]).check().adequate
+
+
+def test_a_column_of_few_codes_keeps_its_rest():
+    """What is not 0 in it was taken for outliers, and nothing was left to fit."""
+    x = np.zeros(8000)
+    x[np.random.default_rng(2).integers(0, 8000, 40)] = 0.01
+    check = al.parse_model("N").fit(al.Recording(x, rate=5.0, unit="m/s^2")).check()
+    assert all(s.kind != "outliers" for s in check.suggestions)

@@ -1,4 +1,4 @@
-"""Logs whose clocks go wrong, each read in a process of its own: the right rate and gaps, or one line, within 2 s and 500 MB."""
+"""Logs whose clocks go wrong, each read in a process of its own: rate and gaps, or one line, within 2 s and 500 MB."""
 
 import gzip
 import json
@@ -107,6 +107,5 @@ def test_dates_that_begin_with_the_day(tmp_path):
     days = [f"{d[8:10]}.{d[5:7]}.{d[:4]} {d[11:]}" for d in DATES.astype(str)]
     path.write_text(_rows(days, "time"))
     out = _read(path)
-    print(out)
     assert "\n" not in out.get("refused", "")
     assert out.get("rate", 100.0) == pytest.approx(100.0)

@@ -220,6 +220,11 @@ def test_date_times(time):
     assert r.gaps == 0
 
 
+def test_date_times_with_the_day_first():
+    days = [f"{d[8:10]}.{d[5:7]}.{d[:4]} {d[11:]}" for d in DATES.astype(str)]
+    assert Recording(noise(1000), time=days).rate == pytest.approx(100)
+
+
 def test_nat_and_text_are_refused_by_row():
     time = DATES.copy()
     time[5] = "NaT"
