@@ -64,5 +64,5 @@ class PowerLaw(Stochastic):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Level per sample: L² rate^{a+1}."""
-        a = round(self.exponent if self.exponent is not None else -1.0, 3)
+        a = round(self.exponent if self.exponent is not None else -1.0, 6)
         return (PowerLawTerm(a, rate ** (a + 1.0)),)
