@@ -12,8 +12,7 @@ pub(super) fn moment(cell: &[u8]) -> Option<f64> {
         return if cell.get(2) == Some(&b':') { time(cell) } else { None };
     }
     let (year, month, day) = if day_first { (6..10, 3..5, 0..2) } else { (0..4, 5..7, 8..10) };
-    let (year, month, day) =
-        (digits(cell.get(year)?)?, digits(cell.get(month)?)?, digits(cell.get(day)?)?);
+    let (year, month, day) = (digits(cell.get(year)?)?, digits(cell.get(month)?)?, digits(cell.get(day)?)?);
     if !(1..=12).contains(&month) || !(1..=31).contains(&day) {
         return None;
     }
@@ -100,9 +99,18 @@ mod tests {
         ] {
             assert_eq!(moment(text.as_bytes()), Some(seconds), "{text}");
         }
-        for text in
-            ["2026-13-01", "01.31.2026", "1.2.2026", "31.01.26 1", "2026-01-31T25:00:00x", "2026-01-3", "12:00", "1-2-3", "2026-01-31T", "12:0a:00"]
-        {
+        for text in [
+            "2026-13-01",
+            "01.31.2026",
+            "1.2.2026",
+            "31.01.26 1",
+            "2026-01-31T25:00:00x",
+            "2026-01-3",
+            "12:00",
+            "1-2-3",
+            "2026-01-31T",
+            "12:0a:00",
+        ] {
             assert_eq!(moment(text.as_bytes()), None, "{text}");
         }
     }
