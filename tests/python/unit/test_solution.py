@@ -49,9 +49,11 @@ def test_the_order_of_a_model_changes_no_number(recording, order):
         one, two = first[name], other[name]
         # Sums in another order, and a climb that ends where logL rises by less than 1e-9 of itself.
         assert float(two) == pytest.approx(float(one), rel=1e-5)
-        assert two.std_error == pytest.approx(one.std_error, rel=1e-3)
-        # The average over the noise is drawn (`fit.marginal`): other columns, other draws.
-        assert two.interval == pytest.approx(one.interval, rel=0.05)
+        # The law of R is an average over 400 draws of the noise (`fit.marginal`), other ones in another order: its
+        # width is known to about 1/√800, 4 %.
+        drawn = 0.1 if name == "R" else 1e-3
+        assert two.std_error == pytest.approx(one.std_error, rel=drawn)
+        assert two.interval == pytest.approx(one.interval, rel=drawn)
 
 
 def test_held_values_stay(recording):
