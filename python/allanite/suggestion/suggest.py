@@ -349,7 +349,8 @@ def _against(found: Suggestion) -> bool:
     """Whether it takes back a part of what another effect of the model lets the same column do."""
     column = found.effect.follows
     sizes = [e.amplitudes()[0] for e in found.found.model.deterministic if e.follows == column]
-    return column is not None and min(sizes) * max(sizes) < 0.0
+    # What makes the noise louder with a column adds nothing to the samples.
+    return column is not None and bool(sizes) and min(sizes) * max(sizes) < 0.0
 
 
 def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
