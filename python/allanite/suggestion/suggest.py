@@ -32,6 +32,8 @@ WORKERS = 2
 STRONG = 1.1
 #: A candidate this close to another in BIC cannot be told from it on this record.
 RIVAL = 6.0
+#: Forms of a changing noise level that are looked for beside one interval, other than one for each column.
+FORMS = 2
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -222,7 +224,9 @@ def suggest(
         },
     }
     # What is tried only where a simpler form was found is no search of its own: it has its law and that of what it adds.
+    # A noise level that changes several times, with a period or with a column is one each.
     searches = sum(name in slow or name not in screens for name in families)
+    searches += FORMS + len(data.covariates)
     candidates = (
         *spectral.candidates,
         *lines,
