@@ -90,7 +90,9 @@ def test_few_lines_outside_effects_name_a_kind():
         if place.parts[0] == "effects" or place == Path("__init__.py"):
             continue
         tree = ast.parse(path.read_text(encoding="utf-8"))
-        imported = [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.module in homes]
+        imported = [
+            n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.module in homes
+        ]
         names = {alias.asname or alias.name for node in imported for alias in node.names} & classes
         lines = {node.lineno for node in imported}
         for node in ast.walk(tree):
