@@ -87,7 +87,7 @@ def solve(
         # What known functions add to their cells is no discrepancy: it is looked at once they are taken out.
         level = levels(part.power, part.count, best.spectrum, best.scale if turn else None)
         noise = Noise(data.terms(model), bins, level)
-        model = fit_deterministic_shapes(model, noise, data, lines=polish, slow=polish and turn < 2)
+        model = fit_deterministic_shapes(model, noise, data, lines=polish, slow=polish and turn < 4)
         shapes = tuple(e.seen_alike for e in model.deterministic)
         if design is None or shapes != placed:
             design, placed = design_of(model.deterministic, data), shapes

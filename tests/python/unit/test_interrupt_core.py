@@ -77,20 +77,16 @@ import sys
 import numpy as np
 from allanite import _kernels
 from allanite.fit import whitened
-sort, sorted_ = np.lexsort, []
-def lexsort(keys):
+sort, sorted_ = np.argsort, []
+def argsort(values):
     print("begun", flush=True)
-    order = sort(keys)
+    order = sort(values)
     sorted_.append(True)
     return order
-np.lexsort = lexsort
+np.argsort = argsort
 x = np.random.default_rng(1).laplace(size=5_000_000)
-class Model:
-    modifiers = ()
-class Solution:
-    model = Model
 try:
-    whitened.with_normal_tails(Solution, whitened._over_time(_kernels.cosine_transform(x), []))
+    whitened.with_normal_tails(whitened._over_time(_kernels.cosine_transform(x), []))
 except KeyboardInterrupt:
     print(len(sorted_), flush=True)
 """
