@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.suggestion.suggest import Suggestion
 
-__all__ = ["added_to", "pruned", "swapped"]
+__all__ = ["added_to", "one_thing", "pruned", "swapped"]
 
 #: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
 #: showed once, while it explains more than what is not there does by chance.
@@ -104,7 +104,7 @@ def added_to(
     None where the one that is there explains as much, or is one of the first `asked`, which the start has.
     """
     effect = addition if isinstance(addition, Effect) else addition.effect
-    place = next((i for i, e in enumerate(fit.model) if _one_thing(e, effect, fit)), None)
+    place = next((i for i, e in enumerate(fit.model) if one_thing(e, effect, fit)), None)
     if place is None:
         return fit.add(addition), ()
     if place < asked:
@@ -116,7 +116,7 @@ def added_to(
     return (better, (effects[place].kind,)) if risen - more * price(fit) > RIVAL else None
 
 
-def _one_thing(one: Effect, other: Effect, fit: Fit) -> bool:
+def one_thing(one: Effect, other: Effect, fit: Fit) -> bool:
     """Whether one is a line, the other a band, and the line in the band."""
     a, b = one.occupies, other.occupies
     if a is None or b is None or (a[0] == a[1]) == (b[0] == b[1]):

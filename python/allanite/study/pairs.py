@@ -12,6 +12,7 @@ from allanite.fit import refitted
 from allanite.fit.alternatives import RIVAL, price
 from allanite.fit.engine import solve
 from allanite.fit.matched import grid_points, matched_gains
+from allanite.study.moves import one_thing
 from allanite.suggestion.drifts import slow_families
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def parted(check: Check, better: Fit, added: Effect) -> tuple[Fit, Effect, Effec
         return solution.log_likelihood - cost * sum(effect.numbers for effect in solution.model)
 
     others = sorted(
-        (s for s in check.suggestions if s.effect is not added and _in_the_mean(s.effect)),
+        (s for s in check.suggestions if s.effect is not added and _stands_alone(s.effect, fit)),
         key=lambda s: -s.rank,
     )[:TRIED]
     of_two = [
@@ -96,6 +97,10 @@ def _beside(one: Solution, data: Data, least: float, cost: float) -> list[Effect
     return found
 
 
-def _in_the_mean(effect: Effect) -> bool:
-    """Whether the whole record shows an effect; a power law only describes what others explain."""
-    return effect.screened in {"spectral", "slow", "line"} and not effect.last_resort
+def _stands_alone(effect: Effect, fit: Fit) -> bool:
+    """Whether the whole record shows an effect, and no line or band that is there is the same.
+
+    A power law only describes what others explain.
+    """
+    shown = effect.screened in {"spectral", "slow", "line"} and not effect.last_resort
+    return shown and not any(one_thing(other, effect, fit) for other in fit.model)

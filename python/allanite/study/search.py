@@ -13,7 +13,7 @@ from allanite.effects import Modifier, Stochastic
 from allanite.fit import fit_model
 from allanite.fit.prediction import compare, worse
 from allanite.study.ladder import Rung, Study
-from allanite.study.moves import added_to, pruned, swapped
+from allanite.study.moves import added_to, one_thing, pruned, swapped
 from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
 from allanite.suggestion import check_fit
@@ -210,6 +210,8 @@ def _moved(before: Fit, after: Fit) -> bool:
 def _with_another(before: Fit, better: Fit) -> tuple[Fit, Effect] | None:
     """The fit with one effect more, where an addition shows that two are missing: alone it lets an error rise."""
     for suggestion in check_fit(better).significant[:ANOTHER]:
+        if any(one_thing(e, suggestion.effect, better) for e in better.model):
+            continue
         both = better.add(suggestion)
         predicts = suggestion.effect_happens_once or _predicts(better, both)
         if predicts and _errors_fall(before, both):
