@@ -10,15 +10,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
-from allanite.effects._base import Parameter
+from allanite.effects._base import Effect, Parameter
 from allanite.effects._known import Deterministic
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
-__all__ = ["COLUMN", "Follower", "Proportional", "lagged"]
+__all__ = ["COLUMN", "Follower", "Proportional", "lagged", "offered"]
 
 COLUMN = Parameter("column", "text", "name of the column", "choice")
+
+
+def offered(
+    effect: Effect, columns: Mapping[str, NDArray[np.float64]] | None
+) -> NDArray[np.float64]:
+    """The column that an effect follows, shape (n,).
+
+    Raises
+    ------
+    InputError
+        No such column is offered.
+    """
+    name = effect.follows
+    if columns is None or name is None or name not in columns:
+        known = ", ".join(columns or {}) or "none"
+        raise InputError(
+            f"{effect.kind}: the recording has no column {name!r} offered (it has: {known})"
+        )
+    return np.asarray(columns[name], dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -58,12 +77,7 @@ class Follower(Deterministic):
         InputError
             No such column is offered.
         """
-        if self.column is None or self.column not in covariates:
-            known = ", ".join(covariates) or "none"
-            raise InputError(
-                f"{self.kind}: the recording has no column {self.column!r} offered (it has: {known})"
-            )
-        values = np.asarray(covariates[self.column], dtype=np.float64)
+        values = offered(self, covariates)
         return values - values.mean(), float(1.0 / (time[1] - time[0]))
 
 

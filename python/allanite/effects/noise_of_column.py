@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.common.errors import InputError
 from allanite.effects._base import Parameter
-from allanite.effects._follower import COLUMN
+from allanite.effects._follower import COLUMN, offered
 from allanite.effects._level import Level
 from allanite.effects.terms import Term, White
 
@@ -116,12 +115,7 @@ class NoiseOfColumn(Level):
         InputError
             No such column is offered.
         """
-        if columns is None or self.column is None or self.column not in columns:
-            known = ", ".join(columns or {}) or "none"
-            raise InputError(
-                f"{self.kind}: the recording has no column {self.column!r} offered (it has: {known})"
-            )
-        values = np.asarray(columns[self.column], dtype=np.float64) - (self.reference or 0.0)
+        values = offered(self, columns) - (self.reference or 0.0)
         return np.asarray(np.exp(np.clip((self.coefficient or 0.0) * values, -50.0, 50.0)))
 
     def mean_power(

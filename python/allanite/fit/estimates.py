@@ -83,7 +83,7 @@ def estimates(
                 values |= _averaged(own.effect, values, slow[own])
             out.append(values)
         else:
-            out.append(_modifier(own.effect, errors, data, unit))
+            out.append(_modifier(own.effect, errors, data, unit, column_units))
     return tuple(out)
 
 
@@ -199,7 +199,7 @@ def _stochastic(
             low, high = widened_by_tails(value, (low, high), solution, data)
         out[name] = Estimate(value, error, (low, high), own_unit, detected, name)
     for shape in effect.free_shapes:
-        out[shape] = _shape(effect, shape, shaped.get(shape), detected, unit)
+        out[shape] = _shape(effect, shape, shaped.get(shape), detected, _unit(effect, shape, unit))
     for parameter in effect.parameters:
         if parameter.name in out:
             continue
@@ -241,11 +241,10 @@ def shape_widening(solution: Solution, own: Process, relative: float) -> float:
     return max(1.0, relative / fixed) if fixed > 0 else 1.0
 
 
-def _shape(effect: Effect, name: str, relative: float | None, detected: bool, unit: str) -> Any:
+def _shape(effect: Effect, name: str, relative: float | None, detected: bool, own_unit: str) -> Any:
     value = effect.values[name]
     if value is None or isinstance(value, str):
         return value
-    own_unit = _unit(effect, name, unit)
     if relative is None:
         return Estimate(float(value), None, None, own_unit, detected, name)
     if effect.parameter(name).low < 0.0:
@@ -262,24 +261,29 @@ def _shape(effect: Effect, name: str, relative: float | None, detected: bool, un
     )
 
 
-def _modifier(effect: Effect, shaped: dict[str, float], data: Data, unit: str) -> dict[str, Any]:
+def _modifier(
+    effect: Effect,
+    shaped: dict[str, float],
+    data: Data,
+    unit: str,
+    column_units: Mapping[str, str],
+) -> dict[str, Any]:
     errors = effect.errors(data.rate)
     out: dict[str, Any] = {}
     for parameter in effect.parameters:
         name, value = parameter.name, effect.values[parameter.name]
+        own_unit = _unit(effect, name, unit, column_units)
         if isinstance(value, (tuple, str)) or value is None or name not in errors:
             out[name] = (
                 value
                 if isinstance(value, tuple)
-                else _shape(effect, name, shaped.get(name), True, unit)
+                else _shape(effect, name, shaped.get(name), True, own_unit)
             )
             continue
         low, high = value - NORMAL * errors[name], value + NORMAL * errors[name]
         if effect.parameter(name).unit == "s":
             low, high = max(low, data.span[0]), min(high, data.span[1])
-        out[name] = Estimate(
-            value, errors[name], (low, high), _unit(effect, name, unit), True, name
-        )
+        out[name] = Estimate(value, errors[name], (low, high), own_unit, True, name)
     return out
 
 

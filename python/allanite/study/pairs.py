@@ -33,9 +33,10 @@ HOPE = 10.0
 
 
 def parted(check: Check, better: Fit, added: Effect) -> tuple[Fit, Effect, Effect] | None:
-    """The fit with the two suggestions that together stand clearly better than the one that was added, and these two.
+    """The fit with two effects that together stand clearly better than the one that was added, and these two.
 
-    One of the two is what may be taken for the added effect. The pair has to beat the added one alone and with either of
+    Two suggestions, of which one may be taken for the added effect; in the place of a process that wanders, a suggestion
+    and the slow function that shows beside it. The pair has to beat the added one alone and with either of
     the two beside it: what is missing as well has a rung of its own.
     """
     if added.screened == "line":
@@ -48,6 +49,7 @@ def parted(check: Check, better: Fit, added: Effect) -> tuple[Fit, Effect, Effec
     def evidence(solution: Solution) -> float:
         return solution.log_likelihood - cost * sum(effect.numbers for effect in solution.model)
 
+    least = evidence(better.solution) + RIVAL
     others = sorted(
         (s for s in check.suggestions if s.effect is not added and _stands_alone(s.effect, fit)),
         key=lambda s: -s.rank,
@@ -62,9 +64,8 @@ def parted(check: Check, better: Fit, added: Effect) -> tuple[Fit, Effect, Effec
         of_two += [
             (one.solution, other)
             for one in [s for s in others if s.effect.screened == "slow"][:REFITTED]
-            for other in _beside(one.solution, fit.data, evidence(better.solution) + RIVAL, cost)
+            for other in _beside(one.solution, fit.data, least, cost)
         ]
-    least = evidence(better.solution) + RIVAL
     tried = [
         solve(fit.data, start.model + other, like=start, polish=False) for start, other in of_two
     ]

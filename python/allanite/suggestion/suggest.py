@@ -21,7 +21,7 @@ from allanite.suggestion.drifts import beside_the_best, screen_slow, slow_famili
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.spectral import Candidate, screen_spectral
-from allanite.suggestion.transients import screen_moments, unsteady
+from allanite.suggestion.transients import level_forms, screen_moments, unsteady
 from allanite.suggestion.words import explain
 
 __all__ = ["Suggestion", "suggest"]
@@ -32,8 +32,6 @@ WORKERS = 2
 STRONG = 1.1
 #: A candidate this close to another in BIC cannot be told from it on this record.
 RIVAL = 6.0
-#: Forms of a changing noise level that are looked for beside one interval, other than one for each column.
-FORMS = 2
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -226,7 +224,7 @@ def suggest(
     # What is tried only where a simpler form was found is no search of its own: it has its law and that of what it adds.
     # A noise level that changes several times, with a period or with a column is one each.
     searches = sum(name in slow or name not in screens for name in families)
-    searches += FORMS + len(data.covariates)
+    searches += level_forms(data.covariates)
     candidates = (
         *spectral.candidates,
         *lines,

@@ -28,11 +28,13 @@ from allanite.suggestion.level_forms import (
 from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from allanite.fit.data import Data
     from allanite.fit.solution import Solution
     from allanite.fit.whitened import Whitened
 
-__all__ = ["screen_levels", "screen_moments", "screen_outliers", "unsteady"]
+__all__ = ["level_forms", "screen_levels", "screen_moments", "screen_outliers", "unsteady"]
 
 #: Samples, half of those to each side, among which a time is placed.
 SHARP = 16
@@ -95,6 +97,11 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     best = max(c.gain - price * c.parameters for c in found)
     kept = [c for c in found if c.gain - price * c.parameters > best - CLOSE]
     return [_refitted(_sharp(c, data, whitened), solution, data) for c in kept]
+
+
+def level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
+    """How many forms `screen_levels` looks for beside one interval: several, a period, and each column."""
+    return 2 + len(columns)
 
 
 def _sharp(candidate: Candidate, data: Data, whitened: Whitened) -> Candidate:

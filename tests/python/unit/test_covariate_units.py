@@ -96,3 +96,9 @@ def test_one_unit_for_all_columns_is_not_that_of_the_temperature(tmp_path, sampl
     )
     fit = al.fit_model(al.read(path), MODEL.format("temperature"))
     assert fit["coefficient"].unit == "m/s^2/temperature"
+
+
+def test_noise_that_follows_a_column_is_per_its_unit(tmp_path, samples):
+    recording = written(tmp_path, samples, "temperature [degC]")
+    fit = al.fit_model(recording, "N+NCOL(column=temperature,coefficient=0.02,reference=20)")
+    assert (fit["coefficient"].unit, fit["reference"].unit) == ("1/°C", "°C")

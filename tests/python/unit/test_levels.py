@@ -65,7 +65,10 @@ def test_mean_power_is_the_mean_of_the_gain(effect):
 
 
 def test_a_strong_change_leaves_few_independent_ordinates():
-    """ν of a tenth of the record seven times as loud: (0.9 + 0.1·7⁴)/(0.9 + 0.1·7²)² = 7.16."""
+    """ν of a tenth of the record seven times as loud: (0.9 + 0.1·7⁴)/(0.9 + 0.1·7²)² = 7.16.
+
+    The share of the white noise in a bin is measured and at most 1, which takes 9 % of it: 6.54 ± 0.17 in 40 records.
+    """
     rng = np.random.default_rng(3)
     x = rng.standard_normal(20_000)
     x[4000:6000] *= 7.0
@@ -73,7 +76,7 @@ def test_a_strong_change_leaves_few_independent_ordinates():
         al.Recording(x, rate=100.0)
     )
     whole = fit.data.bins.count.sum()
-    assert whole / fit.solution.count.sum() == pytest.approx(7.16, rel=0.1)
+    assert whole / fit.solution.count.sum() == pytest.approx(6.54, abs=4 * 0.17)
     low, high = fit["N"].interval
     assert low < 0.1 < high
 
