@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 import allanite as al
-from allanite.fit.lines import read_lines
+from allanite.fit.classical.lines import read_lines
 
 #: Level of the flat part of flicker over its B.
 FLICKER = float(np.sqrt(2.0 * np.log(2.0) / np.pi))

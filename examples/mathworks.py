@@ -14,7 +14,7 @@ from __future__ import annotations
 import sys
 
 import allanite as al
-from allanite.fit.lines import nearest_slopes, read_lines
+from allanite.fit.classical.lines import nearest_slopes, read_lines
 
 RATE, HOURS = 100.0, 6.0
 

@@ -4,7 +4,7 @@
 //! cell the mean of power over spectrum is a gamma variable of shape k(w) = ν/(1 + ν δ²w), ν half the cell's degrees of
 //! freedom, w inverse-gamma (1, 1): a scale mixture of normals for the discrepancy of scale δ (Andrews & Mallows 1974). The
 //! marginal likelihood is a sum over nodes of w; δ = 0 is the Whittle likelihood. The reasons are in
-//! `allanite.fit.discrepancy`.
+//! `allanite.fit.likelihood.discrepancy`.
 
 mod climb;
 mod gamma;

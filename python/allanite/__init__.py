@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     from allanite.effects.unexplained import Unexplained
     from allanite.effects.warm_up import WarmUp
     from allanite.fit import Fit, fit_model
-    from allanite.fit.many import ManyFits, fit_many
+    from allanite.fit.several.many import ManyFits, fit_many
     from allanite.page import explore
     from allanite.planning import Plan, Power, plan, power
     from allanite.readers import read
@@ -138,8 +138,8 @@ _HOME = {
     "TooShortError": "allanite.common.errors",
     "Fit": "allanite.fit",
     "fit_model": "allanite.fit",
-    "ManyFits": "allanite.fit.many",
-    "fit_many": "allanite.fit.many",
+    "ManyFits": "allanite.fit.several.many",
+    "fit_many": "allanite.fit.several.many",
     "explore": "allanite.page",
     "Estimate": "allanite.common.parameters",
     "Plan": "allanite.planning",

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.fit.whitened import ENDS, whitened_ordinates
+from allanite.fit.likelihood.whitened import ENDS, whitened_ordinates
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -11,13 +11,13 @@ import numpy as np
 from allanite.common.parameters import Estimate
 from allanite.effects import Effect, Model, Modifier, Stochastic
 from allanite.fit import refitted
-from allanite.fit.many import by_errors
+from allanite.fit.several.many import by_errors
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from allanite.fit.many import Pooled
     from allanite.fit.result import Fit
+    from allanite.fit.several.many import Pooled
 
 __all__ = ["Form", "common_form"]
 

@@ -11,7 +11,7 @@ from allanite.common.printing import in_table, printed
 
 if TYPE_CHECKING:
     from allanite.axes.characterization import Characterization, Sensor
-    from allanite.fit.many import Pooled
+    from allanite.fit.several.many import Pooled
 
 __all__ = ["in_common", "remarks", "title"]
 

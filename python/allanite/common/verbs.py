@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from allanite.deviation.columns import Deviations
     from allanite.effects import Model
     from allanite.fit import Fit
-    from allanite.fit.columns import Fits
+    from allanite.fit.several.columns import Fits
     from allanite.plots import Figure
     from allanite.recording import Recording
     from allanite.report import Report

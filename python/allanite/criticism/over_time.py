@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.whitened import with_normal_tails
-from allanite.fit.whittle import normal_scores
+from allanite.fit.likelihood.whitened import with_normal_tails
+from allanite.fit.likelihood.whittle import normal_scores
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data
-    from allanite.fit.whitened import Whitened
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.whitened import Whitened
 
 __all__ = ["TimeMap", "overdispersion", "time_map"]
 

@@ -13,8 +13,8 @@ from allanite.criticism import over_frequency, over_tau
 from allanite.criticism.over_time import time_map
 
 if TYPE_CHECKING:
+    from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.result import Fit
-    from allanite.fit.whitened import Whitened
 
 __all__ = ["Where", "criticise"]
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, cast
 from allanite.common.errors import InputError
 from allanite.common.several import by_column
 from allanite.effects import Modifier, Periodic
-from allanite.fit.data import prepare
 from allanite.fit.engine import solve
+from allanite.fit.likelihood.data import prepare
+from allanite.fit.likelihood.summarised import of_summary, refused
 from allanite.fit.measures import Error, Misfit
 from allanite.fit.missing import settle
 from allanite.fit.result import Fit
-from allanite.fit.summarised import of_summary, refused
 from allanite.summary import Summary
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def fit_model(
     if isinstance(recording, Summary) and recording.whole:
         recording = recording.recording()
     if len(recording.columns) > 1:
-        from allanite.fit.columns import Fits
+        from allanite.fit.several.columns import Fits
 
         return Fits(by_column(recording, lambda column: fit_model(column, model, method)))
     _check_values(model, recording.rate)
@@ -91,7 +91,7 @@ def fit_model(
     fit = Fit(source, solution.model, "whittle", data, solution)
     if method == "whittle":
         return fit
-    from allanite.fit.classical import refit
+    from allanite.fit.classical.refit import refit
 
     return refit(fit, method)
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
-from allanite.fit.matched import grid_points, matched_gains
-from allanite.fit.polish import polish
-from allanite.fit.random_part import RandomPart
-from allanite.fit.scan import added, simplest, worth_polishing
-from allanite.fit.shape import free_places, grid_models
+from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.shapes.matched import grid_points, matched_gains
+from allanite.fit.shapes.polish import polish
+from allanite.fit.shapes.scan import added, simplest, worth_polishing
+from allanite.fit.shapes.shape import free_places, grid_models
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

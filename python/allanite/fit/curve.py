@@ -13,12 +13,12 @@ from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.effects import Model, Modifier
 from allanite.fit.bands import bands
-from allanite.fit.crowding import crowding
-from allanite.fit.whittle import normal_scores
+from allanite.fit.likelihood.crowding import crowding
+from allanite.fit.likelihood.whittle import normal_scores
 
 if TYPE_CHECKING:
     from allanite.effects.terms import Term
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
 
 __all__ = ["ChanceBand", "Curve", "chance_band", "compare_curves", "expected_variance"]
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.effects import Model
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
 __all__ = ["Correlations", "correlations", "degeneracies"]

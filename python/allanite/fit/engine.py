@@ -14,19 +14,19 @@ from numpy.typing import NDArray
 
 from allanite.common.blas import one_thread
 from allanite.effects import Deterministic, Effect, Model, Stochastic, white_noise
-from allanite.fit.crowding import crowded
-from allanite.fit.data import Noise
-from allanite.fit.deterministic import Design, Regression, design_of, regress
-from allanite.fit.discrepancy import best_scale, levels
-from allanite.fit.random_part import RandomPart
-from allanite.fit.shape import fit_deterministic_shapes, fit_shapes, reopened
+from allanite.fit.likelihood.crowding import crowded
+from allanite.fit.likelihood.data import Noise
+from allanite.fit.likelihood.discrepancy import best_scale, levels
+from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.shapes.deterministic import Design, Regression, design_of, regress
+from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, reopened
 from allanite.fit.solution import Regressed, Solution, fitted, processes_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from allanite.fit.data import Data
-    from allanite.fit.whittle import Maximum
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.whittle import Maximum
 
 __all__ = ["Solution", "solve", "with_coefficients"]
 

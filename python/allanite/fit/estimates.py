@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit, column_unit
 from allanite.effects import Deterministic, Effect, Model, Periodic
-from allanite.fit.data import column
-from allanite.fit.heavy import widened_by_tails
-from allanite.fit.marginal import slow_amplitudes
+from allanite.fit.likelihood.data import column
+from allanite.fit.likelihood.heavy import widened_by_tails
+from allanite.fit.likelihood.marginal import slow_amplitudes
+from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.likelihood.whittle import information, profile_interval
 from allanite.fit.missing import covariance_of_scores
-from allanite.fit.random_part import RandomPart
 from allanite.fit.solution import Process, Regressed
-from allanite.fit.whittle import information, profile_interval
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data
-    from allanite.fit.marginal import Mixture
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.marginal import Mixture
     from allanite.fit.solution import Solution
 
 __all__ = ["estimates", "free_parameters", "joint_covariance", "shape_widening", "widened"]
@@ -357,7 +357,7 @@ def _deterministic_shape_error(
     effect: Deterministic, name: str, solution: Solution, data: Data
 ) -> float | None:
     """From the information of the shape with the amplitudes: d signal/d shape, GLS-projected on the regressors."""
-    from allanite.fit.deterministic import design_of
+    from allanite.fit.shapes.deterministic import design_of
 
     value = effect.values[name]
     step = 1e-4 / data.duration if name == "frequency" else 1e-3 * abs(value)

@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.fit.data import density
+from allanite.fit.likelihood.data import density
 
 if TYPE_CHECKING:
     from allanite.effects import Model
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
     from allanite.spectrum import Bins
 

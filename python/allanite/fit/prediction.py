@@ -20,17 +20,17 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.showing import brief
-from allanite.fit.discrepancy import SCALES
-from allanite.fit.polish import polish
+from allanite.fit.likelihood.discrepancy import SCALES
+from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.prediction_in_time import BLOCKS, levels, prices
-from allanite.fit.random_part import RandomPart
-from allanite.fit.shape import free_places
+from allanite.fit.shapes.polish import polish
+from allanite.fit.shapes.shape import free_places
 from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.whittle import Maximum
     from allanite.fit.solution import Solution
-    from allanite.fit.whittle import Maximum
     from allanite.spectrum import Bins
 
 __all__ = ["Prediction", "compare", "predict", "worse"]

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Periodic
-from allanite.fit.deterministic import window
-from allanite.fit.shape import ZOOM
-from allanite.fit.whitened import expected_level, white_power, whiten
+from allanite.fit.likelihood.whitened import expected_level, white_power, whiten
+from allanite.fit.shapes.deterministic import window
+from allanite.fit.shapes.shape import ZOOM
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
 __all__ = ["BLOCKS", "levels", "prices"]

@@ -15,22 +15,22 @@ from allanite.common import verbs
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.fit import curve as _curve
-from allanite.fit.data import prepare
 from allanite.fit.degeneracy import Correlations, correlations, degeneracies
-from allanite.fit.discrepancy import chance_deviance, judge, scale_interval
 from allanite.fit.estimates import estimates, free_parameters
+from allanite.fit.likelihood.data import prepare
+from allanite.fit.likelihood.discrepancy import chance_deviance, judge, scale_interval
+from allanite.fit.likelihood.whittle import normal_scores
 from allanite.fit.measures import Discrepancy, Error, Misfit
 from allanite.fit.missing import complete
 from allanite.fit.prediction import predict
-from allanite.fit.whittle import normal_scores
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from allanite.effects import Effect, Model
     from allanite.fit.alternatives import Alternative
-    from allanite.fit.data import Data
-    from allanite.fit.methods import MethodTable
+    from allanite.fit.classical.methods import MethodTable
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.simulated import SimulatedCheck
     from allanite.fit.solution import Solution
     from allanite.recording import Recording
@@ -279,7 +279,7 @@ class Fit:
 
     def compare_methods(self) -> MethodTable:
         """Coefficients by Whittle likelihood, least squares and straight lines, and where the lines mislead."""
-        from allanite.fit.methods import compare_methods
+        from allanite.fit.classical.methods import compare_methods
 
         return compare_methods(self)
 

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
-from allanite.fit.data import Noise
-from allanite.fit.discrepancy import SCALES, levels
-from allanite.fit.whittle import Maximum
+from allanite.fit.likelihood.data import Noise
+from allanite.fit.likelihood.discrepancy import SCALES, levels
+from allanite.fit.likelihood.whittle import Maximum
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
 
 __all__ = ["Fitted", "Process", "Regressed", "Solution", "fitted", "processes_of"]
 

@@ -28,7 +28,7 @@ from allanite.planning.errors import standard_errors
 from allanite.planning.trials import family_of
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
     from allanite.planning.expected import Array, Columns
 

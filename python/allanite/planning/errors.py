@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic
-from allanite.fit.data import density
-from allanite.fit.whittle import information
+from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.whittle import information
 from allanite.planning.expected import (
     expected_power,
     random_part,
@@ -20,7 +20,7 @@ from allanite.planning.expected import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
 
 __all__ = ["labels", "standard_errors"]
 

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Deterministic, Model, Periodic
-from allanite.fit.data import SHORTEST, Data, column, columns
-from allanite.fit.deterministic import comb_ordinates, comb_window
 from allanite.fit.engine import with_coefficients
-from allanite.fit.random_part import RandomPart
-from allanite.fit.shape import fit_shapes
+from allanite.fit.likelihood.data import SHORTEST, Data, column, columns
+from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.shapes.deterministic import comb_ordinates, comb_window
+from allanite.fit.shapes.shape import fit_shapes
 from allanite.fit.solution import Solution, fitted, processes_of
 from allanite.spectrum import bins_of
 

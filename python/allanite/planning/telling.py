@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.effects import Deterministic, Model, parse_model
-from allanite.fit.whittle import log_likelihood
+from allanite.fit.likelihood.whittle import log_likelihood
 from allanite.planning import expected as _expected
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
     from allanite.planning.expected import Columns
 
 __all__ = ["log_odds", "two_of"]

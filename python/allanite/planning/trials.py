@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.fit.data import Noise
-from allanite.fit.matched import grid_points, matched_gains
+from allanite.fit.likelihood.data import Noise
+from allanite.fit.shapes.matched import grid_points, matched_gains
 from allanite.suggestion.drifts import slow_families
 from allanite.suggestion.evidence import Family, arc_length, interval_trials, octave_trials
 from allanite.suggestion.spectral import directions
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.effects import Deterministic, Effect, Model
-    from allanite.fit.data import Data
     from allanite.fit.engine import Solution
+    from allanite.fit.likelihood.data import Data
 
 __all__ = ["family_of"]
 

@@ -110,7 +110,7 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
     """Two-sided density with the model and its effects; residuals in σ below."""
     from scipy.special import chdtri
 
-    from allanite.fit.whittle import normal_scores
+    from allanite.fit.likelihood.whittle import normal_scores
 
     solution, bins, rate = fit.solution, fit.data.bins, fit.data.rate
     first, count = _merge(solution.count)

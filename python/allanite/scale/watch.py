@@ -21,7 +21,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError, about
 from allanite.common.validation import positive_rate
 from allanite.effects import Model, Periodic
-from allanite.fit.data import density
+from allanite.fit.likelihood.data import density
 from allanite.summary import Summary
 from allanite.summary.stretch import Stretch
 

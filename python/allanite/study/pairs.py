@@ -11,14 +11,14 @@ from allanite.effects import Stochastic
 from allanite.fit import refitted
 from allanite.fit.alternatives import RIVAL, price
 from allanite.fit.engine import solve
-from allanite.fit.matched import grid_points, matched_gains
+from allanite.fit.shapes.matched import grid_points, matched_gains
 from allanite.study.moves import one_thing
 from allanite.suggestion.drifts import slow_families
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
-    from allanite.fit.data import Data
     from allanite.fit.engine import Solution
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.result import Fit
     from allanite.suggestion import Check
 

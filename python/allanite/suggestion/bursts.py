@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.effects import CATALOGUE, Model, Stochastic
-from allanite.fit.data import density
 from allanite.fit.engine import solve
+from allanite.fit.likelihood.data import density
 from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
 __all__ = ["screen_bursts"]

@@ -10,7 +10,7 @@ from allanite.common import verbs
 from allanite.common.blas import one_thread
 from allanite.common.numbers import tidy
 from allanite.criticism import Where, criticise
-from allanite.fit.whitened import whiten
+from allanite.fit.likelihood.whitened import whiten
 from allanite.suggestion.rest import Rest, rest_of
 from allanite.suggestion.suggest import Suggestion, suggest
 

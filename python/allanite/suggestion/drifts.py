@@ -14,8 +14,8 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import Solution, solve
-from allanite.fit.matched import grid_points, matched_gains
-from allanite.fit.whitened import cell_means, expected_level
+from allanite.fit.likelihood.whitened import cell_means, expected_level
+from allanite.fit.shapes.matched import grid_points, matched_gains
 from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_chance
 from allanite.suggestion.spectral import Candidate, Screen
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.effects import Model
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
 
 #: Ordinates on which a column's own consistency is judged.
 LOW = 8192

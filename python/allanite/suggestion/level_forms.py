@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from allanite.common.showing import brief
 from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Level
-from allanite.fit.whitened import cell_means
+from allanite.fit.likelihood.whitened import cell_means
 from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:

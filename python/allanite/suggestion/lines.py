@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.effects import CATALOGUE, Periodic
-from allanite.fit.deterministic import comb_window, line_ordinates, regress, window
 from allanite.fit.engine import solve
-from allanite.fit.shape import ZOOM, polish_line
-from allanite.fit.whitened import whitened_ordinates
+from allanite.fit.likelihood.whitened import whitened_ordinates
+from allanite.fit.shapes.deterministic import comb_window, line_ordinates, regress, window
+from allanite.fit.shapes.shape import ZOOM, polish_line
 from allanite.suggestion.evidence import Family, log_chance, octave_trials
 from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
 __all__ = ["screen_lines"]

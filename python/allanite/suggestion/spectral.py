@@ -16,18 +16,18 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
-from allanite.fit.data import column
 from allanite.fit.engine import solve, with_coefficients
-from allanite.fit.polish import polish
-from allanite.fit.random_part import RandomPart
-from allanite.fit.scan import added, simplest, worth_polishing
-from allanite.fit.shape import free_places
+from allanite.fit.likelihood.data import column
+from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.shapes.polish import polish
+from allanite.fit.shapes.scan import added, simplest, worth_polishing
+from allanite.fit.shapes.shape import free_places
 from allanite.suggestion.evidence import arc_length
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.whittle import Maximum
     from allanite.fit.solution import Solution
-    from allanite.fit.whittle import Maximum
 
 __all__ = ["Candidate", "Screen", "directions", "screen_spectral"]
 

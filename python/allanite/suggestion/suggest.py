@@ -14,7 +14,7 @@ import numpy as np
 from allanite.effects import CATALOGUE, Model, Modifier, Stochastic
 from allanite.fit.alternatives import price
 from allanite.fit.engine import solve
-from allanite.fit.random_part import RandomPart
+from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.result import Fit, plain
 from allanite.suggestion.bursts import screen_bursts
 from allanite.suggestion.drifts import beside_the_best, screen_slow, slow_families
@@ -35,9 +35,9 @@ RIVAL = 6.0
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
-    from allanite.fit.whitened import Whitened
 
     Progress = Callable[[int, int], None]
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from allanite.common.tails import coarse_step, outlier_limit
 from allanite.effects import CATALOGUE, Level, Model, Modifier
-from allanite.fit.crowding import crest, crowding
-from allanite.fit.data import without_samples
 from allanite.fit.engine import solve
+from allanite.fit.likelihood.crowding import crest, crowding
+from allanite.fit.likelihood.data import without_samples
+from allanite.fit.likelihood.whitened import white_power, whiten, with_normal_tails
 from allanite.fit.missing import complete
-from allanite.fit.whitened import white_power, whiten, with_normal_tails
 from allanite.suggestion.evidence import FALSE_ALARM, interval_trials
 from allanite.suggestion.level_forms import (
     CLOSE,
@@ -30,9 +30,9 @@ from allanite.suggestion.spectral import Candidate
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
-    from allanite.fit.whitened import Whitened
 
 __all__ = ["level_forms", "screen_levels", "screen_moments", "screen_outliers", "unsteady"]
 

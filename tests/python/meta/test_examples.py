@@ -121,7 +121,7 @@ PEERS = {"numba", "colorednoise", "polars"}
 
 @pytest.mark.parametrize(
     "script",
-    sorted((ROOT / "docs").glob("*.py")) + sorted((ROOT / "benches" / "python").glob("*.py")),
+    sorted((ROOT / "docs").glob("*.py")) + sorted((ROOT / "benches").rglob("*.py")),
     ids=lambda path: path.name,
 )
 def test_scripts_find_what_they_import(script):

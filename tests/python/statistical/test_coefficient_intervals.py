@@ -1,6 +1,6 @@
 """Intervals of coefficients cover what they say; agreement of recordings is tested at its level.
 
-benches/python/interval_coverage.py is the same at full size; its table is in docs/methods.md.
+benches/claims/interval_coverage.py is the same at full size; its table is in docs/methods.md.
 """
 
 import numpy as np

@@ -7,7 +7,7 @@ from numpy.fft import irfft, rfft
 from allanite import _kernels
 from allanite.deviation import oadev
 from allanite.fit.bands import bands
-from allanite.fit.gls import fit_gls, gls_factors
+from allanite.fit.classical.gls import fit_gls, gls_factors
 from variograms import term_of
 
 pytestmark = pytest.mark.statistical

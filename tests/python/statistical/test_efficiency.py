@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.effects.terms import RandomWalk, White
-from allanite.fit.gls import fit_gls, gls_factors
+from allanite.fit.classical.gls import fit_gls, gls_factors
 from information import bound
 
 pytestmark = pytest.mark.statistical
@@ -50,7 +50,7 @@ def test_whittle_is_within_ten_per_cent_of_the_bound(name):
         logs.append([np.log(fit[key]) for key in NAMES[name]])
     best = np.diag(bound(name, values, N_SAMPLES, RATE))
     ratio = np.var(logs, axis=0) / best
-    # 600 records know a variance to √(2/600) = 5.8 %: 10 % and two of these. (benches/python/efficiency.py takes more.)
+    # 600 records know a variance to √(2/600) = 5.8 %: 10 % and two of these. (benches/claims/efficiency.py takes more.)
     assert np.all(ratio < 1.1 + 2 * 0.058), ratio
     assert np.all(np.abs(np.mean(logs, axis=0) - np.log(values)) < 0.5 * np.sqrt(best))
 

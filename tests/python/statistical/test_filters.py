@@ -1,6 +1,6 @@
 """Filters hidden in N+B+K, made by scipy.signal alone: the first rung of a ladder is the filter, and N is right.
 
-One record of each design; `benches/python/filters.py` has them all, and how they are made.
+One record of each design; `benches/claims/filters.py` has them all, and how they are made.
 """
 
 import sys
@@ -12,7 +12,7 @@ from scipy import signal
 
 import allanite as al
 
-sys.path.insert(0, str(Path(__file__).parents[3] / "benches" / "python"))
+sys.path.insert(0, str(Path(__file__).parents[3] / "benches" / "claims"))
 import filters
 
 pytestmark = pytest.mark.statistical

@@ -11,7 +11,7 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.deviation import oadev
 from allanite.effects.terms import Flicker, RandomWalk, White
 from allanite.fit.bands import bands, degrees_of_freedom
-from allanite.fit.gls import fit_gls, gls_factors
+from allanite.fit.classical.gls import fit_gls, gls_factors
 
 UNITS = [[White(1.0)], [Flicker(1.0)], [RandomWalk(1.0)]]
 

@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 from allanite.common.tails import outlier_limit, tail_of
-from allanite.fit.heavy import _sums
+from allanite.fit.likelihood.heavy import _sums
 
 RATE, N = 100.0, 20_000
 

@@ -76,7 +76,7 @@ SORT = """
 import sys
 import numpy as np
 from allanite import _kernels
-from allanite.fit import whitened
+from allanite.fit.likelihood import whitened
 sort, sorted_ = np.argsort, []
 def argsort(values):
     print("begun", flush=True)

@@ -13,8 +13,8 @@ from allanite.effects import Deterministic, Parameter, Periodic
 from allanite.effects.bias_step import BiasStep
 from allanite.effects.rate_ramp import RateRamp
 from allanite.effects.warm_up import WarmUp
-from allanite.fit.deterministic import design_of, regress
-from allanite.fit.matched import matched_gains
+from allanite.fit.shapes.deterministic import design_of, regress
+from allanite.fit.shapes.matched import matched_gains
 from generators import sinusoid, white
 
 RATE, N = 50.0, 20_000

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 from scipy.special import gammaln
 
 from allanite.common.errors import InputError
-from allanite.fit import discrepancy, whittle
-from allanite.fit.discrepancy import EVIDENCE, SCALES
+from allanite.fit.likelihood import discrepancy, whittle
+from allanite.fit.likelihood.discrepancy import EVIDENCE, SCALES
 from allanite.spectrum.spectrum import cells_of
 
 EDGES = np.exp(np.linspace(-2.0, 11.5, 15))
@@ -176,12 +176,9 @@ def test_climbs_as_the_naive_one(case, scale, held):
     np.testing.assert_allclose(
         found.spectrum, np.maximum(columns @ found.theta + base, floor), rtol=1e-12
     )
-    inner = (columns * theta / found.spectrum[:, None]).max(axis=0) > 1e-3
-    unit = columns / found.spectrum[:, None]
-    condition = np.linalg.cond(unit / np.linalg.norm(unit, axis=0))
-    # Otherwise other coefficients fit as well.
-    assume(condition < 1e6 and columns.shape[1] <= power.size)
-    np.testing.assert_allclose(found.theta[inner], theta[inner], rtol=1e-6)
+    # Apart by less than a climb stops at, a thousandth of a standard error: its last step may be one of rounding.
+    moved = columns @ (found.theta - theta) / found.spectrum
+    assert 0.25 * count @ moved**2 < 1e-6
 
 
 @pytest.mark.parametrize("scale", [None, 20])

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.deviation import oadev
-from allanite.fit.lines import nearest_slopes, read_lines
+from allanite.fit.classical.lines import nearest_slopes, read_lines
 
 RATE = 100.0
 

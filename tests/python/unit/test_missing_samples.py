@@ -7,9 +7,9 @@ import pytest
 
 import allanite as al
 from allanite.common.errors import TooShortError
-from allanite.fit.data import column, prepare
+from allanite.fit.likelihood.data import column, prepare
+from allanite.fit.likelihood.whittle import normal_scores
 from allanite.fit.missing import _Bridge, _pairs, complete
-from allanite.fit.whittle import normal_scores
 
 RATE = 100.0
 NOISE = "N(N=0.0126)+B(B=0.006)+K(K=4e-4)"

@@ -5,7 +5,7 @@ import pytest
 
 import allanite as al
 from allanite import _kernels
-from allanite.fit.discrepancy import judge
+from allanite.fit.likelihood.discrepancy import judge
 from allanite.fit.prediction import FOLDS, SHORTEST, _judged, compare, predict, worse
 from allanite.fit.prediction_in_time import BLOCKS, lost, prices
 from allanite.spectrum import bins_of

@@ -6,8 +6,8 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.effects.hysteresis import play
-from allanite.fit.data import prepare
-from allanite.fit.matched import KEPT, MEANS, regressor_ordinates
+from allanite.fit.likelihood.data import prepare
+from allanite.fit.shapes.matched import KEPT, MEANS, regressor_ordinates
 
 RATE, N = 10.0, 36_000
 

@@ -57,7 +57,7 @@ def command(
     if len(fits) == 1:
         output.show(results, options)
         return
-    from allanite.fit.many import of_fits
+    from allanite.fit.several.many import of_fits
 
     units = dict.fromkeys(c.unit for c in columns)
     groups = [[fit for fit in fits if fit.recording.unit == unit] for unit in units]

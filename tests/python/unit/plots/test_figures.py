@@ -8,7 +8,7 @@ import pytest
 import allanite as al
 from allanite.comparison import Curves, Drawn
 from allanite.criticism import criticise
-from allanite.fit.whitened import whiten
+from allanite.fit.likelihood.whitened import whiten
 from allanite.plots import plot_check, plot_compare, plot_deviation, plot_study, plot_time
 from allanite.plots.curves import interval
 from allanite.plots.spec import Bars, HeatMap, Line, Note, Points, Rule, Span

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.data import columns
-from allanite.fit.discrepancy import EVIDENCE, judge
-from allanite.fit.whittle import Maximum, climb, maximise
+from allanite.fit.likelihood.data import columns
+from allanite.fit.likelihood.discrepancy import EVIDENCE, judge
+from allanite.fit.likelihood.whittle import Maximum, climb, maximise
 
 if TYPE_CHECKING:
     from allanite.effects import Model
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
 
 __all__ = ["Linear", "RandomPart"]
 

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Periodic
-from allanite.fit.data import density
-from allanite.fit.whittle import information
+from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.whittle import information
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Regressed, Solution
 
 __all__ = ["Mixture", "slow_amplitudes"]

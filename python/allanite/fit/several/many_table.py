@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.effects import Model
-    from allanite.fit.many import ManyFits, Pooled
     from allanite.fit.result import Fit
+    from allanite.fit.several.many import ManyFits, Pooled
 
 __all__ = ["aligned", "many_table"]
 

@@ -10,8 +10,8 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
-from allanite.fit.gls_intervals import interval
-from allanite.fit.mixtures import Mixtures
+from allanite.fit.classical.gls_intervals import interval
+from allanite.fit.classical.mixtures import Mixtures
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -13,12 +13,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fit.discrepancy import EVIDENCE, best_scale, better_scale, judge, linearised
+from allanite.fit.likelihood.discrepancy import (
+    EVIDENCE,
+    best_scale,
+    better_scale,
+    judge,
+    linearised,
+)
 
 if TYPE_CHECKING:
     from allanite.effects import Model
-    from allanite.fit.random_part import Linear, RandomPart
-    from allanite.fit.whittle import Maximum
+    from allanite.fit.likelihood.random_part import Linear, RandomPart
+    from allanite.fit.likelihood.whittle import Maximum
 
 __all__ = ["polish"]
 

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fit.whitened import expected_level
+from allanite.fit.likelihood.whitened import expected_level
 
 if TYPE_CHECKING:
     from allanite.effects import Model
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
 
 __all__ = ["crest", "crowded", "crowding"]
 

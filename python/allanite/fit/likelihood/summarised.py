@@ -17,7 +17,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.deviation import Deviation, oadev
-from allanite.fit.data import Data
+from allanite.fit.likelihood.data import Data
 from allanite.spectrum import Bins, bins_of, bridge_gaps
 from allanite.summary.lapped import LOW, SEGMENT, gain
 from allanite.summary.level import BANDS, TILE

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Periodic
-from allanite.fit.deterministic import (
+from allanite.fit.shapes.deterministic import (
     LOW,
     comb_gains,
     comb_ordinates,
@@ -19,15 +19,15 @@ from allanite.fit.deterministic import (
     regress,
     without_at,
 )
-from allanite.fit.joined import put_together, unformed
-from allanite.fit.matched import grid_points, matched_gains, regressor_ordinates
-from allanite.fit.polish import polish
-from allanite.fit.scan import simplest, worth_polishing
+from allanite.fit.shapes.joined import put_together, unformed
+from allanite.fit.shapes.matched import grid_points, matched_gains, regressor_ordinates
+from allanite.fit.shapes.polish import polish
+from allanite.fit.shapes.scan import simplest, worth_polishing
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data, Noise
-    from allanite.fit.random_part import RandomPart
-    from allanite.fit.whittle import Maximum
+    from allanite.fit.likelihood.data import Data, Noise
+    from allanite.fit.likelihood.random_part import RandomPart
+    from allanite.fit.likelihood.whittle import Maximum
 
 __all__ = [
     "fit_deterministic_shapes",

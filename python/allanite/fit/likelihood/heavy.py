@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.tails import CENSORED, Tail, coarse_step, tail_of
-from allanite.fit.whitened import whitened_ordinates
+from allanite.fit.likelihood.whitened import whitened_ordinates
 
 if TYPE_CHECKING:
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
 __all__ = ["widened_by_tails"]

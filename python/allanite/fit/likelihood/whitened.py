@@ -17,11 +17,11 @@ from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.common.tails import CENSORED, coarse_step, tail_of
 from allanite.common.threads import results, side_by_side
-from allanite.fit.data import density
+from allanite.fit.likelihood.data import density
 
 if TYPE_CHECKING:
     from allanite.effects import Model
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
 
 __all__ = [

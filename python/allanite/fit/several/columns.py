@@ -13,7 +13,7 @@ from allanite.common.several import Several
 from allanite.fit.result import Fit
 
 if TYPE_CHECKING:
-    from allanite.fit.many import ManyFits
+    from allanite.fit.several.many import ManyFits
 
 __all__ = ["Fits"]
 
@@ -24,7 +24,7 @@ class Fits(Several[Fit]):
     @cached_property
     def together(self) -> tuple[ManyFits, ...]:
         """Columns of one unit and model pooled, and whether they agree."""
-        from allanite.fit.many import of_fits
+        from allanite.fit.several.many import of_fits
 
         groups: dict[tuple[str, str], list[Fit]] = {}
         for fit in self.values():

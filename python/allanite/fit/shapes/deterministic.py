@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.effects import Periodic
-from allanite.fit.matched import regressor_ordinates
+from allanite.fit.shapes.matched import regressor_ordinates
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
-    from allanite.fit.data import Data
+    from allanite.fit.likelihood.data import Data
 
 __all__ = [
     "LOW",

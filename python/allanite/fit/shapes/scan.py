@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Model, Stochastic
-from allanite.fit.whittle import VOTES, Maximum, climb_many, first_guess
+from allanite.fit.likelihood.whittle import VOTES, Maximum, climb_many, first_guess
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
-    from allanite.fit.random_part import RandomPart
+    from allanite.fit.likelihood.random_part import RandomPart
 
 __all__ = ["added", "simplest", "worth_polishing"]
 

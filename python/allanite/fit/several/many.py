@@ -14,8 +14,8 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.effects import Stochastic
-from allanite.fit.many_table import aligned, many_table
-from allanite.fit.whittle import LEVEL, climb
+from allanite.fit.likelihood.whittle import LEVEL, climb
+from allanite.fit.several.many_table import aligned, many_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

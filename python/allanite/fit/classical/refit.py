@@ -15,11 +15,11 @@ from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
+from allanite.fit.classical.gls import fit_gls, gls_factors
+from allanite.fit.classical.lines import read_lines
 from allanite.fit.estimates import shape_widening, widened
-from allanite.fit.gls import fit_gls, gls_factors
-from allanite.fit.lines import read_lines
+from allanite.fit.likelihood.whittle import log_likelihood
 from allanite.fit.solution import Fitted, Process, Regressed
-from allanite.fit.whittle import log_likelihood
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

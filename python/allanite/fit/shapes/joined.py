@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.effects import Model, Stochastic
-from allanite.fit.random_part import Linear
+from allanite.fit.likelihood.random_part import Linear
 
 if TYPE_CHECKING:
-    from allanite.fit.random_part import RandomPart
-    from allanite.fit.whittle import Maximum
+    from allanite.fit.likelihood.random_part import RandomPart
+    from allanite.fit.likelihood.whittle import Maximum
 
 __all__ = ["put_together", "unformed"]
 

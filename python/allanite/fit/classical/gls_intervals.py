@@ -16,7 +16,7 @@ from allanite import _kernels
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from allanite.fit.mixtures import Mixtures
+    from allanite.fit.classical.mixtures import Mixtures
 
     Array = NDArray[np.float64]
 

@@ -3,7 +3,7 @@
 The records are made by scipy.signal alone: 1800 s at 100 Hz, N = 0.0126, B = 0.002, K = 9.07e-5 (rad/s), the white part
 behind each filter at cutoffs of 0.1 to 0.4 of the rate.
 
-    python benches/python/filters.py [--seeds 3] [--only butterworth]
+    python benches/claims/filters.py [--seeds 3] [--only butterworth]
 """
 
 from __future__ import annotations

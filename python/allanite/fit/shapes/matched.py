@@ -13,7 +13,7 @@ from allanite.effects import Periodic
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
-    from allanite.fit.data import Data, Noise
+    from allanite.fit.likelihood.data import Data, Noise
 
 __all__ = ["grid_points", "matched_gains", "regressor_ordinates"]
 

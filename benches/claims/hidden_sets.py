@@ -5,7 +5,7 @@ The effects are drawn from B, K, GM, SIN, STEP, COV, Q, BW, RES and R; each is a
 tests/python/generators.py, which know nothing of the package. Where the ladder ends with something else it is said which of
 the two the record has more evidence for.
 
-    python benches/python/hidden_sets.py [--seeds 50] [--hidden 1 2 3] [--start N N+B+K]
+    python benches/claims/hidden_sets.py [--seeds 50] [--hidden 1 2 3] [--start N N+B+K]
 """
 
 from __future__ import annotations

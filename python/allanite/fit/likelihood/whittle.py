@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.discrepancy import EVIDENCE, best_scale, likelihood, linearised
+from allanite.fit.likelihood.discrepancy import EVIDENCE, best_scale, likelihood, linearised
 
 __all__ = [
     "Maximum",

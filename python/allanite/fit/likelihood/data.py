@@ -14,7 +14,7 @@ from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.deviation import oadev
-from allanite.fit.remembered import Remembered
+from allanite.fit.likelihood.remembered import Remembered
 from allanite.spectrum import Bins, bins_of, bridge_gaps
 
 if TYPE_CHECKING:

@@ -9,14 +9,14 @@ from allanite.common.errors import AllaniteError
 from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
 from allanite.effects import Stochastic, standard
-from allanite.fit.classical import refit
-from allanite.fit.lines import read_lines
+from allanite.fit.classical.lines import read_lines
+from allanite.fit.classical.refit import refit
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from allanite.common.parameters import Estimate
-    from allanite.fit.lines import LineReading, LineReadings
+    from allanite.fit.classical.lines import LineReading, LineReadings
     from allanite.fit.result import Fit
 
 __all__ = ["MethodRow", "MethodTable", "compare_methods"]

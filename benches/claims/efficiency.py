@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import allanite as al
-from allanite.fit.lines import read_lines
+from allanite.fit.classical.lines import read_lines
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
 

@@ -1,0 +1,1 @@
+"""The likelihood of cosine ordinates: data made ready, discrepancy, heavy tails."""

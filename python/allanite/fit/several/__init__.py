@@ -1,0 +1,1 @@
+"""Several recordings in one fit, several columns in one object."""

@@ -1,0 +1,1 @@
+"""Shapes: searched on an effect's grid, climbed together with the coefficients; regression on known functions of time."""
