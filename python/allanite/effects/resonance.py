@@ -72,12 +72,11 @@ class Resonance(Stochastic):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Three half-widths to either side: four fifths of its power."""
+        """One half-width to either side: half of its power."""
         if self.frequency is None or self.damping is None:
             return None
-        return self.frequency * (1.0 - 3.0 * self.damping), self.frequency * (
-            1.0 + 3.0 * self.damping
-        )
+        half = self.damping * self.frequency
+        return self.frequency - half, self.frequency + half
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """One complex exponential of variance 1."""

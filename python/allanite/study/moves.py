@@ -25,6 +25,8 @@ KEEP, NEEDLESS = 0.5, 0.5
 #: One effect takes the place of another if they can be told apart; one that is less clearly better, by this much of logL
 #: for each number more, does if it leaves no more than this of the logarithm of the Allan error.
 HARDLY, NEARER = 3.0, 0.8
+#: A line this near to a band, in units of 1/T, may be the band's.
+NEAR = 10.0
 #: Loss of logL beyond what matters that no polish of shapes makes good.
 FAR = 25.0
 
@@ -117,12 +119,15 @@ def added_to(
 
 
 def one_thing(one: Effect, other: Effect, fit: Fit) -> bool:
-    """Whether one is a line, the other a band, and the line in the band."""
+    """Whether one is a line, the other a band, and the line in the band or too near to it to be told from it.
+
+    A line that wanders is a narrow band with single ordinates that stand out in its flanks.
+    """
     a, b = one.occupies, other.occupies
     if a is None or b is None or (a[0] == a[1]) == (b[0] == b[1]):
         return False
     apart = max(a[0], b[0]) - min(a[1], b[1])
-    return apart <= 2.0 / fit.data.duration
+    return apart <= NEAR / fit.data.duration
 
 
 def _absent(effect: Effect) -> bool:

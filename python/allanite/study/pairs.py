@@ -14,6 +14,7 @@ from allanite.fit.engine import solve
 from allanite.fit.shapes.matched import grid_points, matched_gains
 from allanite.study.moves import one_thing
 from allanite.suggestion.drifts import slow_families
+from allanite.suggestion.spectral import screen_spectral
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -28,7 +29,7 @@ __all__ = ["parted"]
 TRIED = 6
 #: Best of these pairs that are fitted wholly; of those that say the same the one with the fewest numbers is taken.
 REFITTED = 3
-#: What the noise, refitted with a slow function, may add to its gain.
+#: What shapes and the noise, refitted with both of a pair, may add to its gain.
 HOPE = 10.0
 
 
@@ -49,7 +50,9 @@ def parted(check: Check, better: Fit, added: Effect) -> tuple[Fit, Effect, Effec
     def evidence(solution: Solution) -> float:
         return solution.log_likelihood - cost * sum(effect.numbers for effect in solution.model)
 
-    least = evidence(better.solution) + RIVAL
+    # What only describes gives way to two that explain unless it is clearly better.
+    clear = -RIVAL if added.last_resort else RIVAL
+    least = evidence(better.solution) + clear
     others = sorted(
         (s for s in check.suggestions if s.effect is not added and _stands_alone(s.effect, fit)),
         key=lambda s: -s.rank,
@@ -69,18 +72,31 @@ def parted(check: Check, better: Fit, added: Effect) -> tuple[Fit, Effect, Effec
     tried = [
         solve(fit.data, start.model + other, like=start, polish=False) for start, other in of_two
     ]
-    tried = sorted((s for s in tried if evidence(s) > least), key=evidence)[::-1][:REFITTED]
-    if not tried:
-        return None
-    found = [refitted(fit, solution.model) for solution in tried]
-    top = max(evidence(f.solution) for f in found)
-    alike = [f for f in found if evidence(f.solution) > top - RIVAL]
-    best = min(alike, key=lambda f: sum(effect.numbers for effect in f.model))
-    first, second = best.model.effects[-2:]
-    beside = [refitted(fit, better.model + effect) for effect in (first, second)]
-    if evidence(best.solution) < max(evidence(f.solution) for f in beside) + RIVAL:
-        return None
-    return best, first, second
+    if added.last_resort:
+        processes = [s for s in others if isinstance(s.effect, Stochastic)]
+        processes = [s for s in processes if s.effect.may_be(added)][:REFITTED]
+        tried += [
+            pair for one in processes for pair in _processes_beside(one.solution, added, fit.data)
+        ]
+    # A shape found while one effect stood for two moves when both are there.
+    hopeful = sorted((s for s in tried if evidence(s) > least - HOPE), key=evidence)
+    found = [refitted(fit, solution.model) for solution in hopeful[::-1][:REFITTED]]
+    found = [f for f in found if evidence(f.solution) > least]
+    top = max((evidence(f.solution) for f in found), default=0.0)
+    # Of those that say the same the one with the fewest numbers first.
+    found.sort(
+        key=lambda f: (
+            evidence(f.solution) <= top - RIVAL,
+            sum(effect.numbers for effect in f.model),
+            -evidence(f.solution),
+        )
+    )
+    for pair in found:
+        first, second = pair.model.effects[-2:]
+        beside = [refitted(fit, better.model + effect) for effect in (first, second)]
+        if evidence(pair.solution) > max(evidence(f.solution) for f in beside) + clear:
+            return pair, first, second
+    return None
 
 
 def _beside(one: Solution, data: Data, least: float, cost: float) -> list[Effect]:
@@ -96,6 +112,12 @@ def _beside(one: Solution, data: Data, least: float, cost: float) -> list[Effect
             if had + gains[top] - cost * blank.numbers > least - HOPE:
                 found.append(points[top])
     return found
+
+
+def _processes_beside(one: Solution, added: Effect, data: Data) -> list[Solution]:
+    """The model with each process that may be a part of the added one, at the shape that shows beside it."""
+    found = [c for c in screen_spectral(one, data).candidates if not c.effect.last_resort]
+    return [c.solution for c in found if c.solution is not None and c.effect.may_be(added)]
 
 
 def _stands_alone(effect: Effect, fit: Fit) -> bool:

@@ -77,3 +77,24 @@ def test_a_slow_function_is_looked_for_with_the_amplitudes_of_the_others_free():
     better = fit.add(first)
     low, high = better.estimates[2]["coefficient"].interval
     assert low < 0.45 < high
+
+
+def test_a_band_near_a_line_is_another_thing():
+    """A band a half-width and a half beside a line was refused in its place, though worth 35 of logL."""
+    rng = np.random.default_rng(1)
+    x = g.white(rng, LENGTH, RATE, N) + g.sinusoid(LENGTH, RATE, 12.18, 2.8e-3)
+    x += g.resonance(rng, LENGTH, RATE, 11.5, 0.035, 9e-3)
+    study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N")
+    assert {e.kind for e in study.fit.model} == {"angle_random_walk", "sinusoid", "resonance"}
+    assert study.adequate
+
+
+def test_a_power_law_gives_way_to_a_walk_and_a_lag():
+    """One exponent between theirs described both; or flicker did, and a filter and a band what it left."""
+    rng = np.random.default_rng(1)
+    x = g.white(rng, LENGTH, RATE, N) + g.walk(rng, LENGTH, RATE, 2.8e-4)
+    x += g.gauss_markov(rng, LENGTH, RATE, 2.5e-3, 13.0)
+    study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N")
+    kinds = {e.kind for e in study.fit.model}
+    assert kinds == {"angle_random_walk", "rate_random_walk", "gauss_markov"}
+    assert study.adequate
