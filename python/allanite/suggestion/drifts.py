@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.effects import Model
-    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.data import Data, Noise
 
 #: Ordinates on which a column's own consistency is judged.
 LOW = 8192
@@ -39,8 +39,8 @@ __all__ = [
 
 #: A matched filter that promises less is not refitted.
 LEAST = 3.0
-#: What shapes between the points of a grid may add to the gain of the best of them.
-FINER = 0.2
+#: Shapes tried between the neighbours of the best point of a grid, and what the noise, refitted, may add to its gain.
+BETWEEN, REFITTED = 33, 0.05
 #: A rise of logL by which one slow function beats another clearly (6 of BIC).
 CLEAR = 3.0
 
@@ -97,18 +97,19 @@ def _richer(
     arcs: dict[Deterministic, float] = {}
     assert simple.solution is not None
     noise = simple.solution.noise(data)
+    assert isinstance(simple.effect, Deterministic)
+    plain = float(_gains([simple.effect], solution, noise, data).max())
     for blank in simple.effect.extended():
         assert isinstance(blank, Deterministic)
         points = grid_points(blank, data)
-        gain, directions = matched_gains(
-            points, solution.ordinates, noise, data, solution.model.deterministic
-        )
+        known = solution.model.deterministic
+        gain, directions = matched_gains(points, solution.ordinates, noise, data, known)
         arcs[blank] = arc_length(directions)
-        top = int(np.argmax(gain))
-        hope = gain[top] - simple.gain + FINER * max(gain[top], 1.0)
+        start, best = _finer(points[int(np.argmax(gain))], blank.free_shapes, solution, noise, data)
+        hope = best - plain + REFITTED * best
         if log_chance(Family(blank.family, (arcs[blank],)), hope) >= np.log(FALSE_ALARM):
             continue
-        candidate = _refit(points[top], solution, data, rival)
+        candidate = _refit(start, solution, data, rival)
         if candidate is None:
             continue
         # Searching for one more time always gains something: what it adds must be more than chance gives.
@@ -116,6 +117,30 @@ def _richer(
         if added < np.log(FALSE_ALARM):
             found.append(candidate)
     return found, arcs
+
+
+def _gains(
+    points: list[Deterministic], solution: Solution, noise: Noise, data: Data
+) -> NDArray[np.float64]:
+    """Gain of each of some slow functions beside a model whose noise is known better, shape (points,)."""
+    known = solution.model.deterministic
+    return matched_gains(points, solution.ordinates, noise, data, known)[0]
+
+
+def _finer(
+    effect: Deterministic, names: tuple[str, ...], solution: Solution, noise: Noise, data: Data
+) -> tuple[Deterministic, float]:
+    """The best shape between the neighbours of a point of the grid, and its gain."""
+    best = -np.inf
+    for name in names:
+        grid = np.unique(effect.grid(name, data.n, data.rate))
+        at = int(np.searchsorted(grid, effect.values[name]))
+        low, high = grid[max(0, at - 1)], grid[min(grid.size - 1, at + 1)]
+        tried = [effect.with_values(**{name: float(v)}) for v in np.linspace(low, high, BETWEEN)]
+        gain = _gains([effect, *tried], solution, noise, data)
+        top = int(np.argmax(gain))
+        effect, best = [effect, *tried][top], float(gain[top])
+    return effect, best
 
 
 def _refit(
