@@ -1,0 +1,89 @@
+"""Coverage of 95 % intervals of the model that a ladder from N ends with: what choosing the model does to them.
+
+    python benches/claims/coverage_after_improve.py [--records 500] [--samples 20000] [--only N+K]
+
+Counted are records in which the ladder ends with the kinds of the truth; the others are named by what they end with. The
+samples come from tests/python/generators.py, which know nothing of the package.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from scipy import signal
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
+
+import allanite as al
+import generators as g
+
+RATE, N = 50.0, 0.0126
+B, K, Q_C, TIME, CUTOFF = 0.008, 1e-3, 0.01, 4.0, 8.0
+
+
+def filtered(rng, n):
+    """White noise behind a digital Butterworth filter of order 2."""
+    b, a = signal.butter(2, CUTOFF / (RATE / 2.0))
+    return signal.lfilter(b, a, g.white(rng, n + 4096, RATE, N))[4096:]
+
+
+#: Samples of each truth, and the value of each of its numbers by effect's symbol and name.
+TRUTHS = {
+    "N+GM": (
+        lambda rng, n: g.white(rng, n, RATE, N) + g.gauss_markov(rng, n, RATE, Q_C, TIME),
+        {"N.N": N, "GM.q_c": Q_C, "GM.correlation_time": TIME},
+    ),
+    "N+K": (
+        lambda rng, n: g.white(rng, n, RATE, N) + g.walk(rng, n, RATE, K),
+        {"N.N": N, "K.K": K},
+    ),
+    "N+B": (
+        lambda rng, n: g.white(rng, n, RATE, N) + g.flicker(rng, n, RATE, B),
+        {"N.N": N, "B.B": B},
+    ),
+    "N+BW+B": (
+        lambda rng, n: filtered(rng, n) + g.flicker(rng, n, RATE, B),
+        {"N.N": N, "BW.cutoff": CUTOFF, "B.B": B},
+    ),
+}
+
+
+def main() -> None:
+    """Print a line a number of each truth."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--records", type=int, default=500)
+    parser.add_argument("--samples", type=int, default=20_000)
+    parser.add_argument("--only", choices=TRUTHS)
+    asked = parser.parse_args()
+    for name, (samples, values) in TRUTHS.items():
+        if asked.only not in {None, name}:
+            continue
+        inside, ends = Counter(), Counter()
+        for seed in range(asked.records):
+            rng = np.random.default_rng([seed, 11])
+            record = al.Recording(samples(rng, asked.samples), rate=RATE, unit="rad/s")
+            fit = al.improve(record, "N").fit
+            end = "+".join(sorted(fit.model.name.split("+")))
+            ends[end] += 1
+            if end != "+".join(sorted(name.split("+"))):
+                continue
+            for number, value in values.items():
+                low, high = fit[number].interval
+                inside[number] += low <= value <= high
+        right = ends["+".join(sorted(name.split("+")))]
+        print(f"{name}: {right} of {asked.records} ladders end with it; others {dict(ends)}")
+        for number in values:
+            share = inside[number] / max(right, 1)
+            # Standard error of a share of 95 %.
+            print(
+                f"   {number}: {100 * share:.1f} % ± {100 * np.sqrt(0.05 * 0.95 / max(right, 1)):.1f}",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()
