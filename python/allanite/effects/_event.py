@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 from allanite.effects._known import Deterministic
 
-__all__ = ["Event"]
+__all__ = ["Event", "sines"]
+
+#: Ordinates of which one sine each is enough: the square root of those that a search asks for.
+WIDE = 64
 
 
 @dataclass(frozen=True)
@@ -40,3 +43,18 @@ class Event(Deterministic):
         The limit law of a change point (Yao 1987) is not normal; the number given is its 95 % width over 1.96.
         """
         return 5.6 * density / max((self.values["height"] or 0.0) ** 2, 1e-300)
+
+
+def sines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.float64]:
+    """sin(πjk/n) of many k in the ordinates j, shape (k, j).
+
+    Of consecutive ordinates by sin(a + b), one of `WIDE` and one within: a search asks for millions.
+    """
+    if k.size * j.size < 4 * WIDE**2 or j[-1] - j[0] + 1 != j.size:
+        return np.asarray(np.sin(np.pi * j * k[:, None] / n))
+    turn = np.pi / n * k[:, None]
+    coarse = turn * (j[0] + WIDE * np.arange(-(-j.size // WIDE)))
+    fine = turn * np.arange(WIDE)
+    left = np.stack([np.sin(coarse), np.cos(coarse)], axis=-1)
+    right = np.stack([np.cos(fine), np.sin(fine)], axis=-2)
+    return np.asarray((left @ right).reshape(k.size, -1)[:, : j.size])

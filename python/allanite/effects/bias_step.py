@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._event import Event
+from allanite.effects._event import Event, sines
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,5 @@ class BiasStep(Event):
     ) -> NDArray[np.float64]:
         """−√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k, which may lie outside."""
         times = np.array([p.time or 0.0 for p in points])
-        k = np.clip(np.ceil((times - start) * rate - 1e-9), 0, n)[:, None]
-        return np.asarray(
-            -np.sqrt(2.0 / n) * np.sin(np.pi * j * k / n) / (2.0 * np.sin(np.pi * j / (2 * n)))
-        )
+        k = np.clip(np.ceil((times - start) * rate - 1e-9), 0, n)
+        return sines(k, j, n) * (-np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n)))

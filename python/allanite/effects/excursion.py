@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._event import Event
+from allanite.effects._event import Event, sines
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -99,7 +99,7 @@ class Excursion(Event):
         k = np.clip(np.ceil((edges - start) * rate - 1e-9), 0, n)
         # Many points share an edge.
         known, place = np.unique(k, return_inverse=True)
-        wave = np.sin(np.pi * j * known[:, None] / n)
+        wave = sines(known, j, n)
         place = place.reshape(k.shape)
         scale = np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n))
         return np.asarray((wave[place[:, 1]] - wave[place[:, 0]]) * scale)

@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import allanite as al
 import generators as g
+from allanite.effects._event import sines
 
 MG = 9.81e-3
 
@@ -72,3 +75,14 @@ def test_nothing_comes_back_where_nothing_left():
         x = g.white(rng, n, rate, 0.1) + g.flicker(rng, n, rate, 0.01)
         raised += bool(al.parse_model("N+B+K").fit(al.Recording(x, rate)).check().significant)
     assert raised <= 1
+
+
+@given(st.integers(8, 3 * 10**6), st.integers(1, 300), st.integers(1, 5000), st.integers(1, 50))
+@settings(max_examples=30, deadline=None)
+def test_sines_of_many_places_are_single_sines(n, places, ordinates, first):
+    k = np.linspace(0, n, places).round()
+    j = np.arange(first, first + ordinates)
+    # Arguments of up to πj are rounded, on either way.
+    np.testing.assert_allclose(
+        sines(k, j, n), np.sin(np.pi * j * k[:, None] / n), atol=1e-15 * np.pi * j[-1] + 1e-14
+    )
