@@ -72,10 +72,17 @@ def _of_effect(model: Model, effect: Any, rate: float) -> list[tuple[str, list[f
             return found[0]
     lags = [t for t in terms if isinstance(t, Exponential)]
     white = [t for t in terms if isinstance(t, White)]
-    if len(lags) == 1 and (white or lags[0].generator is None):
+    # What is no process by itself (a negative density somewhere) is one together with the others.
+    apart = all(_has_density(t) for t in lags)
+    if not apart or (len(lags) == 1 and (white or lags[0].generator is None)):
         rest = [t for t in terms if not isinstance(t, (Exponential, White))]
         return [_section((*lags, *white)), *(_generator(t) for t in rest)]
     return [_generator(t) for t in terms]
+
+
+def _has_density(lag: Exponential) -> bool:
+    """Whether its spectrum is nowhere negative: over that of its poles it is linear in cos w, so both ends tell."""
+    return bool((lag.spectrum(np.array([0.0, np.pi])) >= 0.0).all())
 
 
 def _generator(term: Term) -> tuple[str, list[float]]:
@@ -83,6 +90,10 @@ def _generator(term: Term) -> tuple[str, list[float]]:
 
 
 def _section(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
+    if sum(1 + bool(complex(t.phi).imag) for t in terms if isinstance(t, Exponential)) > 2:
+        raise InputError(
+            "an effect of more than two lags, one of them negative, has no samples: declare its generator"
+        )
     gain, b, a = arma(terms)
     return "filtered", [gain, *b, *[0.0] * (3 - len(b)), *a, *[0.0] * (2 - len(a))]
 

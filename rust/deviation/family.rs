@@ -38,21 +38,23 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// Every estimator with its name: what is not here cannot be asked for, and what is here is tried against `naive`.
+    pub const NAMED: [(&'static str, Self); 10] = [
+        ("ohdev", Self::Hadamard),
+        ("hdev", Self::AdjacentHadamard),
+        ("mdev", Self::Modified),
+        ("pdev", Self::Parabolic),
+        ("totdev", Self::Total),
+        ("mtotdev", Self::ModifiedTotal),
+        ("htotdev", Self::HadamardTotal),
+        ("theo1", Self::Theo1),
+        ("tierms", Self::TieRms),
+        ("mtie", Self::Mtie),
+    ];
+
     /// The estimator of that name.
     pub fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "ohdev" => Self::Hadamard,
-            "hdev" => Self::AdjacentHadamard,
-            "mdev" => Self::Modified,
-            "pdev" => Self::Parabolic,
-            "totdev" => Self::Total,
-            "mtotdev" => Self::ModifiedTotal,
-            "htotdev" => Self::HadamardTotal,
-            "theo1" => Self::Theo1,
-            "tierms" => Self::TieRms,
-            "mtie" => Self::Mtie,
-            _ => return None,
-        })
+        Self::NAMED.iter().find(|(known, _)| *known == name).map(|(_, kind)| *kind)
     }
 
     /// Phase points behind the first one that a term of factor m needs.

@@ -71,14 +71,16 @@ impl Dialect {
         let usual = usual_width(&lines, delimiter, &number);
         let is_row = |line: &Line| {
             let mut cells = split(line.text, delimiter);
+            let usual = usual == 0 || cells.len() == usual;
+            let plain = cells.iter().all(|cell| number(cell).is_some());
             if let Some(wanted) = &options.columns {
                 cells = wanted.iter().filter_map(|&column| cells.get(column).copied()).collect();
             }
             let numbers = cells.iter().filter(|cell| !is_missing(cell) && number(cell).is_some()).count();
             let words = cells.iter().filter(|cell| number(cell).is_none()).count();
             // Mostly words: a header some of whose names are numbers. Else a row, perhaps with a bad cell; but a
-            // word and a number before rows of another width ("Fs,100") are a preamble.
-            words == 0 || (numbers >= words && (usual == 0 || split(line.text, delimiter).len() == usual))
+            // word and a number before rows of another width ("Fs,100") are a preamble, whichever column is wanted.
+            (words == 0 && (usual || plain)) || (numbers >= words && usual)
         };
         let Some(first) = lines.iter().position(is_row) else { return Err(no_rows(name)) };
         let rows: Vec<Vec<&[u8]>> = lines[first..].iter().map(|line| split(line.text, delimiter)).collect();

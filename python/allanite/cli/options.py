@@ -50,7 +50,9 @@ plot_option = click.option("--plot", metavar="FILE", help="Figure: SVG, PNG or P
 _LOG_OPTIONS = (
     click.option("--rate", type=float, metavar="HZ", help="Sampling rate."),
     click.option(
-        "--unit", metavar="UNIT", help="Unit of the samples: rad/s deg/s deg/h m/s^2 g mg ug 1."
+        "--unit",
+        metavar="UNIT",
+        help="Unit of the samples: rad/s deg/s deg/h m/s^2 g mg ug 1; of two kinds of sensor: deg/s,m/s^2.",
     ),
     click.option(
         "--quantity",
@@ -197,11 +199,12 @@ def recording_of(path: str, options: LogOptions) -> Recording:
 
 
 def _say_motion(recording: Recording, options: LogOptions) -> None:
-    """Say that the sensor moves before anything is computed; JSON carries it in the audit."""
+    """Say what is left out and that the sensor moves before anything is computed; JSON carries it in the audit."""
     from allanite.recording.at_rest import finding_of
 
     if not (options.quiet or options.as_json):
-        for finding in finding_of(recording):
+        left = (finding for finding in recording.told if finding.kind == "other_kind")
+        for finding in (*left, *finding_of(recording)):
             click.echo(f"! {finding.worded(WORDS)}", err=True)
 
 

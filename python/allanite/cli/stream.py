@@ -229,7 +229,7 @@ class _Column:
         from allanite.readers._choice import unit_of
 
         quantity = request.quantity or ("angle" if own == "s" else "rate")
-        said = unit_of(name, own, request.unit, quantity)
+        said = unit_of(name, own, request, quantity)
         self.log = plain(log)
         self.name, self.at, self.quantity = name, at, quantity
         self.unit = rate_unit(said, quantity).name

@@ -13,7 +13,7 @@ from allanite.common.plain import plain
 from allanite.readers import npy, npz, parquet, sentences, text
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._split_time import is_split, joined
-from allanite.readers._table import time_unit_of
+from allanite.readers._table import sensor_kind, time_unit_of
 from allanite.readers.arrays import hdf5, matlab
 from allanite.readers.clocks import rinex, stable32, timelab
 from allanite.readers.frame import is_frame, table_of
@@ -84,7 +84,8 @@ def read(
     rate : float, optional
         Sampling rate in Hz; else what the file states, else from the time column.
     unit : str, optional
-        Unit of the samples; else what the file states, else ``"1"``.
+        Unit of the samples; else what the file states, else ``"1"``. Of gyroscopes and accelerometers in one file that of
+        one kind leaves the other out; ``"deg/s,m/s^2"`` takes both.
     quantity : {"rate", "increment", "angle"}, optional
         What the samples are; ``"rate"``, or ``"angle"`` if the file's unit is s.
     column : str, int or sequence of these, optional
@@ -144,6 +145,7 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
         time_at=0 if not table.named and looks_like_time(table) else None,
     )
     choice, told = understand(table, choice, request)
+    told += _of_other_kinds(table, choice, request)
     told += [Finding("reader", "info", note) for note in table.notes]
     own = [table.units[i] for i in choice.samples]
     quantity = request.quantity
@@ -151,7 +153,7 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
         phases = all(unit == "s" for unit in own) and request.unit is None
         quantity = "angle" if phases else "rate"
     units = [
-        unit_of(table.names[i], unit, request.unit, quantity)
+        unit_of(table.names[i], unit, request, quantity)
         for i, unit in zip(choice.samples, own, strict=True)
     ]
     _same_length(table, [*choice.samples, *choice.covariates])
@@ -174,6 +176,25 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
         piece=request.piece,
     )
     return recording.told_of(told)
+
+
+def _of_other_kinds(table: Table, choice: Choice, request: Request) -> list[Finding]:
+    """Tell which sensors a unit of one kind leaves out."""
+    if not request.kinds or request.columns:
+        return []
+    left = [
+        name
+        for i, name in enumerate(table.names)
+        if i not in choice.all
+        and (sensor_kind(name) or next(iter(request.kinds))) not in request.kinds
+    ]
+    if not left:
+        return []
+    found = (
+        f"left out, as {request.unit} is no unit of them: {', '.join(left)};"
+        " two units, as deg/s,m/s^2, take both kinds"
+    )
+    return [Finding("other_kind", "warning", found, values={"count": len(left)})]
 
 
 def _time_of(table: Table, choice: Choice, request: Request) -> tuple[Any, str | None]:

@@ -13,7 +13,7 @@ from allanite.readers._table import role_of, sensor_kind
 from allanite.recording import find_column
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
 __all__ = ["Choice", "Request", "choose", "unit_of"]
 
@@ -30,6 +30,21 @@ class Request:
     time_column: str | int | None
     piece: int | None = None
     topics: tuple[str, ...] = ()
+
+    @property
+    def kinds(self) -> dict[str, str]:
+        """The unit that was given, by the kind of sensor that has it; of several one each."""
+        if self.unit in (None, "1"):
+            return {}
+        assert self.unit is not None
+        found = {parse_unit(one).kind: one.strip() for one in self.unit.split(",")}
+        if len(found) < self.unit.count(",") + 1:
+            raise InputError(
+                f"two units of one kind in {self.unit}",
+                missing="unit",
+                remedy=": {unit} takes one of each kind of sensor",
+            )
+        return found
 
     @property
     def timeless(self) -> bool:
@@ -109,7 +124,7 @@ def choose(
         found = dict.fromkeys(find_column(name, names) for name in request.columns)
         samples = tuple(found)
     else:
-        samples = _sensors(names, roles, request.unit, time_at)
+        samples = _sensors(names, roles, request.kinds, time_at)
     covariates = [i for i, role in enumerate(roles) if role == "temperature" and i not in samples]
     for name in request.covariates:
         at = find_column(name, names)
@@ -122,15 +137,12 @@ def choose(
 
 
 def _sensors(
-    names: Sequence[str], roles: Sequence[str], unit: str | None, time_at: int | None
+    names: Sequence[str], roles: Sequence[str], given: Mapping[str, str], time_at: int | None
 ) -> tuple[int, ...]:
     found = [i for i, role in enumerate(roles) if role == "sensor" and i != time_at]
-    if unit is not None:
-        # Gyroscopes and accelerometers in one file: a unit given for one kind chooses it.
-        kind = parse_unit(unit).kind if unit != "1" else None
-        kinds = [sensor_kind(names[i]) for i in found]
-        if kind in kinds:
-            found = [i for i, k in zip(found, kinds, strict=True) if k == kind]
+    # Gyroscopes and accelerometers in one file: a unit given for one kind chooses it.
+    chosen = [i for i in found if sensor_kind(names[i]) in given]
+    found = chosen or found
     if not found:
         raise InputError(
             f"no sensor column found among {', '.join(names)}",
@@ -140,8 +152,28 @@ def _sensors(
     return tuple(found)
 
 
-def unit_of(name: str, own: str | None, given: str | None, quantity: str) -> str:
+def _given_for(name: str, own: str | None, request: Request) -> str | None:
+    """The unit that the caller gave for a column: of several that of its kind."""
+    if len(request.kinds) < 2:
+        return request.unit
+    kind = sensor_kind(name)
+    if own is not None:
+        try:
+            kind = parse_unit(own).kind
+        except InputError:
+            return None
+    if kind not in request.kinds:
+        raise InputError(
+            f"column {name}: its name does not say which of {request.unit} it is in",
+            missing="column",
+            remedy=": take the columns of one unit at a time with {column}",
+        )
+    return request.kinds[kind]
+
+
+def unit_of(name: str, own: str | None, request: Request, quantity: str) -> str:
     """Return the unit of a column: the file's and the caller's must not contradict each other."""
+    given = _given_for(name, own, request)
     if given is None:
         if own == "s" and quantity == "rate":
             raise InputError(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import AllaniteError, InputError
+from allanite.common.errors import CALL, AllaniteError, InputError, worded
 from allanite.readers._choice import Request, choose
 from allanite.readers._table import role_of
 from allanite.readers.frame import is_frame, table_of
@@ -16,7 +16,7 @@ from allanite.readers.understand import kind_of, understand
 from allanite.recording.timebase import read_stamps
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -27,6 +27,7 @@ __all__ = ["Column", "Inspection", "inspect"]
 
 #: Rows of which the values are shown.
 SHOWN = 3
+UNITLESS = "its unit is not in the log: give it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,7 @@ class Column:
     used : bool
         Whether it is read as a sensor, time or covariate by default.
     unit : str or None
-        As the log says it.
+        As the log says it; of a sensor that is used, as it was given.
     rate : float or None
         Of a clock, Hz.
     first : tuple of float
@@ -96,6 +97,8 @@ class Inspection:
     problem: str | None
     columns: tuple[Column, ...]
     findings: tuple[Finding, ...] = field(default=())
+    refused: AllaniteError | None = field(default=None, repr=False, compare=False)
+    """What `problem` says, for who words it."""
 
     def to_dict(self) -> dict[str, Any]:
         """``allanite/inspect/1``."""
@@ -114,6 +117,10 @@ class Inspection:
         }
 
     def __str__(self) -> str:
+        return self.worded()
+
+    def worded(self, words: Mapping[str, str] = CALL) -> str:
+        """A table and the doubts, in the words of the command line or the page."""
         rate = (
             "rate not known" if self.rate is None else f"{self.rate:.6g} Hz, {self.duration:.6g} s"
         )
@@ -136,9 +143,21 @@ class Inspection:
         ]
         if any(not c.used for c in self.columns):
             lines.append("– left out; naming the column takes it")
-        lines += [f"! {c.name}: {doubt}" for c in self.columns for doubt in c.doubts]
-        lines += [f"{'!' if f.severity == 'warning' else '·'} {f.message}" for f in self.findings]
-        return "\n".join([*lines, *([f"! {self.problem}"] if self.problem else [])])
+        open_ = [c.name for c in self.columns if UNITLESS in c.doubts]
+        if open_:
+            give = worded(": give {unit}, or write it into the header", words)
+            lines.append(f"! no unit in the log for {', '.join(open_)}{give} (gx [deg/s])")
+        lines += [
+            f"! {c.name}: {doubt}" for c in self.columns for doubt in c.doubts if doubt != UNITLESS
+        ]
+        lines += [
+            f"{'!' if f.severity == 'warning' else '·'} {f.worded(words)}" for f in self.findings
+        ]
+        if self.problem:
+            lines.append(
+                f"! {self.problem if self.refused is None else self.refused.worded(words)}"
+            )
+        return "\n".join(lines)
 
 
 def inspect(path: Any, **options: Any) -> Inspection:
@@ -185,7 +204,8 @@ def inspect(path: Any, **options: Any) -> Inspection:
     )
     used: set[int] = set()
     time: set[int | None] = set()
-    problem = rate = duration = None
+    refused = rate = duration = None
+    given: dict[str, str] = {}
     findings: tuple[Finding, ...] = ()
     try:
         choice = choose(table.names, table.units, request, stamped=table.time is not None)
@@ -195,11 +215,13 @@ def inspect(path: Any, **options: Any) -> Inspection:
             options["column"] = [table.names[i] for i in choice.samples]
         recording = read(path, **options)
         rate, duration = recording.rate, recording.duration
+        if request.unit is not None:
+            given = dict(zip(recording.columns, recording.units, strict=True))
         findings = tuple(f for f in recording.audit if f.column is None)
     except AllaniteError as error:
-        problem = str(error)
+        refused = error
     views = [
-        _column(table, i, used=i in used or i in time, time=i in time)
+        _column(table, i, given, used=i in used or i in time, time=i in time)
         for i in range(len(table.names))
     ]
     if table.time is not None:
@@ -207,7 +229,8 @@ def inspect(path: Any, **options: Any) -> Inspection:
     doubt = "it holds text: name the columns to read"
     views += [Column(t, "text", False, None, None, (), np.nan, np.nan, (doubt,)) for t in texts]
     shown = type(path).__name__ if is_frame(path) else str(path)
-    return Inspection(shown, table.n, rate, duration, problem, tuple(views), findings)
+    problem = None if refused is None else str(refused)
+    return Inspection(shown, table.n, rate, duration, problem, tuple(views), findings, refused)
 
 
 def _whole(
@@ -251,8 +274,9 @@ def _kept(table: Table) -> Table:
     )
 
 
-def _column(table: Table, at: int, *, used: bool, time: bool) -> Column:
-    name, unit, x = table.names[at], table.units[at], table[at]
+def _column(table: Table, at: int, given: Mapping[str, str], *, used: bool, time: bool) -> Column:
+    name, x = table.names[at], table[at]
+    unit = table.units[at] or given.get(name)
     role = "time" if time else role_of(name, unit)
     counts = kind_of(x)
     if role in ("sensor", "other") and counts and unit is None and not (used and role == "sensor"):
@@ -261,7 +285,7 @@ def _column(table: Table, at: int, *, used: bool, time: bool) -> Column:
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
     doubts = []
     if role == "sensor" and unit is None:
-        doubts.append("its unit is not in the log: give it")
+        doubts.append(UNITLESS)
     if role == "sensor" and finite.size and low == high:
         doubts.append("it never changes")
     if finite.size < x.size:

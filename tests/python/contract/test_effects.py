@@ -1,5 +1,7 @@
 """Every effect of the catalogue keeps the contract; its processes agree with first principles."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from scipy.signal import butter
 
 from allanite import effects as fx
 from allanite import testing
+from allanite.common.errors import InputError
 from allanite.effects import CATALOGUE, find, lowpass, terms
 from allanite.effects._lags import power_law_lags
 from allanite.effects.model import Model
@@ -70,7 +73,8 @@ def of(short, values):
 
 
 def test_every_kind_of_the_catalogue_is_tried():
-    assert {short for short, _ in VALUES} == {e.short for e in CATALOGUE}
+    shorts = {e.short for e in CATALOGUE}
+    assert {short for short, _ in VALUES} == shorts, "add values of the new effect to VALUES"
 
 
 def test_names_are_unique():
@@ -105,6 +109,32 @@ def test_the_check_finds_a_wrong_level(monkeypatch):
     monkeypatch.setattr(testing, "simulate", louder)
     with pytest.raises(AssertionError, match="simulated"):
         testing.check_simulation(of("B", {"B": 0.7}))
+
+
+@dataclass(frozen=True)
+class InRow(fx.Stochastic):
+    """Noise through lags of T and T/2 in a row: σ² (2 e^{−t/T} − e^{−2t/T}), parts of which one is no process alone."""
+
+    rms: float = 1.0
+
+    kind, short, title, coefficient = "in_row", "ROW", "lags in a row", "rms"
+    physics = looks_like = check_by = "for this test"
+    parameters = (fx.Parameter("rms", 0.0, "standard deviation"),)
+    parts = ((2.0, 1.0), (-1.0, 2.0))
+
+    def unit_terms(self, rate):
+        return tuple(terms.Exponential(a, float(np.exp(-k / (rate * 2.0)))) for a, k in self.parts)
+
+
+def test_what_only_together_is_a_process_is_simulated_together():
+    testing.check_density(InRow())
+    testing.check_simulation(InRow())
+
+
+def test_more_of_them_need_a_generator(monkeypatch):
+    monkeypatch.setattr(InRow, "parts", ((3.0, 1.0), (-3.0, 2.0), (1.0, 3.0)))
+    with pytest.raises(InputError, match="declare its generator"):
+        InRow().simulate(n=100, rate=10.0)
 
 
 # -- limits
@@ -307,8 +337,6 @@ def test_allan_variance_of_a_lag_is_one_formula(phi, m):
 
 
 def test_sum_is_flat_and_checked():
-    from allanite.common.errors import InputError
-
     model = find("N")(N=1.0) + find("K")(K=1.0) + find("GM")(q_c=1.0, correlation_time=2.0)
     assert [e.short for e in model] == ["N", "K", "GM"]
     with pytest.raises(InputError, match="twice"):

@@ -1,5 +1,6 @@
 """A minute of what `make fuzz` does for ten, and inputs that were once answered wrongly."""
 
+import re
 import subprocess
 import sys
 import time
@@ -24,11 +25,8 @@ NEEDS = {
 NEEDS |= dict.fromkeys(("parquet", "feather"), "pyarrow") | dict.fromkeys(
     ("bag", "db3", "mcap"), "rosbags"
 )
-TARGETS = [
-    "text", "text with a rate", "npy", "npz", "mat", "mat73", "ulog", "hdf5", "netcdf", "parquet", "feather", "bag", "db3",
-    "mcap", "ardupilot", "rinex", "stable32", "timelab", "sentences", "gzip", "archive", "model string", "model file",
-    "data sheet", "data sheet, JSON", "page",
-]  # fmt: skip
+# Read as text: what makes the seeds need not be installed.
+TARGETS = re.findall(r'^        "(.+)": ', (HERE / "targets.py").read_text("utf-8"), re.MULTILINE)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="memory is read the POSIX way")
@@ -44,11 +42,11 @@ def test_damaged_input_is_answered(target, tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_every_target_is_tried_and_every_reader_has_one():
+def test_every_reader_is_fuzzed():
     source = (HERE / "targets.py").read_text(encoding="utf-8")
-    assert [name for name in TARGETS if f'"{name}": ' not in source] == []
     tried = {FORMATS[suffix] for suffix in FORMATS if f'reader("{suffix}"' in source}
-    assert set(FORMATS.values()) == tried
+    missing = [suffix for suffix, read in FORMATS.items() if read not in tried]
+    assert not missing, f"add seeds to targets.py: {missing}"
 
 
 def test_numbers_near_the_edge_are_judged_without_warnings():

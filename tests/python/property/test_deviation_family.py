@@ -11,7 +11,12 @@ from allanite._kernels import family_variance
 from allanite.deviation.dynamic import dynamic_oadev
 from allanite.deviation.theo import theo1
 
-KINDS = ["hdev", "ohdev", "mdev", "tdev", "pdev", "totdev", "mtotdev", "ttotdev", "htotdev"]
+# The Allan deviations have tests of their own, Theo1 takes other factors, and an interval error is no mean of terms.
+KINDS = [
+    name
+    for name in deviation.ESTIMATORS
+    if name not in {"oadev", "adev", "theo1", "theoh", "tierms", "mtie"}
+]
 LENGTHS = st.integers(12, 120)
 SEEDS = st.integers(0, 2**32 - 1)
 

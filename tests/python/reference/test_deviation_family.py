@@ -48,6 +48,14 @@ LONG = {
 }
 
 
+def test_every_estimator_has_published_numbers():
+    elsewhere = {"oadev", "adev"}  # test_deviation_published.py
+    below = {"theo1", "theoh"}
+    missing = set(deviation.ESTIMATORS) - set(SHORT) - elsewhere - below
+    assert not missing, f"add published numbers to SHORT and LONG: {missing}"
+    assert set(SHORT) == set(LONG)
+
+
 @pytest.mark.parametrize("kind", SHORT)
 def test_nbs14(kind):
     estimator = getattr(deviation, kind)

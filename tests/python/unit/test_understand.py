@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.cli import main
 from allanite.common.errors import InputError
 from allanite.readers.understand import kind_of
 
@@ -107,8 +108,6 @@ def test_two_clocks(tmp_path):
 
 
 def test_inspect_in_python_and_in_the_shell(tmp_path, capsys):
-    from allanite.cli import main
-
     path = tmp_path / "log.csv"
     rows = "".join(f"{k / 50},{X[k, 0]},{20 + k % 3},idle,{k % 256}\n" for k in range(N))
     path.write_text("time [s],gx [deg/s],temp,state,nr\n" + rows)
@@ -137,6 +136,51 @@ def test_inspect_tells_what_is_lacking(tmp_path):
     assert "unit" in found.columns[0].doubts[0]
     with pytest.raises(InputError, match="no such file"):
         al.inspect(tmp_path / "absent.csv")
+
+
+def test_inspect_words_what_is_lacking_for_the_command_line(tmp_path, capsys):
+    path = csv(tmp_path, "gx,gy,ax", *X.T)
+    with pytest.raises(SystemExit):
+        main(["inspect", str(path)])
+    said = capsys.readouterr().out.splitlines()
+    assert [line for line in said if "no unit in the log for gx, gy, ax: give --unit UNIT" in line]
+    assert "no sampling rate: give --rate HZ or a time column" in said[-1]
+
+
+def test_one_unit_leaves_the_other_kind_out_and_says_so(tmp_path):
+    path = csv(tmp_path, "gx,gy,ax", *X.T)
+    r = al.read(path, rate=50, unit="deg/s")
+    assert r.columns == ("gx", "gy")
+    (told,) = [f for f in r.audit if f.kind == "other_kind"]
+    assert "left out, as deg/s is no unit of them: ax; two units" in told.message
+    seen = al.inspect(path, rate=50, unit="deg/s")
+    assert [(c.unit, c.used) for c in seen.columns] == [("deg/s", True)] * 2 + [(None, False)]
+    asked = al.read(path, rate=50, unit="deg/s", column="gx")
+    assert not [f for f in asked.audit if f.kind == "other_kind"]
+
+
+def test_two_units_are_those_of_two_kinds_of_sensor(tmp_path):
+    path = csv(tmp_path, "gx,gy,ax", *X.T)
+    for unit in ("deg/s,m/s^2", "m/s^2, deg/s"):
+        assert al.read(path, rate=50, unit=unit).units == ("deg/s", "deg/s", "m/s^2")
+    stated = csv(tmp_path, "gx [rad/s],ax", *X[:, :2].T)
+    with pytest.raises(InputError, match=r"gx is in rad/s by the file, deg/s by unit="):
+        al.read(stated, rate=50, unit="deg/s,g")
+    assert al.read(stated, rate=50, unit="rad/s,g").units == ("rad/s", "g")
+    with pytest.raises(InputError, match="two units of one kind"):
+        al.read(path, rate=50, unit="deg/s,rad/s")
+    with pytest.raises(InputError, match="does not say which of deg/s,g it is in"):
+        al.read(csv(tmp_path, "one,two", *X[:, :2].T), rate=50, unit="deg/s,g")
+
+
+def test_a_preamble_of_words_is_none_whichever_columns_are_read(tmp_path):
+    """A maker's log: a number beside a word, then names, then six columns."""
+    path = tmp_path / "log.csv"
+    rows = "".join(f"{a:.0f},{b:.0f},{c:.0f}\n" for a, b, c in 1000 * X)
+    path.write_text("Fs,100\nWaiting time,-1\nax,gx,gy\n" + rows)
+    for column in (["gy"], ["gx"], ["gx", "gy"], ["ax"]):
+        r = al.read(path, unit="1", column=column)
+        assert (r.rate, r.n, r.columns) == (100.0, N, tuple(column))
 
 
 # -- objects and packed files --------------------------------------------------------------------

@@ -6,6 +6,7 @@ import click
 
 from allanite.cli.options import LogOptions, log_options
 from allanite.cli.pipe import NAME, PIPE, log_file, named
+from allanite.cli.words import WORDS
 
 __all__ = ["command"]
 
@@ -24,4 +25,4 @@ def command(log: str, options: LogOptions) -> None:
         found = inspect(file, **options.reading())
     if log == PIPE:
         found = replace(found, path=NAME)
-    click.echo(output.dumps(found.to_dict()) if options.as_json else str(found))
+    click.echo(output.dumps(found.to_dict()) if options.as_json else found.worded(WORDS))

@@ -1,0 +1,89 @@
+"""What stands in a room is in its table, what is in a table is shown and tried: each step says what is missing."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+from pathlib import Path
+
+import allanite as al
+from allanite.deviation import ESTIMATORS
+from allanite.effects import Effect
+from allanite.export import TARGETS
+from allanite.page import documents
+from allanite.readers import FORMATS, sentences, text
+
+ROOT = Path(__file__).parents[3]
+PACKAGE = ROOT / "python" / "allanite"
+
+
+def _modules(room):
+    """The modules of a room and its folders that are no helpers."""
+    for path in sorted((PACKAGE / room).rglob("*.py")):
+        if not path.stem.startswith("_"):
+            inside = path.relative_to(PACKAGE).with_suffix("")
+            yield importlib.import_module(".".join(("allanite", *inside.parts)))
+
+
+def _own(module, name):
+    """What a module defines under this name itself."""
+    found = vars(module).get(name)
+    return found if getattr(found, "__module__", None) == module.__name__ else None
+
+
+def test_every_effect_is_in_the_catalogue_and_public():
+    for module in _modules("effects"):
+        for cls in vars(module).values():
+            mine = inspect.isclass(cls) and cls.__module__ == module.__name__
+            if mine and issubclass(cls, Effect) and "kind" in vars(cls):
+                assert cls in list(al.CATALOGUE), f"{cls.kind}: add it to effects/registry.py"
+    for cls in al.CATALOGUE:
+        name = cls.__name__
+        assert name in al.__all__, f"{cls.kind}: add al.{name} to __init__.py (three places)"
+
+
+def test_every_reader_has_a_suffix_and_a_log_that_is_read():
+    # Text is what has no suffix of its own; sentences are known by their first line.
+    readers = {_own(m, "read"): m for m in _modules("readers") if _own(m, "read")}
+    loose = set(readers) - set(FORMATS.values()) - {text.read, sentences.read}
+    assert not loose, f"add to FORMATS in readers/__init__.py: {[r.__module__ for r in loose]}"
+    tests = (ROOT / "tests" / "python" / "unit").glob("test_*reader*.py")
+    tried = "\n".join(path.read_text(encoding="utf-8") for path in tests)
+    start = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
+    for reader, module in readers.items():
+        own = [suffix for suffix, one in FORMATS.items() if one is reader]
+        name = module.__name__.rpartition(".")[2]
+        assert not own or any(s in tried for s in own), f"{name}: read a log in test_readers_*.py"
+        hidden = [s for s in own if f"`{s}`" not in start]
+        assert not hidden, f"{name}: name {hidden} in docs/start.md"
+
+
+def test_every_export_has_a_name_a_consumer_and_a_place_on_the_page():
+    targets = [m.__name__ for m in _modules("export") if _own(m, "render")]
+    known = {target.__module__ for target in TARGETS.values()}
+    assert set(targets) <= known, f"add to export/__init__.py: {set(targets) - known}"
+    # MATLAB's own reading and that of JSON stand in test_export.py.
+    tests = (ROOT / "tests" / "python" / "unit").glob("test_export*.py")
+    tried = "\n".join(path.read_text(encoding="utf-8") for path in tests)
+    missing = [name for name in TARGETS if f'"{name}"' not in tried]
+    assert not missing, (
+        f"carry through the consumer's update in test_export_consumers.py: {missing}"
+    )
+    offered = set(documents.TARGETS.values())
+    assert offered == set(TARGETS), f"page/documents.py: {offered ^ set(TARGETS)}"
+    page = (PACKAGE / "page" / "static" / "page.js").read_text(encoding="utf-8")
+    listed = re.search(r"const TARGETS = (\[\[.*?\]\]);", page, re.DOTALL)
+    assert listed is not None
+    names = set(re.findall(r'\["([^"]+)", "', listed[1]))
+    assert names == set(documents.TARGETS), f"page.js: {names ^ set(documents.TARGETS)}"
+
+
+def test_every_kernel_has_a_row_and_every_row_is_public():
+    family = (ROOT / "rust" / "deviation" / "family.rs").read_text(encoding="utf-8")
+    kernels = re.findall(r'^        \("(\w+)", Self::', family, re.MULTILINE)
+    assert kernels
+    rowless = sorted(set(kernels) - set(ESTIMATORS))
+    assert not rowless, f"add a row to deviation/estimators.py: {rowless}"
+    secret = [name for name in ESTIMATORS if name not in al.__all__]
+    assert not secret, f"add to deviation/__init__.py and __init__.py: {secret}"
