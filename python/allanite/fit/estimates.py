@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit, column_unit
-from allanite.effects import Deterministic, Effect, Model, Periodic
-from allanite.fit.likelihood.data import column
+from allanite.effects import Deterministic, Effect, Periodic
+from allanite.fit.likelihood.covariance import joint_covariance, shape_widening, told
 from allanite.fit.likelihood.heavy import widened_by_tails
 from allanite.fit.likelihood.marginal import slow_amplitudes
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.likelihood.whittle import information, profile_interval
-from allanite.fit.missing import covariance_of_scores
+from allanite.fit.likelihood.whittle import profile_interval
 from allanite.fit.solution import Process, Regressed
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.marginal import Mixture
     from allanite.fit.solution import Solution
 
-__all__ = ["estimates", "free_parameters", "joint_covariance", "shape_widening", "widened"]
+__all__ = ["estimates", "free_parameters", "widened"]
 
 NORMAL = 1.959964
 #: A coefficient is detected where leaving it out costs this much logL: 1 % of ½χ²₁.
@@ -118,56 +117,6 @@ def _shape_errors(solution: Solution, data: Data) -> dict[tuple[int, str], float
     return dict(zip(names, map(float, np.sqrt(np.diag(inverse))), strict=True))
 
 
-def joint_covariance(
-    solution: Solution, data: Data
-) -> tuple[list[tuple[int, str]], NDArray[np.float64]]:
-    """Covariance of the logarithms of all active numbers (of a signed shape itself), and whose they are.
-
-    The inverse of their Fisher information; slopes of lnS by central differences. Names are (place of the effect,
-    parameter).
-    """
-    model, spectrum = solution.model, solution.spectrum
-    names: list[tuple[int, str]] = []
-    slopes: list[NDArray[np.float64]] = []
-    for position, own in enumerate(solution.effects):
-        effect = own.effect
-        if isinstance(own, Regressed) or (isinstance(own, Process) and own.theta == 0.0):
-            continue
-        if isinstance(own, Process) and own.effect.coefficient not in effect.held:
-            names.append((position, own.effect.coefficient))
-            slopes.append(2.0 * own.theta * own.column / spectrum)
-        for name in effect.free_shapes:
-            value = effect.values[name]
-            if isinstance(value, str) or value is None:
-                continue
-            step = 1e-3
-            declared = effect.parameter(name)
-            signed = declared.low < 0.0
-            moved = [value + s if signed else value * np.exp(s) for s in (step, -step)]
-            moved = [min(max(float(v), declared.low), declared.high) for v in moved]
-            up, down = (_total(model, position, name, v, data) for v in moved)
-            width = moved[0] - moved[1] if signed else float(np.log(moved[0] / moved[1]))
-            names.append((position, name))
-            slopes.append((up - down) / width / spectrum)
-    if not names:
-        return [], np.zeros((0, 0))
-    matrix = np.column_stack(slopes)
-    shared = covariance_of_scores(data, solution.weight, matrix)
-    if shared is not None:
-        return names, shared
-    fisher = information(solution.count, solution.weight, matrix)
-    scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
-    inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
-    np.fill_diagonal(inverse, np.maximum(np.diag(inverse), 0.0))
-    return names, np.asarray(inverse / np.outer(scale, scale))
-
-
-def _total(model: Model, position: int, name: str, value: float, data: Data) -> NDArray[np.float64]:
-    effects = list(model.effects)
-    effects[position] = effects[position].with_values(**{name: value})
-    return column(data.terms(Model(tuple(effects))), data)
-
-
 def _stochastic(
     solution: Solution, own: Process, shaped: dict[str, float], unit: str, data: Data
 ) -> dict[str, Any]:
@@ -184,7 +133,12 @@ def _stochastic(
         part = RandomPart(data, solution.power, solution.count)
         here = replace(solution.best, log_likelihood=part.judged(solution.best))
         low, high, drop = profile_interval(
-            solution.power, solution.count, solution.columns, here, solution.processes.index(own)
+            solution.power,
+            solution.count,
+            solution.columns,
+            here,
+            solution.processes.index(own),
+            told(solution, own, data),
         )
         low, high = float(np.sqrt(low)), float(np.sqrt(high))
         detected = drop > (DETECTED_SHAPED if effect.free_shapes else DETECTED)
@@ -192,7 +146,7 @@ def _stochastic(
         error = None if relative is None else value * relative
         if detected and relative is not None:
             # The profile is at fixed shapes: widened by what not knowing them adds to the standard error.
-            low, high = widened(value, (low, high), shape_widening(solution, own, relative))
+            low, high = widened(value, (low, high), shape_widening(solution, own, relative, data))
         if not detected:
             low = 0.0
         elif effect.white:
@@ -229,16 +183,6 @@ def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[flo
 
     low, high = ends
     return value * times(low / value) if low > 0.0 else 0.0, value * times(high / value)
-
-
-def shape_widening(solution: Solution, own: Process, relative: float) -> float:
-    """How much wider the standard error `relative` of ln(coefficient) is than at fixed shapes; at least 1."""
-    active = [process for process in solution.processes if process.theta > 0.0]
-    slopes = np.column_stack([2.0 * process.power / solution.spectrum for process in active])
-    fisher = information(solution.count, solution.weight, slopes)
-    index = active.index(own)
-    fixed = float(np.sqrt(np.linalg.pinv(fisher, hermitian=True)[index, index]))
-    return max(1.0, relative / fixed) if fixed > 0 else 1.0
 
 
 def _shape(effect: Effect, name: str, relative: float | None, detected: bool, own_unit: str) -> Any:

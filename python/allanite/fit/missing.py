@@ -3,8 +3,11 @@
 With x the samples that are there, m = E(record | x) and e a draw of what is not known of the rest, m + e is a record of
 the model wherever the model is true (conditional simulation, Durbin & Koopman 2002). It is what the views over time and
 over τ look at. The fit takes the ordinates of m alone, divided by √(1 − r), r the share of the power of e in the model's:
-their variance is again S, whatever is missing, and known functions of time are seen in them with the gain √(1 − r). Its
-fixed point is the maximum of the likelihood of the samples that are there (Dempster, Laird & Rubin 1977).
+their variance is again S, whatever is missing, and known functions of time are seen in them with the gain √(1 − r).
+
+A model that another filled the holes for would find itself confirmed (Dempster, Laird & Rubin 1977 climb so, slowly, and
+to the maximum that is nearest). So what a model is to expect of m is not its own spectrum but that of its samples through
+the same filling: the power in an ordinate is partly that of those it is mixed with by the holes (`likelihood/holes.py`).
 
 In the ordinates the model's covariance is diagonal (rust/spectrum.rs), so that m needs no more than cosine transforms: the
 missing samples solve Q_mm x_m = −Q_mo x_o, Q = Cᵀ S⁻¹ C, by conjugate gradients (Stroud, Stein & Lysen 2017).
@@ -19,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.data import column, density
+from allanite.fit.likelihood.holes import mixing_of, seen_of
 
 if TYPE_CHECKING:
     from allanite.effects import Model
@@ -27,16 +31,18 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.spectrum import Bins
 
-__all__ = ["complete", "covariance_of_scores", "settle"]
+__all__ = ["complete", "settle"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 #: Rounds of completion and fit at most; the fit has settled where its logL would change by less than this.
 ROUNDS, SETTLED = 8, 0.02
-#: Draws of the unknown part, from which its share in each ordinate is found.
-DRAWS = 2
-#: Squared ordinates averaged for that share, at least, and the share of the frequency that they span.
+#: Draws of the unknown part, from which its share in each ordinate is found: of a short record more, so that the lowest
+#: 64 ordinates know it to 5 %; samples drawn in all.
+DRAWS, FEWEST_DRAWS, DRAWN = 8, 2, 200_000
+#: Squared ordinates averaged for that share, at least, and the share that they span of the frequency or of its distance
+#: from half the rate, where regular holes show the lowest ones.
 SMOOTH, SPAN = 64, 0.3
 #: Relative residual at which conjugate gradients stop, and their most steps.
 PRECISE, STEPS = 1e-5, 400
@@ -131,14 +137,15 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     root = np.sqrt(spectrum)
     root[0] = 0.0
     unseen, seen = np.zeros(data.n), np.zeros(data.n)
-    for _ in range(DRAWS):
+    draws = min(DRAWS, max(FEWEST_DRAWS, DRAWN // data.n))
+    for _ in range(draws):
         drawn = _kernels.inverse_cosine_transform(root * rng.standard_normal(data.n))
         start = drawn.copy()
         start[missing] = 0.0
         known = bridge.mean(start)
         unknown = drawn - known
-        unseen += _kernels.cosine_transform(unknown) ** 2 / DRAWS
-        seen += _kernels.cosine_transform(known) ** 2 / DRAWS
+        unseen += _kernels.cosine_transform(unknown) ** 2 / draws
+        seen += _kernels.cosine_transform(known) ** 2 / draws
     share = _share(unseen / spectrum, seen / spectrum, spectrum, int(missing.sum()), data.bins)
     gain = np.sqrt(1.0 - share)
     ordinates = _kernels.cosine_transform(mean) / gain
@@ -146,8 +153,13 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     if signal is not None:
         ordinates += gain * _kernels.cosine_transform(signal)
         samples += signal
-    bins = replace(data.bins, count=_freedom(missing, share, data.bins))
-    return replace(data, samples=samples, ordinates=ordinates, bins=bins, gain=gain)
+    mixing = mixing_of(missing, share, data.bins)
+    # As many degrees of freedom as the power of a bin scatters like.
+    count = seen_of(share, data.bins) / mixing.diagonal()
+    power = column(data.terms(model), replace(data, mixing=None))
+    mixing *= np.outer(power, 1.0 / power)
+    bins = replace(data.bins, count=count)
+    return replace(data, samples=samples, ordinates=ordinates, bins=bins, gain=gain, mixing=mixing)
 
 
 def _share(unseen: Array, seen: Array, spectrum: Array, missing: int, bins: Bins) -> Array:
@@ -172,7 +184,7 @@ def _smooth(values: Array, rough: Array, bins: Bins) -> Array:
     """Values over rough ones, of wide stretches, spread over the ordinates by straight lines in ln j."""
     first = [1]
     for edge in bins.edges[1:-1].tolist():
-        if edge - first[-1] >= max(SMOOTH, SPAN * edge):
+        if edge - first[-1] >= max(SMOOTH, SPAN * min(edge, bins.n - edge)):
             first.append(edge)
     if len(first) > 1 and bins.n - first[-1] < SMOOTH:
         first.pop()
@@ -181,88 +193,6 @@ def _smooth(values: Array, rough: Array, bins: Bins) -> Array:
     centres = np.log(np.sqrt(edges[:-1] * (edges[1:] - 1.0)))
     j = np.maximum(np.arange(bins.n, dtype=np.float64), 1.0)
     return np.asarray(np.interp(np.log(j), centres, ratio))
-
-
-def _coupling(missing: Mask) -> Array:
-    """Squared correlation that the holes make between ordinates h apart, over the share of them, h = 0…2n−1.
-
-    The cosine transform of the mask itself: what is missing of white noise is the mask times the noise.
-    """
-    n = missing.size
-    # Σ_k mask_k cos(πh(k+½)/n)/n; beyond n it repeats with the other sign and backwards.
-    transform = _kernels.cosine_transform(missing.astype(np.float64)) * np.sqrt(0.5 / n)
-    transform[0] = missing.mean()
-    return np.asarray(np.concatenate([transform, [0.0], transform[:0:-1]]) ** 2)
-
-
-def _pairs(missing: Mask, edges: NDArray[np.int64]) -> Array:
-    """Σ over ordinates j, i of two bins of their squared correlation by the holes, shape (bins, bins)."""
-    squared = _coupling(missing)
-    n = missing.size
-    # Twice summed, a sum over a rectangle of j − i or of j + i is four values.
-    both = np.cumsum(np.cumsum(np.concatenate([squared[n - 1 : 0 : -1], squared])))
-
-    def corner(at: NDArray[np.int64]) -> Array:
-        return np.where(at < 0, 0.0, both[np.maximum(at, 0)])
-
-    low, high = edges[:-1], edges[1:]
-    offset = n - 1  # `both` begins at j − i = −(n − 1)
-    a, b, c, d = low[:, None], high[:, None], low[None], high[None]
-    apart = corner(b - c + offset - 1) - corner(a - c + offset - 1)
-    apart = apart - corner(b - d + offset - 1) + corner(a - d + offset - 1)
-    total = corner(b + d - 2 + offset) - corner(a + d - 2 + offset)
-    total = total - corner(b + c - 2 + offset) + corner(a + c - 2 + offset)
-    return np.asarray(apart + total)
-
-
-def _freedom(missing: Mask, share: Array, bins: Bins) -> Array:
-    """Degrees of freedom of the bins: as many as their power scatters like."""
-    number = np.diff(bins.edges).astype(float)
-    inside = _shared(missing, share, bins).diagonal()
-    seen = 1.0 - np.add.reduceat(share, bins.edges[:-1]) / number
-    return np.minimum((number * seen) ** 2 / inside, number)
-
-
-def _shared(missing: Mask, share: Array, bins: Bins) -> Array:
-    """Σ over ordinates j, i of two bins of (1 − c)², c the correlation of e; its mean in a bin is `share`."""
-    number = np.diff(bins.edges).astype(float)
-    mean = np.add.reduceat(share, bins.edges[:-1]) / number
-    scale = mean / missing.mean()
-    out = _pairs(missing, bins.edges) * np.outer(scale, scale)
-    least = number * mean**2
-    at = np.arange(number.size)
-    out[at, at] = number * (1.0 - 2.0 * mean) + np.maximum(out[at, at], least)
-    return np.asarray(out)
-
-
-def covariance_of_scores(data: Data, weight: Array, slopes: Array) -> Array | None:
-    """Covariance of the logarithms of fitted numbers where holes make the power of bins depend on each other.
-
-    The estimate solves Σ_b w_b (I_b/S_b − 1) ∂lnS_b/∂φ = 0; I_b scatters, and answers to a change of S, by `_shared`
-    (Godambe's sandwich).
-
-    Parameters
-    ----------
-    data : Data
-    weight : ndarray, shape (bins,)
-        Effective degrees of freedom.
-    slopes : ndarray, shape (bins, p)
-        ∂lnS_b/∂φ.
-
-    Returns
-    -------
-    ndarray, shape (p, p), or None
-        None where nothing is missing.
-    """
-    if data.missing is None or data.gain is None:
-        return None
-    share = 1.0 - data.gain**2
-    number = np.diff(data.bins.edges)
-    seen = 1.0 - np.add.reduceat(share, data.bins.edges[:-1]) / number
-    rows = slopes * (weight / (number * seen))[:, None]
-    shared = _shared(data.missing, share, data.bins)
-    answer = np.linalg.pinv(rows.T @ shared @ slopes, rcond=1e-10)
-    return np.asarray(2.0 * answer @ (rows.T @ shared @ rows) @ answer.T)
 
 
 def settle(data: Data, model: Model) -> tuple[Data, Solution]:
@@ -275,7 +205,7 @@ def settle(data: Data, model: Model) -> tuple[Data, Solution]:
     model : Model
         As for `solve`.
     """
-    from allanite.fit.engine import solve
+    from allanite.fit.engine import solve, with_coefficients
 
     known = all(
         value is not None
@@ -289,15 +219,21 @@ def settle(data: Data, model: Model) -> tuple[Data, Solution]:
     # What the model lacks is looked for where the holes are filled by the model alone: filled with what was seen before,
     # every first guess would confirm itself where frequencies are aliased.
     for trusting in (True, False):
+        last = np.inf
+        theta = solution.theta
         for _ in range(ROUNDS):
             level = None if trusting else solution.level
             before = solution.spectrum if level is None else solution.spectrum * level
-            data = complete(data, solution.model, level)
+            data = complete(data, with_coefficients(solution.model, theta), level)
             # Shapes without a value are looked for anew: in a bridged record they may be the bridges'.
             solution = solve(data, model if trusting else solution.model)
             after = solution.spectrum if level is None else solution.spectrum * solution.level
-            if 0.5 * float(data.bins.count @ np.log(after / before) ** 2) < SETTLED:
+            moved = 0.5 * float(data.bins.count @ np.log(after / before) ** 2)
+            if moved < SETTLED:
                 break
+            # Two models that lead to each other: the one between them leads to itself.
+            theta = solution.theta if moved < 0.5 * last else 0.5 * (theta + solution.theta)
+            last = moved
         if not solution.discrepancy:
             break
     return data, solution

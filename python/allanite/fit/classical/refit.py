@@ -17,7 +17,8 @@ from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
 from allanite.fit.classical.gls import fit_gls, gls_factors
 from allanite.fit.classical.lines import read_lines
-from allanite.fit.estimates import shape_widening, widened
+from allanite.fit.estimates import widened
+from allanite.fit.likelihood.covariance import shape_widening
 from allanite.fit.likelihood.whittle import log_likelihood
 from allanite.fit.solution import Fitted, Process, Regressed
 
@@ -96,7 +97,7 @@ def _gls(fit: Fit) -> tuple[dict[str, Any], ...]:
             if effect.free_shapes and detected and given.std_error and error is not None:
                 # Shapes are those of the Whittle fit, and so is what not knowing them adds.
                 relative = given.std_error / max(float(given), 1e-300)
-                factor = shape_widening(fit.solution, fitted, relative)
+                factor = shape_widening(fit.solution, fitted, relative, fit.data)
                 error *= factor
                 ends = widened(value, ends, factor)
             own[effect.coefficient] = Estimate(

@@ -49,6 +49,8 @@ class Data:
         Samples that are not there: what stands for them is a draw of the model (`fit.missing`).
     gain : ndarray, shape (n,), or None
         How much of a known function of time each ordinate shows, where samples are missing.
+    mixing : ndarray, shape (bins, bins), or None
+        Power that is seen in each bin (rows) of power that is in each, where samples are missing.
     """
 
     samples: NDArray[np.float64]
@@ -59,6 +61,7 @@ class Data:
     start: float = 0.0
     missing: NDArray[np.bool_] | None = None
     gain: NDArray[np.float64] | None = None
+    mixing: NDArray[np.float64] | None = None
     #: Ordinates of the regressors of effects that were looked at, and the lowest of them, by effect and shapes.
     functions: Remembered = field(default_factory=lambda: Remembered(WHOLE), repr=False)
     lowest: Remembered = field(default_factory=lambda: Remembered(LOWEST), repr=False)
@@ -277,6 +280,7 @@ def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
         bins=bins_of(data.n),
         missing=missing,
         gain=None,
+        mixing=None,
         functions=Remembered(WHOLE),
         lowest=Remembered(LOWEST),
     )
@@ -289,7 +293,8 @@ def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArra
 
 def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
     """Expected bin power of a sum of terms, shape (bins,)."""
-    return _column(terms, data.n)
+    own = _column(terms, data.n)
+    return own if data.mixing is None else data.mixing @ own
 
 
 @lru_cache(maxsize=8192)

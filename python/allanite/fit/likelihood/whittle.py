@@ -174,9 +174,12 @@ def information(count: Array, weight: Array, slopes: Array) -> Array:
 
 
 def profile_interval(
-    power: Array, count: Array, columns: Array, best: Maximum, index: int
+    power: Array, count: Array, columns: Array, best: Maximum, index: int, told: float = 1.0
 ) -> tuple[float, float, float]:
     """Profile-likelihood interval of θ_index with the other θ free.
+
+    `told` is what a unit of logL is worth where bins depend on each other: the variance of θ_index that the likelihood
+    claims over that it has (Chandler & Bate 2007).
 
     Returns
     -------
@@ -190,7 +193,7 @@ def profile_interval(
 
     def drop(theta: float) -> float:
         found = climb(power, count, others, rest, best.scale, column * theta)
-        return best.log_likelihood - found.log_likelihood
+        return told * (best.log_likelihood - found.log_likelihood)
 
     def search(inside: float, outside: float, level: float) -> float:
         # Bisection in the square root, where the profile is nearly a parabola.
@@ -208,7 +211,8 @@ def profile_interval(
     low = search(centre, 0.0, LEVEL) if at_zero > LEVEL else 0.0
     # The scale of one coefficient alone: as if every bin were its own.
     slopes = column / best.spectrum
-    step = 1.0 / np.sqrt(max(float(information(count, best.weight, slopes[:, None])[0, 0]), 1e-300))
+    known = told * float(information(count, best.weight, slopes[:, None])[0, 0])
+    step = 1.0 / np.sqrt(max(known, 1e-300))
     outside = centre + 2.0 * step
     for _ in range(60):
         if drop(outside) > LEVEL:
