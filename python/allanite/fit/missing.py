@@ -154,8 +154,8 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
         ordinates += gain * _kernels.cosine_transform(signal)
         samples += signal
     mixing = mixing_of(missing, share, data.bins)
-    # As many degrees of freedom as the power of a bin scatters like.
-    count = seen_of(share, data.bins) / mixing.diagonal()
+    # What all bins tell of the power in one is worth Σ (δ − c)² = seen × mixing: bins that show the same share it.
+    count = seen_of(share, data.bins) * mixing.diagonal() / (mixing**2).sum(axis=0)
     power = column(data.terms(model), replace(data, mixing=None))
     mixing *= np.outer(power, 1.0 / power)
     bins = replace(data.bins, count=count)

@@ -95,7 +95,10 @@ def screen_lines(
                 line = line_ordinates(m * frequency, j, data)
                 gain = regress(line, solution.ordinates[j], without.variance(j)).gain
                 gains.append(gain)
-            whole = min(sum(gains), refitted.log_likelihood - solution.log_likelihood)
+            # Where samples are missing a bin may have shared its vote with others, of which a line is in one.
+            shared = data.gain is not None
+            risen = np.inf if shared else refitted.log_likelihood - solution.log_likelihood
+            whole = min(sum(gains), risen)
             if whole > 0.0:
                 # The search over all frequencies was for the strongest line alone.
                 judged = min(whole, max(gains))

@@ -207,3 +207,13 @@ def test_a_limit_is_that_of_the_samples_that_are_there():
         ratios.append(np.log(fit["B"].interval[1] / half["B"].interval[1]))
     # Where B and K say the same a limit depends on which of them is 0: 0.08 each, 0.03 their mean.
     assert abs(np.mean(ratios)) < 0.08, ratios
+
+
+@pytest.mark.parametrize("seed", [60, 90])
+def test_an_ordinate_and_its_mirror_image_have_one_vote(seed):
+    """With a vote each a narrow resonance was significant at 16 and 12.5, half of it by the second look."""
+    truth = al.parse_model(NOISE).simulate(duration=200.0, rate=RATE, seed=seed)
+    samples = truth.samples.copy()
+    samples[1::2] = np.nan
+    check = al.parse_model("N+B+K").fit(al.Recording(samples, rate=RATE)).check()
+    assert not check.significant
