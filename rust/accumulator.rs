@@ -5,7 +5,7 @@
 //! sample while m < 32). Blocks are added in pairs that the grid fixes, so that neither the lengths of the chunks nor
 //! the order of merging changes what is summed; of integers the sums are exact.
 
-use crate::deviation::sums::{self, Group};
+use crate::deviation::loops::sums::{self, Group};
 use crate::machine::processor::Width;
 use crate::phase::{add_to, plain_sum, running_sum};
 use crate::{Error, Result};

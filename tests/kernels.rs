@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use allanite::averaging::{Grid, factors};
 use allanite::deviation::allan::{Means, adjacent, overlapping};
 use allanite::deviation::family::{Kind, variances};
-use allanite::deviation::sums;
+use allanite::deviation::loops::sums;
 use allanite::deviation::{identify, naive};
 use allanite::machine::processor::Width;
 use allanite::phase::{Quantity, Record, Series};

@@ -6,8 +6,8 @@ use std::sync::atomic::AtomicBool;
 
 use allanite::deviation::allan::{Means, overlapping};
 use allanite::deviation::family::{Kind, variances};
+use allanite::deviation::loops::sums;
 use allanite::deviation::naive;
-use allanite::deviation::sums;
 use allanite::machine::processor::Width;
 use allanite::noise::{WINDOW, process};
 use allanite::phase::{Quantity, Record, Series};

@@ -8,8 +8,8 @@
 use std::mem::take;
 use std::sync::atomic::AtomicBool;
 
-use super::sums::{self, Group};
-use super::tiles;
+use super::loops::sums::{self, Group};
+use super::loops::tiles;
 use crate::Result;
 use crate::machine::pages::Buffer;
 use crate::machine::processor::Width;

@@ -4,15 +4,12 @@ pub mod allan;
 pub mod family;
 mod hadamard;
 pub mod identify;
-mod lanes;
+pub mod loops;
 mod modified;
 mod modified_total;
 pub mod naive;
-mod stretches;
-pub mod sums;
 mod theo;
 mod tie;
-mod tiles;
 mod total;
 
 use std::sync::atomic::AtomicBool;

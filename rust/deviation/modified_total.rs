@@ -35,7 +35,7 @@ pub fn of_rates(piece: &Piece<'_>, work: &mut Vec<f64>) -> (f64, u64) {
 fn stretches(running: &[f64], piece: &Piece<'_>, work: &mut Vec<f64>) -> f64 {
     let m = piece.m;
     if m >= LONG {
-        return super::stretches::sum(running, piece.n, m, piece.stop);
+        return super::loops::stretches::sum(running, piece.n, m, piece.stop);
     }
     work.resize(6 * m + 2, 0.0);
     (0..piece.n).map(|k| around(piece.width, &running[k..=k + 3 * m], m, work)).sum()

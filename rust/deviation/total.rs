@@ -3,7 +3,7 @@
 //! NIST SP 1065 eq. 25: the reflection is odd about the first and the last point, θ*(−j) = 2θ(0) − θ(j), so that all
 //! N − 2 centres serve every m up to N − 1. Centres farther than m from both ends are those of the Allan variance.
 
-use super::sums;
+use super::loops::sums;
 use crate::machine::processor::Width;
 
 /// Σ (θ*[i−m] − 2θ[i] + θ*[i+m])² over the centres i in `span`; those whose stretch of samples holds a gap are left
