@@ -19,6 +19,7 @@ from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.data import column
 from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.likelihood.whittle import climb_many
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import added, simplest, worth_polishing
 from allanite.fit.shapes.shape import free_places
@@ -35,8 +36,10 @@ __all__ = ["Candidate", "Screen", "directions", "screen_spectral"]
 LEAST = 0.5
 #: Plain forms of an effect from which the richer one is looked for, and the least rise of logL for which it is taken.
 EXTENDED, WORTH = 8, 8.0
-#: Other designs of a filter of the model that are polished with a candidate.
-DESIGNS = 3
+#: Other designs of a filter of the model that are polished with a candidate, after so many steps of a scan.
+DESIGNS, SCANNED = 3, 5
+#: What a number of a design must gain.
+PLAINER = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,15 +179,37 @@ def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, M
         choices = [p.name for p in effect.parameters if p.role == "choice"]
         if not choices or effect.held or not isinstance(effect, Modifier):
             continue
+        # In their plain form, and at shapes of their own: what one design needs beside it another does not.
         others = [
-            found[0].replaced(place, **{name: variant.values[name] for name in choices})
-            for variant in type(effect)().variants()
+            Model((*model.effects[:place], point, *model.effects[place + 1 :]))
+            for point in _points(type(effect)(), part.data)
+            if _near(point, effect)
         ]
-        scanned = [(part.climb(part.linear(m), best.theta, best.scale), m) for m in others]
-        scanned.sort(key=lambda end: -end[0].log_likelihood)
-        ends = [polish(m, free_places(m), at, part, roughly=True) for at, m in scanned[:DESIGNS]]
-        found = max((found, *ends), key=lambda end: end[1].log_likelihood)
+        if not others:
+            continue
+        columns = np.stack([part.linear(other).matrix for other in others])
+        starts = np.stack([best.theta] * len(others))
+        thetas, values, scales = climb_many(
+            part.power, part.count, columns, starts, best.scale, SCANNED
+        )
+        designs: dict[tuple[object, ...], int] = {}
+        for k in map(int, np.argsort(-values, kind="stable")):
+            designs.setdefault(tuple(others[k].effects[place].values[c] for c in choices), k)
+        for k in list(designs.values())[:DESIGNS]:
+            start = part.climb(part.linear(others[k]), thetas[k], scales[k])
+            tried = polish(others[k], free_places(others[k]), start, part, roughly=True)
+            spared = sum(e.numbers for e in found[0]) - sum(e.numbers for e in tried[0])
+            if tried[1].log_likelihood > found[1].log_likelihood - PLAINER * spared:
+                found = tried
     return found
+
+
+def _near(point: Effect, effect: Effect) -> bool:
+    """Whether the shapes of a point are within a factor of two of an effect's."""
+    return all(
+        0.5 * effect.values[name] < point.values[name] < 2.0 * effect.values[name]
+        for name in point.free_shapes
+    )
 
 
 def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate | None:

@@ -98,3 +98,18 @@ def test_a_power_law_gives_way_to_a_walk_and_a_lag():
     kinds = {e.kind for e in study.fit.model}
     assert kinds == {"angle_random_walk", "rate_random_walk", "gauss_markov"}
     assert study.adequate
+
+
+def test_the_filter_of_the_model_is_designed_anew_beside_what_was_missing():
+    """Flicker that shows through the stop band had given the filter another design; a resonance mended it, or two."""
+    rng = np.random.default_rng([0, 11])
+    b, a = signal.butter(2, 8.0 / (RATE / 2))
+    x = signal.lfilter(b, a, g.white(rng, 20_000 + 4096, RATE, N))[4096:]
+    x += g.flicker(rng, 20_000, RATE, 0.008)
+    study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N")
+    kinds = {e.kind for e in study.fit.model}
+    assert kinds == {"angle_random_walk", "bandwidth", "bias_instability"}
+    assert study.fit["BW.design"] == "digital"
+    assert study.fit["BW.order"] == 2
+    low, high = study.fit["BW.cutoff"].interval
+    assert low < 8.0 < high
