@@ -38,6 +38,8 @@ __all__ = ["level_forms", "screen_levels", "screen_moments", "screen_outliers", 
 
 #: Samples, half of those to each side, among which a time is placed.
 SHARP = 16
+#: Part of the samples that differ from the one before, of noise that is rounded to three of its standard deviations.
+DITHERED = 0.25
 #: Stretches of the time axis whose levels are compared, and of the finer axis on which an interval is placed.
 COARSE, FINE = 256, 4096
 
@@ -81,7 +83,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     One interval, several, a period, or another column: what is told from the best is left for the next rung.
     """
     power, share, freedom = white_power(solution, data, whitened)
-    if power is None or power.size < 64:
+    if power is None or power.size < 64 or _dithered(data):
         return []
     steady = with_normal_tails(whitened)
     judged = power if steady is whitened else white_power(solution, data, steady)[0]
@@ -96,7 +98,30 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     price = 0.5 * np.log(max(series.freedom * power.size, 2.0))
     best = max(c.gain - price * c.parameters for c in found)
     kept = [c for c in found if c.gain - price * c.parameters > best - CLOSE]
-    return [_refitted(_sharp(c, data, whitened), solution, data) for c in kept]
+    kept = [_refitted(_sharp(c, data, whitened), solution, data) for c in kept]
+    if any(effect.passing for effect in solution.model.modifiers):
+        kept = [c for c in kept if _steadies(c, data, power, series.freedom)]
+    return kept
+
+
+def _dithered(data: Data) -> bool:
+    """Whether the samples hardly ever leave their code: how often they do says where between two codes the bias is."""
+    seen = data.samples if data.missing is None else data.samples[~data.missing]
+    return coarse_step(seen) > 0.0 and float(np.mean(np.diff(seen) != 0.0)) < DITHERED
+
+
+def _steadies(candidate: Candidate, data: Data, power: NDArray[np.float64], freedom: float) -> bool:
+    """Whether the power over time becomes steadier by half of what a change of level promises, or more.
+
+    Beside other changes the model may know of this one, and what it leaves is not the white noise's.
+    """
+    assert candidate.solution is not None
+    after = white_power(candidate.solution, data, whiten(candidate.solution, data))[0]
+    if after is None or after.size != power.size:
+        return True
+    seen = (power > 0.0) & (after > 0.0)
+    before, after = power[seen] / power[seen].mean(), after[seen] / after[seen].mean()
+    return bool(-0.5 * freedom * np.log(before / after).sum() >= 0.5 * candidate.gain)
 
 
 def level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+import generators as g
 from allanite.common.errors import InputError
 from allanite.suggestion.level_forms import screen_columns, screen_cycle, screen_several, series_of
 from allanite.suggestion.transients import _best_interval
@@ -97,3 +98,27 @@ def test_a_column_of_few_codes_keeps_its_rest():
     x[np.random.default_rng(2).integers(0, 8000, 40)] = 0.01
     check = al.parse_model("N").fit(al.Recording(x, rate=5.0, unit="m/s^2")).check()
     assert all(s.kind != "outliers" for s in check.suggestions)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_change_of_level_that_steadies_nothing_is_not_offered_again(seed):
+    """Where all noise stops for a while the white one's level does not explain what is left of it: one change in seven."""
+    rng = np.random.default_rng(seed)
+    n, rate = 2000, 100.0
+    time = np.arange(n) / rate
+    moving = (time < 6.0) | (time > 14.0)
+    x = 0.003 * rng.standard_normal(n)
+    x += moving * (g.gauss_markov(rng, n, rate, 0.8, 0.3) + g.white(rng, n, rate, 0.02))
+    study = al.improve(al.Recording(x, rate=rate, unit="rad/s"), "N+B+K")
+    levels = [e for e in study.fit.model if isinstance(e, al.NoiseLevelChange | al.NoiseLevels)]
+    assert len(levels) == 1
+
+
+def test_a_column_that_hardly_leaves_its_code_has_no_levels():
+    """Two codes, of 10 000 samples eighteen on the other one: 46 changes of level and a period were found."""
+    rng = np.random.default_rng(0)
+    x = np.zeros(10_000)
+    for at in rng.integers(200, 9800, 9):
+        x[at : at + rng.integers(1, 4)] = -0.0981
+    study = al.improve(al.Recording(x, rate=100.0, unit="m/s^2", columns=("acc_y",)), "N+B+K")
+    assert not any(getattr(effect, "passing", False) for effect in study.fit.model)
