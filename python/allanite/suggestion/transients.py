@@ -89,8 +89,10 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     judged = power if steady is whitened else white_power(solution, data, steady)[0]
     assert judged is not None
     series = series_of(power, judged, freedom, share, data.span)
-    first = _one_interval(series, solution.discrepancy)
-    found = [c for c in (first, screen_cycle(series, solution.model)) if c is not None]
+    cycle = screen_cycle(series, solution.model)
+    if cycle is not None and _is_a_wave(cycle, data, whitened):
+        cycle = None
+    found = [c for c in (_one_interval(series, solution.discrepancy), cycle) if c is not None]
     found += screen_columns(series, solution.model, data.covariates)
     found += screen_several(series, solution.model)
     if not found:
@@ -102,6 +104,24 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     if any(effect.passing for effect in solution.model.modifiers):
         kept = [c for c in kept if _steadies(c, data, power, series.freedom)]
     return kept
+
+
+def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
+    """Whether what comes back with a period is the same each time: lines describe that, it is no level of noise."""
+    effect = candidate.effect
+    assert isinstance(effect, Modifier)
+    samples, lag = whitened.samples, round(effect.values["period"] * data.rate)
+    if samples.size != data.n or not 1 < lag < data.n - 1:
+        return False
+    gain = effect.gain(data.time, data.covariates)
+    loud = gain > np.sqrt(gain.min() * gain.max())
+    excess = float(np.mean(samples[loud] ** 2) - np.mean(samples[~loud] ** 2))
+    # A period is known to a part of a sample.
+    alike = [
+        float(np.mean((samples[:-shift] * samples[shift:])[loud[:-shift]]))
+        for shift in (lag - 1, lag, lag + 1)
+    ]
+    return max(alike) > 0.5 * excess
 
 
 def _dithered(data: Data) -> bool:

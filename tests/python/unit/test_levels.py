@@ -122,3 +122,14 @@ def test_a_column_that_hardly_leaves_its_code_has_no_levels():
         x[at : at + rng.integers(1, 4)] = -0.0981
     study = al.improve(al.Recording(x, rate=100.0, unit="m/s^2", columns=("acc_y",)), "N+B+K")
     assert not any(getattr(effect, "passing", False) for effect in study.fit.model)
+
+
+def test_a_pulse_that_comes_back_is_no_level_of_noise():
+    """The same each time: a periodic level came first, and the lines, of which the first alone explains half, behind it."""
+    rng = np.random.default_rng(3)
+    n, rate = 60_000, 100.0
+    x = g.white(rng, n, rate, 0.0126)
+    x[::100] += 0.6
+    check = al.fit_model(al.Recording(x, rate=rate, unit="rad/s"), "N+B").check()
+    assert check.suggestions[0].kind == "sinusoid"
+    assert "periodic_noise_level" not in {s.kind for s in check.suggestions}
