@@ -105,7 +105,8 @@ def _richer(
         known = solution.model.deterministic
         gain, directions = matched_gains(points, solution.ordinates, noise, data, known)
         arcs[blank] = arc_length(directions)
-        start, best = _finer(points[int(np.argmax(gain))], blank.free_shapes, solution, noise, data)
+        start = points[int(np.argmax(gain))]
+        best = _finer(start, blank.free_shapes, solution, noise, data)
         hope = best - plain + REFITTED * best
         if log_chance(Family(blank.family, (arcs[blank],)), hope) >= np.log(FALSE_ALARM):
             continue
@@ -129,8 +130,8 @@ def _gains(
 
 def _finer(
     effect: Deterministic, names: tuple[str, ...], solution: Solution, noise: Noise, data: Data
-) -> tuple[Deterministic, float]:
-    """The best shape between the neighbours of a point of the grid, and its gain."""
+) -> float:
+    """The gain of the best shape between the neighbours of a point of the grid."""
     best = -np.inf
     for name in names:
         grid = np.unique(effect.grid(name, data.n, data.rate))
@@ -140,7 +141,7 @@ def _finer(
         gain = _gains([effect, *tried], solution, noise, data)
         top = int(np.argmax(gain))
         effect, best = [effect, *tried][top], float(gain[top])
-    return effect, best
+    return best
 
 
 def _refit(
