@@ -132,8 +132,9 @@ class Job:
         with self._gate:
             self._ended = True
             if self._holds_turn:
-                self._holds_turn = False
+                # A cancellation on its way may arrive in the call, before the turn is back: then this is done again.
                 TURNS.release()
+                self._holds_turn = False
 
     def _work(self, work: Callable[[Job], None]) -> None:
         try:
