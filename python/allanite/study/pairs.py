@@ -37,8 +37,9 @@ def parted(check: Check, better: Fit, added: Effect) -> tuple[Fit, Effect, Effec
     """The fit with two effects that together stand clearly better than the one that was added, and these two.
 
     Two suggestions, of which one may be taken for the added effect; in the place of a process that wanders, a suggestion
-    and the slow function that shows beside it. The pair has to beat the added one alone and with either of
-    the two beside it: what is missing as well has a rung of its own.
+    and the slow function that shows beside it; in the place of one that only describes, two processes that may make it
+    up, the second at the shape that shows beside the first. The pair has to beat the added one alone and with either of
+    the two beside it, or to come near to one that only describes: what is missing as well has a rung of its own.
     """
     if added.screened == "line":
         return None  # nothing else is as narrow
