@@ -1,13 +1,64 @@
-"""The browser of the page's tests."""
+"""The browsers of the page's tests."""
 
-from pathlib import Path
+import shutil
+from contextlib import contextmanager
+from dataclasses import dataclass
+from urllib.parse import unquote
 
 import pytest
 
-CHROMIUM = Path("/usr/bin/chromium")
 #: Nothing is at work, the figure is drawn, and a verdict given.
 READY = "body[data-busy=false][data-drawn] #verdict b"
+BROWSERS = {"chromium": ("chromium", "chromium-browser"), "firefox": ("firefox-esr", "firefox")}
 
-needs_chromium = pytest.mark.skipif(
-    not CHROMIUM.exists(), reason="no /usr/bin/chromium (apt-get install chromium)"
-)
+
+@contextmanager
+def launched(name):
+    """A browser of the distribution; without it the test is skipped."""
+    sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
+    path = next((found for one in BROWSERS[name] if (found := shutil.which(one))), None)
+    if path is None:
+        pytest.skip(f"no {name} (apt-get install {BROWSERS[name][0]})")
+    with sync_playwright() as play:
+        # A Firefox that is not Playwright's own is driven by the standard protocol, WebDriver BiDi.
+        more = {"channel": "moz-firefox"} if name == "firefox" else {}
+        browser = getattr(play, name).launch(executable_path=path, **more)
+        try:
+            browser.new_context().close()
+        except Exception as error:
+            browser.close()
+            if "unknown command" not in str(error):
+                raise
+            pytest.skip(f"this Playwright does not speak with {path}: install the group test")
+        yield browser
+        browser.close()
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A file that the page hands out: its name and what is in it."""
+
+    name: str
+    body: bytes
+
+
+def saved(tab, button):
+    """The file of a button of the menu."""
+    tab.locator(".menu summary").click()
+    press = tab.locator(f"#files {button}").click
+    if tab.context.browser.browser_type.name == "chromium":
+        with tab.expect_download() as download:
+            press()
+        return Saved(download.value.suggested_filename, download.value.path().read_bytes())
+    # WebDriver BiDi tells nothing of a file that is made in the page: as the server sends it.
+    with tab.expect_response(lambda answer: "/file/" in answer.url) as answer:
+        press()
+    said = answer.value.headers["content-disposition"]
+    return Saved(unquote(said.split("''")[1]), answer.value.body())
+
+
+def give(tab, button, path):
+    """Open a file by a button of the menu."""
+    tab.locator(".menu summary").click()
+    tab.locator(f"#files {button}").click()
+    tab.set_input_files("#pick", path)

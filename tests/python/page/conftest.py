@@ -7,7 +7,7 @@ from allanite import Recording
 from allanite.page.server import Desk
 from allanite.page.source import Source
 from generators import gauss_markov, sinusoid, walk, white
-from page_browser import CHROMIUM
+from page_browser import BROWSERS, launched
 from page_desk import client_of, opened
 
 RATE, N = 20.0, 40_000
@@ -51,10 +51,7 @@ def looked(hidden):
     desk.uploads.close()
 
 
-@pytest.fixture(scope="module")
-def browser():
-    sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
-    with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=str(CHROMIUM))
+@pytest.fixture(scope="module", params=BROWSERS)
+def browser(request):
+    with launched(request.param) as browser:
         yield browser
-        browser.close()

@@ -34,7 +34,7 @@ def test_strangers_are_refused(client, desk, path, headers, words):
 def test_the_page_forbids_everything_from_outside(client):
     answer = client.get("")
     assert "default-src 'none'" in answer.headers["content-security-policy"]
-    assert answer.headers["referrer-policy"] == "no-referrer"
+    assert answer.headers["referrer-policy"] == "same-origin"
     assert "http" not in answer.text.replace("http-equiv", "")
 
 
