@@ -45,6 +45,8 @@ class Bench:
         #: Recordings of other logs and a data sheet, only compared with.
         self.others: list[tuple[str, Recording]] = []
         self.sheet: DataSheet | None = None
+        #: A step that the one looked at is put beside.
+        self.beside: Step | None = None
         self.job: Job | None = None
         self.version = 0
         self.heard = time.monotonic()
@@ -94,6 +96,13 @@ class Bench:
         if found is None:
             raise InputError("Nothing is fitted yet: open a log first")
         return found
+
+    @property
+    def other_step(self) -> Step | None:
+        """The step beside the one that is looked at, of the same ladder."""
+        ladder = self.ladder
+        there = self.beside in ladder.steps and self.beside is not ladder.step
+        return self.beside if there else None
 
     @property
     def busy(self) -> bool:

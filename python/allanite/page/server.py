@@ -18,10 +18,11 @@ from allanite.common.errors import AllaniteError, InputError
 from allanite.page import documents
 from allanite.page.desk import GRACE, Desk
 from allanite.page.guard import Guard
+from allanite.page.orders import act
 from allanite.page.shown.parts import part
 from allanite.page.shown.views import finite, view
 from allanite.page.source import Source, check_name
-from allanite.page.state import act, state, work
+from allanite.page.state import state, work
 from allanite.page.words import WORDS
 
 if TYPE_CHECKING:

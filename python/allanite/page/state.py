@@ -1,37 +1,29 @@
-"""What a tab tells the browser, and what the browser may ask of it."""
+"""What a tab tells the browser."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.errors import InputError
-from allanite.common.parameters import Estimate
-from allanite.common.units import conversion, parse_unit
+from allanite.common.units import parse_unit
 from allanite.effects import standard
-from allanite.page.documents import compare_with, sheet_rows
-from allanite.page.edits import SHEET, effect, shown_unit
+from allanite.page.documents import sheet_rows
+from allanite.page.edits import SHEET
+from allanite.page.shown.beside import differences
 from allanite.page.shown.cards import cards, chips, rung
 from allanite.page.shown.figures import colors_of
 from allanite.page.shown.offers import offers, sentence
 from allanite.page.source import Reading
-from allanite.page.studies import open_study
 from allanite.page.words import WORDS
 from allanite.plots.words import duration_text, unit_text
-from allanite.recording.at_rest import quiet_span
 from allanite.report.words import many
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from allanite.fit import Fit
     from allanite.page.ladder import Work
     from allanite.page.tab import Tab
 
-__all__ = ["act", "state", "work"]
+__all__ = ["chip_units", "state", "work"]
 
-#: A gyroscope with a lag and a line beside the standard's three effects.
-EXAMPLE = "N(N=1e-4)+B(B=2e-5)+K(K=2e-7)+GM(q_c=3e-5,correlation_time=20)+SIN(frequency=1.7,amplitude=3e-5)"
 #: Units offered; any other can be typed on the command line.
 UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug", "1")
 
@@ -65,7 +57,7 @@ def state(tab: Tab) -> dict[str, Any]:
         if shown is None or now is None
         else chips(shown, tab.unit, colors_of(now, shown)),
         "chip_unit": tab.unit,
-        "chip_units": [] if shown is None else _chip_units(shown.recording.unit),
+        "chip_units": [] if shown is None else chip_units(shown.recording.unit),
         "tray": [] if now is None or step is None else _tray(now, board.column, step.fit),
         "model": None if shown is None else str(shown.model),
         "preview": None
@@ -84,6 +76,7 @@ def state(tab: Tab) -> dict[str, Any]:
         "redo": place < length - 1,
         "others": [name for name, _ in tab.others],
         "sheet": sheet_rows(tab),
+        "beside": differences(tab),
     }
 
 
@@ -153,7 +146,7 @@ def work(tab: Tab) -> dict[str, Any]:
     return {"job": None if tab.job is None else tab.job.to_dict()}
 
 
-def _chip_units(unit: str) -> list[dict[str, str]]:
+def chip_units(unit: str) -> list[dict[str, str]]:
     """Units in which the values of a model can be shown, the recording's first."""
     kind = parse_unit(unit).kind
     sheet = [
@@ -199,188 +192,3 @@ def _recording(tab: Tab) -> dict[str, Any]:
             for f in found
         ],
     }
-
-
-def act(tab: Tab, order: Any) -> None:
-    """Do what the browser asks.
-
-    Raises
-    ------
-    InputError
-        An unknown action, or one that cannot be done now; one line for the user.
-    """
-    if not isinstance(order, dict):
-        raise InputError("an action must be a JSON object")
-    action = _ACTIONS.get(str(order.get("do")))
-    if action is None:
-        raise InputError(f"unknown action {str(order.get('do'))[:40]!r}")
-    action(tab, order)
-
-
-def _integer(order: dict[str, Any], name: str) -> int:
-    value = order.get(name)
-    if not isinstance(value, int) or isinstance(value, bool):
-        raise InputError(f"{name} must be a whole number")
-    return value
-
-
-def _number(order: dict[str, Any], name: str) -> float | None:
-    value = order.get(name)
-    if value is None or value == "":
-        return None
-    try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{name} must be a number, found {str(value)[:40]!r}") from None
-
-
-def _text(order: dict[str, Any], name: str) -> str | None:
-    value = order.get(name)
-    if value is None or value == "":
-        return None
-    if not isinstance(value, str) or len(value) > 2000:
-        raise InputError(f"{name} must be a short text")
-    return value
-
-
-def _read(tab: Tab, order: dict[str, Any]) -> None:
-    if tab.place_of_source is None:
-        raise InputError("No log is open: drop a file or choose one")
-    names, units = order.get("columns") or [], order.get("units") or {}
-    if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
-        raise InputError("The columns must be a list of names")
-    if not isinstance(units, dict) or not all(isinstance(u, str) for u in units.values()):
-        raise InputError("The units must be texts, one a column")
-    for unit in units.values():
-        parse_unit(unit[:80])
-    before = tab.sources[tab.place_of_source].reading
-    reading = replace(
-        before,
-        rate=_number(order, "rate"),
-        unit=_text(order, "unit"),
-        quantity=_text(order, "quantity"),
-        time_column=_text(order, "time_column"),
-        columns=tuple(names),
-        units=dict(units),
-    )
-    tab.open(tab.place_of_source, reading)
-
-
-def _take(tab: Tab, order: dict[str, Any]) -> None:
-    """A part of the log: from … to s, the quiet one, or the whole."""
-    if order.get("quiet") is True:
-        tab.take(quiet_span(tab.work.whole))
-        return
-    start, end = _number(order, "from"), _number(order, "to")
-    if start is None or end is None:
-        tab.take(None)
-        return
-    offset = 0.0 if tab.work.span is None else tab.work.span[0]
-    tab.take((start + offset, end + offset))
-
-
-def _rate(tab: Tab, order: dict[str, Any]) -> None:
-    """Read again at the rate that the time stamps say."""
-    source, rate = tab.source, _number(order, "rate")
-    if source is None or tab.place_of_source is None or rate is None:
-        raise InputError("Give a rate, in Hz")
-    if source.recording is not None:
-        raise InputError("The recording was given with its rate: give it another there")
-    tab.open(tab.place_of_source, replace(source.reading, rate=rate))
-
-
-def _example(tab: Tab) -> None:
-    """A recording with hidden effects, simulated."""
-    from allanite.effects import parse_model
-    from allanite.page.source import Source
-
-    name = "example.npz"
-    if name not in [s.name for s in tab.sources]:
-        found = parse_model(EXAMPLE).simulate(duration=3600.0, rate=50.0, seed=1, unit="rad/s")
-        tab.sources.append(Source(name, recording=found.called(name)))
-    tab.open([s.name for s in tab.sources].index(name))
-
-
-def _improve(tab: Tab, order: dict[str, Any]) -> None:
-    every = range(len(tab.work.recording.columns))
-    tab.improve(every if order.get("all") is True else None)
-
-
-def _hold(tab: Tab, order: dict[str, Any]) -> None:
-    place, name = _integer(order, "place"), _text(order, "name") or ""
-    value = _number(order, "value")
-    tab.hold(place, name, None if value is None else value * _factor(tab, place, name))
-
-
-def _what_if(tab: Tab, order: dict[str, Any]) -> None:
-    place, name = _integer(order, "place"), _text(order, "name") or ""
-    value = _number(order, "value")
-    if value is None:
-        raise InputError("type a number")
-    tab.what_if(place, name, value * _factor(tab, place, name))
-
-
-def _factor(tab: Tab, place: int, name: str) -> float:
-    """From the unit of a chip to the parameter's own."""
-    fit = tab.preview or tab.step.fit
-    one = effect(fit, place)
-    value = fit.estimates[place].get(name)
-    if not isinstance(value, Estimate):
-        return 1.0
-    shown = shown_unit(one.parameter(name), value, fit.recording.unit, tab.unit)
-    return conversion(shown, value.unit)
-
-
-def _unit(tab: Tab, order: dict[str, Any]) -> None:
-    unit = _text(order, "unit")
-    offered = [u["value"] for u in _chip_units(tab.log.unit)]
-    if unit is not None and unit not in offered:
-        raise InputError(f"values of this log are not shown in {unit[:40]!r}")
-    tab.unit = unit
-    tab.changed()
-
-
-def _compare(tab: Tab, order: dict[str, Any]) -> None:
-    """Compare with a log of the list."""
-    number = _integer(order, "log")
-    if not 0 <= number < len(tab.sources):
-        raise InputError(f"there is no log {number}")
-    compare_with(tab, tab.sources[number])
-
-
-def _alone(tab: Tab, order: dict[str, Any]) -> None:
-    """No longer compare with something: a recording by its name, or the data sheet."""
-    name = _text(order, "name")
-    tab.others = [(n, r) for n, r in tab.others if n != name]
-    if name is None:
-        tab.sheet = None
-    tab.changed()
-
-
-_ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
-    "open": lambda tab, order: tab.open(_integer(order, "log")),
-    "read": _read,
-    "column": lambda tab, order: tab.choose(_integer(order, "column")),
-    "model": lambda tab, order: tab.fit(_text(order, "model") or ""),
-    "add": lambda tab, order: tab.add(_integer(order, "number")),
-    "remove": lambda tab, order: tab.remove(_integer(order, "place")),
-    "hold": _hold,
-    "what-if": _what_if,
-    "drop": lambda tab, _order: tab.drop_what_if(),
-    "fit-tried": lambda tab, _order: tab.fit_what_if(),
-    "put": lambda tab, order: tab.put(_text(order, "effect") or ""),
-    "back": lambda tab, order: tab.back(_integer(order, "place")),
-    "example": lambda tab, _order: _example(tab),
-    "take": _take,
-    "rate": _rate,
-    "improve": _improve,
-    "go": lambda tab, order: tab.go(_integer(order, "rung")),
-    "undo": lambda tab, _order: tab.undo(),
-    "redo": lambda tab, _order: tab.redo(),
-    "cancel": lambda tab, _order: tab.cancel(),
-    "check": lambda tab, _order: tab.recheck(),
-    "unit": _unit,
-    "compare": _compare,
-    "alone": _alone,
-    "study": lambda tab, order: open_study(tab, order.get("study")),
-}

@@ -179,8 +179,18 @@ class Tab(Bench):
             raise InputError(f"There is no step {rung}")
         if self.busy:
             self.cancel()
+        if self.ladder.steps[rung] is self.beside:
+            # Looked at the other way round.
+            self.beside = self.ladder.step
         self.push(Ladder(self.ladder.steps, rung))
         self.recheck()
+
+    def compare_steps(self, rung: int | None) -> None:
+        """Put another step beside the one that is looked at; None to end that."""
+        if rung is not None and not 0 <= rung < len(self.ladder.steps):
+            raise InputError(f"There is no step {rung}")
+        self.beside = None if rung is None else self.ladder.steps[rung]
+        self.changed()
 
     def undo(self) -> None:
         """One change back, of whichever column."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.fit.curve import FAILS
+from allanite.page.shown.beside import two_models
 from allanite.page.shown.samples import samples_figure
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.curves import allan_panels, parts, spectrum_panels
@@ -137,10 +138,12 @@ def _samples(tab: Tab, options: Mapping[str, str]) -> Figure:
 
 
 def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """The log, a twin simulated from the model, other logs; without those the other columns of its kind."""
+    """Two steps if one is put beside the other; else the log, its simulated twin, other logs or columns of its kind."""
     from allanite.comparison import compare
     from allanite.plots import plot_compare
 
+    if tab.other_step is not None:
+        return two_models(tab.ladder, tab.other_step)
     log, whole = tab.log, tab.work.recording
     items: list[Any] = [(f"{log.columns[0]}, measured", log, None)]
     if tab.ladder.steps:

@@ -1,5 +1,5 @@
 // What is missing, the verdict, the ladder of models.
-import { $, S, act, busy, capital, el, refill } from "./core.js";
+import { $, S, act, busy, capital, el, icon, refill } from "./core.js";
 import { shade } from "./draw.js";
 
 export function verdict() {
@@ -42,7 +42,9 @@ export function ladder() {
         el("span", { class: "what" }, `${i}  ${what}`, r.adequate ? el("span", { class: "ok" }, "  ✓") : null),
         gone.length ? el("small", {}, gone.join(" ")) : null,
         el("span", { class: "error" }, r.error_text, el("small", {}, ` rms (expected scatter ${r.chance_text})`)),
-        el("small", {}, `χ²/dof ${r.chi2_text} · unseen data ${r.predictive_text}`)));
+        el("small", {}, `χ²/dof ${r.chi2_text} · unseen data ${r.predictive_text}`)),
+      i === state.at ? null : el("button", { class: "icon beside-step", "data-beside": i, "aria-label": `Compare step ${state.at} with step ${i}`, title: `What differs between step ${state.at} and step ${i}`,
+        onclick: async () => { if (await act({ do: "beside", rung: i })) S.hooks.go("compare"); } }, icon("beside")));
   }));
   const list = $("ladder"), now = list.children[state.at];
   if (now) list.scrollTo({ left: Math.max(0, now.offsetLeft - list.offsetLeft - 40) });

@@ -165,7 +165,7 @@ function listen() {
     if (main) act({ do: "what-if", place: S.state.chips.find(c => c.place === place).place, name: main.name, value: main.number * factor });
   });
 }
-Object.assign(S.hooks, { take, work, ask, pick, redraw: () => { controls(); redraw(); } });
+Object.assign(S.hooks, { take, work, ask, pick, go, redraw: () => { controls(); redraw(); } });
 paint(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 new ResizeObserver(Draw.fit).observe($("figure"));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", event => paint(event.matches ? "dark" : "light"));

@@ -71,7 +71,13 @@ export function controls() {
   sheet();
 }
 function compare() {
-  const state = S.state, logs = state.logs.map((name, i) => ({ name, i })).filter(({ name, i }) => i !== state.log_number && !state.others.some(o => o.startsWith(`${name} `)));
+  const state = S.state;
+  if (state.beside) {
+    const end = () => act({ do: "beside", rung: null });
+    return [el("span", {}, "Two models:"), el("span", { class: "beside" }, state.beside.heads[0]),
+      el("span", { class: "beside" }, state.beside.heads[1], el("button", { class: "icon", "aria-label": `No longer beside ${state.beside.heads[1].toLowerCase()}`, onclick: end }, "×"))];
+  }
+  const logs = state.logs.map((name, i) => ({ name, i })).filter(({ name, i }) => i !== state.log_number && !state.others.some(o => o.startsWith(`${name} `)));
   const gone = (name, order) => el("span", { class: "beside" }, name, el("button", { class: "icon", "aria-label": `No longer compare with ${name}`, onclick: () => act({ do: "alone", ...order }) }, "×"));
   return [el("span", {}, "Beside it:"), ...state.others.map(name => gone(name, { name })), state.sheet ? gone(state.sheet.name, {}) : null,
     ...logs.map(({ name, i }) => el("button", { onclick: () => act({ do: "compare", log: i }) }, `+ ${name}`)),
@@ -92,15 +98,21 @@ function error() {
   const field = (name, text) => el("label", {}, text, el("input", { inputmode: "decimal", size: 7, value: S.options[name] || "", placeholder: "auto", onchange: event => { const v = event.target.value.trim(); if (v) S.options[name] = v; else delete S.options[name]; redraw(); } }), "s");
   return [field("aided", "Aided for"), field("until", "then without a fix for")];
 }
+// Below the compared curves: what differs between two models, or the figures of a data sheet.
 function sheet() {
-  const state = S.state;
-  $("sheet").hidden = S.view !== "compare" || !state.sheet || !state.recording;
+  const { beside, sheet: found, recording } = S.state;
+  $("sheet").hidden = S.view !== "compare" || !recording || !(beside || found);
   if ($("sheet").hidden) return;
-  $("sheet").replaceChildren(
-    el("table", {}, el("caption", {}, `The model beside the data sheet ${state.sheet.name}`),
+  $("sheet").replaceChildren(...(beside ? twoModels(beside) : [
+    el("table", {}, el("caption", {}, `The model beside the data sheet ${found.name}`),
       el("tr", {}, ...["Figure", "Data sheet", "Measured", "Measured / sheet (95 %)", "Remark"].map(t => el("th", {}, t))),
-      ...state.sheet.rows.map(r => el("tr", {}, el("th", {}, r.figure), el("td", {}, r.sheet), el("td", {}, r.measured), el("td", {}, r.ratio), el("td", { class: "remark" }, r.remark)))),
-    ...state.sheet.remarks.map(r => el("p", {}, r)));
+      ...found.rows.map(r => el("tr", {}, el("th", {}, r.figure), el("td", {}, r.sheet), el("td", {}, r.measured), el("td", {}, r.ratio), el("td", { class: "remark" }, r.remark)))),
+    ...found.remarks.map(r => el("p", {}, r))]));
+}
+function twoModels({ heads, models, rows }) {
+  return [el("table", {}, el("caption", {}, "What differs"),
+    el("tr", {}, el("th", {}, ""), ...heads.map((h, i) => el("th", {}, `${h}: ${models[i]}`)), el("th", {}, "Difference")),
+    ...rows.map(r => el("tr", { class: r.differs ? "differs" : "same" }, el("th", { scope: "row" }, r.what), ...r.texts.map(t => el("td", {}, t)), el("td", {}, r.remark || (r.differs ? "" : "Same")))))];
 }
 
 // -- numbers and files

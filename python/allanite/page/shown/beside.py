@@ -1,0 +1,142 @@
+"""Two models of one column side by side: both on the measured curve, and what differs between them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from allanite.common.numbers import number
+from allanite.fit.prediction import compare
+from allanite.page.shown.cards import chips, rung
+from allanite.plots.axes import log_axis, score_axis
+from allanite.plots.curves import TAU, interval
+from allanite.plots.spec import Figure, Line, Mark, Panel, Points, Rule
+from allanite.plots.words import in_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from allanite.fit import Fit
+    from allanite.page.ladder import Ladder, Step
+    from allanite.page.tab import Tab
+
+__all__ = ["differences", "two_models"]
+
+#: |z| up to which a residual is what chance gives.
+GUIDE = 2.0
+#: Degrees of freedom of a point whose interval is worth its room.
+SURE = 2.0
+
+
+def two_models(ladder: Ladder, other: Step) -> Figure:
+    """The measured curve with both models, and below how far each is from it."""
+    assert ladder.step is not None
+    one, two = ladder.step.fit, other.fit
+    first, second = (f"model of step {ladder.steps.index(s)}" for s in (ladder.step, other))
+    curve, there = one.curve, two.curve
+    low, high = interval(curve.measured, curve.edf)
+    sure = curve.edf >= SURE
+    marks: tuple[Mark, ...] = (
+        Line(there.tau, there.model, "before", second, 2.2, "dash"),
+        Line(curve.tau, curve.model, "model", first, 2.2),
+        Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high),
+    )
+    x = log_axis(TAU, curve.tau)
+    label = in_unit("Allan deviation", one.recording.unit)
+    y = log_axis(label, curve.measured, curve.model, there.model, high[sure])
+    guides: tuple[Mark, ...] = tuple(
+        Rule(at, "y", "guide", "solid" if at == 0.0 else "dash") for at in (-GUIDE, 0.0, GUIDE)
+    )
+    rest = (
+        *guides,
+        Points(there.tau, there.z, "before", size=4.5, hollow=True),
+        Points(curve.tau, curve.z, "model", size=3.5),
+    )
+    panels = (
+        Panel(x, y, marks, show_x=False),
+        Panel(x, score_axis("residual (σ)", curve.z, there.z), rest, 1, grid=False),
+    )
+    return Figure("Two models", f"{one.model.name} and {two.model.name}", panels, (3.0, 1.0))
+
+
+def differences(tab: Tab) -> dict[str, Any] | None:
+    """What differs between the step that is looked at and the one beside it; None where none is."""
+    ladder, other = tab.ladder, tab.other_step
+    if other is None or ladder.step is None:
+        return None
+    places = [ladder.steps.index(s) for s in (ladder.step, other)]
+    heads = [f"Step {k}" for k in places]
+    return {
+        "at": places[1],
+        "heads": heads,
+        "models": [s.fit.model.name for s in (ladder.step, other)],
+        "rows": [
+            *_effects(ladder.step.fit, other.fit, tab.unit, places),
+            *_measures(ladder.step, other, places),
+        ],
+    }
+
+
+def _row(what: str, texts: tuple[str, str], remark: str, differs: bool) -> dict[str, Any]:
+    return {"what": what, "texts": list(texts), "remark": remark, "differs": differs}
+
+
+def _effects(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterator[dict[str, Any]]:
+    """Each value of each effect of either model."""
+    first, second = _values(one, unit), _values(two, unit)
+    for key in [*first, *(k for k in second if k not in first)]:
+        a, b = first.get(key), second.get(key)
+        texts = tuple("–" if v is None else _text(v) for v in (a, b))
+        if a is None or b is None:
+            remark = f"Only in step {places[1] if a is None else places[0]}"
+        elif texts[0] == texts[1]:
+            remark = ""
+        elif a["detected"] and b["detected"] and a["number"] and b["number"]:
+            remark = f"× {number(a['number'] / b['number'], 3)}"
+        else:
+            remark = "Seen in one" if a["detected"] != b["detected"] else ""
+        yield _row(key[0], (texts[0], texts[1]), remark, texts[0] != texts[1])
+
+
+def _text(value: Mapping[str, Any]) -> str:
+    spread = "held" if value["held"] else value["spread"]
+    return f"{value['text']} ({spread})" if spread and value["detected"] else str(value["text"])
+
+
+def _values(fit: Fit, unit: str | None) -> dict[tuple[str, int], dict[str, Any]]:
+    """By what a value is called and, where an effect is there more than once, which of them."""
+    out: dict[tuple[str, int], dict[str, Any]] = {}
+    for chip in chips(fit, unit):
+        shown = [v for v in chip["values"] if v["free"]] or chip["values"][:1]
+        for value in shown:
+            name = f"{chip['name'][:1].upper()}{chip['name'][1:]}: {value['symbol']}"
+            count = sum(k[0] == name for k in out)
+            out[name, count] = value
+    return out
+
+
+def _measures(one: Step, two: Step, places: list[int]) -> Iterator[dict[str, Any]]:
+    """How well each describes the record, and which predicts what it has not seen better."""
+    first, second = rung(one), rung(two)
+    for what, key in (
+        ("Misfit χ²/dof", "chi2_text"),
+        ("Error of the curve, rms", "error_text"),
+        ("Largest error", "max_text"),
+        ("Model discrepancy", "discrepancy_text"),
+    ):
+        texts = (first[key], second[key])
+        yield _row(what, texts, "", texts[0] != texts[1])
+    yield _row(
+        "Unseen data",
+        (first["predictive_text"], second["predictive_text"]),
+        _predicts(one, two, places),
+        first["predictive_text"] != second["predictive_text"],
+    )
+
+
+def _predicts(one: Step, two: Step, places: list[int]) -> str:
+    ends = [None if s.error is None else s.error.predictive for s in (one, two)]
+    if ends[0] is None or ends[1] is None:
+        return ""
+    gain, error = compare(ends[0], ends[1])  # of the first over the second, nats
+    better = places[0] if gain > 0 else places[1]
+    return f"Step {better} better by {number(abs(gain), 3)} ± {number(error, 2)} nats in all"
