@@ -1,9 +1,14 @@
-"""What a person waits for on the page: the first view of a long log, and the new curve after Add.
+"""What a person waits for on the page: the first view of a long log, a zoom, the new curve after Add, the first step.
+
+    python benches/python/bench_page.py [axes|tabs]
 
 Asked through the page's own API, in one process, as the browser asks. Seconds of the wall; in brackets, of the processor.
 """
 
+import gc
+import sys
 import tempfile
+import threading
 import time
 import warnings
 from pathlib import Path
@@ -22,6 +27,8 @@ with warnings.catch_warnings():
 HOST = "127.0.0.1:4711"
 #: What a browser may be sent per view.
 MOST = 300_000
+#: Tabs that are opened and closed, and what may be left of them.
+TABS, LEFT_MB = 200, 50
 HIDDEN = "N(N=0.01)+B(B=0.002)+K(K=2e-5)+GM(correlation_time=8,q_c=6e-3)+SIN(frequency=1.7,amplitude=0.006)"
 
 
@@ -54,16 +61,19 @@ class Bench:
         self.rows.append((f"{self.title}: {what}", "allanite", wall, cpu / wall, ""))
         print(f"  {what:44s} {wall:7.2f} s  ({cpu:.2f} s)")
 
-    def view(self, name):
-        answer = self.client.get(f"tabs/{self.tab}/view/{name}")
+    def get(self, path, **query):
+        answer = self.client.get(f"tabs/{self.tab}{path}", params=query)
         assert answer.status_code == 200, answer.text
-        assert len(answer.content) <= MOST
-        return len(answer.content)
+        assert len(answer.content) <= MOST, (path, len(answer.content))
+        return answer
+
+    def view(self, name, **query):
+        return len(self.get(f"/view/{name}", **query).content)
 
     def until(self, holds):
         """The state, asked for as the page does, once it `holds`."""
         while True:
-            state = self.client.get(f"tabs/{self.tab}").json()
+            state = self.get("").json()
             if state["job"]["error"] or state["problem"]:
                 raise SystemExit(state["job"]["error"] or state["problem"])
             if holds(state):
@@ -101,10 +111,88 @@ class Bench:
         self.until(lambda s: not s["job"]["busy"])
         self.note("what is missing now")
 
+    def zoom(self):
+        """To a second of the samples, in the middle of the record."""
+        middle = self.get("").json()["recording"]["duration"] / 2
+        self.watch.lap()
+        size = self.view("samples", **{"from": middle, "to": middle + 1.0})
+        self.note(f"zoom to a second of samples, {size / 1000:.0f} kB")
+
+    def improve(self):
+        """Every axis; the first step that is shown."""
+        self.until(lambda s: not s["job"]["busy"])
+        self.watch.lap()
+        order = {"do": "improve", "all": True}
+        self.client.post(f"tabs/{self.tab}/act", json=order).raise_for_status()
+        self.until(lambda s: len(s["ladder"]) > 1)
+        self.note("improve: its first step")
+        self.client.post(f"tabs/{self.tab}/act", json={"do": "cancel"}).raise_for_status()
+
+
+def six_axes(folder, n=10_000_000):
+    """A long log of six axes."""
+    path = Path(folder) / "six.npz"
+    made = parse_model(HIDDEN).simulate(n=n, rate=100.0, seed=1, unit="rad/s").samples
+    # Shifted copies: other samples at each place, and one simulation instead of six.
+    data = np.column_stack([np.roll(made, i * n // 7) for i in range(6)])
+    np.savez(path, data=data, rate_hz=100.0, unit="rad/s")
+    del made, data
+    bench = Bench(f"page, {n // 1_000_000} M samples × 6 axes", path)
+    bench.first_view()
+    bench.zoom()
+    bench.until(lambda s: not s["job"]["busy"])
+    bench.note("what is missing")
+    bench.get("/part/strip")
+    bench.note("strip of all axes")
+    bench.improve()
+    bench.client.post(f"tabs/{bench.tab}/close").raise_for_status()
+    return bench.rows
+
+
+def resident_mb():
+    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 1e6
+
+
+def many_tabs(folder):
+    """Tabs opened on a log of a million samples, looked at while ten others work, and closed."""
+    path = Path(folder) / "1.npz"
+    made = parse_model(HIDDEN).simulate(n=1_000_000, rate=100.0, seed=1, unit="rad/s").samples
+    np.savez(path, data=made, rate_hz=100.0, unit="rad/s")
+    bench = Bench("page, tabs", path)
+    bench.first_view()
+    bench.until(lambda s: not s["job"]["busy"])
+    at_work = [bench.client.post("tabs").json()["tab"] for _ in range(10)]
+    time.sleep(3.0)
+    bench.first_view()
+    for tab in [*at_work, bench.tab]:
+        bench.client.post(f"tabs/{tab}/close").raise_for_status()
+    gc.collect()
+    before, threads = resident_mb(), threading.active_count()
+    bench.watch.lap()
+    opened, most = [], 0
+    for _ in range(TABS):
+        opened.append(bench.client.post("tabs").json()["tab"])
+        most = max(most, threading.active_count())
+        if len(opened) > 8:
+            bench.client.post(f"tabs/{opened.pop(0)}/close").raise_for_status()
+    for tab in opened:
+        bench.client.post(f"tabs/{tab}/close").raise_for_status()
+    bench.note(f"{TABS} tabs opened and closed")
+    time.sleep(2.0)
+    gc.collect()
+    left, more = resident_mb() - before, threading.active_count() - threads
+    print(f"  left: {left:.0f} MB (bar {LEFT_MB}), {more} threads of at most {most - threads}")
+    assert left <= LEFT_MB
+    assert more <= 0
+    return bench.rows
+
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
         rows = []
+        if sys.argv[1:]:
+            {"axes": six_axes, "tabs": many_tabs}[sys.argv[1]](folder)
+            return
         for n in (1_000_000, 10_000_000):
             path = Path(folder) / f"{n}.npz"
             samples = parse_model(HIDDEN).simulate(n=n, rate=100.0, seed=1, unit="rad/s").samples
@@ -116,6 +204,7 @@ def main():
                 bench.add()
                 bench.add()
             rows += bench.rows
+        rows += six_axes(folder) + many_tabs(folder)
         save(rows, "page")
 
 
