@@ -19,6 +19,8 @@ from allanite.page.words import WORDS
 from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from allanite.common.parameters import Estimate
     from allanite.comparison.datasheet import Row
     from allanite.page.source import Source
@@ -164,7 +166,7 @@ def _interval(ratio: Estimate) -> str:
     return f"{number(ratio.value)} ({number(ratio.interval[0])} … {number(ratio.interval[1])})"
 
 
-def make(tab: Tab, name: str, theme: str) -> Made:
+def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = None) -> Made:
     """A file by its name: a figure or its numbers, the study, parameters of all axes, the report.
 
     Raises
@@ -174,7 +176,7 @@ def make(tab: Tab, name: str, theme: str) -> Made:
     """
     path = Path(name)
     if path.suffix in KINDS and path.stem in VIEWS:
-        figure = figure_of(tab, path.stem)
+        figure = figure_of(tab, path.stem, options)
         if path.suffix == ".csv":
             body = csv_of(figure).encode()
         else:

@@ -119,13 +119,17 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
             return work(tab)
         return await run_in_threadpool(state, tab)
 
+    def asked(request: Request) -> dict[str, str]:
+        return {k: v[:80] for k, v in request.query_params.items()}
+
     async def get_view(request: Request) -> Any:
         tab, name = desk.tab(request), request.path_params["name"]
-        options = {k: v[:80] for k, v in request.query_params.items()}
+        options = asked(request)
         return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
 
     async def get_part(request: Request) -> Any:
-        return await run_in_threadpool(part, desk.tab(request), request.path_params["name"])
+        name = request.path_params["name"]
+        return await run_in_threadpool(part, desk.tab(request), name, asked(request))
 
     async def post_act(request: Request) -> Any:
         tab = desk.tab(request)
@@ -159,8 +163,9 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
 
     async def download(request: Request) -> Response:
         tab, name = desk.tab(request), request.path_params["name"]
-        theme = request.query_params.get("theme", "light")
-        made = await run_in_threadpool(documents.make, tab, name, theme)
+        options = asked(request)
+        theme = options.pop("theme", "light")
+        made = await run_in_threadpool(documents.make, tab, name, theme, options)
         said = {
             "content-disposition": f"attachment; filename*=UTF-8''{quote(made.name)}",
             "x-note": quote(made.note),

@@ -11,6 +11,7 @@ import numpy as np
 from allanite.common.errors import InputError, TooShortError
 from allanite.fit.curve import FAILS
 from allanite.page.shown.beside import two_models
+from allanite.page.shown.deviations import deviation_figure
 from allanite.page.shown.samples import samples_figure
 from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.curves import allan_panels, parts, spectrum_panels
@@ -93,8 +94,11 @@ def failing(fit: Fit) -> list[tuple[float, float, float]]:
     return out
 
 
-def _allan(tab: Tab, _: Mapping[str, str]) -> Figure:
+def _allan(tab: Tab, options: Mapping[str, str]) -> Figure:
     fit = fit_of(tab)
+    other = deviation_figure(tab.log, fit, options)
+    if other is not None:
+        return other
     if fit is None:
         # Before the first fit there is the measured curve alone.
         return plot_deviation(tab.log.oadev())

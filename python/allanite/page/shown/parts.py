@@ -15,7 +15,7 @@ from allanite.page.shown.views import VIEWS, figure_of
 from allanite.page.source import Reading
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from allanite.axes import Common
     from allanite.fit import Fit
@@ -28,8 +28,8 @@ __all__ = ["part"]
 POINTS = 24
 
 
-def part(tab: Tab, name: str) -> Any:
-    """A part by its name: ``strip``, ``catalogue``, ``inspect``, ``saved``, ``table-…`` of a view.
+def part(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
+    """A part by its name: ``strip``, ``catalogue``, ``inspect``, ``saved``, ``table-…`` of a view with its `options`.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def part(tab: Tab, name: str) -> Any:
         view = name.removeprefix("table-")
         if view not in VIEWS:
             raise InputError(f"No view {view[:40]!r}")
-        return table_of(figure_of(tab, view))
+        return table_of(figure_of(tab, view, options))
     if name not in _PARTS:
         raise InputError(f"Nothing is called {name[:40]!r}")
     return _PARTS[name](tab)

@@ -57,16 +57,18 @@ def view(
     for trace in data:
         # Nothing else is compared here.
         trace["name"] = str(trace.get("name") or "").removesuffix(" (recording)")
-    found: dict[str, Any] = {"name": name, "title": figure.title, "subtitle": figure.subtitle}
+    found: dict[str, Any] = {"name": name, "kind": figure.kind, "title": figure.title}
+    found["subtitle"] = figure.subtitle
     layout.pop("title", None)
     # The title stands above the plot in the page's own type.
     if len([p for p in figure.panels if p.row == 0]) == 1:
         layout["annotations"] = [a for a in layout["annotations"] if not _is_title(a, figure)]
     overlays.hover(data, shown, name, unit_text(tab.log.unit))
-    if shown is not None and name in ("allan", "psd"):
+    fitted = figure.kind == "fit"
+    if shown is not None and fitted:
         _mark_components(data, shown)
         found["live"] = overlays.live(shown)
-    if shown is not None and name == "allan":
+    if shown is not None and fitted and name == "allan":
         layout["annotations"] += overlays.ranges(shown, look)
         points, labels = overlays.readings(shown, tab.work, tab.unit, look, layout)
         data += points
@@ -76,11 +78,11 @@ def view(
         if trace.get("type") == "heatmap":
             title = trace["colorbar"]["title"]
             title["text"] = sentence(title["text"])
-    _arrange(layout, name, look)
+    _arrange(layout, name, figure.kind, look)
     return {**found, **painted}
 
 
-def _arrange(layout: dict[str, Any], name: str, look: Any) -> None:
+def _arrange(layout: dict[str, Any], name: str, kind: str, look: Any) -> None:
     for key, axis in layout.items():
         if key.startswith("xaxis") and axis["domain"][0] > 0.0:
             # A page is narrower than paper: room for the title of an axis between two panels.
@@ -89,7 +91,7 @@ def _arrange(layout: dict[str, Any], name: str, look: Any) -> None:
             axis["title"]["text"] = sentence(axis["title"]["text"])
         if key.startswith(("xaxis", "yaxis")):
             axis["title"]["font"] = {"size": 13}
-    layout["showlegend"] = name in LEGEND
+    layout["showlegend"] = name in LEGEND or kind == "deviation"
     layout["legend"] = {
         "orientation": "h",
         "x": 0,
@@ -97,7 +99,7 @@ def _arrange(layout: dict[str, Any], name: str, look: Any) -> None:
         "yanchor": "bottom",
         "font": {"size": 12},
     }
-    layout["margin"] = {"l": 76, "r": 16, "t": 44 if name in LEGEND else 10, "b": 48}
+    layout["margin"] = {"l": 76, "r": 16, "t": 44 if layout["showlegend"] else 10, "b": 48}
     layout["paper_bgcolor"] = "rgba(0,0,0,0)"
     layout["plot_bgcolor"] = "rgba(0,0,0,0)"
     layout["font"] = {**layout["font"], "size": 13}

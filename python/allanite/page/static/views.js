@@ -1,5 +1,5 @@
 // The views: which is shown, its controls, its numbers, its files.
-import { $, S, act, capital, el, refill, say, speak, theme } from "./core.js";
+import { $, S, act, capital, el, fill, refill, say, speak, theme } from "./core.js";
 import { axesTable } from "./axes.js";
 import * as Draw from "./draw.js";
 
@@ -45,10 +45,11 @@ function key(got) {
   const state = S.state, item = (style, text, kind = "", title = null) => el("span", { title }, el("i", { class: kind, style }), text);
   const allan = [item("", "Measured ± 95 %", "dot"), item("border-color:var(--c-model)", state.preview ? "Tried" : "Model"),
     item("background:var(--c-model)", "Expected scatter (95 %)", "box", "Where the measured curve lies if the model is true: dark at each τ by itself, pale at all together")];
+  const other = got && got.kind === "deviation";
   if (!state.preview && !state.adequate && state.where.length) allan.push(item("background:var(--fail);opacity:.6", "Fails", "box"));
   const samples = [item("border-color:var(--c1)", "Mean"), item("background:var(--c1)", "Minimum–maximum", "box")];
-  $("key").replaceChildren(...({ allan, psd: allan, samples }[S.view] || []));
-  $("readout").textContent = got && !["allan", "psd", "compare"].includes(S.view) ? capital(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
+  $("key").replaceChildren(...(other ? [] : { allan, psd: allan, samples }[S.view] || []));
+  $("readout").textContent = other ? "The model is fitted to the spectrum, whichever deviation is shown" : got && !["allan", "psd", "compare"].includes(S.view) ? capital(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
 }
 export function redraw() { drawn = ""; figure(); }
 export function go(name) {
@@ -64,11 +65,22 @@ export function go(name) {
 
 // -- controls of a view
 export function controls() {
-  const there = Boolean(S.state.recording), of = { compare, samples, error }[S.view];
+  const there = Boolean(S.state.recording), of = { allan, compare, samples, error }[S.view];
   const parts = there && of ? of() : [];
   $("beside").hidden = !parts.length;
   refill($("beside"), ...parts);
   sheet();
+}
+// Another deviation, other averaging times: of the measured curve, the fit stays.
+const KINDS = [["", "Overlapping Allan"], ["adev", "Allan, not overlapping"], ["mdev", "Modified Allan"], ["tdev", "Time (TDEV)"], ["ohdev", "Overlapping Hadamard"], ["hdev", "Hadamard"], ["totdev", "Total"], ["pdev", "Parabolic"]];
+const GRIDS = [["", "as fitted"], ["octave", "1, 2, 4, 8 …"], ["decade", "1, 2, 4, 10 …"], ["fine", "20 a decade"]];
+function allan() {
+  const choice = (name, label, items) => {
+    const node = el("select", { "data-option": name, "aria-label": label, onchange: event => { const v = event.target.value; if (v) S.options[name] = v; else delete S.options[name]; redraw(); } });
+    fill(node, items, S.options[name] || "");
+    return el("label", {}, label, node);
+  };
+  return [choice("kind", "Deviation", KINDS), choice("grid", "Averaging times", GRIDS)];
 }
 function compare() {
   const state = S.state;

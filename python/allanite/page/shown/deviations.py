@@ -1,0 +1,86 @@
+"""The measured curve by another deviation, or at other averaging times than the fit's."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import allanite.deviation as family
+from allanite.common.errors import InputError
+from allanite.deviation import estimator_named
+from allanite.plots.axes import log_axis
+from allanite.plots.curves import TAU
+from allanite.plots.spec import Figure, Line, Mark, Panel, Points
+from allanite.plots.words import in_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from allanite.deviation import Deviation
+    from allanite.fit import Fit
+    from allanite.recording import Recording
+
+__all__ = ["GRIDS", "KINDS", "deviation_figure"]
+
+#: Offered: those that take no longer than a look, whatever the length of the record.
+KINDS = ("oadev", "adev", "mdev", "tdev", "ohdev", "hdev", "totdev", "pdev")
+#: Of these the model's own curve is the expectation.
+ALLAN = ("oadev", "adev")
+GRIDS: dict[str, str | int] = {"octave": "octave", "decade": "decade", "fine": 20}
+#: Samples of which a twin is simulated while one waits.
+MOST_TWIN = 2_000_000
+
+
+def deviation_figure(log: Recording, fit: Fit | None, options: Mapping[str, str]) -> Figure | None:
+    """The deviation that is asked for, with the model where it has that curve, else with a twin simulated from it.
+
+    None where nothing but the fit's own curve is asked for.
+    """
+    kind, grid = options.get("kind") or "oadev", options.get("grid") or ""
+    if kind not in KINDS:
+        raise InputError(f"No deviation {kind[:20]!r}: one of {', '.join(KINDS)}")
+    if grid and grid not in GRIDS:
+        raise InputError(f"No averaging times {grid[:20]!r}: one of {', '.join(GRIDS)}")
+    if kind == "oadev" and not grid:
+        return None
+    found = _found(log, kind, grid)
+    marks: list[Mark] = []
+    shown = [np.asarray(found.deviation), np.asarray(found.low), np.asarray(found.high)]
+    if fit is not None and kind in ALLAN:
+        marks.append(Line(fit.curve.tau, fit.curve.model, "model", "model", 2.2))
+    elif fit is not None and log.n <= MOST_TWIN:
+        twin = _twin(fit, kind, grid)
+        marks.append(Line(*_drawn(twin), "model", "a simulated twin of the model", 1.6))
+        shown.append(np.asarray(twin.deviation))
+    tau, values = _drawn(found)
+    kept = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
+    low, high = np.asarray(found.low)[kept], np.asarray(found.high)[kept]
+    known = bool(np.isfinite(low).any())
+    label = "measured, 95 % interval" if known else "measured"
+    marks.append(Points(tau, values, "measured", label, *((low, high) if known else (None, None))))
+    title = estimator_named(kind).title
+    title = title[0].upper() + title[1:]
+    y = log_axis(in_unit(title, found.deviation_unit), *shown)
+    panel = Panel(log_axis(TAU, tau), y, tuple(marks), title=title)
+    return Figure(title, f"{tau.size} averaging times", (panel,), kind="deviation")
+
+
+def _drawn(found: Deviation) -> tuple[np.ndarray, np.ndarray]:
+    kept = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
+    return np.asarray(found.tau)[kept], np.asarray(found.deviation)[kept]
+
+
+@lru_cache(maxsize=4)
+def _found(log: Recording, kind: str, grid: str) -> Deviation:
+    more = {"taus": GRIDS[grid]} if grid else {}
+    found: Deviation = getattr(family, kind)(log, **more)
+    return found
+
+
+@lru_cache(maxsize=4)
+def _twin(fit: Fit, kind: str, grid: str) -> Deviation:
+    data = fit.data
+    made = fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
+    return _found.__wrapped__(made, kind, grid)
