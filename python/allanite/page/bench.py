@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 __all__ = ["START", "Bench", "look"]
 
 START = "N+B+K"
+#: Samples of the shortest part of a log that is analysed by itself.
+FEWEST = 64
 
 
 class Bench:
@@ -233,23 +235,33 @@ class Bench:
 
     def take(self, span: tuple[float, float] | None) -> None:
         """Analyse a part of the log, s from its start, or the whole of it (None)."""
-        place, before = self.place_of_source, self.work
-        whole = before.whole
-        part = whole if span is None else whole.trim(*span)
-        if part.n < 64:
-            raise InputError(f"{part.n} samples are too few: take a longer part")
-        assert place is not None
+        self._part(span)
 
         def work(job: Job) -> None:
-            self._begin(job, place, Work(part, whole, span))
-            with self.change(job):
-                self.work.look(before.board.column)
-                self.preview = None
+            self.cut(job, span)
             self._first(job, self.column)
 
         if self.busy:
             self.cancel()
         self.run("Taking a part of the log", work)
+
+    def _part(self, span: tuple[float, float] | None) -> Recording:
+        """That part of the log; `InputError` if it is too short."""
+        whole = self.work.whole
+        part = whole if span is None else whole.trim(*span)
+        if part.n < FEWEST:
+            raise InputError(f"{part.n} samples are too few: take a longer part")
+        return part
+
+    def cut(self, job: Job, span: tuple[float, float] | None) -> None:
+        """Begin with a part of the log, at the column that is looked at."""
+        before, place = self.work, self.place_of_source
+        assert place is not None
+        whole = None if span is None else before.whole
+        self._begin(job, place, Work(self._part(span), whole, span))
+        with self.change(job):
+            self.work.look(before.board.column)
+            self.preview = None
 
     def choose(self, column: int) -> None:
         """Go to another column: a ladder of its own."""

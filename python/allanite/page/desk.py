@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
     from starlette.requests import Request
 
+    from allanite.page.jobs import Job
+
 __all__ = ["GRACE", "Desk"]
 
 MOST_TABS = 32
@@ -83,9 +85,14 @@ class Desk:
             tab = self.tabs.pop(key, None)
         if tab is not None:
             tab.cancel()
-            if tab.job is not None:
-                tab.job.wait(2.0)
+            job = tab.job
             del tab
+            if job is not None:
+                job.wait(2.0)
+                if job.at_work:
+                    # The core is at a long step: what it holds is given back once that is done.
+                    threading.Thread(target=_give_back_after, args=(job,), daemon=True).start()
+            del job
             _give_back()
 
     def sweep(self) -> None:
@@ -113,6 +120,12 @@ def _few_arenas() -> None:
     mallopt = _library("mallopt")
     if mallopt is not None:
         mallopt(ARENA_MAX, 2)
+
+
+def _give_back_after(job: Job) -> None:
+    job.wait()
+    del job
+    _give_back()
 
 
 def _give_back() -> None:

@@ -58,6 +58,11 @@ class Job:
         """True while the result is wanted; a cancelled job may run to its next line of Python."""
         return self._thread.is_alive() and not self._stop.is_set()
 
+    @property
+    def at_work(self) -> bool:
+        """True until its thread has ended, wanted or not."""
+        return self._thread.is_alive()
+
     def cancel(self) -> None:
         """End it: what it finds from now on is dropped, and the thread stops as soon as the core gives it back."""
         self._stop.set()

@@ -86,6 +86,8 @@ class Work:
         self.history = [Board((Ladder(),) * len(recording.columns))]
         self.place = 0
         self.digest = _digest(recording)
+        #: By what the whole log is known again, whichever part of it is analysed.
+        self.home = self.digest if whole is None else _digest(whole)
         self.audited = False
         #: Effects that were taken out, by column: they can be brought back with the values they had.
         self.tray: list[list[Effect]] = [[] for _ in recording.columns]

@@ -176,6 +176,7 @@ def _recording(tab: Tab) -> dict[str, Any]:
         ],
         "column": tab.column,
         "digest": now.digest,
+        "home": now.home,
         "span": now.span,
         "audited": now.audited,
         "n": column.n,

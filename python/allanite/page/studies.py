@@ -9,10 +9,12 @@ from allanite.effects.files import model_from_dict
 from allanite.fit import fit_model
 from allanite.fit.result import plain
 from allanite.page.bench import look
+from allanite.page.edits import parse_model_string
 from allanite.page.ladder import Ladder, Step
 from allanite.study import Rung
 
 if TYPE_CHECKING:
+    from allanite.effects import Effect
     from allanite.fit import Fit
     from allanite.page.jobs import Job
     from allanite.page.tab import Tab
@@ -32,7 +34,7 @@ def study(tab: Tab) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "log": source.name,
-        "digest": work.digest,
+        "digest": work.home,
         "column": tab.log.columns[0],
         "span": work.span,
         "axes": [
@@ -41,9 +43,14 @@ def study(tab: Tab) -> dict[str, Any]:
                 "unit": unit,
                 "at": ladder.at,
                 "ladder": [{"label": s.label, **_model(s.fit)} for s in ladder.steps],
+                "tray": [str(effect) for effect in tray],
             }
-            for name, unit, ladder in zip(
-                work.recording.columns, work.recording.units, work.board.ladders, strict=True
+            for name, unit, ladder, tray in zip(
+                work.recording.columns,
+                work.recording.units,
+                work.board.ladders,
+                work.tray,
+                strict=True,
             )
             if ladder.steps
         ],
@@ -81,17 +88,20 @@ def open_study(tab: Tab, document: Any) -> None:
         raise InputError("The study holds no ladder of this log")
     try:
         found = [_axis(axis, columns) for axis in axes]
-    except (AttributeError, TypeError, KeyError) as error:
+        span = _span(document.get("span"))
+    except (AttributeError, TypeError, KeyError, ValueError, IndexError) as error:
         raise InputError(f"The study is damaged ({error})") from None
     seen = document.get("column")
 
     def bring(job: Job) -> None:
         job.take_turn()
+        if span != tab.work.span:
+            tab.cut(job, span)
         if seen in columns:
             with tab.change(job):
-                work.look(columns.index(seen))
-        for column, models, labels, at in found:
-            log = work.log(column)
+                tab.work.look(columns.index(seen))
+        for column, models, labels, at, tray in found:
+            log = tab.work.log(column)
             steps = []
             for i, (model, label) in enumerate(zip(models, labels, strict=True)):
                 job.say(f"Bringing back {columns[column]}, step {i}: {model.name}")
@@ -101,6 +111,7 @@ def open_study(tab: Tab, document: Any) -> None:
                 steps.append(step)
             with tab.change(job):
                 tab.push(Ladder(tuple(steps), at), column)
+                tab.work.tray[column] = tray
         tab.rest(job, tab.step)
 
     if tab.busy:
@@ -108,7 +119,13 @@ def open_study(tab: Tab, document: Any) -> None:
     tab.run("Bringing the study back", bring)
 
 
-def _axis(axis: dict[str, Any], columns: tuple[str, ...]) -> tuple[int, list[Any], list[str], int]:
+def _span(said: Any) -> tuple[float, float] | None:
+    return None if said is None else (float(said[0]), float(said[1]))
+
+
+def _axis(
+    axis: dict[str, Any], columns: tuple[str, ...]
+) -> tuple[int, list[Any], list[str], int, list[Effect]]:
     name, rungs, at = axis["column"], axis["ladder"], axis["at"]
     if name not in columns:
         raise InputError(f"The study is of a column {str(name)[:40]!r}, which this log has not")
@@ -122,4 +139,5 @@ def _axis(axis: dict[str, Any], columns: tuple[str, ...]) -> tuple[int, list[Any
         models,
         labels,
         at if isinstance(at, int) and 0 <= at <= last else last,
+        [e for text in axis.get("tray", [])[:MOST] for e in parse_model_string(str(text)).effects],
     )

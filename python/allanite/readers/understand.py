@@ -142,7 +142,7 @@ def clocks_of(table: Table, at: int | None, others: tuple[int, ...]) -> list[Fin
                 "warning" if odd else "info",
                 both + (f"; their rates differ by {apart:.2%}" if odd else ""),
                 values={"relative": apart},
-                remedy=" ({time_column} chooses)",
+                remedy=" (choose by {time_column})",
             )
         )
     return told

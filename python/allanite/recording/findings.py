@@ -73,7 +73,7 @@ def of_stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
             "warning",
             f"the time column says {stamps.rate:.4g} Hz, not {rate:g} Hz",
             values={"stated_hz": rate, "measured_hz": stamps.rate},
-            remedy=": give the right {rate}",
+            remedy=": check {rate}",
         )
     if stamps.guessed:
         yield Finding(

@@ -20,7 +20,7 @@ export function leaving() {
     if (failed ? grown(S.state) : ordered() && S.state.job.name.startsWith("Improving")) event.preventDefault();
   });
 }
-const grown = state => Boolean(state && state.axes && state.axes.some(a => a.steps > 1));
+const grown = state => Boolean(state && state.axes && (state.axes.some(a => a.steps > 1) || (state.recording && state.recording.span)));
 
 // Saved a moment after each change, under what the samples are.
 export function save() {
@@ -41,14 +41,14 @@ export function save() {
 export function offer() {
   const { recording } = S.state;
   if (!recording) { $("offer").hidden = true; return; }
-  if (offered.has(recording.digest)) { if (grown(S.state)) $("offer").hidden = true; return; }
-  offered.add(recording.digest);
+  if (offered.has(recording.home)) { if (grown(S.state)) $("offer").hidden = true; return; }
+  offered.add(recording.home);
   if (grown(S.state)) return;
   let found = null;
-  try { found = JSON.parse(localStorage.getItem(PREFIX + recording.digest)); } catch { /* not ours */ }
+  try { found = JSON.parse(localStorage.getItem(PREFIX + recording.home)); } catch { /* not ours */ }
   if (!found || !found.document) return;
   const axes = found.document.axes, steps = axes.reduce((n, a) => n + a.ladder.length - 1, 0);
-  if (steps < 1) return;
+  if (steps < 1 && !found.document.span) return;
   const when = new Date(found.when).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
   const close = () => { $("offer").hidden = true; };
   $("offer").replaceChildren(el("span", {}, `You worked on this log on ${when}: ${axes.length} ${axes.length > 1 ? "axes" : "axis"}, ${steps} ${steps > 1 ? "steps" : "step"}.`),

@@ -41,7 +41,7 @@ function columns() {
     const own = reading.column_units[c.name] || c.unit || "";
     const known = units.map(u => [u.value, u.text]);
     const list = own && !units.some(u => u.value === own) ? [[own, own], ...known] : known;
-    const unit = sensor ? el("select", { "data-unit": c.name, "aria-label": `Unit of ${c.name}` }, ...list.map(([v, t]) => el("option", { value: v, selected: v === (own || "1") }, t))) : el("span", {}, c.unit || "");
+    const unit = sensor ? el("select", { "data-unit": c.name, "data-was": own || "1", "aria-label": `Unit of ${c.name}`, onchange: alike }, ...list.map(([v, t]) => el("option", { value: v, selected: v === (own || "1") }, t))) : el("span", {}, c.unit || "");
     return el("tr", { class: used ? "" : "unused" },
       el("td", {}, sensor ? el("input", { type: "checkbox", "data-use": c.name, checked: used, "aria-label": `Use ${c.name}`, onchange: event => event.target.closest("tr").classList.toggle("unused", !event.target.checked) }) : null),
       el("th", { scope: "row" }, c.name || "(no name)"), el("td", {}, `${ROLES[c.role] || c.role}${c.rate ? `, ${Number(c.rate.toPrecision(5))} Hz` : ""}${c.role === "temperature" && c.used ? ": offered as a cause" : ""}`),
@@ -49,6 +49,11 @@ function columns() {
       el("td", { class: "doubt" }, doubt(c)));
   });
   $("form-columns").replaceChildren(el("table", {}, el("thead", {}, head), el("tbody", {}, ...rows)));
+}
+// The other axes of a sensor take the unit with it, unless they had one of their own.
+function alike(event) {
+  const stem = name => name.replace(/[xyz](?=[^a-z]*$)/i, "·"), { unit, was } = event.target.dataset;
+  for (const other of $("form").querySelectorAll("[data-unit]")) if (other.dataset.was === was && stem(other.dataset.unit) === stem(unit)) other.value = event.target.value;
 }
 function doubt(c) {
   if (["time", "index", "counter"].includes(c.role)) return "Not analysed";
