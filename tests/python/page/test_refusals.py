@@ -132,6 +132,9 @@ def test_a_path_in_a_file_name_is_refused(looked, name):
         {"do": "unit", "unit": 3},
         {"do": "open", "log": 5},
         {"do": "compare", "log": -1},
+        {"do": "beside", "rung": 9},
+        {"do": "beside", "rung": "0"},
+        {"do": "study", "study": {"schema": "allanite/page-study/2", "axes": [], "span": "x"}},
     ],
 )
 def test_nonsense_is_one_line(looked, order):

@@ -1,7 +1,7 @@
 // The figure: drawing, lighting up a component, shading where an effect acts, zooming, what the pointer reads.
 import { $, S, el, short } from "./core.js";
 
-const plot = () => $("plot"), NARROW = 560;
+const plot = () => $("plot"), NARROW = 560, LOW = 320;
 const options = { displaylogo: false, displayModeBar: false, doubleClick: false, responsive: false, scrollZoom: false };
 let small = null;
 export const shown = { view: null, base: [], held: false, later: null };
@@ -20,6 +20,11 @@ export async function show(view) {
 }
 // On a phone a figure keeps its axes and loses what would not fit.
 function narrow(layout) {
+  // Beside a table there is no height for two titles, one above the other.
+  if (plot().clientHeight < LOW && layout.yaxis2 && layout.yaxis2.domain[1] < layout.yaxis.domain[0]) {
+    layout.yaxis2.title.text = "σ";
+    layout.yaxis.title.font = { size: 11 };
+  }
   small = plot().clientWidth <= NARROW;
   if (!small) return;
   layout.margin = { ...layout.margin, l: 58, r: 8 };

@@ -115,6 +115,7 @@ function sheet() {
   const { beside, sheet: found, recording } = S.state;
   $("sheet").hidden = S.view !== "compare" || !recording || !(beside || found);
   if ($("sheet").hidden) return;
+  $("sheet").className = beside ? "two" : "";
   $("sheet").replaceChildren(...(beside ? twoModels(beside) : [
     el("table", {}, el("caption", {}, `The model beside the data sheet ${found.name}`),
       el("tr", {}, ...["Figure", "Data sheet", "Measured", "Measured / sheet (95 %)", "Remark"].map(t => el("th", {}, t))),
