@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
-from allanite.common.errors import InputError
+from allanite.common.errors import AllaniteError, InputError
 from allanite.effects.model import Model
 from allanite.effects.registry import find
 from allanite.effects.strings import parse_string
+
+if TYPE_CHECKING:
+    from allanite.effects._base import Effect
 
 __all__ = ["model_from_dict", "model_to_dict", "parse_model", "save_model"]
 
@@ -40,18 +43,27 @@ def model_from_dict(document: dict[str, Any], source: str) -> Model:
         raise InputError(
             f"{source}: schema {document.get('schema')!r} is not a model (expected one of {', '.join(SCHEMAS)})"
         )
-    effects = []
-    for entry in document.get("effects", []):
-        cls = find(str(entry.get("kind")))
-        if cls is None:
-            raise InputError(f"{source}: unknown effect {entry.get('kind')!r}")
-        known = {p.name for p in cls.parameters if p.role != "derived"}
-        values = {k: v.get("value") for k, v in entry.get("parameters", {}).items() if k in known}
-        values = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
-        effects.append(cls(**values, hold=tuple(entry.get("held", ()))))
+    try:
+        effects = [_effect(entry, source) for entry in document.get("effects", [])]
+    except AllaniteError:
+        raise
+    except (AttributeError, TypeError, ValueError):  # a number where an object belongs
+        raise InputError(
+            f"{source}: its effects are not as a model, fit or check writes them"
+        ) from None
     if not effects:
         raise InputError(f"{source}: the document holds no effects")
     return Model(tuple(effects))
+
+
+def _effect(entry: dict[str, Any], source: str) -> Effect:
+    cls = find(str(entry.get("kind")))
+    if cls is None:
+        raise InputError(f"{source}: unknown effect {entry.get('kind')!r}")
+    known = {p.name for p in cls.parameters if p.role != "derived"}
+    values = {k: v.get("value") for k, v in entry.get("parameters", {}).items() if k in known}
+    values = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
+    return cls(**values, hold=tuple(entry.get("held", ())))
 
 
 def parse_model(text: str | Model) -> Model:
@@ -87,7 +99,7 @@ def parse_model(text: str | Model) -> Model:
             document = json.loads(path.read_text(encoding="utf-8"))
         except FileNotFoundError:
             raise InputError(f"{text}: no such model file") from None
-        except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             raise InputError(f"{text}: not a model file: {error}") from None
         if not isinstance(document, dict):
             raise InputError(f"{text}: not a model file: expected a JSON object")

@@ -145,7 +145,7 @@ def _sensors(
     found = chosen or found
     if not found:
         raise InputError(
-            f"no sensor column found among {', '.join(names)}",
+            f"no sensor column found among {', '.join(names) or 'none at all'}",
             missing="column",
             remedy=": name it with {column}",
         )

@@ -25,6 +25,8 @@ __all__ = ["clocks_of", "kind_of", "understand"]
 ROWS, FEWEST = 20_000, 20
 
 
+# A step beyond doubles, or beside ones near their smallest, is like no other.
+@np.errstate(over="ignore", invalid="ignore")
 def kind_of(values: NDArray[Any]) -> str | None:
     """Tell a column that counts from one that measures.
 

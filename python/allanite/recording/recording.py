@@ -348,7 +348,10 @@ class Recording:
             )
         x = self.samples
         if self.quantity == "rate":
-            return np.ascontiguousarray(x, dtype=np.int64 if x.dtype.kind in "iu" else np.float64)
+            with np.errstate(invalid="ignore"):  # a float32 NaN that signals is one like others
+                return np.ascontiguousarray(
+                    x, dtype=np.int64 if x.dtype.kind in "iu" else np.float64
+                )
         if self.quantity == "increment":
             return x * self.rate
         return np.diff(x.astype(np.int64 if x.dtype.kind in "iu" else np.float64)) * self.rate

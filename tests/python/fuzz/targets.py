@@ -3,6 +3,7 @@
 import io
 import json
 import struct
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import logs
@@ -118,17 +119,58 @@ ACTIONS = [
 
 
 def reader(suffix, seeds, text=False, **options):
-    """A format read from a file, and measured where it is read."""
+    """A format read from a file, and measured where it is read; the command answers as the library does."""
+    words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
 
     def call(data, folder):
         path = Path(folder) / f"x{suffix}"
         path.write_bytes(data)
-        recording = al.read(path, **options)
-        repr(recording)
-        json.dumps(recording.describe(), allow_nan=False).encode()
-        recording.oadev()
+        error, codes = None, {0}
+        try:
+            recording = al.read(path, **options)
+            repr(recording)
+            json.dumps(recording.describe(), allow_nan=False).encode()
+            recording.oadev()
+            codes = codes_for(recording)
+        except al.AllaniteError as caught:
+            error = caught
+            codes = {3 if isinstance(error, al.TooShortError) else 2}
+        commanded(["adev", str(path), *words, "--json"], codes)
+        if error is not None:
+            raise error
 
     return seeds, call, text
+
+
+def codes_for(recording):
+    """Exit codes of a command on a log that the library reads: it wants 16 samples, and none of a stuck sensor."""
+    with np.errstate(invalid="ignore"):  # a NaN that signals
+        columns = np.atleast_2d(recording.samples.T).astype(float)
+    stuck = any(np.unique(x[~np.isnan(x)]).size < 2 for x in columns)
+    return {0, *[3] * (recording.n < 16), *[2] * stuck}
+
+
+def commanded(words, codes):
+    """A command ends with one of these exit codes, and with one short line where it is not 0."""
+    from allanite.cli import main
+
+    out, err = io.StringIO(), io.StringIO()
+    try:
+        with redirect_stdout(out), redirect_stderr(err):
+            main(words)
+    except SystemExit as ended:
+        code = ended.code
+    said = err.getvalue()
+    assert code in codes, f"exit code {code}, not of {codes}: {said}"
+    if code:
+        assert said.startswith("allanite: "), said
+        assert said.count("\n") == 1, said
+        assert out.getvalue() == ""
+    else:
+        json.loads(out.getvalue(), parse_constant=float)
+    for line in said.splitlines():
+        assert line.isprintable(), repr(line)
+        assert len(line) <= 310, line
 
 
 def model_string(data, _folder):

@@ -1,10 +1,12 @@
 """A minute of what `make fuzz` does for ten, and inputs that were once answered wrongly."""
 
+import json
 import re
 import subprocess
 import sys
 import time
 import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -126,7 +128,8 @@ def test_an_archive_with_a_damaged_directory(tmp_path):
 @pytest.mark.parametrize("path", sorted((HERE / "found").iterdir()), ids=lambda path: path.name)
 def test_found_inputs(path):
     """Each once ended in a traceback, a warning, a signal or half a minute; the process is not ours to lose."""
-    pytest.importorskip({".h5": "h5py", ".feather": "pyarrow"}.get(path.suffix, "scipy"))
+    needs = {".h5": "h5py", ".feather": "pyarrow", ".ulg": "pyulog", ".bin": "pymavlink"}
+    pytest.importorskip(needs.get(path.suffix, "scipy"))
     code = (
         "import sys, allanite as al\n"
         "try: al.read(sys.argv[1]).describe()\n"
@@ -138,3 +141,37 @@ def test_found_inputs(path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert len(done.stdout) <= 300
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [3, [3], ["N"], [{"kind": "N", "parameters": 3}], [{"kind": "N", "parameters": {"N": 3}}],
+     [{"kind": "N", "held": 3}], [{"kind": "N", "parameters": {"N": {"value": {}}}}], {"N": 1}],
+)  # fmt: skip
+def test_a_model_file_with_another_shape_is_one_line(tmp_path, effects):
+    path = tmp_path / "m.json"
+    path.write_text(json.dumps({"schema": "allanite/model/1", "effects": effects}))
+    with pytest.raises(AllaniteError, match=r"m\.json|is not a number"):
+        al.parse_model(str(path))
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, '{"schema": ' + "1" * 5000 + "}"])
+def test_a_model_file_that_json_itself_gives_up_is_one_line(tmp_path, text):
+    (tmp_path / "m.json").write_text(text)
+    with pytest.raises(AllaniteError, match="not a model file"):
+        al.parse_model(str(tmp_path / "m.json"))
+
+
+def test_single_precision_nan_that_signals_is_missing_like_others(tmp_path):
+    samples = np.random.default_rng(1).standard_normal(500).astype(np.float32)
+    samples[7] = np.array(0x7F800001, dtype="<u4").view("<f4")
+    assert np.isnan(al.Recording(samples, rate=10).rate_samples()[7])
+
+
+@pytest.mark.parametrize("name", ["prints-on-stdout.ulg", "prints-on-stderr.bin"])
+def test_what_a_foreign_library_prints_is_not_said(name, capfd):
+    """pyulog's warnings stood in front of the JSON of a command, pymavlink's beside its one line."""
+    pytest.importorskip({".ulg": "pyulog", ".bin": "pymavlink"}[name[-4:]])
+    with suppress(AllaniteError):
+        al.read(HERE / "found" / name)
+    assert capfd.readouterr() == ("", "")

@@ -294,3 +294,8 @@ def test_the_preamble_of_a_real_log(data):
     r = al.read(data("logs/imu_static_test.csv"))
     assert (r.columns, r.rate) == (("ax", "ay", "az", "gx", "gy", "gz"), 100.0)
     assert r.n == 9986
+
+
+def test_steps_near_the_ends_of_doubles_are_told_without_a_warning():
+    values = np.array([0.0, 1e-300, 2e-300, 3e-300, 1e300, 1.5e308, -1.5e308] * 40)
+    assert kind_of(values) is None

@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.readers._table import Table
+from allanite.readers.topics._quiet import quiet
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,15 +47,16 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     wanted = topics[0].partition(".")[0] if topics else None
     log = None
     try:
-        log = _forward(DFReader.DFReader_binary)(str(path), zero_time_base=True)
-        known = [name for name in log.name_to_id if name != "FMT"]
-        kinds = [wanted] if wanted else [name for name in TOPICS if name in known]
-        while kinds and (message := log.recv_match(type=kinds)) is not None:
-            kind = message.get_type()
-            names.setdefault(kind, tuple(message.get_fieldnames()))
-            values = tuple(_number(getattr(message, field)) for field in names[kind])
-            at = names[kind].index("I") if "I" in names[kind] else None
-            rows.setdefault((kind, 0 if at is None else int(values[at])), []).append(values)
+        with quiet(DFReader):
+            log = _forward(DFReader.DFReader_binary)(str(path), zero_time_base=True)
+            known = [name for name in log.name_to_id if name != "FMT"]
+            kinds = [wanted] if wanted else [name for name in TOPICS if name in known]
+            while kinds and (message := log.recv_match(type=kinds)) is not None:
+                kind = message.get_type()
+                names.setdefault(kind, tuple(message.get_fieldnames()))
+                values = tuple(_number(getattr(message, field)) for field in names[kind])
+                at = names[kind].index("I") if "I" in names[kind] else None
+                rows.setdefault((kind, 0 if at is None else int(values[at])), []).append(values)
     except Exception as error:  # pymavlink raises whatever the bytes lead it to
         raise InputError(f"damaged or not an ArduPilot log ({error})") from None
     finally:
@@ -94,6 +96,10 @@ def _forward(reader: type[Any]) -> type[Any]:
                 with suppress(AttributeError):  # it was not opened
                     self.close()
                 raise
+
+        def init_arrays_fast(self, progress_callback: Any = None) -> None:
+            # The compiled index writes to the process's own stderr, which nobody can keep to one line.
+            self.init_arrays(progress_callback=progress_callback)
 
         def _parse_next(self) -> Any:
             before = self.offset

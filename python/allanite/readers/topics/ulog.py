@@ -8,6 +8,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.readers._table import Table
+from allanite.readers.topics._quiet import quiet
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,12 +39,12 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     InputError
         A damaged file, or no inertial topic in it; the topics are listed.
     """
-    from pyulog import ULog
+    from pyulog import core
 
     try:
         # Opened here, because pyulog leaves a damaged file open.
-        with path.open("rb") as stream:
-            log = ULog(stream)
+        with path.open("rb") as stream, quiet(core):
+            log = core.ULog(stream)
     except Exception as error:  # pyulog raises whatever the bytes lead it to
         raise InputError(f"damaged or not a ULog file ({error})") from None
     found = {f"{data.name}.{data.multi_id}": data.data for data in log.data_list}
