@@ -28,17 +28,63 @@ def test_a_scale_is_kept_or_refused(kind, scale):
     np.testing.assert_allclose(found / scale, one, rtol=1e-9)
 
 
-def test_a_ramp_hides_no_noise():
-    """A thousand times the noise at every sample: exact to 1e-10 at the shortest τ."""
+@pytest.fixture(scope="module")
+def ramp():
+    """A ramp of a million times its noise at the ends, and its phase in long doubles."""
     n = 2_000_000
     noise = np.round(np.random.default_rng(1).standard_normal(n) * 2**20) / 2**30
     x = np.linspace(-500.0, 500.0, n) + noise
-    found = al.oadev(x, factors=[1, 2, 3]).deviation
     wide = x.astype(np.longdouble)
-    theta = np.concatenate([[np.longdouble(0)], np.cumsum(wide - wide.mean())])
+    return x, np.concatenate([[np.longdouble(0)], np.cumsum(wide - wide.mean())])
+
+
+def _differences(theta, m, order):
+    weights = [(-1) ** k * comb(order, k) for k in range(order + 1)]
+    count = theta.size - order * m
+    return sum(w * theta[k * m : k * m + count] for k, w in enumerate(weights))
+
+
+def _averages(theta, m):
+    total = np.concatenate([[np.longdouble(0)], np.cumsum(_differences(theta, m, 2))])
+    return (total[m:] - total[:-m]) / m
+
+
+def _slopes(theta, m):
+    if m == 1:  # a line through two phases is its ends
+        return _differences(theta, 1, 2)
+    steps = theta[m:] - theta[:-m]
+    weights = (m - 1) / 2 - np.arange(m)
+    count = theta.size - 2 * m
+    return sum(w * steps[k : k + count] for k, w in enumerate(weights)) * 12 / m**2
+
+
+def _reflected(theta, m):
+    around = np.concatenate(
+        [2 * theta[0] - theta[m:0:-1], theta, 2 * theta[-1] - theta[-2 : -m - 2 : -1]]
+    )
+    return _differences(around, m, 2)[1:-1]
+
+
+RAMPED = {
+    "oadev": (lambda theta, m: _differences(theta, m, 2), 2),
+    "adev": (lambda theta, m: _differences(theta, m, 2)[::m], 2),
+    "mdev": (_averages, 2),
+    "ohdev": (lambda theta, m: _differences(theta, m, 3), 6),
+    "hdev": (lambda theta, m: _differences(theta, m, 3)[::m], 6),
+    "totdev": (_reflected, 2),
+    "pdev": (_slopes, 2),
+}
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).nmant < 63, reason="long doubles are doubles here")
+@pytest.mark.parametrize("name", RAMPED)
+def test_a_ramp_hides_no_noise(name, ramp):
+    """A million times the noise: exact to 1e-10 at the shortest τ."""
+    x, theta = ramp
+    terms, divisor = RAMPED[name]
+    found = getattr(al, name)(x, factors=[1, 2, 3]).deviation
     for m, value in zip((1, 2, 3), found, strict=True):
-        second = theta[2 * m :] - 2 * theta[m:-m] + theta[: -2 * m]
-        exact = np.sqrt(np.mean(second**2) / (2 * m * m))
+        exact = np.sqrt(np.mean(terms(theta, m) ** 2) / (divisor * m * m))
         assert abs(value / float(exact) - 1) < 1e-10
 
 

@@ -4,7 +4,6 @@ A busy machine is slow: what counts is the processor time that the process takes
 Each call would take minutes.
 """
 
-import os
 import signal
 import time
 from pathlib import Path
@@ -12,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from allanite.deviation import ESTIMATORS
-from command_line import started
+from command_line import spent, started
 
 pytestmark = pytest.mark.skipif(
     not Path("/proc/self/stat").exists(), reason="reads the processor time of a process from /proc"
@@ -51,12 +50,6 @@ CALLS = {
     "theo1": (400, "al.theo1(x, rate=1.0, taus='all')"),
     "simulate": (1, "al.parse_model('N(N=1)+B(B=1)').simulate(duration=1e9, rate=1.0, seed=1)"),
 }
-
-
-def spent(process):
-    """Seconds of processor time of a process so far."""
-    fields = Path(f"/proc/{process.pid}/stat").read_text("ascii").rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 @pytest.mark.parametrize("name", CALLS)
