@@ -1,5 +1,6 @@
 """A name that would be code, a control or a formula somewhere is a name everywhere."""
 
+import ast
 import json
 import re
 import xml.etree.ElementTree as ET
@@ -9,6 +10,10 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.effects.files import model_to_dict
+from allanite.export import export
+from allanite.export._axis import axes_of
+from page_browser import CHROMIUM, needs_chromium
 
 NAMES = {
     "code": "gx\nsystem('rm -rf /'); %",
@@ -89,3 +94,71 @@ def test_figures(name, tmp_path):
     for thing in (recording, recording.oadev(), check):
         str(thing).encode("utf-8")
         assert "\x1b" not in str(thing)
+
+
+def exported(name, target):
+    documents = []
+    for unit in ("deg/s", "mg"):
+        document = model_to_dict(al.parse_model("N(N=0.01)+B(B=1e-3)"))
+        document["recording"] = {"unit": unit, "rate_hz": 100.0, "column": name, "path": name}
+        documents.append(document)
+    return export(axes_of(documents), target)
+
+
+def matlab(text):
+    """What MATLAB makes of a script, without comments; a character that begins no token is an error there."""
+    token = re.compile(
+        r"(%[^\n]*|\.\.\.[^\n]*)|('(?:[^'\n]|'')*'|[\d.]+(?:e[-+]?\d+)?|\w+|[=(),;.\n])|[ \t]+"
+    )
+    found, at = [], 0
+    while at < len(text):
+        match = token.match(text, at)
+        assert match, text[at : at + 50]
+        # Lines of comments alone leave nothing.
+        if match[2] and not (match[2] == "\n" and found[-1:] in ([], ["\n"])):
+            found.append(match[2])
+        at = match.end()
+    return found
+
+
+def yaml(text):
+    return pytest.importorskip("ruamel.yaml").YAML(typ="safe", pure=True).load(text)
+
+
+PARSERS = {
+    **dict.fromkeys(["kalibr", "ros", "vins", "orbslam3", "liosam", "fastlio", "kfgins"], yaml),
+    "matlab": matlab,
+    "gtsam": lambda text: ast.dump(ast.parse(text)),
+    "gnss-ins-sim": lambda text: ast.dump(ast.parse(text)),
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("target", PARSERS)
+def test_exports_by_the_parser_of_their_target(name, target):
+    parse = PARSERS[target]
+    assert parse(exported(NAMES[name], target)) == parse(exported("gx", target))
+
+
+@pytest.mark.browser
+@needs_chromium
+@pytest.mark.parametrize("interactive", [False, True])
+def test_reports_in_a_browser(interactive, tmp_path):
+    """As a browser parses and runs it: nothing asked for, nothing opened, and the name is to be read."""
+    sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
+    happened = []
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=str(CHROMIUM))
+        tab = browser.new_page()
+        tab.on("dialog", lambda dialog: (happened.append(dialog.message), dialog.dismiss()))
+        tab.on("request", lambda request: happened.append(request.url))
+        tab.on("pageerror", lambda error: happened.append(str(error)))
+        for name in ("html", "markdown", "code", "formula", "terminal", "surrogate"):
+            recording = named(NAMES[name])
+            path = tmp_path / f"{name}.html"
+            path.write_text(al.make_report(recording, MODEL).to_html(interactive), encoding="utf-8")
+            tab.goto(path.as_uri())
+            assert recording.columns[0].strip() in tab.inner_text("body")
+            assert happened.pop(0) == path.as_uri()
+            assert not happened
+        browser.close()
