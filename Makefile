@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo screenshots test test-all test-rust test-python test-statistical floors lint bench bars miri clean gallery docs fuzz release
+.PHONY: help demo screenshots test test-all test-rust test-python test-statistical floors lint bench bars miri clean gallery docs fuzz fuzz-core release
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -73,6 +73,13 @@ lint: $(VENV)/.developed ## formatting, spelling, style, types, stubs, layers, c
 
 fuzz: $(VENV)/.developed ## ten minutes of damaged files, strings and requests (SECONDS_EACH=, SEED=)
 	$(BIN)/python tests/python/fuzz/run.py --seconds $(or $(SECONDS_EACH),25) --seed $(or $(SEED),0)
+
+fuzz-core: ## the text reader of the core by libFuzzer, a minute each of its targets (needs nightly and cargo-fuzz)
+	for target in text dialect pipes; do \
+	  mkdir -p target/fuzz/$$target; \
+	  cargo +nightly fuzz run $$target target/fuzz/$$target fuzz/corpus/$$target -- \
+	    -max_total_time=$(or $(SECONDS_EACH),60) -rss_limit_mb=2000 -timeout=10 || exit 1; \
+	done
 
 release: $(VENV)/.made ## VERSION=1.2.3: everything of a release but the push (a dry run; nothing leaves this machine)
 	@$(BIN)/python docs/release.py "$(VERSION)"

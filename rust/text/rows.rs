@@ -67,7 +67,8 @@ impl Rows {
     pub fn select(&mut self, wanted: Vec<usize>) -> Result<()> {
         let (name, count) = (&self.name, self.dialect.count);
         if let Some(column) = wanted.iter().find(|&&column| column >= count) {
-            return Err(Error::Input(format!("{name}: there is no column {}; it has {count}", column + 1)));
+            let named = column.saturating_add(1);
+            return Err(Error::Input(format!("{name}: there is no column {named}; it has {count}")));
         }
         if wanted.is_empty() {
             return Err(Error::Input(format!("{name}: no column was asked for")));

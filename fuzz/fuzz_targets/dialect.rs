@@ -1,0 +1,7 @@
+//! Any first lines, and any options of a caller.
+#![no_main]
+
+#[path = "../../tests/common/logs.rs"]
+mod logs;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| logs::dialect(bytes));
