@@ -24,7 +24,7 @@ const TIERS: [(usize, usize); 4] =
 const BATCH: usize = 64;
 
 /// Sums of squared second differences, one per factor, in units of one sample (phase: of one point).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Terms {
     /// Σ d².
     pub sum: Vec<f64>,

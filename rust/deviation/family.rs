@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use super::allan::{Means, Terms};
-use super::{Piece, hadamard, modified, modified_total, theo, tie, total};
+use super::{Piece, allan, hadamard, modified, modified_total, theo, tie, total};
 use crate::Result;
 use crate::machine::pages::Buffer;
 use crate::parallel::for_each;
@@ -126,6 +126,13 @@ pub fn variances<T: Sample>(
     }
     let runs = point_runs(record, kind.pointwise());
     let points = record.points();
+    let (begun, factors) = if kind == Kind::Total && record.quantity() == Quantity::Rate && record.gaps() == 0
+    {
+        let near = factors.partition_point(|&m| m <= LOCAL && 2 * m < points);
+        (begin(record, &theta, &factors[..near], means)?, &factors[near..])
+    } else {
+        (Terms::default(), factors)
+    };
     let local = record.quantity() == Quantity::Rate && !kind.global();
     let plan = Plan::new(kind, factors, points, local);
     let threads = if plan.cost() < 1 << 20 { 1 } else { means.threads };
@@ -165,10 +172,30 @@ pub fn variances<T: Sample>(
         }
         terms.count[place] += count;
     }
-    let variances = (0..factors.len())
-        .map(|i| replaced(kind, factors[i]).scaled(sums[i][0] + sums[i][1], terms.count[i], factors[i]))
-        .collect();
-    Ok((variances, terms.count, theta))
+    let scaled = (0..factors.len())
+        .map(|i| replaced(kind, factors[i]).scaled(sums[i][0] + sums[i][1], terms.count[i], factors[i]));
+    Ok((begun.sum.into_iter().chain(scaled).collect(), [begun.count, terms.count].concat(), theta))
+}
+
+/// Total variances, in place of sums, of factors that the local phase serves: the Allan variance's terms are the inner
+/// ones, and lose nothing to the size of the global phase; those about the ends are few.
+fn begin<T: Sample>(
+    record: &Record<'_, T>,
+    theta: &[f64],
+    factors: &[usize],
+    means: Means<'_>,
+) -> Result<Terms> {
+    let mut terms = allan::overlapping(record, factors, means)?.0;
+    let (points, whole) = (theta.len(), [(0, theta.len() - 1)]);
+    for (i, &m) in factors.iter().enumerate() {
+        for span in [(1, m), (points - m, points - 1)] {
+            let (sum, count) = total::reflected(means.width, theta, &whole, span, m);
+            terms.sum[i] += sum;
+            terms.count[i] += count;
+        }
+        terms.sum[i] = Kind::Total.scaled(terms.sum[i], terms.count[i], m);
+    }
+    Ok(terms)
 }
 
 /// Terms `from..to` of one factor.
