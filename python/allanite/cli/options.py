@@ -214,7 +214,7 @@ def _varies(column: Recording) -> bool:
 
     x = column.rate_samples()
     x = x[~np.isnan(x)] if x.dtype.kind == "f" else x
-    return x.size > 1 and bool(np.ptp(x) > 0)
+    return x.size > 1 and bool(x.max() > x.min())
 
 
 def _span(text: str) -> tuple[float | None, float | None]:
