@@ -98,7 +98,7 @@ def _forward(reader: type[Any]) -> type[Any]:
                 raise
 
         def init_arrays_fast(self, progress_callback: Any = None) -> None:
-            # The compiled index writes to the process's own stderr, which nobody can keep to one line.
+            # The compiled index writes to the process's own stderr, past every guard of Python's.
             self.init_arrays(progress_callback=progress_callback)
 
         def _parse_next(self) -> Any:
