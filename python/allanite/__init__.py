@@ -43,10 +43,12 @@ if TYPE_CHECKING:
     from allanite.effects.covariate import Covariate
     from allanite.effects.excursion import Excursion
     from allanite.effects.gauss_markov import GaussMarkov
+    from allanite.effects.high_pass import HighPass
     from allanite.effects.hysteresis import Hysteresis
     from allanite.effects.noise_level_change import NoiseLevelChange
     from allanite.effects.noise_levels import NoiseLevels
     from allanite.effects.noise_of_column import NoiseOfColumn
+    from allanite.effects.notch import Notch
     from allanite.effects.outliers import Outliers
     from allanite.effects.periodic_noise_level import PeriodicNoiseLevel
     from allanite.effects.power_law import PowerLaw
@@ -115,11 +117,13 @@ _HOME = {
     "BurstNoise": "allanite.effects.burst_noise",
     "Covariate": "allanite.effects.covariate",
     "Excursion": "allanite.effects.excursion",
+    "HighPass": "allanite.effects.high_pass",
     "Hysteresis": "allanite.effects.hysteresis",
     "GaussMarkov": "allanite.effects.gauss_markov",
     "NoiseLevelChange": "allanite.effects.noise_level_change",
     "NoiseLevels": "allanite.effects.noise_levels",
     "NoiseOfColumn": "allanite.effects.noise_of_column",
+    "Notch": "allanite.effects.notch",
     "Outliers": "allanite.effects.outliers",
     "PeriodicNoiseLevel": "allanite.effects.periodic_noise_level",
     "PowerLaw": "allanite.effects.power_law",
@@ -194,6 +198,7 @@ __all__ = [
     "Fleet",
     "GaussMarkov",
     "Growth",
+    "HighPass",
     "Hysteresis",
     "Innovations",
     "InputError",
@@ -202,6 +207,7 @@ __all__ = [
     "NoiseLevelChange",
     "NoiseLevels",
     "NoiseOfColumn",
+    "Notch",
     "Outliers",
     "PeriodicNoiseLevel",
     "Plan",

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from allanite.effects import Effect
+    from allanite.effects._filter import Response
     from allanite.effects.terms import Term
 
     Array = NDArray[np.float64]
@@ -28,6 +29,8 @@ __all__ = ["SAMPLES", "arma", "simulate", "simulate_chunks"]
 
 #: Samples whose numbers are exact; no memory holds as many.
 SAMPLES = 2**53
+#: Samples at a time of what comes before a filtered record.
+START = 2**20
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
@@ -218,18 +221,25 @@ class _Source:
         self.known = [e.sampler(self.n, self.rate, self.covariates) for e in model.deterministic]
         # Parts of the noise, and whether the level of a part changes.
         self.parts: list[tuple[_kernels.Simulator, bool]] = []
-        steady = Model(tuple(e for e in model if e not in self.levels))
+        self.filters = [_Running(e.response(self.rate)) for e in model.filters]
+        # What is filtered begins before the record, by what the filters remember.
+        self.before = sum(f.settling for f in self.filters)
+        total = self.n + self.before
+        aside = (*self.levels, *model.filters)
+        steady = Model(tuple(e for e in model if e not in aside))
         generators: list[tuple[str, list[float]]] = []
         for number, effect in enumerate(model.stochastic):
             own = _of_effect(steady, effect, self.rate)
             if effect.white and self.levels:
-                white = _kernels.Simulator(own, seed, key + 1 + number, axis, self.n)
+                white = _kernels.Simulator(own, seed, key + 1 + number, axis, total)
                 self.parts.append((white, True))
             else:
                 generators += own
         if generators or not self.parts:
-            rest = _kernels.Simulator(generators, seed, key, axis, self.n)
+            rest = _kernels.Simulator(generators, seed, key, axis, total)
             self.parts.append((rest, False))
+        for first in range(-self.before, 0, START):
+            self._noise(min(START, -first), first)
 
     def take(self, count: int) -> Recording:
         """The next `count` samples."""
@@ -247,8 +257,9 @@ class _Source:
         for process, changes in self.parts:
             part = process.next(count)
             if changes:
-                time = np.arange(first, first + count) / self.rate
-                columns = {k: v[first : first + count] for k, v in self.covariates.items()}
+                at = np.arange(first, first + count)
+                time = at / self.rate
+                columns = {k: v[np.maximum(at, 0)] for k, v in self.covariates.items()}
                 for level in self.levels:
                     part *= level.gain(time, columns)
             if total is None:
@@ -256,7 +267,24 @@ class _Source:
             else:
                 total += part
         assert total is not None
+        for filtering in self.filters:
+            total = filtering.next(total)
         return total
+
+
+class _Running:
+    """A filter of the whole signal, fed piece by piece."""
+
+    def __init__(self, response: Response) -> None:
+        self.b, self.a = response.b, response.a
+        self.settling = response.settling
+        self.state = np.zeros(len(response.poles))
+
+    def next(self, samples: Array) -> Array:
+        from scipy.signal import lfilter
+
+        out, self.state = lfilter(self.b, self.a, samples, zi=self.state)
+        return np.asarray(out)
 
 
 def _length(duration: float | None, n: int | None, rate: float) -> int:

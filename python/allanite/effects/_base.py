@@ -46,6 +46,8 @@ class Effect:
     (True, 1)
     >>> len(lag.variants()), lag.extended(), lag.errors(10.0), lag.shape_error("q_c", 1e-4, 1000.0)
     (1, (), {}, None)
+    >>> al.HighPass(cutoff=1.0).shows(al.parse_model("N(N=1)+HP(f=1,order=1)"), 100.0, 600.0)
+    True
     """
 
     kind: ClassVar[str]
@@ -180,6 +182,10 @@ class Effect:
         `variance` is that of the first amplitude, `duration` that of the record in s.
         """
         return None
+
+    def shows(self, model: Model, rate: float, duration: float) -> bool:
+        """Whether a fitted model that ends with it has the mark by which it is told from others; by default True."""
+        return True
 
     @property
     def numbers(self) -> int:

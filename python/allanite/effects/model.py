@@ -12,6 +12,7 @@ from allanite.common import verbs
 from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate
 from allanite.effects._base import Effect, Modifier, Stochastic
+from allanite.effects._filter import Filter
 from allanite.effects._known import Deterministic
 from allanite.effects.terms import Term, White
 
@@ -104,6 +105,11 @@ class Model:
         """What acts on the white part."""
         return tuple(e for e in self.effects if isinstance(e, Modifier))
 
+    @property
+    def filters(self) -> tuple[Filter, ...]:
+        """What all random processes have passed."""
+        return tuple(e for e in self.effects if isinstance(e, Filter))
+
     def missing(self, n: int, rate: float) -> NDArray[np.bool_] | None:
         """Mask of the samples that its effects take out of a record of n; None where none of them takes any."""
         masks = [e.missing(n, rate) for e in self.modifiers if e.removes]
@@ -117,10 +123,12 @@ class Model:
     def unit_terms(
         self, effect: Stochastic, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Terms of one effect at coefficient 1, its white part passed through the model's modifiers."""
+        """Terms of one effect at coefficient 1, behind the model's modifiers."""
         out = effect.unit_terms(rate)
         if effect.white:
             for modifier in self.modifiers:
+                if isinstance(modifier, Filter):
+                    continue
                 out = tuple(
                     changed
                     for term in out
@@ -130,6 +138,9 @@ class Model:
                         else (term,)
                     )
                 )
+        # What filters the whole signal comes after what happens to the white noise in it.
+        for filtering in self.filters:
+            out = filtering.passed(out, rate)
         return out
 
     def terms(self, rate: float, span: tuple[float, float] | None = None) -> tuple[Term, ...]:

@@ -17,10 +17,12 @@ from allanite.effects.burst_noise import BurstNoise
 from allanite.effects.covariate import Covariate
 from allanite.effects.excursion import Excursion
 from allanite.effects.gauss_markov import GaussMarkov
+from allanite.effects.high_pass import HighPass
 from allanite.effects.hysteresis import Hysteresis
 from allanite.effects.noise_level_change import NoiseLevelChange
 from allanite.effects.noise_levels import NoiseLevels
 from allanite.effects.noise_of_column import NoiseOfColumn
+from allanite.effects.notch import Notch
 from allanite.effects.outliers import Outliers
 from allanite.effects.periodic_noise_level import PeriodicNoiseLevel
 from allanite.effects.power_law import PowerLaw
@@ -143,6 +145,8 @@ CATALOGUE = Catalogue(
         GaussMarkov,
         Sinusoid,
         Bandwidth,
+        HighPass,
+        Notch,
         Resonance,
         PowerLaw,
         Unexplained,

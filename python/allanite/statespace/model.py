@@ -12,6 +12,7 @@ from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate
 from allanite.effects import Model
 from allanite.effects._base import Effect, Stochastic
+from allanite.effects._filter import Filter
 from allanite.effects._known import Deterministic, Periodic
 from allanite.statespace.sections import Section, is_line, line, of_terms
 
@@ -213,7 +214,8 @@ def state_space(
     """State-space form of the random part of a model.
 
     Flicker and other power laws become sums of lags (two a decade of frequency), a low-pass filter and quantization the
-    short recursions that have their spectrum, lines undamped pairs of unknown phase.
+    short recursions that have their spectrum, lines undamped pairs of unknown phase. Behind a filter of the whole signal
+    all noise is one block.
 
     Parameters
     ----------
@@ -241,6 +243,8 @@ def state_space(
     n = RECORD if duration is None else max(16, round(duration * fs))
     if n > 2**40:
         raise InputError(f"duration = {duration:g} s at {fs:g} Hz is too long: give a shorter one")
+    if model.filters:
+        return _filtered(model, fs, states, duration)
     sections: list[Section] = []
     owners: list[str] = []
     exact: list[Term] = []
@@ -269,6 +273,33 @@ def state_space(
     from allanite.statespace.reduction import reduced
 
     return reduced(whole, states)
+
+
+def _filtered(model: Model, rate: float, states: int | None, duration: float | None) -> StateSpace:
+    """State space of a model whose noise has passed filters: that of the rest, and the filters behind it."""
+    from allanite.statespace.filtered import behind
+
+    known = tuple(e for e in model.deterministic if not isinstance(e, Periodic))
+    noise = Model(tuple(e for e in model if not isinstance(e, (Deterministic, Filter))))
+    more = sum(len(f.response(rate).poles) for f in model.filters) + 1
+    lines = Model(tuple(e for e in model.deterministic if isinstance(e, Periodic)))
+    turning = state_space(lines, rate, duration=duration) if len(lines) else None
+    more += turning.states if turning else 0
+    within = None if states is None else max(1, states - more)
+    inner = state_space(noise, rate, states=within, duration=duration)
+    section = behind(inner.sections, model.filters[0], rate)
+    for filtering in model.filters[1:]:
+        section = behind([section], filtering, rate)
+    owner = "+".join(e.short for e in model.filters)
+    beside = turning.sections if turning else ()
+    return StateSpace(
+        (section, *beside),
+        (owner, *(turning.owners if turning else ())),
+        rate,
+        inner.samples,
+        known,
+        (*model.terms(rate), *(t for s in beside for t in s.terms)),
+    )
 
 
 def _terms_of(model: Model, effect: Stochastic, rate: float) -> tuple[Term, ...]:

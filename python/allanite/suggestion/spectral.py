@@ -229,6 +229,8 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
     model = with_coefficients(model, best.theta)
     solution = solve(part.data, model, start=best, like=base, rounds=3, polish=False)
     fitted = solution.model.effects[-1]
+    if not fitted.shows(solution.model, part.data.rate, part.data.duration):
+        return None
     gain = solution.log_likelihood - base.log_likelihood
     if gain <= 0.0:
         return None

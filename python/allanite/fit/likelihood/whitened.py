@@ -39,6 +39,9 @@ __all__ = [
 BAND = 256
 #: Samples at either end of a record of which the time view says nothing, at most; a sixty-fourth of a short one.
 ENDS = 64
+#: Depth (in ln of the density) to which a narrow gap of the spectrum is whitened, below what stands this far (in ln of
+#: the frequency) to both sides.
+DEEP, ASIDE = 7.0, (0.05, 0.1, 0.2, 0.35, 0.6)
 #: Share of a band's power from which on the white noise is what is seen there.
 DOMINATES = 0.5
 #: Of the octaves that it dominates those are looked at that have this part of the time resolution of the finest.
@@ -199,7 +202,18 @@ def _log_density(
     """Logarithm of the model's density times the level of each bin, at ordinates of which the logarithms are given."""
     bins = data.bins
     known = np.log(density(data.terms(solution.model), bins.nodes, data.n) * level[bins.owner])
-    return np.interp(log_j, np.log(bins.nodes), known)
+    at = np.log(bins.nodes)
+    return np.interp(log_j, at, _without_gaps(known, at))
+
+
+def _without_gaps(known: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Logarithms of a density, at logarithms of frequencies, without narrow gaps.
+
+    What a notch leaves at its centre comes from the ends of the record: whitened in full, the first and last seconds of
+    every filtered record would be loud.
+    """
+    sides = [np.max([np.interp(at + s * apart, at, known) for apart in ASIDE], 0) for s in (-1, 1)]
+    return np.maximum(known, np.minimum(*sides) - DEEP)
 
 
 def expected_level(model: Model, data: Data, cells: int) -> NDArray[np.float64]:

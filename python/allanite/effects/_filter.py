@@ -1,0 +1,271 @@
+"""Filters that everything random has passed: what is left of each primitive term behind them.
+
+H(z) has as many zeros as poles, all poles within the unit circle. With G(z) = H(z)H(1/z) the autocovariance behind the
+filter is the sum of the residues of S(z)G(z)z^{h−1}: every pole φ of the spectrum S of a term stays, times G(φ), and every
+pole p of the filter adds an exponential S(p)·(residue of G at p). Flicker and power laws have no poles but a cut; there
+they are a bank of lags, two a decade.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.effects._base import Modifier
+from allanite.effects.terms import (
+    Blue,
+    Exponential,
+    Flicker,
+    Lags,
+    PowerLaw,
+    RandomWalk,
+    Term,
+    White,
+)
+
+__all__ = ["Filter", "Response"]
+
+Array = NDArray[np.float64]
+
+#: A bank of lags reaches this far below the slowest pole of the filter.
+BELOW = 300.0
+#: Poles of a bank and of a filter stand apart by this part of their distance from 1: residues keep their digits.
+APART = 1e-3
+#: Power of a pole that may still be divided by.
+DIVIDED = 1e6
+#: What of a response has died away, in e-foldings: of a covariance, of the start of a simulation.
+GONE, SETTLED = 20.0, 16.0
+#: Gain at frequency zero below which nothing passes.
+NOTHING = 1e-12
+
+
+@dataclass(frozen=True)
+class Response:
+    """A digital filter: gain Π(1 − z_i/z)/Π(1 − p_i/z), conjugates beside each other.
+
+    Attributes
+    ----------
+    gain : float
+    zeros, poles : tuple of complex
+        As many of one as of the other; the poles differ from each other.
+    """
+
+    gain: float
+    zeros: tuple[complex, ...]
+    poles: tuple[complex, ...]
+
+    @property
+    def b(self) -> Array:
+        """Numerator over powers of 1/z."""
+        return np.real(self.gain * np.poly(self.zeros))
+
+    @property
+    def a(self) -> Array:
+        """Denominator over powers of 1/z, beginning with 1."""
+        return np.real(np.poly(self.poles))
+
+    @property
+    def settling(self) -> int:
+        """Samples after which the start of a simulation is forgotten."""
+        slowest = max(abs(p) for p in self.poles)
+        return int(np.ceil(SETTLED / -np.log(min(max(slowest, 1e-3), 1.0 - 1e-9))))
+
+    def power(self, z: complex) -> complex:
+        """G(z) = H(z)H(1/z)."""
+        top = np.prod([(z - q) * (1.0 - q * z) for q in self.zeros])
+        bottom = np.prod([(z - p) * (1.0 - p * z) for p in self.poles])
+        return complex(self.gain**2 * top / bottom)
+
+    @cached_property
+    def at_zero(self) -> float:
+        """Gain of power at frequency zero."""
+        found = self.power(1.0).real
+        return found if found > NOTHING else 0.0
+
+    @cached_property
+    def lag_zero(self) -> float:
+        """What white noise keeps at lag 0 beyond its exponentials: G(0)."""
+        return float((self.gain**2 * np.prod(self.zeros) / np.prod(self.poles)).real)
+
+    @cached_property
+    def weights(self) -> tuple[complex, ...]:
+        """Residue of G(z)/z at each pole: its exponential behind white noise of variance 1."""
+        out = []
+        for k, p in enumerate(self.poles):
+            top = np.prod([(p - q) * (1.0 - q * p) for q in self.zeros])
+            others = np.prod([p - o for i, o in enumerate(self.poles) if i != k])
+            out.append(
+                self.gain**2 * top / (p * others * np.prod([1.0 - o * p for o in self.poles]))
+            )
+        return tuple(map(complex, out))
+
+
+@dataclass(frozen=True)
+class Filter(Modifier):
+    """A filter of the whole signal, as it stands behind the sensor or in its driver.
+
+    Known functions of time are what they are in the record, behind the filter.
+    """
+
+    def response(self, rate: float) -> Response:
+        """The filter at this rate."""
+        raise NotImplementedError
+
+    def modify(
+        self, white: float, rate: float, span: tuple[float, float] | None = None
+    ) -> tuple[Term, ...]:
+        """White noise behind the filter."""
+        return self.passed((White(white),), rate)
+
+    def passed(self, terms: tuple[Term, ...], rate: float) -> tuple[Term, ...]:
+        """What is left of the terms of an effect."""
+        response = self.response(rate)
+        return _merged([part for term in terms for part in _passed(term, response)])
+
+
+def _merged(terms: list[Term]) -> tuple[Term, ...]:
+    """Exponentials of one pole as one, white noise as one, finite covariances as one."""
+    lags: dict[complex, complex] = {}
+    rest: list[Term] = []
+    white, finite = 0.0, np.zeros(0)
+    for term in terms:
+        if isinstance(term, Exponential):
+            lags[complex(term.phi)] = lags.get(complex(term.phi), 0.0) + complex(term.a)
+        elif isinstance(term, White):
+            white += term.variance
+        elif isinstance(term, Lags):
+            own = np.array(term.covariance)
+            size = max(own.size, finite.size)
+            finite = np.pad(finite, (0, size - finite.size)) + np.pad(own, (0, size - own.size))
+        else:
+            rest.append(term)
+    rest += [Exponential(a, phi) for phi, a in lags.items()]
+    if finite.size:
+        rest.append(Lags(tuple(map(float, finite))))
+    return (*rest, White(white)) if white else tuple(rest)
+
+
+@lru_cache(maxsize=8192)
+def _passed(term: Term, response: Response) -> tuple[Term, ...]:
+    if isinstance(term, Blue):
+        term = Lags((2.0 * term.variance, -term.variance))
+    if isinstance(term, Lags):
+        return tuple(_of_lags(np.array(term.covariance), response))
+    if isinstance(term, (White, Exponential, RandomWalk)):
+        return tuple(_of_pieces([term], response, 0.0))
+    # The term itself, exactly, and what the filter takes from its bank of lags or adds to it.
+    own = [term.scaled(response.at_zero)] if response.at_zero else []
+    return tuple(own + _of_pieces(_bank(term, response), response, response.at_zero))
+
+
+def _of_pieces(pieces: list[Term], response: Response, less: float) -> list[Term]:
+    """Rational terms behind the filter, less a part of themselves."""
+    out: list[Term] = []
+    spectra = np.zeros(len(response.poles), dtype=complex)
+    poles = np.array(response.poles)
+    white = 0.0
+    for piece in pieces:
+        if isinstance(piece, White):
+            white += piece.variance
+            spectra += piece.variance
+        elif isinstance(piece, RandomWalk):
+            spectra += piece.variance / ((1.0 - poles) * (1.0 - 1.0 / poles))
+            left = response.at_zero - less
+            out += [piece.scaled(left)] if left else []
+        else:
+            assert isinstance(piece, Exponential)
+            a, phi = complex(piece.a), _apart(complex(piece.phi), response)
+            for amount, at in ((0.5 * a, phi), (0.5 * a.conjugate(), phi.conjugate())):
+                spectra += amount * (1.0 - at**2) / ((1.0 - at * poles) * (1.0 - at / poles))
+            out.append(Exponential(a * (response.power(phi) - less), phi))
+    out += _modes(np.array(response.weights) * spectra, response)
+    kept = white * (response.lag_zero - less)
+    return [*out, White(float(kept))] if kept else out
+
+
+def _modes(weights: NDArray[np.complex128], response: Response) -> list[Term]:
+    """Σ weight·pole^h, of a conjugate pair one with twice its weight."""
+    return [
+        Exponential(complex(w * (2.0 if p.imag > 0.0 else 1.0)), p)
+        for w, p in zip(weights, response.poles, strict=True)
+        if p.imag >= 0.0
+    ]
+
+
+def _apart(phi: complex, response: Response) -> complex:
+    """A pole of a spectrum, moved a little where the filter has the same."""
+    for p in response.poles:
+        near = APART * abs(1.0 - p)
+        if abs(phi - p) < near:
+            return p + (near if abs(p) + near < 1.0 and p.real < phi.real else -near)
+    return phi
+
+
+def _bank(term: Term, response: Response) -> list[Term]:
+    """A power law as lags (and what runs through them), from well below the filter's slowest pole on."""
+    exponent, level = (
+        (term.exponent, term.level) if isinstance(term, PowerLaw) else (-1.0, term.numbers[0])
+    )
+    assert isinstance(term, (PowerLaw, Flicker))
+    n = int(BELOW / min(abs(1.0 - p) for p in response.poles))
+    inner = exponent + (2.0 if exponent < -2.0 else -2.0 if exponent > 0.0 else 0.0)
+    out: list[Term] = []
+    for phi, v in _kernels.power_law_bank(inner, max(n, 16)):
+        a = v * level
+        if inner == exponent:
+            out.append(Exponential(a, phi) if phi else White(a))
+        elif exponent > 0.0:
+            # Differences of a lag.
+            if phi:
+                out += [
+                    Exponential(-a * (1.0 - phi) ** 2 / phi, phi),
+                    White(a * (1.0 - phi) * (1.0 + phi) / phi),
+                ]
+            else:
+                out += _finite(np.array([2.0 * a, -a]))
+        else:
+            # Running sums of a lag.
+            out.append(RandomWalk(a * (1.0 + phi) / (1.0 - phi)))
+            if phi:
+                out.append(Exponential(-a * phi / (1.0 - phi) ** 2, phi))
+    return out
+
+
+def _finite(covariance: Array) -> list[Term]:
+    """A difference of white noise as a lag of hardly any memory: its covariance at lag 1 and none beyond."""
+    phi = 1e-4
+    a = float(covariance[1]) / phi
+    return [Exponential(a, phi), White(float(covariance[0]) - a)]
+
+
+def _of_lags(covariance: Array, response: Response) -> list[Term]:
+    """A covariance that ends, behind the filter: exponentials, and another one that ends."""
+    last = covariance.size - 1
+    both = np.concatenate([covariance[:0:-1], covariance])
+    out: list[Term] = []
+    finite = response.lag_zero * covariance
+    for w, p in zip(response.weights, response.poles, strict=True):
+        if p.imag < 0.0:
+            continue
+        w *= 2.0 if p.imag > 0.0 else 1.0
+        slow = abs(p) ** -last < DIVIDED
+        reach = last + (0 if slow else int(np.ceil(GONE / -np.log(abs(p)))))
+        own = p ** np.arange(reach + last + 1)
+        sides = np.concatenate([own[last:0:-1], own])
+        # r(h) = Σ_l r_in(l)·Re(w p^|h−l|), h = 0 … reach.
+        exact = np.convolve(sides, both, "valid")[: reach + 1]
+        if slow:
+            a = w * complex(both @ p ** np.arange(last, -last - 1, -1.0))
+            out.append(Exponential(a, p))
+            exact = w * exact - a * p ** np.arange(exact.size)
+        else:
+            exact = w * exact
+        size = max(exact.size, finite.size)
+        finite = np.pad(finite, (0, size - finite.size)) + np.pad(
+            np.real(exact), (0, size - exact.size)
+        )
+    return [*out, Lags(tuple(map(float, finite)))]

@@ -1,0 +1,98 @@
+"""High-pass: what is slow does not get through."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.errors import InputError
+from allanite.effects._base import Parameter
+from allanite.effects._filter import Filter, Response
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
+
+#: Orders there are.
+ORDERS = (1, 2)
+#: Density far below the cutoff over that above it, below which a record shows the filter and no lag.
+FALLEN = 0.5
+
+
+@dataclass(frozen=True)
+class HighPass(Filter):
+    """|H|² = (f/f_c)^{2k}/(1 + (f/f_c)^{2k}) of order k = 1 or 2: Butterworth by bilinear transform, gain 1 at Nyquist.
+
+    It acts on every random process of the model; N, B, K are those before it. A random walk behind one of first order is
+    a Gauss-Markov process, so that the filter is named only where the density falls below the white level.
+
+    Examples
+    --------
+    >>> model = al.AngleRandomWalk(N=0.1) + al.HighPass(cutoff=0.2, order=1)
+    >>> print((model.psd([0.002, 0.2, 40.0], rate=100) / 0.1**2).round(2))
+    [0.  0.5 1. ]
+    >>> model.effects[1].response(rate=100).settling > 1000, len(model.effects[1].passed((), 100))
+    (True, 0)
+    """
+
+    cutoff: float | None = None
+    order: float | None = None
+
+    kind: ClassVar[str] = "high_pass"
+    short: ClassVar[str] = "HP"
+    title: ClassVar[str] = "high-pass"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            "cutoff", "Hz", "−3 dB frequency", "shape", low=1e-12, aliases=("f", "fc"), symbol="f"
+        ),
+        Parameter("order", "1", "1 or 2", "choice", low=1, high=2),
+    )
+    single: ClassVar[bool] = True
+    physics: ClassVar[str] = (
+        "the signal is coupled by a capacitor, or a filter takes the drift out: offset removal, washout, a leaky baseline"
+    )
+    looks_like: ClassVar[str] = (
+        "a density that falls towards low frequencies; an Allan deviation that falls as 1/τ and faster, and never turns up"
+    )
+    check_by: ClassVar[str] = (
+        "turn the sensor at a constant rate, or tip it: a step must decay with 1/(2πf); look for an offset-removal setting"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("quantization", "power_law", "gauss_markov")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.order is not None and self.order not in ORDERS:
+            raise InputError(f"high_pass: order {self.order:g} (known: 1, 2)")
+
+    def variants(self) -> tuple[HighPass, ...]:
+        """Both orders, or the one that is given."""
+        return tuple(self.with_values(order=float(o)) for o in ORDERS if self.order in (None, o))
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """Cutoffs, eight a decade, from where the fall takes a few ordinates to a quarter of the rate."""
+        low, high = min(4.0 / n, 0.1) * rate, 0.25 * rate
+        return np.geomspace(low, high, max(6, int(8 * np.log10(high / low))))
+
+    def shows(self, model: Model, rate: float, duration: float) -> bool:
+        """Whether the density far below the cutoff is below the one above: all else is a lag as well."""
+        cutoff = self.cutoff or rate
+        below = np.geomspace(max(0.5 / duration, 1e-3 * cutoff), 0.5 * cutoff, 16)
+        above = np.geomspace(min(2.0 * cutoff, 0.4 * rate), 0.5 * rate, 16)
+        return bool(
+            model.psd(below, rate).min() < FALLEN * float(np.median(model.psd(above, rate)))
+        )
+
+    def response(self, rate: float) -> Response:
+        """The bilinear Butterworth high-pass at this rate."""
+        k = np.tan(np.pi * min((self.cutoff or 0.01 * rate) / rate, 0.49))
+        if int(self.order or 1) == 1:
+            p = (1.0 - k) / (1.0 + k)
+            # A pole at zero has no residue.
+            p = p if abs(p) > 1e-5 else 1e-5
+            return Response(0.5 * (1.0 + p), (1.0 + 0.0j,), (complex(p),))
+        s = k * np.exp(0.75j * np.pi)
+        p = complex((1.0 + s) / (1.0 - s))
+        gain = float((abs(1.0 + p) ** 2) / 4.0)
+        return Response(gain, (1.0 + 0.0j, 1.0 + 0.0j), (p, p.conjugate()))

@@ -1,0 +1,108 @@
+"""Notch: a band about one frequency is taken out of the signal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Parameter
+from allanite.effects._filter import Filter, Response
+
+#: Qualities that are tried, from a wide notch to a narrow one, and what is left at the centre: a scan with deep ones
+#: alone misses every notch that is not on its grid.
+QUALITIES, LEFT = (1.4, 4.0, 12.0), (0.002, 0.3)
+#: Poles of a wide notch that are equal are moved apart by this.
+APART = 1e-3
+
+
+@dataclass(frozen=True)
+class Notch(Filter):
+    """The second-order digital notch: |H|² is ½ at two frequencies that are frequency/quality apart, 1 far from them.
+
+    H = left + (1 − left) g (1 − 2 cos ω0 z⁻¹ + z⁻²)/(1 − 2g cos ω0 z⁻¹ + (2g − 1) z⁻²), g = 1/(1 + tan(ω0/2Q)), Q the
+    quality; `left` is the amplitude left at the centre; 0.001 stands for nothing. It acts on all random
+    processes of the model.
+
+    Examples
+    --------
+    >>> model = al.AngleRandomWalk(N=0.1) + al.Notch(frequency=25.0, quality=5.0)
+    >>> print((model.psd([0.01, 22.5, 25.0], rate=100) / 0.1**2).round(1).clip(0))
+    [1.  0.5 0. ]
+    >>> len(al.Notch(frequency=25.0, quality=5.0).response(rate=100).poles), len(model.effects[1].passed((), 100))
+    (2, 0)
+    """
+
+    frequency: float | None = None
+    quality: float | None = None
+    left: float | None = None
+
+    kind: ClassVar[str] = "notch"
+    short: ClassVar[str] = "NOTCH"
+    title: ClassVar[str] = "notch"
+    family: ClassVar[str] = "band"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            "frequency",
+            "Hz",
+            "centre of what is taken out",
+            "shape",
+            low=1e-12,
+            aliases=("f", "f0"),
+            symbol="f",
+        ),
+        Parameter(
+            "quality",
+            "1",
+            "centre over −3 dB width",
+            "shape",
+            low=0.7,
+            high=100.0,
+            aliases=("Q",),
+            symbol="Q",
+        ),
+        Parameter(
+            "left", "1", "amplitude left at the centre", "shape", low=0.001, high=0.9, optional=True
+        ),
+    )
+    legend: ClassVar[tuple[str, ...]] = ("frequency", "quality")
+    physics: ClassVar[str] = (
+        "a notch filter in the driver or the flight controller takes out a band in which something shakes"
+    )
+    looks_like: ClassVar[str] = (
+        "a gap of the spectrum down to zero at f; hardly anything in the Allan curve"
+    )
+    check_by: ClassVar[str] = (
+        "look for a notch in the settings of driver and firmware; switch it off: the gap must fill"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("resonance", "bandwidth")
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """Frequencies every tenth from 1/200 of the rate, or 100/T, to Nyquist; three qualities, two depths."""
+        if name != "frequency":
+            return np.array(QUALITIES if name == "quality" else LEFT)
+        low, high = max(100.0 / n, 0.005) * rate, 0.48 * rate
+        low = min(low, 0.4 * rate)
+        return np.geomspace(low, high, max(4, int(24 * np.log10(high / low))))
+
+    def response(self, rate: float) -> Response:
+        """The notch of a quality at this rate."""
+        w = 2.0 * np.pi * min((self.frequency or 0.1 * rate) / rate, 0.4999)
+        # Beyond a quarter turn there is no such filter; the widest is taken.
+        g = 1.0 / (1.0 + np.tan(min(0.5 * w / (self.quality or 1.0), 1.55)))
+        middle, apart = g * np.cos(w), (1.0 - g) ** 2 - (g * np.sin(w)) ** 2
+        root = max(abs(apart), APART**2) ** 0.5
+        pair = (
+            (complex(middle, root), complex(middle, -root))
+            if apart < 0.0
+            else (complex(middle + root), complex(middle - root))
+        )
+        on = complex(np.cos(w), np.sin(w))
+        a, b = np.real(np.poly(pair)), np.real(np.poly((on, on.conjugate())))
+        # Gain 1 at frequency zero, also where the poles were moved.
+        left = self.left or 0.0
+        top = left * a + (1.0 - left) * a.sum() / b.sum() * b
+        zeros = np.roots(top)
+        return Response(float(top[0]), tuple(map(complex, zeros)), pair)

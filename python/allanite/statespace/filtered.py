@@ -1,0 +1,87 @@
+"""One block of states for all noise and the filter that it has passed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.statespace.sections import Section
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.effects._filter import Filter
+
+__all__ = ["behind"]
+
+Array = NDArray[np.float64]
+
+
+def behind(sections: Sequence[Section], filtering: Filter, rate: float) -> Section:
+    """The sum of sections as one section behind a filter.
+
+    White noise becomes a state, because what it adds to the filter's states it adds to the sample as well. States whose
+    level is unknown come first; the filter's own are counted from where such a level would hold them, so that they are
+    stationary. A level that the filter does not let through is no state.
+    """
+    terms = filtering.passed(tuple(t for s in sections for t in s.terms), rate)
+    F, Q, H, levels = _summed(sections)
+    response = filtering.response(rate)
+    a, b = response.a[1:], response.b
+    inside, order = H.size, a.size
+    # Transposed direct form: f ← A f + B u, output f_0 + b_0 u.
+    A = np.eye(order, k=1)
+    A[:, 0] = -a
+    B = b[1:] - a * b[0]
+    size = inside + order
+    whole, noise = np.zeros((size, size)), np.zeros((size, size))
+    whole[:inside, :inside], noise[:inside, :inside] = F, Q
+    whole[inside:, :inside], whole[inside:, inside:] = np.outer(B, H), A
+    out = np.concatenate([b[0] * H, np.eye(order)[0]])
+    held = np.linalg.solve(np.eye(order) - A, B)
+    turn = np.eye(size)
+    turn[inside:, :inside] = -np.outer(held, np.where(levels, H, 0.0))
+    back = 2.0 * np.eye(size) - turn
+    whole, noise, out = turn @ whole @ back, turn @ noise @ turn.T, out @ back
+    first = np.flatnonzero(np.pad(levels, (0, order)))
+    rest = np.setdiff1d(np.arange(size), first)
+    P0 = np.zeros((size, size))
+    P0[np.ix_(rest, rest)] = _stationary(whole[np.ix_(rest, rest)], noise[np.ix_(rest, rest)])
+    seen = bool(response.at_zero)
+    order_of = np.concatenate([first, rest]) if seen else rest
+    pick = np.ix_(order_of, order_of)
+    return Section(
+        whole[pick],
+        noise[pick],
+        out[order_of],
+        P0[pick],
+        terms,
+        diffuse=seen and first.size > 0,
+    )
+
+
+def _summed(sections: Sequence[Section]) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """F, Q and H of all sections, white noise as a last state, and which states are unknown levels."""
+    white = sum(s.R for s in sections)
+    size = sum(s.states for s in sections) + bool(white)
+    F, Q, H = np.zeros((size, size)), np.zeros((size, size)), np.zeros(size)
+    levels = np.zeros(size, dtype=bool)
+    at = 0
+    for s in sections:
+        here = slice(at, at + s.states)
+        F[here, here], Q[here, here], H[here] = s.F, s.Q, s.H
+        levels[at : at + bool(s.diffuse)] = True
+        at += s.states
+    if white:
+        Q[-1, -1], H[-1] = white, 1.0
+    return F, Q, H, levels
+
+
+def _stationary(F: Array, Q: Array) -> Array:
+    """Σ F^k Q F^kᵀ by doubling."""
+    total, step = Q, F
+    for _ in range(64):
+        total, step = total + step @ total @ step.T, step @ step
+    return np.asarray(0.5 * (total + total.T))

@@ -1,0 +1,132 @@
+"""Filters of the whole signal: every term behind them against scipy's, simulated, as a state space, and found."""
+
+import numpy as np
+import pytest
+from scipy import signal
+
+import allanite as al
+import generators as g
+
+RATE = 100.0
+N, B, K = 0.0126, 0.002, 9.07e-5
+FILTERS = ["NOTCH(f=25,Q=5)", "NOTCH(f=3,Q=1,left=0.3)", "HP(f=0.1,order=1)", "HP(f=1,order=2)"]
+SOURCES = [
+    "N(N=1)",
+    "Q(Q=1)",
+    "B(B=1)",
+    "K(K=1)",
+    "GM(q_c=1,T=0.3)",
+    "RES(f=20,damping=0.05,rms=1)",
+    "PL(a=-0.5,level=1)",
+    "PL(a=-2.6,level=1)",
+    "PL(a=0.6,level=1)",
+    "N(N=1)+BW(cutoff=20,order=2,design=sampled)",
+    "N(N=1)+BW(cutoff=20,order=32,design=fir)",
+    "N(N=1)+BW(cutoff=2,order=1,design=moving_average)",
+]
+
+
+@pytest.mark.parametrize("source", SOURCES)
+@pytest.mark.parametrize("name", FILTERS)
+def test_the_spectrum_behind_a_filter(name, source):
+    """|H|² of the declared difference equation times the spectrum before it: poles exact, cuts to 0.2 % of it."""
+    before, behind = al.parse_model(source), al.parse_model(f"{source}+{name}")
+    response = behind.filters[0].response(RATE)
+    # What has no low frequencies has no digits there.
+    f = np.geomspace(0.05 if source[0] == "Q" else 1e-3, 49.0, 1500)
+    gain = np.abs(signal.freqz(response.b, response.a, worN=f, fs=RATE)[1]) ** 2
+    found = behind.psd(f, RATE) / before.psd(f, RATE)
+    cut = source[0] in "BP"
+    np.testing.assert_allclose(found, gain, rtol=2e-3 if cut else 1e-4, atol=1e-3 if cut else 1e-8)
+
+
+def test_the_filters_are_those_of_the_textbook():
+    f = np.linspace(0.1, 49.0, 300)
+    for frequency, quality in [(25.0, 5.0), (10.0, 1.3), (45.0, 8.0), (2.0, 30.0)]:
+        b, a = signal.iirnotch(frequency, quality, fs=RATE)
+        found = al.Notch(frequency=frequency, quality=quality).response(RATE)
+        expected = signal.freqz(b, a, worN=f, fs=RATE)[1]
+        np.testing.assert_allclose(
+            signal.freqz(found.b, found.a, worN=f, fs=RATE)[1], expected, atol=1e-9
+        )
+    for cutoff, order in [(0.05, 1), (3.0, 1), (0.2, 2), (24.0, 2)]:
+        b, a = signal.butter(order, cutoff, "high", fs=RATE)
+        found = al.HighPass(cutoff=cutoff, order=order).response(RATE)
+        expected = signal.freqz(b, a, worN=f, fs=RATE)[1]
+        np.testing.assert_allclose(
+            signal.freqz(found.b, found.a, worN=f, fs=RATE)[1], expected, atol=1e-9
+        )
+
+
+def test_a_random_walk_behind_a_high_pass_is_a_lag():
+    tau = np.geomspace(0.01, 100.0, 20)
+    walk = al.parse_model("K(K=0.3)+HP(f=0.1,order=1)").allan_variance(tau, RATE)
+    time = 1.0 / (2.0 * np.pi * 0.1)
+    lag = al.GaussMarkov(q_c=0.3, correlation_time=time).allan_variance(tau, RATE)
+    np.testing.assert_allclose(walk, lag, rtol=5e-3)
+
+
+def test_pieces_of_a_filtered_record_are_the_record():
+    model = al.parse_model("N(N=0.1)+B(B=0.02)+HP(f=0.5,order=2)+NOTCH(f=20,Q=3)+SIN(f=7,A=0.1)")
+    whole = model.simulate(n=5000, rate=RATE, seed=3)
+    parts = model.simulate_chunks(n=5000, rate=RATE, seed=3, size=777)
+    np.testing.assert_array_equal(np.concatenate([p.samples for p in parts]), whole.samples)
+    # Begun before the record, and so steady from its first sample on.
+    starts = [model.simulate(n=40, rate=RATE, seed=s).samples for s in range(300)]
+    assert np.std(np.array(starts)[:, :5]) == pytest.approx(np.std(whole.samples), rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["HP(f=0.5,order=1)", "HP(f=0.5,order=2)", "NOTCH(f=20,Q=3)"])
+def test_the_state_space_of_what_is_filtered(name):
+    """Its own density, and innovations that are white and of the variance it says."""
+    model = al.parse_model(f"N(N=0.1)+B(B=0.02)+K(K=0.02)+{name}+SIN(f=7,A=0.1)")
+    space = model.state_space(RATE, duration=200.0)
+    F, H, Q, R = space.F, space.H[0], space.Q, float(space.R[0, 0])
+    f = np.array([0.05, 0.4, 3.0, 19.0, 21.0, 40.0])
+    lines = np.isclose(np.abs(np.linalg.eigvals(F)), 1.0).sum()
+    assert lines >= 2
+    expected = al.parse_model(f"N(N=0.1)+B(B=0.02)+K(K=0.02)+{name}").psd(f, RATE)
+    found = []
+    for z in np.exp(2j * np.pi * f / RATE):
+        through = np.linalg.solve((z * np.eye(H.size) - F).T, H)
+        found.append((through @ Q @ through.conj()).real + R)
+    np.testing.assert_allclose(np.array(found) / RATE, expected, rtol=3e-3)
+    told = al.innovations(model.simulate(n=20_000, rate=RATE, seed=5), model)
+    assert abs(told.mean_nis - 1.0) < 5.0 * np.sqrt(2.0 / told.n)
+    assert told.whiteness > 1e-3
+    assert model.state_space(RATE, states=12).states <= 12
+
+
+def _behind(seed, b, a, *, count=60_000, settled=20_000):
+    """N+B+K behind a filter, by generators independent of the package."""
+    rng, n = np.random.default_rng(seed), count + settled
+    x = g.white(rng, n, RATE, N) + g.flicker(rng, n, RATE, B) + g.walk(rng, n, RATE, K)
+    return al.Recording(signal.lfilter(b, a, x - x[0])[settled:], rate=RATE, unit="rad/s")
+
+
+def test_a_hidden_notch_is_named_first():
+    study = al.improve(_behind(1, *signal.iirnotch(25.0, 5.0, fs=RATE)), "N+B+K")
+    first = study.ladder[1].added
+    assert first.kind == "notch", study
+    assert first.frequency == pytest.approx(25.0, abs=0.05)
+    assert first.quality == pytest.approx(5.0, rel=0.05)
+    assert study.fit["N"].value == pytest.approx(N, rel=0.02)
+    assert study.adequate, study
+
+
+def test_a_hidden_high_pass_is_named_first():
+    study = al.improve(_behind(2, *signal.butter(1, 0.2, "high", fs=RATE)), "N+B+K")
+    first = study.ladder[1].added
+    assert (first.kind, first.order) == ("high_pass", 1.0), study
+    assert first.cutoff == pytest.approx(0.2, rel=0.3)
+    assert study.fit["N"].value == pytest.approx(N, rel=0.02)
+
+
+def test_a_lag_is_no_high_pass():
+    """K behind a high-pass has the spectrum of a lag: where nothing falls below N it is called a lag."""
+    rng = np.random.default_rng(3)
+    x = g.white(rng, 60_000, RATE, N) + g.gauss_markov(rng, 60_000, RATE, 6e-3, 5.0)
+    check = al.fit_model(al.Recording(x, rate=RATE, unit="rad/s"), "N+K").check()
+    kinds = [s.kind for s in check.suggestions]
+    assert "gauss_markov" in kinds
+    assert "high_pass" not in kinds
