@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from allanite.effects.bias_step import BiasStep
     from allanite.effects.burst_noise import BurstNoise
     from allanite.effects.covariate import Covariate
+    from allanite.effects.drifting_line import DriftingLine
     from allanite.effects.excursion import Excursion
     from allanite.effects.gauss_markov import GaussMarkov
     from allanite.effects.high_pass import HighPass
@@ -116,6 +117,7 @@ _HOME = {
     "BiasStep": "allanite.effects.bias_step",
     "BurstNoise": "allanite.effects.burst_noise",
     "Covariate": "allanite.effects.covariate",
+    "DriftingLine": "allanite.effects.drifting_line",
     "Excursion": "allanite.effects.excursion",
     "HighPass": "allanite.effects.high_pass",
     "Hysteresis": "allanite.effects.hysteresis",
@@ -190,6 +192,7 @@ __all__ = [
     "Curves",
     "DataSheet",
     "Deviation",
+    "DriftingLine",
     "DynamicDeviation",
     "Effect",
     "Estimate",

@@ -118,7 +118,8 @@ def check_declaration(effect: Effect) -> None:
     if isinstance(effect, Periodic):
         _require(cls.screened in {"line", "none"}, f"{kind}: a line is screened as one")
     elif isinstance(effect, Deterministic):
-        _require(cls.screened in {"slow", "none"}, f"{kind}: a drift is screened as slow")
+        known = {"slow", "none"} if effect.low else {"drifting line", "none"}
+        _require(cls.screened in known, f"{kind}: a drift is screened as slow")
     if isinstance(effect, Stochastic):
         _require(effect.coefficient in names, f"{kind}: coefficient is not a parameter")
     for name in effect.free_shapes if cls.screened in {"spectral", "slow"} else ():

@@ -14,6 +14,7 @@ SCREENS = {
     "spectral": "every point of its shape grid moves the mean spectrum in its own way",
     "slow": "a matched filter on the lowest ordinates at every point of its shape grid",
     "line": "lines of any frequency, with their harmonics",
+    "drifting line": "bands of the spectrum turned back at every rate of drift, where a line or a resonance was found",
     "level": "the white level over time",
     "outlier": "single samples beyond what the noise allows",
     "two levels": "the law of the samples where another process has the same spectrum",

@@ -18,8 +18,6 @@ __all__ = ["Deterministic", "Periodic"]
 class Deterministic(Effect):
     """A known function of time or of another column, linear in its amplitudes.
 
-    One that is not `Periodic` is slow: it is looked for in the lowest ordinates alone.
-
     Examples
     --------
     >>> step, time = al.BiasStep(time=1.0, height=0.2), np.arange(3.0)
@@ -31,6 +29,8 @@ class Deterministic(Effect):
     (False, True)
     >>> al.RateRamp(R=0.1).own_allan_variance(np.array([10.0]), 1.0).round(6)
     array([0.5])
+    >>> al.DriftingLine(frequency=3.0, drift=0.1).seen_between(0.0, 10.0), step.seen_between(0.0, 2.0)
+    ((3.0, 4.0), None)
     >>> al.BiasStep.regressor_ordinates([step], np.arange(1, 3), 3, 1.0, 0.0).shape
     (1, 2)
     """
@@ -38,6 +38,8 @@ class Deterministic(Effect):
     screened: ClassVar[str] = "slow"
     family: ClassVar[str] = "drift"
 
+    #: Whether it is looked for in the lowest ordinates alone; else `seen_between` says where.
+    low: ClassVar[bool] = True
     #: True for one-off events (a step), which one half of a record cannot predict from the other.
     happens_once: ClassVar[bool] = False
 
@@ -46,6 +48,10 @@ class Deterministic(Effect):
     ) -> NDArray[np.float64]:
         """Shape (n, k): the functions whose amplitudes are fitted, at this shape; `time` in s from 0."""
         raise NotImplementedError
+
+    def seen_between(self, start: float, end: float) -> tuple[float, float] | None:
+        """Lowest and highest frequency that it has between two times, Hz, where it is not `low` and not `Periodic`."""
+        return None
 
     @property
     def seen_alike(self) -> tuple[Any, ...]:
@@ -121,6 +127,7 @@ class Periodic(Deterministic):
 
     screened: ClassVar[str] = "line"
     family: ClassVar[str] = "line"
+    low: ClassVar[bool] = False
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[int]) -> Self | None:

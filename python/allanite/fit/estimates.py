@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from allanite.common.parameters import Estimate
 from allanite.common.units import coefficient_unit, column_unit
-from allanite.effects import Deterministic, Effect, Periodic
 from allanite.fit.likelihood.covariance import joint_covariance, shape_widening, told
 from allanite.fit.likelihood.heavy import widened_by_tails
 from allanite.fit.likelihood.marginal import slow_amplitudes
@@ -20,6 +19,7 @@ from allanite.fit.likelihood.whittle import profile_interval
 from allanite.fit.solution import Process, Regressed
 
 if TYPE_CHECKING:
+    from allanite.effects import Deterministic, Effect
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.marginal import Mixture
     from allanite.fit.solution import Solution
@@ -70,7 +70,7 @@ def estimates(
     shaped = _shape_errors(solution, data)
     out: list[dict[str, Any]] = []
     slow: dict[Regressed, Mixture] = {}
-    if any(not isinstance(e, Periodic) and not _all_held(e) for e in solution.model.deterministic):
+    if any(e.low and not _all_held(e) for e in solution.model.deterministic):
         slow = slow_amplitudes(solution, data)
     for position, own in enumerate(solution.effects):
         errors = {name: error for (place, name), error in shaped.items() if place == position}
@@ -300,27 +300,43 @@ def _amplitude_error(
 def _deterministic_shape_error(
     effect: Deterministic, name: str, solution: Solution, data: Data
 ) -> float | None:
-    """From the information of the shape with the amplitudes: d signal/d shape, GLS-projected on the regressors."""
+    """From the information of the shape with the amplitudes: d signal/d shape, GLS-projected on the regressors.
+
+    And, for a line that drifts, on the slope of its other shape: frequency at the start and drift go together.
+    """
+    from allanite.fit.shapes.deterministic import design_of
+
+    here = design_of((effect,), data)
+    target = _slope(effect, name, here.ordinates, data)
+    if target is None:
+        return None
+    root = 1.0 / np.sqrt(solution.noise(data).variance(here.ordinates))
+    beside = [here.matrix * root[:, None]]
+    for other in () if effect.low else effect.free_shapes:
+        slope = _slope(effect, other, here.ordinates, data) if other != name else None
+        if slope is not None:
+            beside.append((slope * root / np.linalg.norm(slope * root))[:, None])
+    white, target = np.hstack(beside), target * root
+    coefficients, *_ = np.linalg.lstsq(white, target, rcond=None)
+    rest = target - white @ coefficients
+    size = float(rest @ rest)
+    return 1.0 / np.sqrt(size) if size > 0.0 else None
+
+
+def _slope(
+    effect: Deterministic, name: str, ordinates: NDArray[np.int64], data: Data
+) -> NDArray[np.float64] | None:
+    """Change of the effect's ordinates with one of its shapes; None where it cannot be moved."""
     from allanite.fit.shapes.deterministic import design_of
 
     value = effect.values[name]
-    step = 1e-4 / data.duration if name == "frequency" else 1e-3 * abs(value)
+    steps = {"Hz": 1e-4 / data.duration, "Hz/s": 1e-4 / data.duration**2}
+    step = steps.get(str(effect.parameter(name).unit), 1e-3 * abs(value))
     if step == 0.0:
         return None
     try:
         moved = [effect.with_values(**{name: value + s}) for s in (step, -step)]
     except ValueError:
         return None
-    here = design_of((effect,), data)
-    ordinates = here.ordinates
-    b = effect.amplitudes()
-    designs = [design_of((m,), data) for m in moved]
-    if any(d.ordinates.size != ordinates.size or (d.ordinates != ordinates).any() for d in designs):
-        return None
-    slope = (designs[0].matrix - designs[1].matrix) @ b / (2.0 * step)
-    root = 1.0 / np.sqrt(solution.noise(data).variance(ordinates))
-    white, target = here.matrix * root[:, None], slope * root
-    coefficients, *_ = np.linalg.lstsq(white, target, rcond=None)
-    rest = target - white @ coefficients
-    size = float(rest @ rest)
-    return 1.0 / np.sqrt(size) if size > 0.0 else None
+    up, down = (design_of((m,), data, ordinates).matrix for m in moved)
+    return np.asarray((up - down) @ effect.amplitudes() / (2.0 * step))

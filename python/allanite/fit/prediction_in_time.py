@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from allanite.effects import Periodic
 from allanite.fit.likelihood.whitened import expected_level, white_power, whiten
 from allanite.fit.shapes.deterministic import window
+from allanite.fit.shapes.drifting import seen_at
 from allanite.fit.shapes.shape import ZOOM
 
 if TYPE_CHECKING:
@@ -66,8 +67,13 @@ def prices(data: Data, solution: Solution) -> Array:
                 pair = slice(2 * k, 2 * k + 2)
                 lines += unstable(j, own.matrix[:, pair], own.amplitudes[pair])
             total += _at_least(lines, numbers)
-        else:
+        elif effect.low:
             slow.append(own)
+        else:
+            j = seen_at(effect, data)
+            # A wide band by its middle.
+            j = j[max(0, j.size // 2 - 2 * LOWEST) : j.size // 2 + 2 * LOWEST]
+            total += _at_least(unstable(j, own.matrix, own.amplitudes), numbers)
     if slow:
         j = np.arange(1, min(data.n, LOWEST), dtype=np.int64)
         matrix = np.hstack([own.matrix for own in slow])

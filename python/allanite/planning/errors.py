@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic
+from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit.likelihood.data import density
 from allanite.fit.likelihood.whittle import information
 from allanite.planning.expected import (
@@ -120,9 +120,9 @@ def _groups(model: Model, names: list[str]) -> Iterator[list[tuple[str, Determin
     """Known functions that share ordinates: each line alone, all slow ones together."""
     known = [(n, e) for n, e in zip(names, model, strict=True) if isinstance(e, Deterministic)]
     for one in known:
-        if isinstance(one[1], Periodic):
+        if not one[1].low:
             yield [one]
-    slow = [one for one in known if not isinstance(one[1], Periodic)]
+    slow = [one for one in known if one[1].low]
     if slow:
         yield slow
 

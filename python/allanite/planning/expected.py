@@ -19,6 +19,7 @@ from allanite.effects import Deterministic, Model, Periodic
 from allanite.fit.engine import with_coefficients
 from allanite.fit.likelihood.data import SHORTEST, Data, column, columns
 from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.shapes import drifting
 from allanite.fit.shapes.deterministic import comb_ordinates, comb_window
 from allanite.fit.shapes.shape import fit_shapes
 from allanite.fit.solution import Solution, fitted, processes_of
@@ -104,6 +105,8 @@ def seen_at(effect: Deterministic, data: Data, grid: Data) -> NDArray[np.int64]:
     """Ordinates j of the record at which a known function of time is looked at."""
     if isinstance(effect, Periodic):
         return comb_window(effect.frequency or 0.0, [m for m, _, _ in effect.lines], data)
+    if not effect.low:
+        return drifting.seen_at(effect, data)
     last = grid.n // 4 if grid.n < data.n else grid.n
     return np.arange(1, last, dtype=np.int64)
 
@@ -120,6 +123,9 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
         multiples = [m for m, _, _ in effect.lines]
         lines = comb_ordinates(effect.frequency or 0.0, multiples, j, data)
         return np.asarray(lines @ effect.amplitudes())
+    if not effect.low:
+        whole = effect.signal(np.arange(data.n) / data.rate, {})
+        return np.asarray(_kernels.cosine_transform(whole)[j])
     if effect.follows is not None and effect.follows not in grid.covariates:
         raise InputError(
             f"{effect.kind}: column {effect.follows!r} is not described: give covariates= with "

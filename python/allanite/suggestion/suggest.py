@@ -17,6 +17,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.result import Fit, plain
 from allanite.suggestion.bursts import screen_bursts
+from allanite.suggestion.drifting import screen_drifting
 from allanite.suggestion.drifts import beside_the_best, screen_slow, slow_families
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
@@ -196,6 +197,7 @@ def suggest(
         bursts = pool.submit(screen_bursts, spectral.candidates, data)
         moments = pool.submit(screen_moments, base, data, whitened)
         lines = lines_found.result()
+        lines = (*lines, *screen_drifting(spectral.candidates, lines, base, data))
         progress()
         outliers, levels = moments.result()
         single = (outliers, *levels, bursts.result())

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Periodic
 from allanite.fit.likelihood.data import density
 from allanite.fit.likelihood.whittle import information
 
@@ -99,7 +98,7 @@ class _Record:
 
 def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
     """Law of the amplitudes of each slow deterministic effect (lines, which see many ordinates, excepted)."""
-    slow = [own for own in solution.functions if not isinstance(own.effect, Periodic)]
+    slow = [own for own in solution.functions if own.effect.low]
     # Bins are not cut: the single ordinates end where a bin does.
     first = int(np.searchsorted(data.bins.edges, min(LOW, data.n), side="right")) - 1
     ordinates = np.arange(1, data.bins.edges[first], dtype=np.int64)

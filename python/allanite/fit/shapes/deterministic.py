@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.effects import Periodic
+from allanite.fit.shapes.drifting import seen_at
 from allanite.fit.shapes.matched import regressor_ordinates
 
 if TYPE_CHECKING:
@@ -145,10 +146,11 @@ def design_of(
 ) -> Design:
     """Regressors of the effects at their present shapes, in the ordinates that matter to them or in those given."""
     lines = {i: e for i, e in enumerate(effects) if isinstance(e, Periodic)}
-    slow = [i for i in range(len(effects)) if i not in lines]
+    slow = [i for i, e in enumerate(effects) if e.low]
     combs = {i: (e.frequency or 0.0, [m for m, _, _ in e.lines]) for i, e in lines.items()}
     if at is None:
         parts = [comb_window(*comb, data) for comb in combs.values()]
+        parts += [seen_at(e, data) for i, e in enumerate(effects) if not e.low and i not in lines]
         if slow:
             parts.append(np.arange(1, min(data.n, LOW), dtype=np.int64))
         at = parts[0] if len(parts) == 1 else np.unique(np.concatenate(parts))

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Periodic
-
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data, Noise
@@ -87,9 +85,7 @@ def matched_gains(
     root = 1.0 / np.sqrt(noise.variance(j))
     whole = regressor_ordinates(points, j, data) * root
     target = residual[j] * root
-    others = [
-        regressor_ordinates([e], j, data) * root for e in beside if not isinstance(e, Periodic)
-    ]
+    others = [regressor_ordinates([e], j, data) * root for e in beside if e.low]
     if others:
         basis = _basis(np.concatenate(others))
         size = np.linalg.norm(whole, axis=1, keepdims=True)

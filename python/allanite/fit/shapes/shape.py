@@ -19,6 +19,7 @@ from allanite.fit.shapes.deterministic import (
     regress,
     without_at,
 )
+from allanite.fit.shapes.drifting import polish_drifting
 from allanite.fit.shapes.joined import put_together, unformed
 from allanite.fit.shapes.matched import grid_points, matched_gains, regressor_ordinates
 from allanite.fit.shapes.polish import polish
@@ -176,6 +177,10 @@ def fit_deterministic_shapes(
                 size = regress(line, left, noise.variance(j)).amplitudes
                 placed = effect.with_values(frequency=found).with_amplitudes(size)
                 model = _with(model, place, placed)
+        elif not effect.low:
+            if slow or place == len(model.effects) - 1 or effect.values["frequency"] is None:
+                left = data.without(_known(others))
+                model = _with(model, place, polish_drifting(effect, left, noise, data))
         elif slow or any(effect.values[n] is None for n in effect.free_shapes):
             model = _polish_slow(model, place, others, noise, data)
     return model

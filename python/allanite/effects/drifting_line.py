@@ -1,0 +1,109 @@
+"""A line whose frequency moves at a constant rate: something that turns and warms up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Parameter
+from allanite.effects._known import Deterministic
+
+
+@dataclass(frozen=True)
+class DriftingLine(Deterministic):
+    """x(t) = A sin(2π(ft + ½dt²) + φ): `frequency` f at the first sample, `drift` d in Hz/s.
+
+    Examples
+    --------
+    >>> motor = al.DriftingLine(frequency=12.3, drift=0.2 / 600, amplitude=0.04)
+    >>> x = (al.AngleRandomWalk(N=0.01) + motor).simulate(duration=600, rate=50, seed=1)
+    >>> check = al.AngleRandomWalk().fit(x).check()
+    >>> print(check.suggestions[0].kind, round(check.suggestions[0].effect.frequency, 2))
+    drifting_line 12.3
+    """
+
+    frequency: float | None = None
+    drift: float | None = None
+    amplitude: float | None = None
+    phase: float | None = None
+
+    kind: ClassVar[str] = "drifting_line"
+    short: ClassVar[str] = "CHIRP"
+    title: ClassVar[str] = "drifting line"
+    screened: ClassVar[str] = "drifting line"
+    family: ClassVar[str] = "line"
+    low: ClassVar[bool] = False
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            "frequency",
+            "Hz",
+            "frequency at the first sample",
+            "shape",
+            low=1e-12,
+            aliases=("f", "f0"),
+            symbol="f",
+        ),
+        Parameter("drift", "Hz/s", "rate of change of the frequency", "shape", low=-np.inf),
+        Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",), symbol="a"),
+        Parameter("phase", "rad", "phase at the first sample", low=-np.inf, optional=True),
+    )
+    legend: ClassVar[tuple[str, ...]] = ("frequency", "drift", "amplitude")
+    unplanned: ClassVar[str] = "it is found as a line is: plan for SIN at its middle frequency"
+    physics: ClassVar[str] = (
+        "something turns at a speed that changes: a motor or a fan that warms up, a supply that sags, a beat of two clocks"
+    )
+    looks_like: ClassVar[str] = (
+        "a flat-topped band of the spectrum, as wide as the frequency drifts; lobes of the Allan deviation that smear out"
+    )
+    check_by: ClassVar[str] = (
+        "log the speed or the temperature of what turns; repeat when it is warm: the band must shrink to a line"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "resonance")
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """Of the drift, a few ordinates over the record to either side; of the frequency what any line has."""
+        if name == "drift":
+            cycles = np.geomspace(1.0, 256.0, 9)
+            return np.concatenate([-cycles[::-1], cycles]) * (rate / n) ** 2
+        return super().grid(name, n, rate)
+
+    def seen_between(self, start: float, end: float) -> tuple[float, float]:
+        """Frequencies at the two times."""
+        f, d = self.frequency or 0.0, self.drift or 0.0
+        ends = (f + d * start, f + d * end)
+        return min(ends), max(ends)
+
+    @property
+    def occupies(self) -> tuple[float, float] | None:
+        """The frequency at the first sample: how far it goes from there the length of the record says."""
+        return None if self.frequency is None else (self.frequency, self.frequency)
+
+    def _angle(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        return 2.0 * np.pi * time * ((self.frequency or 0.0) + 0.5 * (self.drift or 0.0) * time)
+
+    def regressors(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """Its sine and cosine."""
+        angle = self._angle(time)
+        return np.column_stack([np.sin(angle), np.cos(angle)])
+
+    def sampler(
+        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A function (first, last) → samples of the line."""
+        return self._pointwise(rate, covariates)
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """(A cos φ, A sin φ)."""
+        size, phase = self.amplitude or 0.0, self.phase or 0.0
+        return np.array([size * np.cos(phase), size * np.sin(phase)])
+
+    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+        """Amplitude and phase of a sin + b cos."""
+        a, b = map(float, amplitudes)
+        return self.with_values(amplitude=float(np.hypot(a, b)), phase=float(np.arctan2(b, a)))

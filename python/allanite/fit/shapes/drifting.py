@@ -1,0 +1,143 @@
+"""Lines whose frequency drifts: a band about them turned back at every rate of drift.
+
+The whitened ordinates of the band become a complex series of as many values as the band has frequencies; multiplied by
+e^{−iπdt²} a line that drifts by d is a line again, whose Fourier power is the rise of logL that it brings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+
+if TYPE_CHECKING:
+    from allanite.effects import Deterministic
+    from allanite.fit.likelihood.data import Data, Noise
+
+__all__ = ["Band", "band_about", "polish_drifting", "seen_at"]
+
+#: Ordinates beside the frequencies that a line passes: in its regression, and in its search.
+BESIDE, LEAST_WIDTH, MOST_WIDTH = 512, 1024, 8192
+#: Step of the drift in a search, in cycles of the record squared; most values of a series turned back at a time.
+STEP, AT_A_TIME = 2.0, 1 << 22
+#: A change of the shapes that gains less of logL stays where it is.
+SAME = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Band:
+    """A complex series of a narrow band of the whitened record.
+
+    Attributes
+    ----------
+    series : ndarray of complex, shape (k,)
+        |Fourier sum|² is a rise of logL.
+    first : int
+        Its frequency 0, in cycles of the record.
+    duration : float
+        Of the record, s.
+    """
+
+    series: NDArray[np.complex128]
+    first: int
+    duration: float
+
+    @property
+    def trials(self) -> int:
+        """Rates of drift that a search tries."""
+        return 2 * int(0.5 * self.series.size / STEP) + 1
+
+    def search(self) -> tuple[float, float, float]:
+        """Frequency in the middle of the record (cycles of it), drift (cycles over it) and gain of the best line."""
+        k = self.series.size
+        u = np.arange(k) / k - 0.5
+        drifts = STEP * np.arange(-(self.trials // 2), self.trials // 2 + 1)
+        best = (0.0, 0.0, -np.inf)
+        for part in np.array_split(drifts, max(1, drifts.size * 2 * k // AT_A_TIME)):
+            turned = self.series * np.exp(-1j * np.pi * np.outer(part, u * u))
+            power = np.abs(np.fft.fft(turned, 2 * k, axis=1)) ** 2
+            place, at = np.unravel_index(int(np.argmax(power)), power.shape)
+            if power[place, at] > best[2]:
+                best = (self.first + 0.5 * float(at), float(part[place]), float(power[place, at]))
+        return self.polished(*best[:2])
+
+    def gain(self, frequency: float, drift: float) -> float:
+        """Rise of logL by a line of this frequency in the middle and this drift."""
+        u = np.arange(self.series.size) / self.series.size
+        turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))
+        return float(abs(turn @ self.series) ** 2)
+
+    def polished(self, frequency: float, drift: float) -> tuple[float, float, float]:
+        """The maximum of the gain near a frequency and a drift."""
+        from scipy.optimize import minimize
+
+        start: Any = np.array([frequency, drift])
+        first = [(frequency, drift), (frequency + 0.2, drift), (frequency, drift + 0.7)]
+        options: Any = {
+            "initial_simplex": np.array(first),
+            "xatol": 1e-4,
+            "fatol": 1e-5,
+            "maxiter": 200,
+        }
+        found = minimize(
+            lambda x: -self.gain(float(x[0]), float(x[1])),
+            start,
+            method="Nelder-Mead",
+            options=options,
+        )
+        return float(found.x[0]), float(found.x[1]), float(-found.fun)
+
+
+def seen_at(effect: Deterministic, data: Data) -> NDArray[np.int64]:
+    """Ordinates in which a line that drifts is regressed."""
+    low, high = effect.seen_between(data.start, data.start + data.duration) or (0.0, 0.0)
+    first, last = (round(2.0 * f * data.duration) for f in (low, high))
+    first = min(max(1, first - BESIDE), data.ordinates.size - 1)
+    return np.arange(first, max(first + 1, min(data.ordinates.size, last + BESIDE + 1)))
+
+
+def band_about(
+    low: float, high: float, ordinates: NDArray[np.float64], noise: Noise, data: Data
+) -> Band:
+    """The band of these frequencies (Hz), and as much again to either side, of residual ordinates (n,)."""
+    middle, width = 0.5 * (low + high) * data.duration, (high - low) * data.duration
+    half = int(np.clip(1.5 * width, 0.5 * LEAST_WIDTH, 0.5 * MOST_WIDTH))
+    half = min(half, data.n // 8)
+    first = int(np.clip(round(middle) - half, 1, data.n // 2 - 2 * half))
+    j = np.arange(max(1, 2 * first - 64), min(data.n, 2 * (first + 2 * half) + 64))
+    white = np.zeros(data.n)
+    white[j] = ordinates[j] / np.sqrt(noise.variance(j))
+    spectrum = np.fft.rfft(_kernels.inverse_cosine_transform(white))[first : first + 2 * half]
+    return Band(np.fft.ifft(spectrum) / np.sqrt(data.n), first, data.duration)
+
+
+def polish_drifting(
+    effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
+) -> Deterministic:
+    """The line with the frequency and the drift that explain most of the ordinates (n,) without it.
+
+    Without values, the strongest anywhere near the largest ordinate.
+    """
+    values, T = effect.values, data.duration
+    f, d = values["frequency"], values["drift"]
+    if f is None or d is None:
+        if f is None:
+            j = np.arange(8, ordinates.size)
+            top = int(np.argmax(ordinates[8:] ** 2 / noise.variance(j)))
+            f = (8 + top) / (2.0 * T)
+        band = band_about(f, f, ordinates, noise, data)
+        middle, drift, _ = band.search()
+    else:
+        ends = f + d * data.start, f + d * (data.start + T)
+        band = band_about(min(ends), max(ends), ordinates, noise, data)
+        at = (f + d * (data.start + 0.5 * T)) * T, d * T * T
+        middle, drift, gain = band.polished(*at)
+        if gain - band.gain(*at) < SAME:
+            return effect
+    return effect.with_values(
+        frequency=max((middle - drift * (0.5 + data.start / T)) / T, 1e-12), drift=drift / T**2
+    )

@@ -1,0 +1,109 @@
+"""Candidate lines whose frequency drifts: looked for about what looks like a resonance or a line.
+
+A line that drifts by many cycles over the record is a flat-topped band: the search for lines sees nothing that stands out,
+and a resonance describes the band without its phase. Turned back at the right rate it is a line again.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import CATALOGUE, Deterministic
+from allanite.fit.engine import solve
+from allanite.fit.likelihood.data import density
+from allanite.fit.shapes.deterministic import design_of, regress
+from allanite.fit.shapes.drifting import band_about, polish_drifting, seen_at
+from allanite.suggestion.evidence import Family, line_trials, log_chance
+from allanite.suggestion.spectral import Candidate
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.solution import Solution
+
+__all__ = ["screen_drifting"]
+
+#: Rise of logL from which on the band of a resonance is looked at; and by which a line that drifts must beat a steady one.
+LEAST, CLEAR = 3.0, 8.0
+#: Ordinates over which power is averaged, what one counts at most, and by how many standard deviations it must stand out.
+WIDTHS, TALLEST, STANDS_OUT = (64, 256, 1024), 20.0, 4.0
+#: Least drift over the record, in cycles of it, that is one.
+DRIFTS = 1.0
+
+
+def screen_drifting(
+    spectral: tuple[Candidate, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
+) -> tuple[Candidate, ...]:
+    """The best line that drifts of each kind of the catalogue, refitted, where it beats the lines that do not."""
+    # Of a summary, which keeps the lowest ordinates alone, there is no phase.
+    if solution.ordinates.size < data.n or data.gain is not None:
+        return ()
+    found = []
+    for cls in CATALOGUE:
+        if cls.screened != "drifting line" or not issubclass(cls, Deterministic):
+            continue
+        for blank in cls.candidates(solution.model, data.covariates):
+            candidate = _best(blank, spectral, lines, solution, data)
+            if candidate is not None:
+                found.append(candidate)
+    return tuple(found)
+
+
+def _places(
+    spectral: tuple[Candidate, ...], solution: Solution, data: Data
+) -> Iterator[tuple[float, float]]:
+    """Bands (Hz) in which the ordinates have more power than the model says, and that of the best resonance."""
+    j = np.arange(1, solution.ordinates.size)
+    # By the model alone: a discrepancy would take the band for its own.
+    excess = solution.ordinates[1:] ** 2 / density(data.terms(solution.model), j, data.n)
+    total = np.concatenate([[0.0], np.cumsum(np.minimum(excess, TALLEST))])
+    for width in WIDTHS:
+        if width < j.size // 4:
+            mean = (total[width:] - total[:-width]) / width
+            top = int(np.argmax(mean))
+            if (mean[top] - 1.0) * np.sqrt(0.5 * width) > STANDS_OUT:
+                yield (top + 1) / (2.0 * data.duration), (top + width) / (2.0 * data.duration)
+    narrow = [c for c in spectral if c.effect.occupies is not None and c.gain > LEAST]
+    for one in sorted(narrow, key=lambda c: -c.gain)[:1]:
+        assert one.effect.occupies is not None
+        yield one.effect.occupies
+
+
+def _best(
+    blank: Deterministic,
+    spectral: tuple[Candidate, ...],
+    lines: tuple[Candidate, ...],
+    solution: Solution,
+    data: Data,
+) -> Candidate | None:
+    noise, T = solution.noise(data), data.duration
+    steady = max((c.gain for c in lines), default=0.0)
+    best = (0.0, 0.0, -np.inf, 1)
+    for low, high in _places(spectral, solution, data):
+        band = band_about(low, high, solution.ordinates, noise, data)
+        found = band.search()
+        if found[2] > best[2]:
+            best = (*found, band.trials)
+    middle, drift, hope, trials = best
+    if hope < steady + CLEAR or abs(drift) < DRIFTS:
+        return None
+    frequency = (middle - drift * (0.5 + data.start / T)) / T
+    if frequency <= 0.0:
+        return None
+    effect = blank.with_values(frequency=frequency, drift=drift / T**2)
+    effect = polish_drifting(effect, solution.ordinates, noise, data)
+    refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
+    last = refitted.model.deterministic[-1]
+    # What the line itself adds to its cells is no discrepancy: by the noise without it.
+    j = seen_at(last, data)
+    matrix = design_of((last,), data, j).matrix
+    gain = regress(matrix, solution.ordinates[j], refitted.noise(data).variance(j)).gain
+    gain = min(gain, refitted.log_likelihood - solution.log_likelihood)
+    if gain < steady + CLEAR:
+        return None
+    # As if every frequency had been searched at every rate of drift.
+    chance = log_chance(Family("line", width=line_trials(data.n) * trials), gain)
+    return Candidate(last, gain, "line", refitted, 4, log_chance=chance)
