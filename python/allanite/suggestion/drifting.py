@@ -29,7 +29,7 @@ __all__ = ["screen_drifting"]
 #: Rise of logL from which on the band of a resonance is looked at; and by which a line that drifts must beat a steady one.
 LEAST, CLEAR = 3.0, 8.0
 #: Ordinates over which power is averaged, what one counts at most, and by how many standard deviations it must stand out.
-WIDTHS, TALLEST, STANDS_OUT = (64, 256, 1024), 20.0, 4.0
+WIDTHS, TALLEST, STANDS_OUT = (64, 256, 1024, 4096), 20.0, 4.0
 #: Least drift over the record, in cycles of it, that is one.
 DRIFTS = 1.0
 

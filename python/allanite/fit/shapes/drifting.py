@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["Band", "band_about", "polish_drifting", "seen_at"]
 
 #: Ordinates beside the frequencies that a line passes: in its regression, and in its search.
-BESIDE, LEAST_WIDTH, MOST_WIDTH = 512, 1024, 8192
+BESIDE, LEAST_WIDTH, MOST_WIDTH = 512, 1024, 4096
 #: Step of the drift in a search, in cycles of the record squared; most values of a series turned back at a time.
 STEP, AT_A_TIME = 2.0, 1 << 22
 #: A change of the shapes that gains less of logL stays where it is.
@@ -49,7 +49,7 @@ class Band:
     @property
     def trials(self) -> int:
         """Rates of drift that a search tries."""
-        return 2 * int(0.5 * self.series.size / STEP) + 1
+        return 2 * int(0.8 * self.series.size / STEP) + 1
 
     def search(self) -> tuple[float, float, float]:
         """Frequency in the middle of the record (cycles of it), drift (cycles over it) and gain of the best line."""
@@ -75,20 +75,18 @@ class Band:
         """The maximum of the gain near a frequency and a drift."""
         from scipy.optimize import minimize
 
-        start: Any = np.array([frequency, drift])
         first = [(frequency, drift), (frequency + 0.2, drift), (frequency, drift + 0.7)]
+
+        def loss(x: NDArray[np.float64], *_: Any, **__: Any) -> float:
+            return -self.gain(float(x[0]), float(x[1]))
+
         options: Any = {
             "initial_simplex": np.array(first),
             "xatol": 1e-4,
             "fatol": 1e-5,
             "maxiter": 200,
         }
-        found = minimize(
-            lambda x: -self.gain(float(x[0]), float(x[1])),
-            start,
-            method="Nelder-Mead",
-            options=options,
-        )
+        found = minimize(loss, np.array([frequency, drift]), method="Nelder-Mead", options=options)
         return float(found.x[0]), float(found.x[1]), float(-found.fun)
 
 
