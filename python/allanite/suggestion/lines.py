@@ -33,6 +33,9 @@ FEWEST, MOST = 2, 12
 LEAST = 6.0
 #: Height above the noise of a harmonic: 3 in 10 000 at each place by chance. And the highest looked for.
 CLEAR, HIGHEST = 8.0, 12
+#: Highest harmonic of a train of pulses, which has them all: which of them the strongest line may be, and the share of
+#: those looked for that must stand out.
+PULSES, STRONGEST, MOST_OF = 64, 32, 0.6
 #: Ordinates to each side in which a line's width is looked for.
 WIDE = 256
 
@@ -163,17 +166,34 @@ def _note(frequency: float, width: int, surplus: float, data: Data) -> str:
 def _comb(ratio: NDArray[np.float64], top: int, width: int) -> tuple[int, list[int]]:
     """The fundamental (its ordinate) and multiples of the comb to which the line at `top` belongs."""
     best = (top, [1])
-    for divisor in (1, 2, 3):
+    for divisor in range(1, STRONGEST + 1):
         base = round(top / divisor)
         if base < 4 * FEWEST_CYCLES + 2 * width:
             break
-        multiples = []
-        for m in range(1, min(HIGHEST, (ratio.size - 2) // base) + 1):
-            # The fundamental is known to half a place and wanders; its multiples that much more.
-            reach = 1 + m * (1 + width) // divisor
-            near = ratio[m * base - reach : m * base + reach + 1]
-            if near.size and near.max() > CLEAR + np.log(near.size):
-                multiples.append(m)
-        if multiples[:1] == [1] and len(multiples) > len(best[1]):
-            best = (base, multiples)
+        highest = (ratio.size - 2) // base
+        if divisor <= 3:
+            multiples = _standing(ratio, top, divisor, width, min(HIGHEST, highest))
+            if multiples[:1] == [1] and len(multiples) > len(best[1]):
+                best = (base, multiples)
+        if highest > HIGHEST:
+            places = min(PULSES, highest)
+            multiples = _standing(ratio, top, divisor, width, places)
+            many = len(multiples) > max(HIGHEST, MOST_OF * places, len(best[1]))
+            if multiples[:1] == [1] and many:
+                best = (base, multiples)
     return best
+
+
+def _standing(
+    ratio: NDArray[np.float64], top: int, divisor: int, width: int, highest: int
+) -> list[int]:
+    """Multiples of a part of the line at `top` that stand out of the noise."""
+    found = []
+    for m in range(1, highest + 1):
+        # The line is known to half a place and wanders; its parts that much less.
+        place = round(m * top / divisor)
+        reach = 1 + m * (1 + width) // divisor
+        near = ratio[max(0, place - reach) : place + reach + 1]
+        if near.size and near.max() > CLEAR + np.log(near.size):
+            found.append(m)
+    return found

@@ -41,6 +41,8 @@ __all__ = [
 
 #: Ordinates about a line within which its frequency is polished.
 ZOOM = 48
+#: Lines of a comb by which its frequency is polished.
+POLISHED = 12
 #: A shape of a slow function is found to this part of its step on the grid.
 FINE = 1e-3
 #: A shape that gains less of logL than this, 0.045 of its standard error, stays.
@@ -211,6 +213,11 @@ def polish_line(
 
     `start` where no other explains more by as much as matters.
     """
+    if len(multiples) > POLISHED:
+        # A train of pulses: a few of its lines tell its frequency.
+        multiples = [multiples[i] for i in np.linspace(0, len(multiples) - 1, POLISHED).astype(int)]
+        values = values[np.isin(j, near := comb_window(start, multiples, data, ZOOM))]
+        j = near
     variance = noise.variance(j)
     step = data.rate / (2.0 * data.n)
     # The highest harmonic moves fastest.

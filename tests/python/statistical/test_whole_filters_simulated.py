@@ -1,0 +1,57 @@
+"""Notches and high-passes hidden in N+B+K, made by scipy.signal alone: the first rung of the ladder, and N is right."""
+
+import numpy as np
+import pytest
+from scipy import signal
+
+import allanite as al
+import generators as g
+
+pytestmark = pytest.mark.statistical
+
+RATE, LENGTH, SETTLED = 100.0, 180_000, 20_000
+N, B, K = 0.0126, 0.002, 9.07e-5
+NOTCHES = ["notch:25:5", "notch:10:3", "notch:2:2", "notch:40:8", "notch:25:20", "notch:12:1.2"]
+HIGH_PASSES = ["hp:0.05:1", "hp:0.1:1", "hp:0.1:2", "hp:0.5:1"]
+
+
+def _record(name, seed):
+    """The whole signal behind the filter `name`: kind, frequency in Hz, quality or order."""
+    rng = np.random.default_rng([seed, *name.encode()])
+    n = LENGTH + SETTLED
+    x = g.white(rng, n, RATE, N) + g.flicker(rng, n, RATE, B) + g.walk(rng, n, RATE, K)
+    kind, *numbers = name.split(":")
+    frequency, other = map(float, numbers)
+    if kind == "notch":
+        b, a = signal.iirnotch(frequency, other, fs=RATE)
+    else:
+        b, a = signal.butter(int(other), frequency, "high", fs=RATE)
+    return al.Recording(signal.lfilter(b, a, x - x[0])[SETTLED:], rate=RATE, unit="rad/s")
+
+
+@pytest.mark.parametrize(
+    ("kind", "names", "few"), [("notch", NOTCHES, 17), ("high_pass", HIGH_PASSES, 11)]
+)
+def test_the_first_rung_is_the_filter(kind, names, few):
+    """18 notches and 12 high-passes, of which one may be called something else."""
+    first = right = 0
+    told = []
+    for name in names:
+        for seed in range(3):
+            study = al.improve(_record(name, seed), "N+B+K")
+            added = [rung.added for rung in study.ladder[1:]]
+            told.append(f"{name} {seed}: {study}")
+            first += bool(added) and added[0].kind == kind
+            right += abs(study.fit["N"].value / N - 1.0) < 0.03
+    assert first >= few, told
+    assert right >= few, told
+
+
+def test_the_true_model_raises_no_alarm():
+    """40 records behind a notch; at 1 % more than 3 raise something once in a thousand times."""
+    raised = [
+        str(check.suggestions[0])
+        for seed in range(40)
+        if (check := al.fit_model(_record("notch:25:5", seed), "N+B+K+NOTCH").check()).significant
+    ]
+    assert len(raised) <= 3, raised
