@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,6 +111,9 @@ class Filter(Modifier):
 
     Known functions of time are what they are in the record, behind the filter.
     """
+
+    #: Whether nothing of frequency zero passes, and so no drift.
+    blocks: ClassVar[bool] = False
 
     def response(self, rate: float) -> Response:
         """The filter at this rate."""

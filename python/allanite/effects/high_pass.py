@@ -50,6 +50,7 @@ class HighPass(Filter):
         Parameter("order", "1", "1 or 2", "choice", low=1, high=2),
     )
     single: ClassVar[bool] = True
+    blocks: ClassVar[bool] = True
     physics: ClassVar[str] = (
         "the signal is coupled by a capacitor, or a filter takes the drift out: offset removal, washout, a leaky baseline"
     )

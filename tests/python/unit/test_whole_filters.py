@@ -122,6 +122,16 @@ def test_a_hidden_high_pass_is_named_first():
     assert study.fit["N"].value == pytest.approx(N, rel=0.02)
 
 
+def test_no_drift_is_looked_for_behind_a_high_pass():
+    """The ends of such a record had been an excursion, or a step, in three of four."""
+    x = _behind(5, *signal.butter(2, 0.1, "high", fs=RATE))
+    check = al.fit_model(x, "N+B+K+HP(f=0.1,order=2)").check()
+    assert check.suggestions
+    kinds = {s.kind for s in check.suggestions}
+    assert not kinds & {"bias_step", "excursion", "transient", "rate_ramp", "warm_up"}
+    assert not check.significant
+
+
 def test_a_lag_is_no_high_pass():
     """K behind a high-pass has the spectrum of a lag: where nothing falls below N it is called a lag."""
     rng = np.random.default_rng(3)
