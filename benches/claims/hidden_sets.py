@@ -22,6 +22,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
 
 import allanite as al
 import generators as g
+from allanite.fit.evidence import evidence
+from allanite.fit.rivals import rivals
 
 RATE, LENGTH = 50.0, 180_000
 DURATION = LENGTH / RATE
@@ -46,6 +48,7 @@ NAMES = {
     "RES": "resonance",
     "R": "rate_ramp",
 }
+KINDS_OF = {effect.kind: effect for effect in al.CATALOGUE}
 
 
 def course(time_s):
@@ -170,35 +173,37 @@ def one(seed, hidden, start):
 def ahead(study, truth):
     """By how much the evidence of what was hidden, fitted from its true values, exceeds that of the ladder's model."""
     fits = study.fit, al.fit_model(study.recording, truth)
-    price = 0.5 * np.log(max(fits[0].solution.weight.sum(), 2.0))
-    of_found, of_truth = (
-        f.solution.log_likelihood - price * sum(e.numbers for e in f.model) for f in fits
-    )
+    of_found, of_truth = (evidence(f.solution) for f in fits)
     return of_truth - of_found
 
 
 def matches(hidden, study, start):
-    """Whether the model holds what was hidden, each or a declared rival of it, and nothing else.
+    """Whether the model holds what was hidden, each or what is declared its rival, and nothing else.
 
-    What the start asked for may be gone, or a declared rival of it may stand there.
+    A kind's rivals are those that its class declares and those that the fit does: one effect may stand for two that the
+    fit names as a pair. What the start asked for may be gone, or a declared rival of it may stand there.
     """
-    rivals = {e.kind: set(e.rivals) for e in al.CATALOGUE}
-    left = [e.kind for e in study.fit.model]
-
-    def taken(kind):
-        same = [k for k in left if k == kind]
-        like = [k for k in left if k in rivals[kind] or kind in rivals[k]]
-        for found in (same + like)[:1]:
-            left.remove(found)
-            return True
-        return False
-
+    fit = study.fit
     asked = ["angle_random_walk", *(NAMES[k] for k in start.split("+")[1:])]
-    # First what is there by its own name, then what stands for it.
-    for kind in sorted([*hidden, *asked], key=lambda k: k not in left):
-        if not taken(kind) and kind in hidden:
+    missing, spare, others = list(hidden), list(asked), []
+    for place, effect in enumerate(fit.model):
+        for wanted in (missing, spare):
+            if effect.kind in wanted:
+                wanted.remove(effect.kind)
+                break
+        else:
+            others.append(place)
+    for place in others:
+        effect, declared = fit.model.effects[place], rivals(fit, place)
+        pair = next((p for p in declared.pairs if set(p) <= set(missing)), None)
+        alike = [k for k in (*missing, *spare) if k in declared.alone or effect.may_be(KINDS_OF[k])]
+        if pair is not None:
+            missing = [k for k in missing if k not in pair]
+        elif alike:
+            (missing if alike[0] in missing else spare).remove(alike[0])
+        else:
             return False
-    return not left
+    return not missing
 
 
 def main():

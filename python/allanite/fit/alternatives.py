@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
+from allanite.fit.evidence import RIVAL, evidence
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.shapes.matched import grid_points, matched_gains
 from allanite.fit.shapes.polish import polish
@@ -22,17 +23,13 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
 __all__ = [
-    "RIVAL",
     "Alternative",
     "alternatives",
+    "instead",
     "may_leave",
-    "price",
-    "rivals",
     "shown",
 ]
 
-#: ln(evidence) within which two effects cannot be told apart (20 : 1).
-RIVAL = 3.0
 #: What a polish of shapes may add to the best point of a scan.
 POLISH = 25.0
 
@@ -47,17 +44,12 @@ class Alternative:
         What stands there now, with values.
     solution : Solution
     evidence : float
-        ln of its evidence over that of the model it was made from: ΔlogL − ½ Δk ln n.
+        ln of its evidence over that of the model it was made from.
     """
 
     effect: Effect
     solution: Solution
     evidence: float
-
-
-def price(fit: Fit) -> float:
-    """½ ln n of the effective observations: what a number costs in evidence."""
-    return 0.5 * float(np.log(max(fit.solution.weight.sum(), 2.0)))
 
 
 def may_leave(effect: Effect) -> bool:
@@ -82,20 +74,22 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     # Shapes of the others stay as they are: what takes the place is fitted wholly before it is believed.
     base = solve(fit.data, less, like=fit.solution, polish=False)
     part = RandomPart(fit.data, base.power, base.count)
-    spent = out.numbers
+    had = evidence(fit.solution)
     for cls in CATALOGUE:
         if cls.kind == out.kind or not cls.may_be(out):
             continue
-        solution = _instead(cls, base, part, fit.solution.log_likelihood - RIVAL - POLISH)
+        solution = instead(cls, base, part, fit.solution.log_likelihood - RIVAL - POLISH)
         if solution is None:
             continue
         effect = solution.model.effects[-1]
-        gain = solution.log_likelihood - fit.solution.log_likelihood
-        yield Alternative(effect, solution, gain - (effect.numbers - spent) * price(fit))
+        yield Alternative(effect, solution, evidence(solution) - had)
 
 
-def _instead(cls: type[Effect], base: Solution, part: RandomPart, least: float) -> Solution | None:
-    """The base with an effect of this kind; None where the best point of its grid stays below `least` in logL."""
+def instead(cls: type[Effect], base: Solution, part: RandomPart, least: float) -> Solution | None:
+    """The base, of which `part` is the random part, with an effect of this kind.
+
+    None where the best point of its grid stays below `least` in logL.
+    """
     data = part.data
     blanks = cls.candidates(base.model, data.covariates)
     if not blanks:
@@ -146,10 +140,3 @@ def shown(fit: Fit, place: int) -> bool:
         for p in effect.parameters
         if p.role == "coefficient"
     )
-
-
-def rivals(fit: Fit, place: int) -> list[str]:
-    """Kinds with which the record is explained as well as with an effect of the model that the record shows."""
-    if not shown(fit, place):
-        return []
-    return [a.effect.kind for a in fit.alternatives(place) if a.evidence > -RIVAL]

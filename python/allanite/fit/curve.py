@@ -89,6 +89,11 @@ class Curve:
             return None
         return float(100.0 * np.expm1(np.sqrt(np.mean(0.5 / self.edf[keep]))))
 
+    def beyond(self, chance: float) -> float:
+        """Root mean square of what ln(model/measured) has beyond so many of its standard deviations; τ with edf ≥ 10."""
+        over = np.abs(self._apart()) - chance * np.sqrt(0.5 / self.edf[self.judged])
+        return float(np.sqrt(np.mean(np.maximum(over, 0.0) ** 2))) if over.size else 0.0
+
     @property
     def worst(self) -> tuple[float, float] | None:
         """(model over measured, τ in s) where that is furthest from 1, τ with edf ≥ 10."""

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.simulated import SimulatedCheck
     from allanite.fit.solution import Solution
+    from allanite.fit.together import Pair
     from allanite.recording import Recording
     from allanite.statespace import StateSpace
 
@@ -206,6 +207,18 @@ class Fit:
     def _alternatives(self) -> dict[int, tuple[Alternative, ...]]:
         return {}
 
+    def together(self, place: int) -> tuple[Pair, ...]:
+        """Pairs of effects that may stand where the one at `place` of the model stands; computed once."""
+        from allanite.fit.together import together
+
+        if place not in self._together:
+            self._together[place] = tuple(together(self, place))
+        return self._together[place]
+
+    @cached_property
+    def _together(self) -> dict[int, tuple[Pair, ...]]:
+        return {}
+
     check = verbs.fit_check
 
     def add(self, addition: Any) -> Fit:
@@ -304,7 +317,7 @@ class Fit:
         Without `searched` no rivals are looked for: the list of each effect is empty.
         """
         from allanite.common.units import parse_unit
-        from allanite.fit.alternatives import rivals
+        from allanite.fit.rivals import Rivals, rivals
 
         kind = parse_unit(self.recording.unit).kind
         misfit = self.misfit
@@ -316,7 +329,7 @@ class Fit:
                     "name": effect.name_for(kind),
                     "parameters": {n: plain(v) for n, v in values.items()},
                     **({"held": sorted(effect.held)} if effect.held else {}),
-                    "rivals": rivals(self, place) if searched else [],
+                    **(rivals(self, place) if searched else Rivals()).to_dict(),
                 }
                 for place, (effect, values) in enumerate(
                     zip(self.model.effects, self.estimates, strict=True)

@@ -130,7 +130,7 @@ def _before_after(study: Study, column: int) -> Panel:
 
 
 def _ending(study: Any) -> str:
-    added = sum(e is not None for rung in study.ladder for e in (rung.added, rung.brought))
+    added = sum(len(rung.new) for rung in study.ladder)
     what = "no effect" if not added else f"{added} effect{'s' if added > 1 else ''}"
     if study.adequate:
         return f"{what} added; the last model agrees with the measurement"

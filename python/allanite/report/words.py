@@ -151,9 +151,8 @@ def _all_added(rungs: Sequence[Any]) -> list[str]:
     """Each effect with its numbers; several of a kind together, by their count."""
     together: dict[str, list[tuple[Any, Any]]] = {}
     for rung in rungs:
-        for effect in (rung.added, rung.brought):
-            if effect is not None:
-                together.setdefault(effect.kind, []).append((rung.fit, effect))
+        for effect in rung.new:
+            together.setdefault(effect.kind, []).append((rung.fit, effect))
     return [
         _added(*same[0]) if len(same) == 1 else f"{len(same)} × {fit.display_name(effect)}"
         for same in together.values()

@@ -35,8 +35,8 @@ class Rung:
         Rise of logL by this step; None where that of the two fits says it.
     dropped_start : int
         How many of `removed` were in the first model.
-    brought : Effect or None
-        What took the place of the last of `removed`; where nothing was removed, what `added` needs beside it.
+    brought : tuple of Effect
+        What took the place of some of `removed`, or what `added` needs beside it.
     """
 
     fit: Fit
@@ -44,14 +44,18 @@ class Rung:
     removed: tuple[str, ...] = ()
     risen: float | None = None
     dropped_start: int = 0
-    brought: Effect | None = None
+    brought: tuple[Effect, ...] = ()
+
+    @property
+    def new(self) -> tuple[Effect, ...]:
+        """What this step put into the model."""
+        return () if self.added is None else (self.added, *self.brought)
 
     @property
     def changes(self) -> tuple[str, ...]:
         """What was done, one text an effect: ``+ sinusoid``, ``− rate random walk``."""
-        new = [e for e in (self.added, self.brought) if e is not None]
         gone = tuple(f"− {kind.replace('_', ' ')}" for kind in self.removed)
-        return (*(f"+ {self.fit.display_name(e)}" for e in new), *gone)
+        return (*(f"+ {self.fit.display_name(e)}" for e in self.new), *gone)
 
     def __repr__(self) -> str:
         added = "start" if self.added is None else f"+ {self.added.kind}"
@@ -66,7 +70,7 @@ class Rung:
         return {
             "added": None if self.added is None else self.added.kind,
             "removed": list(self.removed),
-            "brought": None if self.brought is None else self.brought.kind,
+            "brought": [effect.kind for effect in self.brought],
             **body,
             "error": {"misfit_left_percent": misfit_left, **body["error"]},
         }

@@ -8,8 +8,9 @@ import numpy as np
 
 from allanite.effects import Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit import refitted, removes
-from allanite.fit.alternatives import RIVAL, may_leave, price, shown
+from allanite.fit.alternatives import may_leave, shown
 from allanite.fit.engine import solve
+from allanite.fit.evidence import RIVAL, evidence, price
 from allanite.fit.result import Fit
 
 if TYPE_CHECKING:
@@ -113,9 +114,8 @@ def added_to(
         return None
     effects = fit.model.effects
     better = refitted(fit, Model((*effects[:place], *effects[place + 1 :], effect)))
-    more = effect.numbers - effects[place].numbers
-    risen = better.solution.log_likelihood - fit.solution.log_likelihood
-    return (better, (effects[place].kind,)) if risen - more * price(fit) > RIVAL else None
+    clearly = evidence(better.solution) > evidence(fit.solution) + RIVAL
+    return (better, (effects[place].kind,)) if clearly else None
 
 
 def one_thing(one: Effect, other: Effect, fit: Fit) -> bool:

@@ -32,6 +32,8 @@ __all__ = ["LIMIT", "improve", "next_rung"]
 LIMIT = 8
 #: How often what chance alone gives the Allan error may rise by on a rung: its points at long τ move together.
 CHANCE = 2.0
+#: An error of the Allan deviation, beyond chance, that is no error: half a per cent.
+LITTLE = 0.005
 #: Suggestions that are tried beside one that cannot stand alone.
 ANOTHER = 6
 
@@ -149,7 +151,7 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     asked -= sum(rung.dropped_start for rung in ladder)
     # What was taken out once and came back is needed.
     gone = {kind for rung in ladder for kind in rung.removed}
-    stand_in = {rung.brought.kind for rung in ladder if rung.brought is not None and rung.removed}
+    stand_in = {effect.kind for rung in ladder if rung.removed for effect in rung.brought}
     came = added_to(fit, suggestion, asked)
     if came is None:
         return None
@@ -168,34 +170,58 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
         if pair is None:
             return None
         risen += pair[0].solution.log_likelihood - before
-        return Rung(pair[0], added, risen=risen, brought=pair[1])
+        return Rung(pair[0], added, risen=risen, brought=(pair[1],))
     if len(ladder) > 1 and not _moved(fit, better):
         # What nothing has moved since it was looked at is as good as it was.
         return Rung(better, added, gave_way, risen)
-    parts = parted(check, better, added)
-    brought: Effect | None = None
-    if parts is not None and _errors_fall(fit, parts[0]):
-        better, added, brought = parts
-        risen += better.solution.log_likelihood - before
-        return Rung(better, added, gave_way, risen, brought=brought)
-    better, removed = pruned(better, fit, asked, gone, stand_in)
-    tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
-    own = set(range(asked - len(removed))) | {len(better.model) - 1}
-    # A wandering process that came first may have stood for two.
-    own |= {i for i, e in enumerate(better.model) if isinstance(e, Stochastic) and e.wanders}
-    # What is missing beside this one has a rung of its own.
-    later = {s.kind for s in check.significant if not s.effect.may_be(added)}
-    swap = swapped(better, own, tried, gone | later)
-    if swap is not None and _errors_fall(better, swap[0]):
-        better, kind, new = swap
-        if kind == added.kind:
-            added = new
-        else:
-            brought = new
-            removed.append(kind)
+    new: list[Effect] = [added]
+    removed: list[str] = []
+    split = _split(better, [len(better.model) - 1], new, removed)
+    if split is None:
+        better, removed = pruned(better, fit, asked, gone, stand_in)
+        asked -= len(removed)
+        tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
+        own = set(range(asked)) | {len(better.model) - 1}
+        # A wandering process that came first may have stood for two.
+        own |= {i for i, e in enumerate(better.model) if isinstance(e, Stochastic) and e.wanders}
+        # What is missing beside this one has a rung of its own.
+        later = {s.kind for s in check.significant if not s.effect.may_be(added)}
+        swap = swapped(better, own, tried, gone | later)
+        if swap is not None and _errors_fall(better, swap[0]):
+            better, kind, other = swap
+            if kind == added.kind:
+                new = [other]
+            else:
+                new.append(other)
+                removed.append(kind)
+    while True:
+        # What came earlier may stand for two that show beside the new one.
+        better = split or better
+        split = _split(better, range(asked, len(better.model)), new, removed)
+        if split is None:
+            break
     risen += better.solution.log_likelihood - before
     start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
-    return Rung(better, added, (*gave_way, *removed), risen, start, brought)
+    return Rung(better, new[0], (*gave_way, *removed), risen, start, tuple(new[1:]))
+
+
+def _split(fit: Fit, places: Sequence[int], new: list[Effect], removed: list[str]) -> Fit | None:
+    """The fit with two effects in the place of one that stood for both.
+
+    They enter `new`; that one leaves it, or is among the `removed`.
+    """
+    found = parted(fit, places)
+    if found is None or not _errors_fall(fit, found[0]):
+        return None
+    better, place, pair = found
+    kind = fit.model.effects[place].kind
+    own = next((i for i, effect in enumerate(new) if effect.kind == kind), None)
+    if own is None:
+        removed.append(kind)
+        new += pair
+    else:
+        new[own : own + 1] = pair
+    return better
 
 
 def _moved(before: Fit, after: Fit) -> bool:
@@ -227,7 +253,11 @@ def _errors_fall(before: Fit, after: Fit) -> bool:
     if old.adev_rms_percent is None or new.adev_rms_percent is None:
         return True
     chance = CHANCE * (new.chance_rms_percent or 0.0)
-    return bool(new.adev_rms_percent <= np.hypot(old.adev_rms_percent, chance))
+    if new.adev_rms_percent > np.hypot(old.adev_rms_percent, chance):
+        return False
+    # Chance is large at long τ alone, and excuses nothing at short ones.
+    beyond = [float(fit.curve.beyond(CHANCE)) for fit in (before, after)]
+    return beyond[1] <= np.hypot(beyond[0], LITTLE)
 
 
 def _predicts(before: Fit, after: Fit) -> bool:

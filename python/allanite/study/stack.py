@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Model, Stochastic
 from allanite.fit import refitted
-from allanite.fit.alternatives import RIVAL, price
+from allanite.fit.evidence import RIVAL, evidence
 from allanite.study.ladder import Rung
 from allanite.suggestion.rest import nameless
 
@@ -37,8 +37,7 @@ def unstacked(ladder: Sequence[Rung]) -> Rung | None:
         return None
     better = refitted(fit, Model((*(e for e in fit.model if e not in stack), nameless())))
     shape = better.model.effects[-1]
-    saved = sum(effect.numbers for effect in stack) - shape.numbers
-    risen = better.solution.log_likelihood - fit.solution.log_likelihood
-    if risen + saved * price(fit) < RIVAL:
+    if evidence(better.solution) < evidence(fit.solution) + RIVAL:
         return None
+    risen = better.solution.log_likelihood - fit.solution.log_likelihood
     return Rung(better, shape, tuple(effect.kind for effect in stack), risen)

@@ -14,6 +14,7 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import Solution, solve
+from allanite.fit.evidence import cost
 from allanite.fit.likelihood.whitened import cell_means, expected_level
 from allanite.fit.shapes.matched import grid_points, matched_gains
 from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_chance
@@ -189,7 +190,7 @@ def _of_one(gain: float) -> float:
     return float(0.5 * ndtri_exp(-gain - np.log(2.0)) ** 2) if gain > 0.0 else gain
 
 
-def beside_the_best(screens: dict[str, Screen], data: Data, price: float) -> dict[str, Screen]:
+def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
     """The screens by family; a slow function that another one beats clearly is judged by what it adds to that one.
 
     A step at the start looks like a warm-up and like any temperature that rises from there.
@@ -199,7 +200,8 @@ def beside_the_best(screens: dict[str, Screen], data: Data, price: float) -> dic
         return screens
 
     def evidence(candidate: Candidate) -> float:
-        return candidate.gain - price * candidate.parameters
+        assert candidate.solution is not None
+        return candidate.gain - cost(candidate.solution.effects[-1], candidate.solution)
 
     # Of two forms of one thing the one with more numbers explains a little more.
     best = max(found, key=evidence)

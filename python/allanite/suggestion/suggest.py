@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.effects import CATALOGUE, Model, Modifier, Stochastic
-from allanite.fit.alternatives import price
 from allanite.fit.engine import solve
+from allanite.fit.evidence import cost
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.result import Fit, plain
 from allanite.suggestion.bursts import screen_bursts
@@ -64,7 +64,7 @@ class Suggestion:
     removes_percent : float
         Share of the misfit that it removes.
     rivals : tuple of str
-        Kinds that explain this record as well (within 6 of its ΔBIC).
+        Kinds that explain this record as well (20 : 1 at most).
     found, before : Fit
         With the effect and without it.
     note : str
@@ -94,10 +94,13 @@ class Suggestion:
     note: str = ""
     surplus: float = 0.0
 
-    @property
+    @cached_property
     def rank(self) -> float:
-        """ΔBIC against the model with its discrepancy, by which candidates are compared."""
-        return self.delta_bic - 2.0 * self.surplus
+        """Twice its evidence over that of the model with its discrepancy, by which candidates are compared."""
+        if self.effect.screened not in {"spectral", "slow"}:
+            return self.delta_bic - 2.0 * self.surplus
+        own = cost(self.solution.effects[-1], self.solution)
+        return 2.0 * (self.delta_log_likelihood - self.surplus - own)
 
     @property
     def solution(self) -> Solution:
@@ -202,7 +205,7 @@ def suggest(
         outliers, levels = moments.result()
         single = (outliers, *levels, bursts.result())
         progress()
-        screens = beside_the_best({name: f.result() for name, f in found.items()}, data, price(fit))
+        screens = beside_the_best({name: f.result() for name, f in found.items()}, data)
         progress()
     families = {
         **{
@@ -374,9 +377,9 @@ def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
     for pair in combinations(alone, 2):
         both = solve(fit.data, Model((*fit.model.effects, *(type(s.effect)() for s in pair))))
         gain = both.log_likelihood - fit.solution.log_likelihood
-        bic = 2.0 * gain - 2.0 * np.log(max(float(fit.solution.weight.sum()), 2.0))
-        if bic > best[0] and (both.theta[-2:] > 0.0).all():
-            best = (bic, [s for s in pair if s.significant])
+        rank = 2.0 * (gain - sum(cost(own, both) for own in both.effects[-2:]))
+        if rank > best[0] and (both.theta[-2:] > 0.0).all():
+            best = (rank, [s for s in pair if s.significant])
     return [*best[1], *(s for s in ranked if s not in best[1])]
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data, Noise
 
-__all__ = ["grid_points", "matched_gains", "regressor_ordinates"]
+__all__ = ["grid_points", "lowest", "matched_gains", "regressor_ordinates"]
 
 #: Ordinates of the filter; a step has all but 1/4096 of its weight there.
 LOW = 4096
@@ -70,6 +70,11 @@ def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
     return [blank.with_values(**dict(zip(shapes, v, strict=True))) for v in product(*grids)]
 
 
+def lowest(data: Data) -> NDArray[np.int64]:
+    """Ordinates that the filter looks at."""
+    return np.arange(1, min(data.n, LOW), dtype=np.int64)
+
+
 def matched_gains(
     points: list[Deterministic],
     residual: NDArray[np.float64],
@@ -81,7 +86,7 @@ def matched_gains(
 
     What the slow functions `beside` it can do themselves is taken out of each: their amplitudes move with it.
     """
-    j = np.arange(1, min(data.n, LOW), dtype=np.int64)
+    j = lowest(data)
     root = 1.0 / np.sqrt(noise.variance(j))
     whole = regressor_ordinates(points, j, data) * root
     target = residual[j] * root

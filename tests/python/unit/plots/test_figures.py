@@ -72,14 +72,14 @@ def test_a_removed_effect_is_a_step_of_the_ladder(fits, check):
 
 def test_what_took_the_place_of_another_is_a_step_too(fits, check):
     lag, line = fits[2].model.effects[-2:]
-    ladder = (Rung(fits[0]), Rung(fits[2], line, ("bias_instability",), brought=lag))
+    ladder = (Rung(fits[0]), Rung(fits[2], line, ("bias_instability",), brought=(lag,)))
     study = Study(fits[0].recording, ladder, check, "adequate")
     figure = plot_study(study)
     assert figure.subtitle.startswith("2 effects added")
     lines = figure.panels[0].y.ticks[1][1].split("\n")
     assert lines == ["+ sinusoid", "+ Gauss-Markov process", "− bias instability"]
     assert study.rows()[1][0] == " ".join(lines)
-    assert study.to_dict()["ladder"][1]["brought"] == "gauss_markov"
+    assert study.to_dict()["ladder"][1]["brought"] == ["gauss_markov"]
 
 
 def rows(ratio):

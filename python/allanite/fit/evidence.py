@@ -1,0 +1,61 @@
+"""The evidence of a fitted model: its log-likelihood less what its numbers cost."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.fit.solution import Process, Regressed
+
+if TYPE_CHECKING:
+    from allanite.fit.result import Fit
+    from allanite.fit.solution import Fitted, Solution
+
+__all__ = ["RIVAL", "cost", "evidence", "of_number", "price"]
+
+#: ln(evidence) within which two models cannot be told apart (20 : 1).
+RIVAL = 3.0
+#: A number may lie anywhere in so many natural logarithms before the record is seen: three decades.
+RANGE = float(np.log(1e3))
+
+
+def price(fit: Fit) -> float:
+    """½ ln n of the effective observations: what a number costs in BIC (Schwarz 1978)."""
+    return _of_all(fit.solution)
+
+
+def _of_all(solution: Solution) -> float:
+    return 0.5 * float(np.log(max(solution.weight.sum(), 2.0)))
+
+
+def cost(own: Fitted, solution: Solution) -> float:
+    """What the numbers of a fitted effect cost in ln of the evidence.
+
+    A strength or a time constant that the record knows to a share of 1/z costs ln(range · z/√2π), Laplace's approximation
+    (Kass & Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) for a logarithm that is equally likely over `RANGE`: few ordinates
+    speak of a drift, whatever the length of the record. What has a
+    place among all ordinates or times pays ½ ln n.
+    """
+    effect = own.effect
+    if effect.occupies is not None:
+        return effect.numbers * _of_all(solution)
+    if effect.screened == "spectral" and isinstance(own, Process):
+        share = own.power / solution.spectrum
+        square = 2.0 * float(solution.weight @ share**2)
+    elif effect.screened == "slow" and isinstance(own, Regressed):
+        inverse = np.linalg.pinv(own.covariance, hermitian=True)
+        square = float(own.amplitudes @ inverse @ own.amplitudes)
+    else:
+        return effect.numbers * _of_all(solution)
+    return effect.numbers * of_number(square)
+
+
+def of_number(square: float) -> float:
+    """What a number costs that is known to a share of 1/√square; one that is not there has still been looked for."""
+    return float(np.log(RANGE * np.sqrt(max(square, 1.0) / (2.0 * np.pi))))
+
+
+def evidence(solution: Solution) -> float:
+    """Ln of the evidence of a fitted model, up to what all models of a record share."""
+    return solution.log_likelihood - sum(cost(own, solution) for own in solution.effects)

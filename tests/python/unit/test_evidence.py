@@ -1,0 +1,93 @@
+"""What numbers cost in evidence, and what may stand for two."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+import generators as g
+from allanite.fit.curve import compare_curves
+from allanite.fit.evidence import RANGE, cost, of_number
+from allanite.fit.together import splits, together
+
+RATE, LENGTH = 50.0, 60_000
+
+
+def _recording(seed, *more):
+    rng = np.random.default_rng(seed)
+    x = g.white(rng, LENGTH, RATE, 0.0126)
+    return al.Recording(x + sum(f(rng) for f in more), rate=RATE, unit="rad/s")
+
+
+def _integrated(fit, place):
+    """ln of the mean likelihood over the logarithm of a coefficient, others at their best, less that at its best."""
+    solution = fit.solution
+    own = solution.processes[place].power
+    rest = solution.spectrum - own
+    steps = np.linspace(-4.0, 4.0, 4001)
+    spectrum = rest + own * np.exp(2.0 * steps)[:, None]
+    log_l = -0.5 * (np.log(spectrum) + solution.power / spectrum) @ solution.count
+    top = log_l.max()
+    return float(np.log(np.trapezoid(np.exp(log_l - top), steps) / RANGE))
+
+
+@pytest.mark.parametrize(
+    ("model", "make"),
+    [
+        ("N+K", lambda rng: g.walk(rng, LENGTH, RATE, 1e-3)),
+        ("N+B", lambda rng: g.flicker(rng, LENGTH, RATE, 4e-3)),
+    ],
+)
+def test_a_strength_costs_what_integration_gives(model, make):
+    # Laplace's approximation is good to 1/z² in ln: z is 8 and more here.
+    fit = al.fit_model(_recording(1, make), model)
+    own = fit.solution.effects[1]
+    assert -cost(own, fit.solution) == pytest.approx(_integrated(fit, 1), abs=0.15)
+
+
+def test_a_number_that_is_not_there_costs_something():
+    assert 0.0 < of_number(0.0) == of_number(1.0) < of_number(60.0)
+
+
+def test_what_has_a_place_among_all_ordinates_pays_more():
+    fit = al.fit_model(_recording(2, lambda rng: g.sinusoid(LENGTH, RATE, 3.1, 4e-3)), "N+SIN")
+    assert cost(fit.solution.effects[1], fit.solution) == pytest.approx(
+        1.5 * np.log(fit.solution.weight.sum())
+    )
+
+
+def test_what_may_stand_for_two():
+    model = al.parse_model("N+B+K+R+SIN+BW+GM")
+    found = [effect.kind for effect in model if splits(effect)]
+    assert {"bias_instability", "rate_random_walk", "rate_ramp"} <= set(found)
+    assert not {"angle_random_walk", "sinusoid", "bandwidth"} & set(found)
+
+
+def test_nothing_stands_for_a_walk_that_is_there():
+    fit = al.fit_model(_recording(3, lambda rng: g.walk(rng, LENGTH, RATE, 1e-3)), "N+K")
+    assert together(fit, 0) == []
+    # 20 : 1 at most speaks for a pair beside the truth.
+    assert all(-3.0 < pair.evidence < 3.0 for pair in together(fit, 1))
+
+
+@pytest.mark.parametrize("seed", [11, 12, 13])
+def test_flicker_stands_for_a_step_and_a_lag(seed):
+    recording = _recording(
+        seed,
+        lambda rng: g.step(LENGTH, RATE, 700.0, 2.5e-2),
+        lambda rng: g.gauss_markov(rng, LENGTH, RATE, 5e-3, 3.0),
+    )
+    fit = al.fit_model(recording, "N+B")
+    pairs = together(fit, 1)
+    assert {"bias_step", "gauss_markov"} == set(pairs[0].kinds)
+    # The ladder finds the step and the lag, or flicker, which the record may not tell from it.
+    found = {e["kind"]: e["rivals"] for e in al.improve(recording, "N").fit.body()["effects"]}
+    others = set(found) - {"angle_random_walk", "bias_step"}
+    assert "bias_step" in found and len(others) == 1
+    assert others == {"gauss_markov"} or "gauss_markov" in found["bias_instability"]
+
+
+def test_an_error_at_short_times_is_not_excused_by_chance_at_long_ones():
+    fit = al.fit_model(_recording(4), "N")
+    wrong = compare_curves(fit.data, al.parse_model("N(N=0.0132)"))
+    assert fit.curve.beyond(2.0) < 0.005
+    assert wrong.beyond(2.0) > 0.01
