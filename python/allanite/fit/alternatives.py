@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
 __all__ = [
+    "POLISH",
     "Alternative",
     "alternatives",
     "instead",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Stochastic
-from allanite.fit.alternatives import instead, may_leave
+from allanite.fit.alternatives import POLISH, instead, may_leave
 from allanite.fit.engine import solve
 from allanite.fit.evidence import RIVAL, evidence, of_number
 from allanite.fit.likelihood.random_part import RandomPart
@@ -111,9 +111,11 @@ class _Search:
                     found.append((evidence(one) + gain - cost, one.model + other))
         for one in [*starts, *processes]:
             first = one.model.effects[-1]
+            # Its numbers have to be paid as well.
+            hopeless = self.least + one.log_likelihood - evidence(one) - POLISH
             for cls in self._kinds():
                 if cls.kind != first.kind and self._reads(first, cls):
-                    both = self._process(cls, one, self.least)
+                    both = self._process(cls, one, hopeless)
                     if both is not None:
                         found.append((evidence(both), both.model))
         return found
