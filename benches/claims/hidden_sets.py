@@ -22,8 +22,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
 
 import allanite as al
 import generators as g
-from allanite.fit.evidence import evidence
-from allanite.fit.rivals import rivals
+from allanite.fit.rivals.declared import rivals
+from allanite.fit.rivals.evidence import evidence
 
 RATE, LENGTH = 50.0, 180_000
 DURATION = LENGTH / RATE

@@ -89,10 +89,17 @@ class Curve:
             return None
         return float(100.0 * np.expm1(np.sqrt(np.mean(0.5 / self.edf[keep]))))
 
-    def beyond(self, chance: float) -> float:
-        """Root mean square of what ln(model/measured) has beyond so many of its standard deviations; τ with edf ≥ 10."""
-        over = np.abs(self._apart()) - chance * np.sqrt(0.5 / self.edf[self.judged])
-        return float(np.sqrt(np.mean(np.maximum(over, 0.0) ** 2))) if over.size else 0.0
+    def risen(self, before: Curve, chance: float) -> float:
+        """By how much the mean square of ln(model/measured) exceeds that of another fit of the record; τ with edf ≥ 10.
+
+        What moves at one τ by less than so many of its standard deviations counts nothing.
+        """
+        keep = self.judged & before.judged
+        if not keep.any():
+            return 0.0
+        new, old = (np.log(c.model[keep] / c.measured[keep]) for c in (self, before))
+        moved = np.abs(np.abs(new) - np.abs(old)) > chance * np.sqrt(0.5 / self.edf[keep])
+        return float(np.mean(np.where(moved, new**2 - old**2, 0.0)))
 
     @property
     def worst(self) -> tuple[float, float] | None:

@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from allanite.effects import Effect, Model
-    from allanite.fit.alternatives import Alternative
     from allanite.fit.classical.methods import MethodTable
     from allanite.fit.likelihood.data import Data
+    from allanite.fit.rivals.alternatives import Alternative
+    from allanite.fit.rivals.together import Pair
     from allanite.fit.simulated import SimulatedCheck
     from allanite.fit.solution import Solution
-    from allanite.fit.together import Pair
     from allanite.recording import Recording
     from allanite.statespace import StateSpace
 
@@ -66,8 +66,8 @@ class Fit:
     (False, True, True, 'N')
     >>> better["K"].unit, better.display_name(better.model.effects[1])
     ('deg/s/s^½', 'rate random walk')
-    >>> better.alternatives(0), better.simulate_check(n=3, seed=1).simulated_chi2.shape
-    ((), (3,))
+    >>> better.alternatives(0), better.together(0), better.simulate_check(n=3, seed=1).simulated_chi2.shape
+    ((), (), (3,))
     >>> better.compare_methods()["N"].name, better.summary() == str(better), better.body()["model"]
     ('N', True, 'N+K')
     >>> better.simulate(duration=60, seed=1).n, better.state_space().states
@@ -197,7 +197,7 @@ class Fit:
 
     def alternatives(self, place: int) -> tuple[Alternative, ...]:
         """What else might stand where the effect at `place` of the model stands; computed once."""
-        from allanite.fit.alternatives import alternatives
+        from allanite.fit.rivals.alternatives import alternatives
 
         if place not in self._alternatives:
             self._alternatives[place] = tuple(alternatives(self, place))
@@ -209,7 +209,7 @@ class Fit:
 
     def together(self, place: int) -> tuple[Pair, ...]:
         """Pairs of effects that may stand where the one at `place` of the model stands; computed once."""
-        from allanite.fit.together import together
+        from allanite.fit.rivals.together import together
 
         if place not in self._together:
             self._together[place] = tuple(together(self, place))
@@ -317,7 +317,7 @@ class Fit:
         Without `searched` no rivals are looked for: the list of each effect is empty.
         """
         from allanite.common.units import parse_unit
-        from allanite.fit.rivals import Rivals, rivals
+        from allanite.fit.rivals.declared import Rivals, rivals
 
         kind = parse_unit(self.recording.unit).kind
         misfit = self.misfit

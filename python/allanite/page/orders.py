@@ -9,8 +9,8 @@ from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import conversion, parse_unit
 from allanite.effects import parse_model
-from allanite.page.documents import compare_with
 from allanite.page.edits import effect, shown_unit
+from allanite.page.shown.documents import compare_with
 from allanite.page.source import Source
 from allanite.page.state import chip_units
 from allanite.page.studies import open_study

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from allanite.common.errors import AllaniteError, InputError
-from allanite.page import documents
 from allanite.page.desk import GRACE, Desk
 from allanite.page.guard import Guard
 from allanite.page.orders import act
+from allanite.page.shown import documents
 from allanite.page.shown.parts import part
 from allanite.page.shown.views import finite, view
 from allanite.page.source import Source, check_name

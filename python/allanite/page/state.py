@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.units import parse_unit
 from allanite.effects import standard
-from allanite.page.documents import sheet_rows
 from allanite.page.edits import SHEET
 from allanite.page.shown.beside import differences
 from allanite.page.shown.cards import cards, chips, rung
+from allanite.page.shown.documents import sheet_rows
 from allanite.page.shown.figures import colors_of
 from allanite.page.shown.offers import offers, sentence
 from allanite.page.source import Reading

@@ -8,13 +8,13 @@ import numpy as np
 
 from allanite.effects import Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit import refitted, removes
-from allanite.fit.alternatives import may_leave, shown
 from allanite.fit.engine import solve
-from allanite.fit.evidence import RIVAL, evidence, price
 from allanite.fit.result import Fit
+from allanite.fit.rivals.alternatives import may_leave, shown
+from allanite.fit.rivals.evidence import RIVAL, evidence, price
 
 if TYPE_CHECKING:
-    from allanite.fit.alternatives import Alternative
+    from allanite.fit.rivals.alternatives import Alternative
     from allanite.fit.solution import Solution
     from allanite.suggestion.suggest import Suggestion
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Model
 from allanite.fit import refitted
-from allanite.fit.evidence import RIVAL, evidence
-from allanite.fit.together import splits
+from allanite.fit.rivals.evidence import RIVAL, evidence
+from allanite.fit.rivals.together import splits
 from allanite.study.moves import one_thing
 
 if TYPE_CHECKING:
@@ -27,7 +27,8 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
 
     The first of `places` of which this holds. Taken is the plainest of what the record cannot tell from the best: of the
     models with the pairs, with one of a pair alone, which then is all that comes, and with the one and either of a pair
-    beside it, which is left to a rung of its own. What only describes gives way unless it is clearly better.
+    beside it, which is left to a rung of its own. Of those with as many numbers the one whose Allan curve is
+    nearest. What only describes gives way unless it is clearly better.
     """
     for place in places:
         out = fit.model.effects[place]
@@ -63,7 +64,7 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
         top = max(evidence(f.solution) for f in every)
         plainest = min(
             (f for f in every if evidence(f.solution) > top - RIVAL),
-            key=lambda f: (sum(e.numbers for e in f.model), -evidence(f.solution)),
+            key=lambda f: (sum(e.numbers for e in f.model), f.curve.rms_percent or 0.0),
         )
         if plainest not in beside and evidence(plainest.solution) > least:
             return plainest, place, plainest.model.effects[count:]

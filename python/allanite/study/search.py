@@ -32,7 +32,7 @@ __all__ = ["LIMIT", "improve", "next_rung"]
 LIMIT = 8
 #: How often what chance alone gives the Allan error may rise by on a rung: its points at long τ move together.
 CHANCE = 2.0
-#: An error of the Allan deviation, beyond chance, that is no error: half a per cent.
+#: An Allan error that is none: half a per cent.
 LITTLE = 0.005
 #: Suggestions that are tried beside one that cannot stand alone.
 ANOTHER = 6
@@ -256,8 +256,7 @@ def _errors_fall(before: Fit, after: Fit) -> bool:
     if new.adev_rms_percent > np.hypot(old.adev_rms_percent, chance):
         return False
     # Chance is large at long τ alone, and excuses nothing at short ones.
-    beyond = [float(fit.curve.beyond(CHANCE)) for fit in (before, after)]
-    return beyond[1] <= np.hypot(beyond[0], LITTLE)
+    return after.curve.risen(before.curve, CHANCE) <= LITTLE**2
 
 
 def _predicts(before: Fit, after: Fit) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Model, Stochastic
 from allanite.fit import refitted
-from allanite.fit.evidence import RIVAL, evidence
+from allanite.fit.rivals.evidence import RIVAL, evidence
 from allanite.study.ladder import Rung
 from allanite.suggestion.rest import nameless
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import Solution, solve
-from allanite.fit.evidence import cost
 from allanite.fit.likelihood.whitened import cell_means, expected_level
+from allanite.fit.rivals.evidence import cost
 from allanite.fit.shapes.matched import grid_points, matched_gains
 from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_chance
 from allanite.suggestion.spectral import Candidate, Screen

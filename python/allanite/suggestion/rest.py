@@ -10,7 +10,7 @@ import numpy as np
 from allanite.common.numbers import tidy
 from allanite.common.showing import brief
 from allanite.effects import CATALOGUE
-from allanite.fit.evidence import price
+from allanite.fit.rivals.evidence import price
 
 if TYPE_CHECKING:
     from allanite.effects import Effect

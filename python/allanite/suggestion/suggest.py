@@ -13,9 +13,9 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
-from allanite.fit.evidence import cost
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.result import Fit, plain
+from allanite.fit.rivals.evidence import cost
 from allanite.suggestion.bursts import screen_bursts
 from allanite.suggestion.drifting import screen_drifting
 from allanite.suggestion.drifts import beside_the_best, screen_slow, slow_families

@@ -11,7 +11,7 @@ import allanite as al
 from allanite.deviation import ESTIMATORS
 from allanite.effects import Effect
 from allanite.export import TARGETS
-from allanite.page import documents
+from allanite.page.shown import documents
 from allanite.readers import FORMATS, sentences, text
 
 ROOT = Path(__file__).parents[3]
@@ -71,7 +71,7 @@ def test_every_export_has_a_name_a_consumer_and_a_place_on_the_page():
         f"carry through the consumer's update in test_export_consumers.py: {missing}"
     )
     offered = set(documents.TARGETS.values())
-    assert offered == set(TARGETS), f"page/documents.py: {offered ^ set(TARGETS)}"
+    assert offered == set(TARGETS), f"page/shown/documents.py: {offered ^ set(TARGETS)}"
     page = (PACKAGE / "page" / "static" / "page.js").read_text(encoding="utf-8")
     listed = re.search(r"const TARGETS = (\[\[.*?\]\]);", page, re.DOTALL)
     assert listed is not None

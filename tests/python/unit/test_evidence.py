@@ -6,8 +6,8 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.curve import compare_curves
-from allanite.fit.evidence import RANGE, cost, of_number
-from allanite.fit.together import splits, together
+from allanite.fit.rivals.evidence import RANGE, cost, of_number
+from allanite.fit.rivals.together import splits, together
 
 RATE, LENGTH = 50.0, 60_000
 
@@ -90,5 +90,7 @@ def test_flicker_stands_for_a_step_and_a_lag(seed):
 def test_an_error_at_short_times_is_not_excused_by_chance_at_long_ones():
     fit = al.fit_model(_recording(4), "N")
     wrong = compare_curves(fit.data, al.parse_model("N(N=0.0132)"))
-    assert fit.curve.beyond(2.0) < 0.005
-    assert wrong.beyond(2.0) > 0.01
+    # 5 % too high at every τ: 0.0025, where the scatter is smaller.
+    assert 0.001 < wrong.risen(fit.curve, 2.0) < 0.003
+    assert fit.curve.risen(fit.curve, 2.0) == 0.0
+    assert fit.curve.risen(wrong, 2.0) < -0.001

@@ -13,7 +13,7 @@ import allanite as al
 from allanite.effects.files import model_to_dict
 from allanite.export import export
 from allanite.export._axis import axes_of
-from page_browser import CHROMIUM, needs_chromium
+from page_browser import launched
 
 NAMES = {
     "code": "gx\nsystem('rm -rf /'); %",
@@ -141,14 +141,11 @@ def test_exports_by_the_parser_of_their_target(name, target):
 
 
 @pytest.mark.browser
-@needs_chromium
 @pytest.mark.parametrize("interactive", [False, True])
 def test_reports_in_a_browser(interactive, tmp_path):
     """As a browser parses and runs it: nothing asked for, nothing opened, and the name is to be read."""
-    sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
     happened = []
-    with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=str(CHROMIUM))
+    with launched("chromium") as browser:
         tab = browser.new_page()
         tab.on("dialog", lambda dialog: (happened.append(dialog.message), dialog.dismiss()))
         tab.on("request", lambda request: happened.append(request.url))
@@ -161,4 +158,3 @@ def test_reports_in_a_browser(interactive, tmp_path):
             assert recording.columns[0].strip() in tab.inner_text("body")
             assert happened.pop(0) == path.as_uri()
             assert not happened
-        browser.close()

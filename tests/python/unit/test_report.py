@@ -81,9 +81,11 @@ def at(document, place):
 def printed(text):
     """The number behind a printed one: 1.9·10⁻⁵, −0.3, 720 000."""
     plain = text.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")).replace("\u202f", "")
-    if "10-" in plain or "·10" in text or re.fullmatch(r"10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", text):
-        mantissa, power = plain.split("10", 1) if "·" in text else ("1", plain[2:])
-        return float(mantissa.rstrip("·") or 1) * 10.0 ** int(power)
+    if "·10" in plain:
+        mantissa, power = plain.split("·10", 1)
+        return float(mantissa) * 10.0 ** int(power)
+    if re.fullmatch(r"10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", text):
+        return 10.0 ** int(plain[2:])
     return float(plain)
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Stochastic
-from allanite.fit.alternatives import POLISH, instead, may_leave
 from allanite.fit.engine import solve
-from allanite.fit.evidence import RIVAL, evidence, of_number
 from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.rivals.alternatives import POLISH, instead, may_leave
+from allanite.fit.rivals.evidence import RIVAL, evidence, of_number
 from allanite.fit.shapes.matched import grid_points, lowest, matched_gains
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def splits(effect: Effect) -> bool:
         return False
     if isinstance(effect, Stochastic):
         return effect.wanders or effect.last_resort
-    return effect.screened == "slow" and effect.follows is None
+    return effect.screened == "slow"
 
 
 def together(fit: Fit, place: int) -> list[Pair]:

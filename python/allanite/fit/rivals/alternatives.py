@@ -9,8 +9,8 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
-from allanite.fit.evidence import RIVAL, evidence
 from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.rivals.evidence import RIVAL, evidence
 from allanite.fit.shapes.matched import grid_points, matched_gains
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import added, simplest, worth_polishing

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from allanite.fit.alternatives import shown
-from allanite.fit.evidence import RIVAL
+from allanite.fit.rivals.alternatives import shown
+from allanite.fit.rivals.evidence import RIVAL
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
