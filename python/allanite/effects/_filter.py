@@ -256,7 +256,7 @@ def _of_lags(covariance: Array, response: Response) -> list[Term]:
         if p.imag < 0.0:
             continue
         w *= 2.0 if p.imag > 0.0 else 1.0
-        slow = abs(p) ** -last < DIVIDED
+        slow = -last * np.log(abs(p)) < np.log(DIVIDED)  # |p|⁻ᵏ of a fast pole is beyond doubles
         reach = last + (0 if slow else int(np.ceil(GONE / -np.log(abs(p)))))
         own = p ** np.arange(reach + last + 1)
         sides = np.concatenate([own[last:0:-1], own])

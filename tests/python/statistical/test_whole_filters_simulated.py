@@ -30,28 +30,27 @@ def _record(name, seed):
 
 
 @pytest.mark.parametrize(
-    ("kind", "names", "few"), [("notch", NOTCHES, 17), ("high_pass", HIGH_PASSES, 11)]
+    ("kind", "names", "few"), [("notch", NOTCHES, 5), ("high_pass", HIGH_PASSES, 3)]
 )
 def test_the_first_rung_is_the_filter(kind, names, few):
-    """18 notches and 12 high-passes, of which one may be called something else."""
+    """Six notches and four high-passes, of each of which one may be called something else."""
     first = right = 0
     told = []
     for name in names:
-        for seed in range(3):
-            study = al.improve(_record(name, seed), "N+B+K")
-            added = [rung.added for rung in study.ladder[1:]]
-            told.append(f"{name} {seed}: {study}")
-            first += bool(added) and added[0].kind == kind
-            right += abs(study.fit["N"].value / N - 1.0) < 0.03
+        study = al.improve(_record(name, 0), "N+B+K")
+        added = [rung.added for rung in study.ladder[1:]]
+        told.append(f"{name}: {study}")
+        first += bool(added) and added[0].kind == kind
+        right += abs(study.fit["N"].value / N - 1.0) < 0.03
     assert first >= few, told
     assert right >= few, told
 
 
 def test_the_true_model_raises_no_alarm():
-    """40 records behind a notch; at 1 % more than 3 raise something once in a thousand times."""
+    """24 records behind a notch; at 1 % three or more raise something in 0.2 % of runs."""
     raised = [
         str(check.suggestions[0])
-        for seed in range(40)
+        for seed in range(24)
         if (check := al.fit_model(_record("notch:25:5", seed), "N+B+K+NOTCH").check()).significant
     ]
-    assert len(raised) <= 3, raised
+    assert len(raised) <= 2, raised

@@ -26,6 +26,17 @@ SOURCES = [
 ]
 
 
+def test_a_high_pass_near_half_of_the_nyquist_frequency_forgets_at_once():
+    """Its pole is next to 0, and a power of it beyond doubles: half the difference of what a long filter left."""
+    model = al.parse_model("N(N=1)+BW(cutoff=20,order=64,design=fir)")
+    whole = model + al.HighPass(cutoff=RATE / 4.0 * (1.0 - 1e-5), order=1)
+    f = np.linspace(1.0, 49.0, 97)
+    difference = np.sin(np.pi * f / RATE) ** 2
+    np.testing.assert_allclose(
+        whole.psd(f, RATE), model.psd(f, RATE) * difference, rtol=1e-3, atol=1e-9
+    )
+
+
 @pytest.mark.parametrize("source", SOURCES)
 @pytest.mark.parametrize("name", FILTERS)
 def test_the_spectrum_behind_a_filter(name, source):
