@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from allanite.deviation import Deviation
     from allanite.effects import Effect
     from allanite.fit import Error, Fit
     from allanite.recording import Recording
@@ -93,6 +94,8 @@ class Work:
         self.tray: list[list[Effect]] = [[] for _ in recording.columns]
         #: Colour role of each effect once it was seen: it keeps it.
         self.colors: dict[tuple[str, int], int] = {}
+        #: Deviations of its columns and of twins that were looked at.
+        self.deviations: dict[Any, Deviation] = {}
         self._columns: dict[int, Recording] = {}
 
     @property

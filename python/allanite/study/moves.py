@@ -61,7 +61,9 @@ def pruned(
         own = place < asked
         if may_leave(effect) and effect.kind not in gone and not (own and not shown(before, place)):
             least = (
-                NEEDLESS if own or effect.kind in stand_in else KEEP * effect.numbers * price(fit)
+                NEEDLESS
+                if own or effect.kind in stand_in
+                else KEEP * effect.numbers * price(fit.solution)
             )
             without = _without(fit, place, least)
             if without is not None:

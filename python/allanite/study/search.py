@@ -177,7 +177,9 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     new: list[Effect] = [added]
     removed: list[str] = []
     split = _split(better, [len(better.model) - 1], new, removed)
-    if split is None:
+    if split is not None:
+        better = split
+    else:
         better, removed = pruned(better, fit, asked, gone, stand_in)
         asked -= len(removed)
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
@@ -194,12 +196,9 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
             else:
                 new.append(other)
                 removed.append(kind)
-    while True:
-        # What came earlier may stand for two that show beside the new one.
-        better = split or better
-        split = _split(better, range(asked, len(better.model)), new, removed)
-        if split is None:
-            break
+    # What came earlier may stand for two that show beside the new one.
+    while (split := _split(better, range(asked, len(better.model)), new, removed)) is not None:
+        better = split
     risen += better.solution.log_likelihood - before
     start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
     return Rung(better, new[0], (*gave_way, *removed), risen, start, tuple(new[1:]))

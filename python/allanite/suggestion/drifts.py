@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Deterministic
+from allanite.effects import Deterministic
 from allanite.fit.engine import Solution, solve
 from allanite.fit.likelihood.whitened import cell_means, expected_level
 from allanite.fit.rivals.evidence import cost
@@ -21,11 +21,8 @@ from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_ch
 from allanite.suggestion.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
-    from allanite.effects import Model
     from allanite.fit.likelihood.data import Data, Noise
 
 #: Ordinates on which a column's own consistency is judged.
@@ -35,7 +32,6 @@ __all__ = [
     "beside_the_best",
     "column_slopes",
     "screen_slow",
-    "slow_families",
 ]
 
 #: A matched filter that promises less is not refitted.
@@ -44,22 +40,6 @@ LEAST = 3.0
 BETWEEN, REFITTED = 33, 0.05
 #: A rise of logL by which one slow function beats another clearly (6 of BIC).
 CLEAR = 3.0
-
-
-def slow_families(
-    model: Model, columns: Mapping[str, NDArray[np.float64]]
-) -> dict[str, tuple[Deterministic, ...]]:
-    """What may be missing of the slow functions of time, family by family, in the order of the catalogue."""
-    out: dict[str, tuple[Deterministic, ...]] = {}
-    if any(filtering.blocks for filtering in model.filters):
-        # No drift passes; what the ends of a record leave in its empty lowest ordinates would be called one.
-        return out
-    for cls in CATALOGUE:
-        if cls.screened == "slow" and issubclass(cls, Deterministic):
-            blanks = cls.candidates(model, columns)
-            if blanks:
-                out[cls.family] = (*out.get(cls.family, ()), *blanks)
-    return out
 
 
 def screen_slow(

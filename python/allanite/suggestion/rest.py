@@ -64,7 +64,7 @@ def rest_of(fit: Fit) -> Rest | None:
     with_shape = fit.add(nameless())
     solution = with_shape.solution
     risen = solution.log_likelihood - fit.solution.log_likelihood
-    if risen < with_shape.model.effects[-1].numbers * price(fit):
+    if risen < with_shape.model.effects[-1].numbers * price(fit.solution):
         return None
     own = solution.processes[-1].power
     ratio = own / np.maximum(solution.spectrum - own, 1e-300)

@@ -16,9 +16,10 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import cost
+from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.bursts import screen_bursts
 from allanite.suggestion.drifting import screen_drifting
-from allanite.suggestion.drifts import beside_the_best, screen_slow, slow_families
+from allanite.suggestion.drifts import beside_the_best, screen_slow
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.spectral import Candidate, screen_spectral
@@ -99,8 +100,8 @@ class Suggestion:
         """Twice its evidence over that of the model with its discrepancy, by which candidates are compared."""
         if self.effect.screened not in {"spectral", "slow"}:
             return self.delta_bic - 2.0 * self.surplus
-        own = cost(self.solution.effects[-1], self.solution)
-        return 2.0 * (self.delta_log_likelihood - self.surplus - own)
+        numbers = cost(self.solution.effects[-1], self.solution)
+        return 2.0 * (self.delta_log_likelihood - self.surplus - numbers)
 
     @property
     def solution(self) -> Solution:
@@ -199,8 +200,8 @@ def suggest(
         }
         bursts = pool.submit(screen_bursts, spectral.candidates, data)
         moments = pool.submit(screen_moments, base, data, whitened)
-        lines = lines_found.result()
-        lines = (*lines, *screen_drifting(spectral.candidates, lines, base, data))
+        steady = lines_found.result()
+        lines = (*steady, *screen_drifting(spectral.candidates, steady, base, data))
         progress()
         outliers, levels = moments.result()
         single = (outliers, *levels, bursts.result())
@@ -293,9 +294,8 @@ def _suggestion(
     penalty = candidate.parameters * np.log(max(float(fit.solution.weight.sum()), 2.0))
     data = candidate.data or fit.data
     found = Fit(fit.recording, solution.model, fit.method, data, solution)
-    effect = solution.model.effects[-1]
     return Suggestion(
-        effect,
+        solution.model.effects[-1],
         bool(log_p < np.log(FALSE_ALARM)),
         float(x + surplus),
         float(2.0 * (x + surplus) - penalty),

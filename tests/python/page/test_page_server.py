@@ -1,14 +1,19 @@
 """What the page's server survives: damaged logs, nonsense, tabs that are left."""
 
+import gc
 import json
 import threading
 import time
+import weakref
 
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite.page import child, jobs
 from allanite.page.desk import MOST_TABS, SILENT
+from allanite.page.ladder import Work
+from allanite.page.shown.deviations import deviation_figure
 from page_desk import act, opened, send, until, wait
 
 DEEP = "[" * 100_000 + "]" * 100_000
@@ -194,3 +199,16 @@ def test_a_study_of_another_log_is_refused(client):
     answer = client.post(f"tabs/{tab}/act", content=json.dumps({"do": "study", "study": saved}))
     assert answer.status_code == 400
     assert "nowhere" in answer.json()["error"]
+
+
+def test_another_deviation_is_kept_as_long_as_the_log_and_no_longer():
+    samples = np.random.default_rng(1).standard_normal(5000)
+    work = Work(al.Recording(samples, rate=10.0, unit="rad/s"))
+    held = weakref.ref(work.recording.samples)
+    options = {"kind": "hdev"}
+    figures = [deviation_figure(work.log(0), None, options, work.deviations) for _ in range(2)]
+    assert len(work.deviations) == 1
+    assert figures[0].panels[0].marks[0].x is not None
+    del work, samples, figures
+    gc.collect()
+    assert held() is None

@@ -15,7 +15,7 @@ NOTCHES = ["notch:25:5", "notch:10:3", "notch:2:2", "notch:40:8", "notch:25:20",
 HIGH_PASSES = ["hp:0.05:1", "hp:0.1:1", "hp:0.1:2", "hp:0.5:1"]
 
 
-def _record(name, seed):
+def record(name, seed):
     """The whole signal behind the filter `name`: kind, frequency in Hz, quality or order."""
     rng = np.random.default_rng([seed, *name.encode()])
     n = LENGTH + SETTLED
@@ -37,7 +37,7 @@ def test_the_first_rung_is_the_filter(kind, names, few):
     first = right = 0
     told = []
     for name in names:
-        study = al.improve(_record(name, 0), "N+B+K")
+        study = al.improve(record(name, 0), "N+B+K")
         added = [rung.added for rung in study.ladder[1:]]
         told.append(f"{name}: {study}")
         first += bool(added) and added[0].kind == kind
@@ -51,6 +51,6 @@ def test_the_true_model_raises_no_alarm():
     raised = [
         str(check.suggestions[0])
         for seed in range(24)
-        if (check := al.fit_model(_record("notch:25:5", seed), "N+B+K+NOTCH").check()).significant
+        if (check := al.fit_model(record("notch:25:5", seed), "N+B+K+NOTCH").check()).significant
     ]
     assert len(raised) <= 2, raised

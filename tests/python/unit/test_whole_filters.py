@@ -143,6 +143,17 @@ def test_no_drift_is_looked_for_behind_a_high_pass():
     assert not check.significant
 
 
+def test_no_drift_takes_the_place_of_a_process_behind_a_high_pass():
+    rng = np.random.default_rng(8)
+    x = g.white(rng, 60_000, RATE, N) + g.walk(rng, 60_000, RATE, 5e-3)
+    b, a = signal.butter(1, 0.1, "high", fs=RATE)
+    recording = al.Recording(signal.lfilter(b, a, x)[10_000:], rate=RATE, unit="rad/s")
+    fit = al.fit_model(recording, "N+K+HP(order=1)")
+    drifts = {e.kind for e in al.CATALOGUE if e.screened == "slow"}
+    assert not drifts & {a.effect.kind for a in fit.alternatives(1)}
+    assert not drifts & {kind for pair in fit.together(1) for kind in pair.kinds}
+
+
 def test_a_lag_is_no_high_pass():
     """K behind a high-pass has the spectrum of a lag: where nothing falls below N it is called a lag."""
     rng = np.random.default_rng(3)

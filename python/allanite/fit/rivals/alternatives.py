@@ -6,29 +6,33 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.rivals.evidence import RIVAL, evidence
-from allanite.fit.shapes.matched import grid_points, matched_gains
+from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import added, simplest, worth_polishing
 from allanite.fit.shapes.shape import free_places, grid_models
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from allanite.fit.engine import Solution
+    from allanite.fit.likelihood.data import Data
     from allanite.fit.result import Fit
 
 __all__ = [
     "POLISH",
     "Alternative",
     "alternatives",
+    "best_slow",
     "instead",
     "may_leave",
     "shown",
+    "slow_scans",
 ]
 
 #: What a polish of shapes may add to the best point of a scan.
@@ -92,10 +96,10 @@ def instead(cls: type[Effect], base: Solution, part: RandomPart, least: float) -
     None where the best point of its grid stays below `least` in logL.
     """
     data = part.data
-    blanks = cls.candidates(base.model, data.covariates)
-    if not blanks:
-        return None
     if cls.screened == "spectral":
+        blanks = cls.candidates(base.model, data.covariates)
+        if not blanks:
+            return None
         place = len(base.model)
         points = [m.effects[-1] for b in blanks for m in grid_models(base.model + b, place, data)]
         # Power and count are those without known functions of time: as much is lost beside the whole record.
@@ -113,23 +117,38 @@ def instead(cls: type[Effect], base: Solution, part: RandomPart, least: float) -
         model = with_coefficients(model, found.theta)
         return solve(data, model, start=found, like=base, rounds=3, polish=False)
     if cls.screened == "slow":
-        best: tuple[float, Deterministic] | None = None
-        noise = base.noise(data)
-        for blank in blanks:
-            assert isinstance(blank, Deterministic)
-            slow = grid_points(blank, data)
-            gains, _ = matched_gains(slow, base.ordinates, noise, data, base.model.deterministic)
-            top = int(np.argmax(gains))
-            if best is None or gains[top] > best[0]:
-                best = float(gains[top]), slow[top]
-        if best is not None and base.log_likelihood + best[0] < least:
+        best = best_slow(base, data, lambda blank: isinstance(blank, cls)).get(cls.kind)
+        if best is None or base.log_likelihood + best[0] < least:
             return None
-        return (
-            None
-            if best is None
-            else solve(data, base.model + best[1], like=base, rounds=3, polish=False)
-        )
+        return solve(data, base.model + best[1], like=base, rounds=3, polish=False)
     return None
+
+
+def slow_scans(
+    base: Solution, data: Data, wanted: Callable[[Deterministic], bool]
+) -> Iterator[tuple[list[Deterministic], NDArray[np.float64], NDArray[np.float64]]]:
+    """Slow functions that may be missing: the points of the grid of each, their gains and directions beside a model."""
+    noise = base.noise(data)
+    for blanks in slow_families(base.model, data.covariates).values():
+        for blank in filter(wanted, blanks):
+            points = grid_points(blank, data)
+            gains, directions = matched_gains(
+                points, base.ordinates, noise, data, base.model.deterministic
+            )
+            yield points, gains, directions
+
+
+def best_slow(
+    base: Solution, data: Data, wanted: Callable[[Deterministic], bool]
+) -> dict[str, tuple[float, Deterministic]]:
+    """The best point of every kind of slow function beside a model, with its gain."""
+    best: dict[str, tuple[float, Deterministic]] = {}
+    for points, gains, _ in slow_scans(base, data, wanted):
+        top = int(np.argmax(gains))
+        kind = points[top].kind
+        if gains[top] > best.get(kind, (0.0, None))[0]:
+            best[kind] = float(gains[top]), points[top]
+    return best
 
 
 def shown(fit: Fit, place: int) -> bool:

@@ -9,7 +9,6 @@ import numpy as np
 from allanite.fit.solution import Process, Regressed
 
 if TYPE_CHECKING:
-    from allanite.fit.result import Fit
     from allanite.fit.solution import Fitted, Solution
 
 __all__ = ["RIVAL", "cost", "evidence", "of_number", "price"]
@@ -20,12 +19,8 @@ RIVAL = 3.0
 RANGE = float(np.log(1e3))
 
 
-def price(fit: Fit) -> float:
+def price(solution: Solution) -> float:
     """½ ln n of the effective observations: what a number costs in BIC (Schwarz 1978)."""
-    return _of_all(fit.solution)
-
-
-def _of_all(solution: Solution) -> float:
     return 0.5 * float(np.log(max(solution.weight.sum(), 2.0)))
 
 
@@ -39,7 +34,7 @@ def cost(own: Fitted, solution: Solution) -> float:
     """
     effect = own.effect
     if effect.occupies is not None:
-        return effect.numbers * _of_all(solution)
+        return effect.numbers * price(solution)
     if effect.screened == "spectral" and isinstance(own, Process):
         share = own.power / solution.spectrum
         square = 2.0 * float(solution.weight @ share**2)
@@ -47,7 +42,7 @@ def cost(own: Fitted, solution: Solution) -> float:
         inverse = np.linalg.pinv(own.covariance, hermitian=True)
         square = float(own.amplitudes @ inverse @ own.amplitudes)
     else:
-        return effect.numbers * _of_all(solution)
+        return effect.numbers * price(solution)
     return effect.numbers * of_number(square)
 
 

@@ -7,18 +7,15 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.random_part import RandomPart
-from allanite.fit.rivals.alternatives import POLISH, instead, may_leave
+from allanite.fit.rivals.alternatives import POLISH, best_slow, instead, may_leave, slow_scans
 from allanite.fit.rivals.evidence import RIVAL, evidence, of_number
-from allanite.fit.shapes.matched import grid_points, lowest, matched_gains
+from allanite.fit.shapes.matched import lowest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from allanite.fit.likelihood.data import Data
     from allanite.fit.result import Fit
     from allanite.fit.solution import Solution
@@ -143,30 +140,10 @@ class _Search:
         return instead(cls, base, part, least)
 
     def _slow(self, base: Solution) -> dict[str, tuple[float, Deterministic]]:
-        """The best point of every kind of slow function beside a model, with its gain."""
-        best: dict[str, tuple[float, Deterministic]] = {}
-        for points, gains, _ in self._matched(base):
-            top = int(np.argmax(gains))
-            kind = points[top].kind
-            if gains[top] > best.get(kind, (0.0, None))[0]:
-                best[kind] = float(gains[top]), points[top]
-        return best
+        return best_slow(base, self.data, self._another)
 
-    def _matched(
-        self, base: Solution
-    ) -> Iterator[tuple[list[Deterministic], NDArray[np.float64], NDArray[np.float64]]]:
-        """Every slow function at the points of its grid, their gains beside a model and their directions."""
-        noise = base.noise(self.data)
-        for cls in CATALOGUE:
-            if cls.screened != "slow" or cls.kind == self.out.kind:
-                continue
-            for blank in cls.candidates(base.model, self.data.covariates):
-                assert isinstance(blank, Deterministic)
-                points = grid_points(blank, self.data)
-                gains, directions = matched_gains(
-                    points, base.ordinates, noise, self.data, base.model.deterministic
-                )
-                yield points, gains, directions
+    def _another(self, blank: Effect) -> bool:
+        return blank.kind != self.out.kind
 
     def _functions(self) -> list[tuple[float, Model]]:
         """The best pair of slow functions of every two kinds: all points of their grids beside each other.
@@ -176,7 +153,8 @@ class _Search:
         base = self.base
         j = lowest(self.data)
         target = base.ordinates[j] / np.sqrt(base.noise(self.data).variance(j))
-        blocks = [(points, unit, unit @ target) for points, _, unit in self._matched(base)]
+        scans = slow_scans(base, self.data, self._another)
+        blocks = [(points, unit, unit @ target) for points, _, unit in scans]
         found = []
         for (ones, u, z), (others, v, w) in combinations(blocks, 2):
             if ones[0].kind == others[0].kind or not self._reads(ones[0], others[0]):

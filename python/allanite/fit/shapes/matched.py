@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.effects import CATALOGUE, Deterministic, Model
+
 if TYPE_CHECKING:
-    from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data, Noise
 
-__all__ = ["grid_points", "lowest", "matched_gains", "regressor_ordinates"]
+__all__ = ["grid_points", "lowest", "matched_gains", "regressor_ordinates", "slow_families"]
 
 #: Ordinates of the filter; a step has all but 1/4096 of its weight there.
 LOW = 4096
@@ -73,6 +74,22 @@ def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
 def lowest(data: Data) -> NDArray[np.int64]:
     """Ordinates that the filter looks at."""
     return np.arange(1, min(data.n, LOW), dtype=np.int64)
+
+
+def slow_families(
+    model: Model, columns: Mapping[str, NDArray[np.float64]]
+) -> dict[str, tuple[Deterministic, ...]]:
+    """What may be missing of the slow functions of time, family by family, in the order of the catalogue."""
+    out: dict[str, tuple[Deterministic, ...]] = {}
+    if any(filtering.blocks for filtering in model.filters):
+        # No drift passes; what the ends of a record leave in its empty lowest ordinates would be called one.
+        return out
+    for cls in CATALOGUE:
+        if cls.screened == "slow" and issubclass(cls, Deterministic):
+            blanks = cls.candidates(model, columns)
+            if blanks:
+                out[cls.family] = (*out.get(cls.family, ()), *blanks)
+    return out
 
 
 def matched_gains(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,9 +32,12 @@ GRIDS: dict[str, str | int] = {"octave": "octave", "decade": "decade", "fine": 2
 MOST_TWIN = 2_000_000
 
 
-def deviation_figure(log: Recording, fit: Fit | None, options: Mapping[str, str]) -> Figure | None:
+def deviation_figure(
+    log: Recording, fit: Fit | None, options: Mapping[str, str], kept: dict[Any, Deviation]
+) -> Figure | None:
     """The deviation that is asked for, with the model where it has that curve, else with a twin simulated from it.
 
+    What was computed is `kept` by who is looked at, kind and averaging times, as long as the log is.
     None where nothing but the fit's own curve is asked for.
     """
     kind, grid = options.get("kind") or "oadev", options.get("grid") or ""
@@ -45,18 +47,18 @@ def deviation_figure(log: Recording, fit: Fit | None, options: Mapping[str, str]
         raise InputError(f"No averaging times {grid[:20]!r}: one of {', '.join(GRIDS)}")
     if kind == "oadev" and not grid:
         return None
-    found = _found(log, kind, grid)
+    found = _found(log, kind, grid, kept)
     marks: list[Mark] = []
     shown = [np.asarray(found.deviation), np.asarray(found.low), np.asarray(found.high)]
     if fit is not None and kind in ALLAN:
         marks.append(Line(fit.curve.tau, fit.curve.model, "model", "model", 2.2))
     elif fit is not None and log.n <= MOST_TWIN:
-        twin = _twin(fit, kind, grid)
+        twin = _twin(fit, kind, grid, kept)
         marks.append(Line(*_drawn(twin), "model", "a simulated twin of the model", 1.6))
         shown.append(np.asarray(twin.deviation))
     tau, values = _drawn(found)
-    kept = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
-    low, high = np.asarray(found.low)[kept], np.asarray(found.high)[kept]
+    there = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
+    low, high = np.asarray(found.low)[there], np.asarray(found.high)[there]
     known = bool(np.isfinite(low).any())
     label = "measured, 95 % interval" if known else "measured"
     marks.append(Points(tau, values, "measured", label, *((low, high) if known else (None, None))))
@@ -72,15 +74,21 @@ def _drawn(found: Deviation) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(found.tau)[kept], np.asarray(found.deviation)[kept]
 
 
-@lru_cache(maxsize=4)
-def _found(log: Recording, kind: str, grid: str) -> Deviation:
+def _found(log: Recording, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
+    if (log, kind, grid) not in kept:
+        kept[log, kind, grid] = _deviation(log, kind, grid)
+    return kept[log, kind, grid]
+
+
+def _twin(fit: Fit, kind: str, grid: str, kept: dict[Any, Deviation]) -> Deviation:
+    if (fit, kind, grid) not in kept:
+        data = fit.data
+        made = fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
+        kept[fit, kind, grid] = _deviation(made, kind, grid)
+    return kept[fit, kind, grid]
+
+
+def _deviation(log: Recording, kind: str, grid: str) -> Deviation:
     more = {"taus": GRIDS[grid]} if grid else {}
     found: Deviation = getattr(family, kind)(log, **more)
     return found
-
-
-@lru_cache(maxsize=4)
-def _twin(fit: Fit, kind: str, grid: str) -> Deviation:
-    data = fit.data
-    made = fit.simulate(n=data.n, rate=data.rate, seed=1, covariates=dict(data.covariates))
-    return _found.__wrapped__(made, kind, grid)

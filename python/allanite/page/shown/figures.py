@@ -96,7 +96,7 @@ def failing(fit: Fit) -> list[tuple[float, float, float]]:
 
 def _allan(tab: Tab, options: Mapping[str, str]) -> Figure:
     fit = fit_of(tab)
-    other = deviation_figure(tab.log, fit, options)
+    other = deviation_figure(tab.log, fit, options, tab.work.deviations)
     if other is not None:
         return other
     if fit is None:
