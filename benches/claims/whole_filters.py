@@ -12,12 +12,12 @@ import argparse
 import sys
 from pathlib import Path
 
-TESTS = Path(__file__).parents[2] / "tests" / "python"
-sys.path.insert(0, str(TESTS))
-sys.path.insert(0, str(TESTS / "statistical"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python" / "statistical"))
+
+from test_whole_filters_simulated import HIGH_PASSES, NOTCHES, N, record
 
 import allanite as al
-from test_whole_filters_simulated import HIGH_PASSES, NOTCHES, N, record
 
 
 def main() -> None:
