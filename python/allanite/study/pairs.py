@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Model
 from allanite.fit import refitted
+from allanite.fit.rivals.columns import consistent
 from allanite.fit.rivals.evidence import RIVAL, evidence
 from allanite.fit.rivals.together import splits
 from allanite.study.moves import one_thing
@@ -46,7 +47,11 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
         found = [
             refitted(fit, p.model) for p in pairs[:REFITTED] if had + p.evidence > least - RIVAL
         ]
-        found = [f for f in found if evidence(f.solution) > least]
+        found = [
+            f
+            for f in found
+            if evidence(f.solution) > least and consistent(f.model.effects[-2:], f.solution, f.data)
+        ]
         if not found:
             continue
         # Of two the record may need but one.

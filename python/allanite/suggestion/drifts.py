@@ -15,6 +15,7 @@ import numpy as np
 from allanite.effects import Deterministic
 from allanite.fit.engine import Solution, solve
 from allanite.fit.likelihood.whitened import cell_means, expected_level
+from allanite.fit.rivals.columns import consistent
 from allanite.fit.rivals.evidence import cost
 from allanite.fit.shapes.matched import grid_points, matched_gains
 from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_chance
@@ -30,7 +31,6 @@ LOW = 8192
 
 __all__ = [
     "beside_the_best",
-    "column_slopes",
     "screen_slow",
 ]
 
@@ -141,7 +141,7 @@ def _refit(
         beside = solve(data, rival.model + refitted.model.effects[-1], polish=False, rounds=4)
         judged = min(gain, beside.log_likelihood - rival.log_likelihood)
     judged /= _louder(refitted, data)
-    if judged <= 0.0 or (effect.follows is not None and not _consistent(refitted, data)):
+    if judged <= 0.0 or not consistent(refitted.model.deterministic[-1:], refitted, data):
         return None
     if effect.amplitudes().size > 1:
         judged = _of_one(judged)
@@ -205,38 +205,3 @@ def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]
         family: Screen(tuple(c for c in candidates if c.family == family), tuple(angles))
         for family, angles in arcs.items()
     }
-
-
-def _consistent(solution: Solution, data: Data) -> bool:
-    """Whether a column explains the samples with one sign at slow and at fast time scales.
-
-    A chance likeness of two slow series explains the slow half only, and has any sign in the other.
-    """
-    slopes = column_slopes(solution, data)
-    if slopes is None:
-        return True
-    (a, b), spread = slopes
-    return bool(a * b > 0.0 or abs(a - b) < 3.0 * spread)
-
-
-def column_slopes(solution: Solution, data: Data) -> tuple[tuple[float, float], float] | None:
-    """Size of the last effect at slow and at fast time scales over the fitted one, and the error of their difference.
-
-    The ordinates are split where half the information on the coefficient lies below. None where one half has none.
-    """
-    effect = solution.model.deterministic[-1]
-    series = effect.signal(data.time, data.covariates)
-    j = np.arange(1, min(data.n, LOW), dtype=np.int64)
-    z = data.seen(data.transform(series)[j], j)
-    variance = solution.noise(data).variance(j)
-    weight = z**2 / variance
-    split = int(np.searchsorted(np.cumsum(weight), 0.5 * weight.sum())) + 1
-    target = solution.ordinates[j] + z
-    slow, fast = (
-        (float((z[p] * target[p] / variance[p]).sum()), float(weight[p].sum()))
-        for p in (slice(None, split), slice(split, None))
-    )
-    if min(slow[1], fast[1]) <= 0.0:
-        return None
-    slopes = slow[0] / slow[1], fast[0] / fast[1]
-    return slopes, float(np.sqrt(1.0 / slow[1] + 1.0 / fast[1]))

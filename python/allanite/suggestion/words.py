@@ -10,7 +10,7 @@ from allanite.common.numbers import tidy
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed
 from allanite.effects import Periodic
-from allanite.suggestion.drifts import column_slopes
+from allanite.fit.rivals.columns import column_slopes
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -63,8 +63,9 @@ def _hysteresis(effect: Effect, found: Fit) -> str:
     """Whether a column acts on slow and fast time scales alike."""
     if effect.follows is None:
         return ""
-    fitted = found.model.deterministic[-1].amplitudes()
-    slopes = column_slopes(found.solution, found.data) if fitted.size == 1 else None
+    last = found.model.deterministic[-1]
+    fitted = last.amplitudes()
+    slopes = column_slopes(last, found.solution, found.data) if fitted.size == 1 else None
     if slopes is None or abs(slopes[0][0] - slopes[0][1]) < 2.0 * slopes[1]:
         return ""
     slow, fast = (share * float(fitted[0]) for share in slopes[0])

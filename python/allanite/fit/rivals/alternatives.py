@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.rivals.columns import consistent
 from allanite.fit.rivals.evidence import RIVAL, evidence
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
 from allanite.fit.shapes.polish import polish
@@ -87,6 +88,8 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
         if solution is None:
             continue
         effect = solution.model.effects[-1]
+        if not consistent((effect,), solution, fit.data):
+            continue
         yield Alternative(effect, solution, evidence(solution) - had)
 
 
