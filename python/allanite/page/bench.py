@@ -42,6 +42,8 @@ class Bench:
         self.works: dict[int, Work] = {}
         self.problem: str | None = None
         self.preview: Fit | None = None
+        #: Model discrepancy, %, below which a model is good enough; None to ask that it is adequate.
+        self.tolerance: float | None = None
         #: Unit in which the values are shown; None for the log's own.
         self.unit: str | None = None
         #: Recordings of other logs and a data sheet, only compared with.
@@ -170,6 +172,10 @@ class Bench:
         kinds = there | {e.kind for e in gone}
         self.work.tray[column] = [*(e for e in tray if e.kind not in kinds), *gone]
 
+    def within(self, step: Step) -> bool:
+        """Whether the model of a step is good enough, though it may not be adequate."""
+        return self.tolerance is not None and step.fit.discrepancy.percent < self.tolerance
+
     def finish(self, job: Job, step: Step) -> Check:
         """The errors of a step, then what it lacks: shown as they come."""
         job.take_turn()
@@ -193,15 +199,21 @@ class Bench:
     # -- logs ------------------------------------------------------------------------------------------
 
     def open(
-        self, place: int, reading: Reading | None = None, found: Recording | None = None
+        self,
+        place: int,
+        reading: Reading | None = None,
+        found: Recording | None = None,
+        column: int | None = None,
     ) -> None:
-        """Read a log, or go back to it, and fit the first model to its first column."""
+        """Read a log, or go back to it, and fit the first model to a column; None for the one last looked at."""
         if not 0 <= place < len(self.sources):
             raise InputError(f"There is no log {place}")
         source = self.sources[place]
         if reading is not None:
             source = self.sources[place] = source.with_reading(reading)
         known = self.works.get(place) if reading is None and found is None else None
+        if column is not None and (known is None or not 0 <= column < len(known.board.ladders)):
+            raise InputError(f"There is no column {column}")
 
         def work(job: Job) -> None:
             with self.change(job):
@@ -209,6 +221,8 @@ class Bench:
                 self.unit = None
                 if known is None:
                     self.works.pop(place, None)
+                elif column is not None:
+                    known.look(column)
             try:
                 if known is None:
                     watch = lambda: job.progress(0, 0)  # noqa: E731
@@ -322,4 +336,4 @@ class Bench:
 
 def look(fit: Fit) -> None:
     """Make what the page shows of a fit at once: found here, it is at hand for every request."""
-    _ = fit.estimates, fit.misfit, fit.band
+    _ = fit.estimates, fit.misfit, fit.band, fit.discrepancy

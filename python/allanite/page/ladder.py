@@ -96,6 +96,8 @@ class Work:
         self.colors: dict[tuple[str, int], int] = {}
         #: Deviations of its columns and of twins that were looked at.
         self.deviations: dict[Any, Deviation] = {}
+        #: The small curves of its columns, once they were drawn.
+        self.paths: list[str | None] | None = None
         self._columns: dict[int, Recording] = {}
 
     @property

@@ -185,7 +185,10 @@ def _alone(tab: Tab, order: dict[str, Any]) -> None:
 
 
 _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
-    "open": lambda tab, order: tab.open(_integer(order, "log")),
+    "open": lambda tab, order: tab.open(
+        _integer(order, "log"),
+        column=None if order.get("column") is None else _integer(order, "column"),
+    ),
     "read": _read,
     "column": lambda tab, order: tab.choose(_integer(order, "column")),
     "model": lambda tab, order: tab.fit(_text(order, "model") or ""),
@@ -201,6 +204,7 @@ _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
     "take": _take,
     "rate": _rate,
     "improve": _improve,
+    "tolerance": lambda tab, order: tab.accept(_number(order, "percent")),
     "go": lambda tab, order: tab.go(_integer(order, "rung")),
     "undo": lambda tab, _order: tab.undo(),
     "redo": lambda tab, _order: tab.redo(),

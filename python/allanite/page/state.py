@@ -19,7 +19,7 @@ from allanite.report.words import many
 
 if TYPE_CHECKING:
     from allanite.fit import Fit
-    from allanite.page.ladder import Work
+    from allanite.page.ladder import Step, Work
     from allanite.page.tab import Tab
 
 __all__ = ["chip_units", "state", "work"]
@@ -51,7 +51,9 @@ def state(tab: Tab) -> dict[str, Any]:
         "units": [{"value": u, "text": unit_text(u) if u != "1" else "1 (a ratio)"} for u in UNITS],
         "reading": _reading(tab),
         "recording": None if now is None else _recording(tab),
-        "axes": [] if now is None else _axes(now),
+        "axes": [] if now is None else _axes(tab, now),
+        "elsewhere": _elsewhere(tab),
+        "tolerance": tab.tolerance,
         "covariates": [] if now is None else list(now.recording.covariates),
         "chips": []
         if shown is None or now is None
@@ -68,6 +70,8 @@ def state(tab: Tab) -> dict[str, Any]:
         },
         "checked": check is not None,
         "adequate": None if check is None else check.adequate,
+        "discrepancy": None if step is None else step.fit.discrepancy.percent,
+        "within": step is not None and check is not None and tab.within(step),
         "where": [] if check is None else check.left,
         "cards": [] if check is None else cards(check),
         "ladder": [rung(s) for s in ladder.steps],
@@ -97,22 +101,47 @@ def _reading(tab: Tab) -> dict[str, Any]:
     }
 
 
-def _axes(work: Work) -> list[dict[str, Any]]:
+def _kind(tab: Tab, step: Step | None) -> str:
+    """How far a column has come."""
+    if step is None:
+        return "new"
+    if step.check is None:
+        return "fitted"
+    if step.check.adequate:
+        return "adequate"
+    return "within" if tab.within(step) else "fails"
+
+
+def _elsewhere(tab: Tab) -> list[dict[str, Any]]:
+    """The axes of the other logs that were opened."""
+    return [
+        {
+            "log": place,
+            "name": tab.sources[place].name,
+            "digest": work.digest,
+            "axes": [
+                {"name": name, "state": _kind(tab, ladder.step)}
+                for name, ladder in zip(work.recording.columns, work.board.ladders, strict=True)
+            ],
+        }
+        for place, work in sorted(tab.works.items())
+        if place != tab.place_of_source
+    ]
+
+
+def _axes(tab: Tab, work: Work) -> list[dict[str, Any]]:
     """One record a column: its name, unit and state."""
     out = []
     names, units = work.recording.columns, work.recording.units
     for name, unit, ladder in zip(names, units, work.board.ladders, strict=True):
         step = ladder.step
         check = None if step is None else step.check
-        kind = "new" if step is None else "fitted"
-        if check is not None:
-            kind = "adequate" if check.adequate else "fails"
         error = None if step is None else step.error
         out.append(
             {
                 "name": name,
                 "unit": unit_text(unit),
-                "state": kind,
+                "state": _kind(tab, step),
                 "steps": len(ladder.steps),
                 "model": None if step is None else step.fit.model.name,
                 "values": {}

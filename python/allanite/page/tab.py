@@ -160,7 +160,7 @@ class Tab(Bench):
             step = ladder.step
             assert step is not None
             check = self.finish(job, step)
-            if check.adequate or count == LIMIT:
+            if check.adequate or self.within(step) or count == LIMIT:
                 return True
             best = check.significant[0].effect if check.significant else None
             tried = "" if best is None else f", trying {step.fit.display_name(best)}"
@@ -170,6 +170,13 @@ class Tab(Bench):
                 return False
             self.climb(job, Step(" ".join(rung.changes), rung), column)
         return True
+
+    def accept(self, tolerance: float | None) -> None:
+        """Say below which model discrepancy, %, a model is good enough; None to ask that it is adequate."""
+        if tolerance is not None and not 0.0 < tolerance <= 100.0:
+            raise InputError("The model discrepancy that is accepted lies between 0 and 100 %")
+        self.tolerance = tolerance
+        self.changed()
 
     # -- the ladder ----------------------------------------------------------------------------------------
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from allanite.axes import Common
     from allanite.fit import Fit
+    from allanite.page.ladder import Work
     from allanite.page.tab import Tab
     from allanite.recording import Recording
 
@@ -47,15 +48,22 @@ def part(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
 
 
 def _strip(tab: Tab) -> dict[str, Any]:
+    """The small curves of every log that was opened, by what the log is known again."""
+    return {work.digest: _paths(work) for work in list(tab.works.values())}
+
+
+def _paths(work: Work) -> list[str | None]:
     """A small curve of each column: an SVG path of 100 × 40, all of one unit on one scale."""
-    work = tab.work
+    if work.paths is not None:
+        return work.paths
     curves = [_curve(work.log(i)) for i in range(len(work.recording.columns))]
     units = work.recording.units
-    out = []
+    out: list[str | None] = []
     for curve, unit in zip(curves, units, strict=True):
         alike = [c for c, u in zip(curves, units, strict=True) if u == unit and c is not None]
         out.append(None if curve is None else _path(curve, alike))
-    return {"digest": work.digest, "paths": out}
+    work.paths = out
+    return out
 
 
 def _curve(column: Recording) -> Any:

@@ -1,32 +1,43 @@
 // The axes of the log: a strip of small curves, and a table of what each is.
 import { $, S, act, busy, el, refill, speak, svg } from "./core.js";
 
-const WORDS = { new: "Not looked at", fitted: "Fitted", fails: "Fails", adequate: "Adequate" };
-const SIGNS = { new: "○", fitted: "◔", fails: "✗", adequate: "✓" };
-let curves = { digest: null, paths: [] };
+const WORDS = { new: "Not looked at", fitted: "Fitted", fails: "Fails", within: "Within tolerance", adequate: "Adequate" };
+const SIGNS = { new: "○", fitted: "◔", fails: "✗", within: "≈", adequate: "✓" };
+const DONE = ["within", "adequate"];
+// By what a log is known again: a path an axis.
+let curves = {}, asked = "";
+export const done = () => S.state.axes.every(a => DONE.includes(a.state));
 
 export async function strip() {
-  const { recording, axes } = S.state;
-  $("strip").hidden = !recording || axes.length < 2;
-  $("improve-all").hidden = $("strip").hidden;
+  const { recording, axes, elsewhere } = S.state;
+  $("strip").hidden = !recording || axes.length + elsewhere.length < 2;
+  $("improve-all").hidden = !recording || axes.length < 2;
   if ($("strip").hidden) return;
   draw();
-  if (curves.digest === recording.digest) return;
-  curves = { digest: recording.digest, paths: [] };
-  try {
-    const found = await speak(`tabs/${S.tab}/part/strip`);
-    if (S.state.recording && found.digest === S.state.recording.digest) { curves = found; draw(); }
-  } catch { curves.digest = null; }
+  const want = [recording.digest, ...elsewhere.map(e => e.digest)];
+  if (want.every(d => curves[d]) || asked === want.join()) return;
+  asked = want.join();
+  try { curves = await speak(`tabs/${S.tab}/part/strip`); if (S.state.recording) draw(); }
+  catch { asked = ""; }
 }
+function small(a, path, more, onclick) {
+  const told = `${a.name}${a.unit ? ` (${a.unit})` : ""}: ${WORDS[a.state]}${a.model ? `, ${a.model}` : ""}${a.missing ? `; missing: ${a.missing}` : ""}`;
+  return el("button", { class: `axis ${a.state}`, "aria-label": `${a.name}: ${WORDS[a.state]}`, title: told, ...more, onclick },
+    svg("0 0 100 40", path ? [{ d: path }] : [], { preserveAspectRatio: "none" }),
+    el("span", { class: "label" }, a.name), el("span", { class: "state" }, SIGNS[a.state], el("span", {}, WORDS[a.state])));
+}
+// Every log that was opened, each under its name, in the order of the list: an axis of another log opens that at it.
 function draw() {
-  const { recording, axes } = S.state;
-  refill($("strip"), ...axes.map((a, i) => el("button", { class: `axis ${a.state}`, "aria-current": i === recording.column ? "true" : null, "data-axis": i,
-    "aria-label": `${a.name}: ${WORDS[a.state]}`, title: `${a.name} (${a.unit}): ${WORDS[a.state]}${a.model ? `, ${a.model}` : ""}${a.missing ? `; missing: ${a.missing}` : ""}`, onclick: () => act({ do: "column", column: i }) },
-    svg("0 0 100 40", curves.paths[i] ? [{ d: curves.paths[i] }] : [], { preserveAspectRatio: "none" }),
-    el("span", { class: "label" }, a.name), el("span", { class: "state" }, SIGNS[a.state], el("span", {}, WORDS[a.state])))));
+  const { recording, axes, elsewhere, log, log_number } = S.state;
+  const paths = digest => curves[digest] || [];
+  const own = axes.map((a, i) => small(a, paths(recording.digest)[i], { "aria-current": i === recording.column ? "true" : null, "data-axis": i }, () => act({ do: "column", column: i })));
+  const others = elsewhere.map(e => [e.log, group(e.name, e.axes.map((a, i) => small(a, paths(e.digest)[i], { "aria-label": `${a.name} of ${e.name}: ${WORDS[a.state]}`, "data-other": `${e.log}-${i}`, "data-work": true }, () => act({ do: "open", log: e.log, column: i }))))]);
+  refill($("strip"), ...(others.length ? [[log_number, group(log, own)], ...others].sort((a, b) => a[0] - b[0]).map(g => g[1]) : own));
+  S.hooks.work();
   const here = $("strip").querySelector("[aria-current]");
   if (here) $("strip").scrollTo({ left: Math.max(0, here.offsetLeft - $("strip").offsetLeft - 60) });
 }
+const group = (name, axes) => el("div", { class: "group", role: "group", "aria-label": name }, el("span", { class: "log", title: name }, name), el("div", {}, ...axes));
 export function axesTable() {
   const { axes, recording } = S.state;
   const symbols = ["N", "B", "K"];
@@ -36,9 +47,9 @@ export function axesTable() {
       el("thead", {}, el("tr", {}, ...["Axis", "State", "Model", ...symbols, "Error, rms", "Missing"].map(t => cell("th", t)))),
       el("tbody", {}, ...axes.map((a, i) => el("tr", { "aria-current": i === recording.column ? "true" : null },
         el("th", { scope: "row" }, el("button", { class: "link", onclick: () => act({ do: "column", column: i }) }, a.name)),
-        el("td", { class: a.state }, `${SIGNS[a.state]} ${WORDS[a.state]}`), cell("td", a.model), ...symbols.map(s => cell("td", a.values[s])), cell("td", a.error), cell("td", a.state === "adequate" ? "nothing" : a.missing))))),
+        el("td", { class: a.state }, `${SIGNS[a.state]} ${WORDS[a.state]}`), cell("td", a.model), ...symbols.map(s => cell("td", a.values[s])), cell("td", a.error), cell("td", a.state === "adequate" ? "Nothing" : a.missing))))),
     el("div", { id: "common" }, axes.filter(a => a.state !== "new").length > 1 ? el("button", { onclick: common }, "Compare the axes") : null),
-    axes.some(a => a.state !== "adequate") && !busy() ? el("button", { class: "main", onclick: () => act({ do: "improve", all: true }) }, axes.length > 1 ? "Improve all axes" : "Improve") : null);
+    !done() && !busy() ? el("button", { class: "main", onclick: () => act({ do: "improve", all: true }) }, axes.length > 1 ? "Improve all axes" : "Improve") : null);
 }
 // Agreement, shared noise, lines that several axes see: by request, for it fits them together.
 async function common() {

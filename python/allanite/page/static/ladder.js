@@ -1,7 +1,15 @@
 // What is missing, the verdict, the ladder of models.
-import { $, S, act, busy, capital, el, icon, refill } from "./core.js";
+import { $, S, act, busy, capital, el, fill, icon, refill, short } from "./core.js";
 import { shade } from "./draw.js";
 
+// How far "improve" goes, in % of model discrepancy.
+const ENOUGH = [["", "adequate"], ...[1, 2, 5, 10].map(p => [p, `within ${p} %`])];
+export function enough() {
+  fill($("enough"), ENOUGH, S.state.tolerance ?? "");
+  $("enough").onchange = event => act({ do: "tolerance", percent: event.target.value });
+  // Where all is adequate there is nothing to be content with.
+  $("goal").hidden = !S.state.ladder.length || S.state.axes.every(a => a.state === "adequate");
+}
 export function verdict() {
   const state = S.state, out = [];
   const line = (kind, bold, text, more = {}) => el("p", { class: kind, ...more }, bold ? el("b", {}, bold + " ") : null, text);
@@ -12,6 +20,7 @@ export function verdict() {
   else if (!state.ladder.length) out.push(line("", "", "Open a log first"), offer("Open a log …", () => S.hooks.pick("log")));
   else if (!state.checked) out.push(line("", "Cancelled:", "not searched for what is missing"), offer("Search", () => act({ do: "check" })));
   else if (state.adequate) out.push(line("good", "✓ Adequate:", "no significant effect remains"));
+  else if (state.within) out.push(line("good", "≈ Within tolerance:", `model discrepancy ${short(state.discrepancy)} %, below ${state.tolerance} %`));
   else if (state.where.length) out.push(line("bad", "✗ Fails", state.where[0], { title: state.where.join("\n") }));
   else out.push(line("bad", "✗ Incomplete:", state.cards.some(c => c.significant) ? "a significant effect is missing" : "the misfit is larger than chance allows"));
   refill($("verdict"), ...out);

@@ -1,10 +1,10 @@
 // The page: what the server tells is shown, what a person does is told to it.
 import { $, S, act, busy, el, fill, icon, ordered, refill, say, speak, theme } from "./core.js";
-import { step, strip } from "./axes.js";
+import { done, step, strip } from "./axes.js";
 import * as Draw from "./draw.js";
 import { drag } from "./drag.js";
 import { again, leaving, offer, openTab, save } from "./keep.js";
-import { cards, ladder, verdict } from "./ladder.js";
+import { cards, enough, ladder, verdict } from "./ladder.js";
 import { chips, listenModel, mainValue, openCatalogue, typeModel } from "./model.js";
 import { ask, listenReading } from "./reading.js";
 import { controls, figure, get, go, listenViews, redraw } from "./views.js";
@@ -31,7 +31,7 @@ function take(next) {
   S.state = { ...S.state, ...next };
   if (fresh) {
     S.seen = next.version;
-    head(); audit(); strip(); chips(); cards(); ladder(); controls(); figure(); offer(); save();
+    head(); audit(); strip(); chips(); cards(); enough(); ladder(); controls(); figure(); offer(); save();
     if (next.job && !next.job.busy && next.job.error) say(next.job.error);
     if (next.problem && !S.asked) { S.asked = true; ask(); }
   }
@@ -50,8 +50,8 @@ function work() {
   }
   // Not `disabled`, which would take the focus away.
   for (const button of document.querySelectorAll("[data-work]")) button.setAttribute("aria-disabled", hands_off);
-  $("improve").setAttribute("aria-disabled", hands_off || !S.state.cards.some(c => c.significant));
-  $("improve-all").setAttribute("aria-disabled", hands_off || S.state.axes.every(a => a.state === "adequate"));
+  $("improve").setAttribute("aria-disabled", hands_off || S.state.within || !S.state.cards.some(c => c.significant));
+  $("improve-all").setAttribute("aria-disabled", hands_off || done());
   $("undo").disabled = !S.state.undo; $("redo").disabled = !S.state.redo;
 }
 function head() {
