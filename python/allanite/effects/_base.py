@@ -197,7 +197,7 @@ class Effect:
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """Lowest and highest frequency of a line (the same) or a narrow band, Hz; by default None."""
+        """Lowest and highest frequency of a line (the same), a band or a gap, Hz; by default None."""
         return None
 
     @property

@@ -42,6 +42,8 @@ class Deterministic(Effect):
     low: ClassVar[bool] = True
     #: True for one-off events (a step), which one half of a record cannot predict from the other.
     happens_once: ClassVar[bool] = False
+    #: Whether it is a form of a dependence that has a plainer one: named only where the record asks for it.
+    refined: ClassVar[bool] = False
 
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]

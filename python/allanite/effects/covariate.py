@@ -70,6 +70,8 @@ class Covariate(Follower):
         "rate_ramp",
         "warm_up",
         "bias_instability",
+        "bias_step",
+        "gauss_markov",
     )
 
     @classmethod

@@ -63,7 +63,15 @@ class Hysteresis(Proportional):
     check_by: ClassVar[str] = (
         "cycle the column at two speeds: the loop of a play stays as wide, that of a lag widens with the speed"
     )
-    rivals: ClassVar[tuple[str, ...]] = ("covariate", "two_lags", "rate_of_change")
+    rivals: ClassVar[tuple[str, ...]] = (
+        "covariate",
+        "two_lags",
+        "rate_of_change",
+        "bias_step",
+        "warm_up",
+        "rate_random_walk",
+    )
+    refined: ClassVar[bool] = True
 
     @classmethod
     def candidates(

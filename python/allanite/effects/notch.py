@@ -87,6 +87,14 @@ class Notch(Filter):
         low = min(low, 0.4 * rate)
         return np.geomspace(low, high, max(4, int(24 * np.log10(high / low))))
 
+    @property
+    def occupies(self) -> tuple[float, float] | None:
+        """One half-width to either side."""
+        if self.frequency is None or self.quality is None:
+            return None
+        half = 0.5 * self.frequency / self.quality
+        return self.frequency - half, self.frequency + half
+
     def response(self, rate: float) -> Response:
         """The notch of a quality at this rate."""
         w = 2.0 * np.pi * min((self.frequency or 0.1 * rate) / rate, 0.4999)

@@ -57,7 +57,15 @@ class RateOfChange(Proportional):
     check_by: ClassVar[str] = (
         "hold the column at two values: the bias of both is the same; pass from one to the other at two speeds"
     )
-    rivals: ClassVar[tuple[str, ...]] = ("covariate", "two_lags", "hysteresis")
+    rivals: ClassVar[tuple[str, ...]] = (
+        "covariate",
+        "two_lags",
+        "hysteresis",
+        "bias_step",
+        "warm_up",
+        "rate_random_walk",
+    )
+    refined: ClassVar[bool] = True
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Lags from a thousandth to a twentieth of the record; with a longer one it is the column itself."""

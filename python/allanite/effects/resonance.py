@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter, Stochastic
 from allanite.effects.terms import Exponential, Term
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
+
+#: Width of a band times the length of a record that it takes to be told from a line: two ordinates of the spectrum.
+RESOLVED = 2.0
 
 
 @dataclass(frozen=True)
@@ -61,14 +67,16 @@ class Resonance(Stochastic):
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth")
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Frequencies every tenth from 20/T to Nyquist; dampings from a line of the bins' width to a band.
+        """Frequencies from 20/T to Nyquist, every tenth or, where the damping is known, close enough to miss no peak of it.
 
-        Twice the largest is as far as a fit goes: beyond it there is no peak, and a broad shape has other names.
+        Dampings are from a line of the bins' width to a band. Twice the largest is as far as a fit goes: beyond it there is
+        no peak, and a broad shape has other names.
         """
         if name == "damping":
             return np.array([0.01, 0.03, 0.1])
         low, high = 20.0 * rate / n, 0.48 * rate
-        return np.geomspace(low, high, max(4, int(24 * np.log10(high / low))))
+        apart = 0.1 if self.damping is None else float(np.clip(1.3 * self.damping, 0.025, 0.1))
+        return np.geomspace(low, high, max(4, int(np.log(high / low) / apart)))
 
     @property
     def occupies(self) -> tuple[float, float] | None:
@@ -77,6 +85,10 @@ class Resonance(Stochastic):
             return None
         half = self.damping * self.frequency
         return self.frequency - half, self.frequency + half
+
+    def shows(self, model: Model, rate: float, duration: float) -> bool:
+        """Whether it is wider than a record of this length resolves: a narrower band is a line."""
+        return 2.0 * (self.damping or 0.0) * (self.frequency or 0.0) * duration > RESOLVED
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """One complex exponential of variance 1."""

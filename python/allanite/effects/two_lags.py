@@ -59,7 +59,13 @@ class TwoLags(Follower):
         "step the column and hold it: two exponentials are two masses, a stop at once is a play; put a second thermometer "
         "on the housing"
     )
-    rivals: ClassVar[tuple[str, ...]] = ("covariate", "hysteresis", "rate_of_change")
+    rivals: ClassVar[tuple[str, ...]] = (
+        "covariate",
+        "hysteresis",
+        "rate_of_change",
+        "rate_random_walk",
+    )
+    refined: ClassVar[bool] = True
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """The short one from none to a hundredth of the record, the long one from there to a fifth."""

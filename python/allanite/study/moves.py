@@ -28,6 +28,8 @@ KEEP, NEEDLESS = 0.5, 0.5
 HARDLY, NEARER = 3.0, 0.8
 #: A line this near to a band, in units of 1/T, may be the band's.
 NEAR = 10.0
+#: Two bands are about as wide within this factor.
+ALIKE = 3.0
 #: Loss of logL beyond what matters that no polish of shapes makes good.
 FAR = 25.0
 
@@ -121,13 +123,23 @@ def added_to(
 
 
 def one_thing(one: Effect, other: Effect, fit: Fit) -> bool:
-    """Whether one is a line, the other a band, and the line in the band or too near to it to be told from it.
+    """Whether two effects are one hump or gap of the spectrum.
 
-    A line that wanders is a narrow band with single ordinates that stand out in its flanks.
+    A line in a band, or too near to be told from it: one that wanders is a narrow band with single ordinates that stand out
+    in its flanks. Two bands about as wide of which one has its middle in the other: the hump is no pure resonance. A band
+    and a filter that takes out what is there: each would grow against the other.
     """
     a, b = one.occupies, other.occupies
-    if a is None or b is None or (a[0] == a[1]) == (b[0] == b[1]):
+    if a is None or b is None:
         return False
+    if isinstance(one, Modifier) and isinstance(other, Modifier):
+        return False
+    lines = (a[0] == a[1]) + (b[0] == b[1])
+    if lines == 2:
+        return False
+    if not (lines or isinstance(one, Modifier) or isinstance(other, Modifier)):
+        widths = sorted((0.5 * (a[1] - a[0]), 0.5 * (b[1] - b[0])))
+        return 0.5 * abs(sum(a) - sum(b)) < widths[1] < ALIKE * widths[0]
     apart = max(a[0], b[0]) - min(a[1], b[1])
     return apart <= NEAR / fit.data.duration
 

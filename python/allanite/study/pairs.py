@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from allanite.effects import Model
 from allanite.fit import refitted
 from allanite.fit.rivals.columns import consistent
-from allanite.fit.rivals.evidence import RIVAL, evidence
+from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.rivals.together import splits
 from allanite.study.moves import one_thing
 
@@ -28,15 +30,13 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
 
     The first of `places` of which this holds. Taken is the plainest of what the record cannot tell from the best: of the
     models with the pairs, with one of a pair alone, which then is all that comes, and with the one and either of a pair
-    beside it, which is left to a rung of its own. Of those with as many numbers the one whose Allan curve is
-    nearest. What only describes gives way unless it is clearly better.
+    beside it, which is left to a rung of its own. Of those with as many numbers the one with the fewest refined
+    forms, then the one whose Allan curve is nearest. What only describes gives way unless it is clearly better.
     """
     for place in places:
         out = fit.model.effects[place]
         if not splits(out):
             continue
-        had = evidence(fit.solution)
-        least = had - RIVAL if out.last_resort else had + RIVAL
         pairs = [
             pair
             for pair in fit.together(place)
@@ -44,13 +44,13 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
                 one_thing(old, new, fit) for old in fit.model for new in pair.model.effects[-2:]
             )
         ]
-        found = [
-            refitted(fit, p.model) for p in pairs[:REFITTED] if had + p.evidence > least - RIVAL
-        ]
+        # The best of many is ahead by chance.
+        least = -RIVAL if out.last_resort else RIVAL + float(np.log(max(len(pairs), 1)))
+        found = [refitted(fit, p.model) for p in pairs[:REFITTED] if p.evidence > least - RIVAL]
         found = [
             f
             for f in found
-            if evidence(f.solution) > least and consistent(f.model.effects[-2:], f.solution, f.data)
+            if _better(f, fit) > least and consistent(f.model.effects[-2:], f.solution, f.data)
         ]
         if not found:
             continue
@@ -66,11 +66,18 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
             parts = {e.kind: e for f in found for e in f.model.effects[count:]}.values()
             beside = [refitted(fit, fit.model + part) for part in parts]
         every = [*found, *alone, *beside]
-        top = max(evidence(f.solution) for f in every)
-        plainest = min(
-            (f for f in every if evidence(f.solution) > top - RIVAL),
-            key=lambda f: (sum(e.numbers for e in f.model), f.curve.rms_percent or 0.0),
-        )
-        if plainest not in beside and evidence(plainest.solution) > least:
+        top = max(_better(f, fit) for f in every)
+        plainest = min((f for f in every if _better(f, fit) > top - RIVAL), key=_plainness)
+        if plainest not in beside and _better(plainest, fit) > least:
             return plainest, place, plainest.model.effects[count:]
     return None
+
+
+def _better(after: Fit, before: Fit) -> float:
+    return gained(after.solution, before.solution, before.data)
+
+
+def _plainness(fit: Fit) -> tuple[int, int, float]:
+    """Fewest numbers, then fewest refined forms, then the nearest Allan curve."""
+    refined = sum(e.refined for e in fit.model.deterministic)
+    return sum(e.numbers for e in fit.model), refined, fit.curve.rms_percent or 0.0

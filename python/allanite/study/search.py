@@ -12,6 +12,7 @@ from allanite.common.threads import results, side_by_side
 from allanite.effects import Modifier, Stochastic
 from allanite.fit import fit_model
 from allanite.fit.prediction import compare, worse
+from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.study.ladder import Rung, Study
 from allanite.study.moves import added_to, one_thing, pruned, swapped
 from allanite.study.pairs import parted
@@ -200,6 +201,8 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     while (split := _split(better, range(asked, len(better.model)), new, removed)) is not None:
         better = split
     risen += better.solution.log_likelihood - before
+    if _ended_where_it_began(fit, better):
+        return None
     start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
     return Rung(better, new[0], (*gave_way, *removed), risen, start, tuple(new[1:]))
 
@@ -221,6 +224,12 @@ def _split(fit: Fit, places: Sequence[int], new: list[Effect], removed: list[str
     else:
         new[own : own + 1] = pair
     return better
+
+
+def _ended_where_it_began(before: Fit, after: Fit) -> bool:
+    """Whether what came has gone again: the same kinds, which explain no more than before."""
+    old, new = (sorted(e.kind for e in fit.model) for fit in (before, after))
+    return old == new and gained(after.solution, before.solution, before.data) < RIVAL
 
 
 def _moved(before: Fit, after: Fit) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Deterministic
+from allanite.effects import CATALOGUE, Deterministic, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import density
 from allanite.fit.shapes.deterministic import design_of, regress
@@ -66,7 +66,11 @@ def _places(
             top = int(np.argmax(mean))
             if (mean[top] - 1.0) * np.sqrt(0.5 * width) > STANDS_OUT:
                 yield (top + 1) / (2.0 * data.duration), (top + width) / (2.0 * data.duration)
-    narrow = [c for c in spectral if c.effect.occupies is not None and c.gain > LEAST]
+    narrow = [
+        c
+        for c in spectral
+        if isinstance(c.effect, Stochastic) and c.effect.occupies is not None and c.gain > LEAST
+    ]
     for one in sorted(narrow, key=lambda c: -c.gain)[:1]:
         assert one.effect.occupies is not None
         yield one.effect.occupies

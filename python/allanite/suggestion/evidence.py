@@ -73,13 +73,16 @@ def line_trials(n: int) -> float:
 
 
 def octave_trials(cycles: NDArray[np.float64], n: int) -> NDArray[np.float64]:
-    """W of a search of the octave of frequency that holds a line of so many cycles, times the number of octaves.
+    """W of a search for a line of so many cycles, over its share of the chance.
 
-    Baluev's W is proportional to the range of frequencies searched; octaves from one cycle to n/2 share the chance equally.
+    Baluev's W is proportional to the range of frequencies searched. Octaves from one cycle to n/2 share one half of the
+    chance equally, so that a slow line does not pay for all the fast ones; all frequencies share the other half, so that
+    a fast one hardly pays for that.
     """
     octaves = max(1.0, np.log2(n / 2.0))
     place = np.floor(np.log2(np.maximum(cycles, 1.0)))
-    return np.asarray(line_trials(n) * np.minimum(2.0**place, 0.25 * n) / (0.5 * n) * octaves)
+    of_octave = 0.5 * n / (octaves * np.minimum(2.0**place, 0.25 * n))
+    return np.asarray(line_trials(n) * 2.0 / (1.0 + of_octave))
 
 
 def interval_trials(cells: int, length: int, x: float) -> float:

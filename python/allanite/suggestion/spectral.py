@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,6 +37,8 @@ LEAST = 0.5
 EXTENDED, WORTH = 8, 8.0
 #: Other designs of a filter of the model that are polished with a candidate, after so many steps of a scan.
 DESIGNS, SCANNED = 3, 5
+#: Points of a narrow effect that are climbed.
+CLIMBED = 60
 #: What a number of a design must gain.
 PLAINER = 2.0
 
@@ -77,13 +78,13 @@ class Screen:
 
 
 def _points(blank: Effect, data: Data) -> list[Effect]:
-    names = blank.free_shapes
-    out = []
-    for variant in blank.variants():
-        grids = [variant.grid(name, data.n, data.rate) for name in names]
-        out += [
-            variant.with_values(**dict(zip(names, map(float, point), strict=True)))
-            for point in product(*grids)
+    """Every point of an effect's grid; that of a shape may depend on the shapes declared after it."""
+    out: list[Effect] = list(blank.variants())
+    for name in reversed(blank.free_shapes):
+        out = [
+            point.with_values(**{name: float(value)})
+            for point in out
+            for value in point.grid(name, data.n, data.rate)
         ]
     return out
 
@@ -141,10 +142,24 @@ def screen_spectral(solution: Solution, data: Data) -> Screen:
     for cls, points, unit in directions(solution, data):
         arcs.append(arc_length(unit))
         families.append(cls.family)
+        if issubclass(cls, Stochastic) and points[0].occupies is not None:
+            points = _promising(points, unit, solution)
         best = _refit(points, solution, part)
         if best is not None:
             found.append(best)
     return Screen(tuple(found), tuple(arcs), tuple(families))
+
+
+def _promising(points: list[Effect], unit: NDArray[np.float64], solution: Solution) -> list[Effect]:
+    """Points of an effect in whose direction the residual lies more than in their neighbours', the best of them.
+
+    Of a narrow effect: what stands for it elsewhere in the model has not absorbed it there.
+    """
+    residual = (solution.power / solution.spectrum - 1.0) * np.sqrt(0.5 * solution.count)
+    score = unit @ residual
+    beside = np.maximum(np.append(score[1:], -np.inf), np.append(-np.inf, score[:-1]))
+    best = np.argsort(-np.where(score >= beside, score, -np.inf), kind="stable")[:CLIMBED]
+    return [points[i] for i in np.sort(best)]
 
 
 def _extended(

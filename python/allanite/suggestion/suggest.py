@@ -4,24 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.effects import CATALOGUE, Model, Modifier, Stochastic
-from allanite.fit.engine import solve
-from allanite.fit.likelihood.random_part import RandomPart
+from allanite.effects import Stochastic
 from allanite.fit.result import Fit, plain
-from allanite.fit.rivals.evidence import cost
+from allanite.fit.rivals.evidence import cost, over_true
 from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.bursts import screen_bursts
 from allanite.suggestion.drifting import screen_drifting
 from allanite.suggestion.drifts import beside_the_best, screen_slow
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
+from allanite.suggestion.order import in_order
 from allanite.suggestion.spectral import Candidate, screen_spectral
 from allanite.suggestion.transients import level_forms, screen_moments, unsteady
 from allanite.suggestion.words import explain
@@ -30,14 +28,9 @@ __all__ = ["Suggestion", "suggest"]
 
 #: Searches at a time: each holds some copies of the record.
 WORKERS = 2
-#: Scatter of the spectrum over that of a steady record's from which on a change of level goes first.
-STRONG = 1.1
-#: A candidate this close to another in BIC cannot be told from it on this record.
-RIVAL = 6.0
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
-    from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
 
@@ -183,7 +176,7 @@ def suggest(
             on_progress(done, 5)
 
     base, data = fit.solution, fit.data
-    surplus = _over_true(base, data)
+    surplus = over_true(base, data)
     with ThreadPoolExecutor(WORKERS) as pool:
         lines_found = pool.submit(screen_lines, base, data, whitened.samples)
         spectral = screen_spectral(base, data)
@@ -239,28 +232,15 @@ def suggest(
     )
     crowded, louder = unsteady(base, data, levels, searches)
     with ThreadPoolExecutor(WORKERS) as pool:
-        suggestions = pool.map(
+        judged = pool.map(
             lambda c: _suggestion(
                 fit, c, families, searches, surplus, louder if c.family in slow else crowded
             ),
             candidates,
         )
-        ranked = sorted(suggestions, key=lambda s: _rank(s, crowded), reverse=True)
+        suggestions = in_order(judged, fit, crowded)
     progress()
-    return _with_rivals(_last_resort(_ties(ranked), fit))
-
-
-def _rank(found: Suggestion, crowded: float) -> tuple[bool, int, float]:
-    """Significant ones first; what takes samples out explains none of them and comes after what does.
-
-    So does a change of the noise level: the spectrum and the Allan curve stay as they are. But one so strong that the
-    spectrum scatters by it comes first: nothing else can be judged before.
-    """
-    effect = found.effect
-    if isinstance(effect, Modifier) and effect.passing and crowded > STRONG:
-        return found.significant, 2, found.rank
-    elsewhere = isinstance(effect, Modifier) and (effect.removes or effect.passing)
-    return found.significant, int(not elsewhere), found.rank
+    return suggestions
 
 
 def _suggestion(
@@ -310,15 +290,6 @@ def _suggestion(
     )
 
 
-def _over_true(base: Solution, data: Data) -> float:
-    """By how much logL with a fitted discrepancy exceeds that of the model taken for true."""
-    if base.best.scale is None:
-        return 0.0
-    part = RandomPart(data, base.power, base.count)
-    plain = part.climb(part.linear(base.model), base.theta, None)
-    return max(part.judged(base.best) - plain.log_likelihood, 0.0)
-
-
 def _removed(fit: Fit, candidate: Candidate) -> float:
     """Per cent of the misfit: of what a saturated model would gain beyond chance.
 
@@ -326,75 +297,3 @@ def _removed(fit: Fit, candidate: Candidate) -> float:
     """
     excess = max(fit.excess, 0.0) + (candidate.gain if candidate.family == "line" else 0.0)
     return 100.0 * candidate.gain / max(excess, candidate.gain)
-
-
-def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
-    """Where a standard coefficient explains the record as well as the winner, it goes first.
-
-    So does the form with the fewest numbers, then the first of the catalogue, among those that follow the same column: at
-    a tie the record does not ask for anything else. And what does not work against an effect of the same column.
-    """
-    if not ranked or ranked[0].effect.standard:
-        return ranked
-    top = ranked[0]
-    kinds = list(CATALOGUE)
-    against = _against(top)
-
-    def order(effect: Effect) -> tuple[int, int]:
-        return effect.numbers, kinds.index(type(effect))
-
-    for other in ranked[1:]:
-        alike = other.effect.follows is not None and other.effect.follows == top.effect.follows
-        plain = other.effect.standard or (alike and order(other.effect) < order(top.effect))
-        plain = plain or (against and not _against(other))
-        if plain and other.significant == top.significant and top.rank - other.rank < RIVAL:
-            return [other, *(s for s in ranked if s is not other)]
-    return ranked
-
-
-def _against(found: Suggestion) -> bool:
-    """Whether it takes back a part of what another effect of the model lets the same column do."""
-    column = found.effect.follows
-    sizes = [e.amplitudes()[0] for e in found.found.model.deterministic if e.follows == column]
-    # What makes the noise louder with a column adds nothing to the samples.
-    return column is not None and bool(sizes) and min(sizes) * max(sizes) < 0.0
-
-
-def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
-    """A power law goes behind two standard coefficients that together explain as much.
-
-    Flicker and random walk missing at once look like one exponent between them.
-    """
-    if not ranked or not ranked[0].effect.last_resort:
-        return ranked
-    top, present = ranked[0], {e.kind for e in fit.model}
-    alone = [
-        s
-        for s in ranked[1:]
-        if s.effect.standard and s.kind not in present and isinstance(s.effect, Stochastic)
-    ]
-    best: tuple[float, list[Suggestion]] = (top.rank - RIVAL, [])
-    for pair in combinations(alone, 2):
-        both = solve(fit.data, Model((*fit.model.effects, *(type(s.effect)() for s in pair))))
-        gain = both.log_likelihood - fit.solution.log_likelihood
-        rank = 2.0 * (gain - sum(cost(own, both) for own in both.effects[-2:]))
-        if rank > best[0] and (both.theta[-2:] > 0.0).all():
-            best = (rank, [s for s in pair if s.significant])
-    return [*best[1], *(s for s in ranked if s not in best[1])]
-
-
-def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
-    out = []
-    for one in ranked:
-        rivals = tuple(
-            dict.fromkeys(
-                other.kind
-                for other in ranked
-                if other is not one
-                and other.kind != one.kind
-                and abs(other.rank - one.rank) < RIVAL
-                and one.effect.may_be(other.effect)
-            )
-        )
-        out.append(replace(one, rivals=rivals))
-    return tuple(out)

@@ -12,7 +12,7 @@ from allanite.effects import CATALOGUE, Deterministic, Effect, Model, Modifier, 
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.rivals.columns import consistent
-from allanite.fit.rivals.evidence import RIVAL, evidence
+from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import added, simplest, worth_polishing
@@ -80,7 +80,6 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
     # Shapes of the others stay as they are: what takes the place is fitted wholly before it is believed.
     base = solve(fit.data, less, like=fit.solution, polish=False)
     part = RandomPart(fit.data, base.power, base.count)
-    had = evidence(fit.solution)
     for cls in CATALOGUE:
         if cls.kind == out.kind or not cls.may_be(out):
             continue
@@ -90,7 +89,7 @@ def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:
         effect = solution.model.effects[-1]
         if not consistent((effect,), solution, fit.data):
             continue
-        yield Alternative(effect, solution, evidence(solution) - had)
+        yield Alternative(effect, solution, gained(solution, fit.solution, fit.data))
 
 
 def instead(cls: type[Effect], base: Solution, part: RandomPart, least: float) -> Solution | None:

@@ -142,8 +142,9 @@ class _Search:
     def _slow(self, base: Solution) -> dict[str, tuple[float, Deterministic]]:
         return best_slow(base, self.data, self._another)
 
-    def _another(self, blank: Effect) -> bool:
-        return blank.kind != self.out.kind
+    def _another(self, blank: Deterministic) -> bool:
+        # A refined form is looked for behind the plain one, not beside something else.
+        return blank.kind != self.out.kind and not blank.refined
 
     def _functions(self) -> list[tuple[float, Model]]:
         """The best pair of slow functions of every two kinds: all points of their grids beside each other.

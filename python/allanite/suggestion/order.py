@@ -1,0 +1,149 @@
+"""The order of suggestions: by evidence; at a tie the plain one first."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import CATALOGUE, Deterministic, Model, Modifier, Stochastic
+from allanite.fit.engine import solve
+from allanite.fit.rivals.evidence import cost
+from allanite.suggestion.evidence import FALSE_ALARM
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from allanite.effects import Effect
+    from allanite.fit.result import Fit
+    from allanite.suggestion.suggest import Suggestion
+
+__all__ = ["in_order"]
+
+#: Scatter of the spectrum over that of a steady record's from which on a change of level goes first.
+STRONG = 1.1
+#: A candidate this close to another in BIC cannot be told from it on this record.
+RIVAL = 6.0
+
+
+def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Suggestion, ...]:
+    """Suggestions, best first, with their rivals; the spectrum scatters `crowded` times as much as a steady one."""
+    ranked = sorted(_judged(list(found)), key=lambda s: _rank(s, crowded), reverse=True)
+    return _with_rivals(_last_resort(_ties(ranked), fit))
+
+
+def _judged(found: list[Suggestion]) -> list[Suggestion]:
+    """With a refined form that the record cannot tell from the plain one of its column as significant as that."""
+
+    def judged(one: Suggestion) -> Suggestion:
+        plain = [
+            s.log10_p
+            for s in found
+            if _slow(s.effect, refined=False)
+            and s.effect.follows == one.effect.follows
+            and one.rank - s.rank < RIVAL
+        ]
+        if not _slow(one.effect, refined=True) or not plain or one.log10_p >= min(plain):
+            return one
+        least = min(plain)
+        return replace(one, log10_p=least, significant=bool(least < np.log10(FALSE_ALARM)))
+
+    return [judged(one) for one in found]
+
+
+def _rank(found: Suggestion, crowded: float) -> tuple[bool, int, float]:
+    """Significant ones first; what takes samples out explains none of them and comes after what does.
+
+    So does a change of the noise level: the spectrum and the Allan curve stay as they are. But one so strong that the
+    spectrum scatters by it comes first: nothing else can be judged before.
+    """
+    effect = found.effect
+    if isinstance(effect, Modifier) and effect.passing and crowded > STRONG:
+        return found.significant, 2, found.rank
+    elsewhere = isinstance(effect, Modifier) and (effect.removes or effect.passing)
+    return found.significant, int(not elsewhere), found.rank
+
+
+def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
+    """Where a standard coefficient explains the record as well as the winner, it goes first.
+
+    So does the form with the fewest numbers, then the first of the catalogue, among those that follow the same column,
+    and any other slow function before a refined form: at a tie the record does not ask for it. And what does not work
+    against an effect of the same column.
+    """
+    if not ranked or ranked[0].effect.standard:
+        return ranked
+    top = ranked[0]
+    kinds = list(CATALOGUE)
+    against = _against(top)
+
+    def order(effect: Effect) -> tuple[int, int]:
+        return effect.numbers, kinds.index(type(effect))
+
+    for other in ranked[1:]:
+        alike = other.effect.follows is not None and other.effect.follows == top.effect.follows
+        plain = other.effect.standard or (alike and order(other.effect) < order(top.effect))
+        plain = plain or (against and not _against(other))
+        plain = plain or (_slow(top.effect, refined=True) and _slow(other.effect, refined=False))
+        if plain and other.significant == top.significant and top.rank - other.rank < RIVAL:
+            return [other, *(s for s in ranked if s is not other)]
+    return ranked
+
+
+def _slow(effect: Effect, refined: bool) -> bool:
+    """Whether it is a slow function of time or of a column, of a form that has a plainer one or not."""
+    return (
+        isinstance(effect, Deterministic)
+        and effect.screened == "slow"
+        and effect.refined == refined
+    )
+
+
+def _against(found: Suggestion) -> bool:
+    """Whether it takes back a part of what another effect of the model lets the same column do."""
+    column = found.effect.follows
+    sizes = [e.amplitudes()[0] for e in found.found.model.deterministic if e.follows == column]
+    # What makes the noise louder with a column adds nothing to the samples.
+    return column is not None and bool(sizes) and min(sizes) * max(sizes) < 0.0
+
+
+def _last_resort(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
+    """A power law goes behind two standard coefficients that together explain as much.
+
+    Flicker and random walk missing at once look like one exponent between them.
+    """
+    if not ranked or not ranked[0].effect.last_resort:
+        return ranked
+    top, present = ranked[0], {e.kind for e in fit.model}
+    alone = [
+        s
+        for s in ranked[1:]
+        if s.effect.standard and s.kind not in present and isinstance(s.effect, Stochastic)
+    ]
+    best: tuple[float, list[Suggestion]] = (top.rank - RIVAL, [])
+    for pair in combinations(alone, 2):
+        both = solve(fit.data, Model((*fit.model.effects, *(type(s.effect)() for s in pair))))
+        gain = both.log_likelihood - fit.solution.log_likelihood
+        rank = 2.0 * (gain - sum(cost(own, both) for own in both.effects[-2:]))
+        if rank > best[0] and (both.theta[-2:] > 0.0).all():
+            best = (rank, [s for s in pair if s.significant])
+    return [*best[1], *(s for s in ranked if s not in best[1])]
+
+
+def _with_rivals(ranked: list[Suggestion]) -> tuple[Suggestion, ...]:
+    out = []
+    for one in ranked:
+        rivals = tuple(
+            dict.fromkeys(
+                other.kind
+                for other in ranked
+                if other is not one
+                and other.kind != one.kind
+                and abs(other.rank - one.rank) < RIVAL
+                and one.effect.may_be(other.effect)
+            )
+        )
+        out.append(replace(one, rivals=rivals))
+    return tuple(out)
