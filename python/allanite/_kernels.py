@@ -15,6 +15,7 @@ __all__ = [
     "allan_variances",
     "averaging_factors",
     "cosine_transform",
+    "end_with_line",
     "envelope",
     "exponential_ordinates",
     "family_variance",
@@ -45,6 +46,11 @@ simulate = _core.simulate
 
 
 # -- memory
+def end_with_line(line: str, code: int) -> None:
+    """Say this and end with this code where a mapped file becomes shorter; for programs, a library leaves signals alone."""
+    _core.end_with_line(line, code)
+
+
 def release() -> int:
     """Give the memory that is kept between calls back to the system.
 

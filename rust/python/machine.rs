@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 use super::errors::to_python;
+use crate::machine::maps;
 use crate::machine::pages;
 use crate::machine::processor::{self, Width};
 
@@ -11,6 +12,12 @@ use crate::machine::processor::{self, Width};
 pub fn release() -> usize {
     crate::spectrum::release();
     pages::release()
+}
+
+/// `machine::maps::end_with`: the last line of a program whose mapped file becomes shorter.
+#[pyfunction]
+pub fn end_with_line(line: &str, code: i32) {
+    maps::end_with(line, code);
 }
 
 /// Name of the vector unit in use; with `most`, one that is not wider is used from now on.

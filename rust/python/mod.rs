@@ -35,7 +35,7 @@ mod _core {
 
     // machine
     #[pymodule_export]
-    use super::machine::{release, vector_unit};
+    use super::machine::{end_with_line, release, vector_unit};
 
     // noise
     #[pymodule_export]

@@ -13,6 +13,7 @@ from allanite.axes.lines import CommonLine, common_lines
 from allanite.axes.triads import NAMES, triads
 from allanite.axes.twin import samples_of, twin
 from allanite.common import verbs
+from allanite.common.files import whole_file
 from allanite.common.threads import results, side_by_side
 from allanite.common.units import parse_unit
 
@@ -133,10 +134,10 @@ class Characterization:
     def save(self, path: str | Path) -> None:
         """Write `to_dict` as JSON, which `allanite simulate`, `export`, `compare` and `predict` read back."""
         import json
-        from pathlib import Path
 
         text = json.dumps(self.to_dict(), indent=1, ensure_ascii=False)
-        Path(path).write_text(text + "\n", encoding="utf-8")
+        with whole_file(path) as draft:
+            draft.write_text(text + "\n", encoding="utf-8")
 
     def simulate(self, **options: Any) -> Recording:
         """A simulated sensor of the same axes; options as of `allanite.axes.twin`, which also says what is left out."""

@@ -45,6 +45,10 @@ COMMANDS = {
 }
 
 
+#: The last line where a file that is mapped into memory becomes shorter.
+CUT = "allanite: a log became shorter while it was read, or its disk failed\n"
+
+
 class _Commands(click.Group):
     """A group that imports a command's module when the command runs."""
 
@@ -131,6 +135,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _run(arguments: Sequence[str] | None) -> int:
     if sys.stdout is None:
         return _fail("standard output is closed: give it a place to go", 2)
+    if arguments is None:
+        from allanite import _kernels
+
+        _kernels.end_with_line(CUT, 2)
     try:
         with heard(last=arguments is None):
             code = cli.main(args=arguments, prog_name="allanite", standalone_mode=False)

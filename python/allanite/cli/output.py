@@ -1,14 +1,11 @@
-"""What leaves a command: JSON without NaN, tables, notes, figures, files whole or absent."""
+"""What leaves a command: JSON without NaN, tables, notes, figures."""
 
 from __future__ import annotations
 
 import json
 import math
-import os
-import re
 import sys
-import tempfile
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -17,6 +14,7 @@ import click
 
 from allanite.cli.words import WORDS
 from allanite.common.errors import InputError
+from allanite.common.files import check_target, whole_file
 from allanite.common.plain import file_name
 
 if TYPE_CHECKING:
@@ -26,10 +24,8 @@ if TYPE_CHECKING:
     from allanite.cli.stream import Stream
     from allanite.fit import Fit
     from allanite.recording import Recording
-    from allanite.report import Report
 
 __all__ = [
-    "check_target",
     "check_targets",
     "dumps",
     "notes",
@@ -38,8 +34,6 @@ __all__ = [
     "progress_of_axes",
     "save_fits",
     "show",
-    "whole_file",
-    "write_report",
 ]
 
 
@@ -90,15 +84,6 @@ def notes(columns: Sequence[Recording | Stream], options: LogOptions) -> None:
         click.echo()
 
 
-def check_target(path: str | Path) -> None:
-    """Refuse a file that cannot be written before anything long is computed for it."""
-    target = Path(path)
-    if not target.parent.is_dir():
-        raise InputError(f"{target}: the directory {target.parent} does not exist")
-    if target.is_dir():
-        raise InputError(f"{target} is a directory: give the name of a file")
-
-
 def check_targets(plot: str | None = None, save: str | None = None) -> None:
     """Refuse --plot and --save targets early."""
     if plot is not None:
@@ -117,56 +102,6 @@ def save_fits(fits: Sequence[Fit], path: str) -> None:
         draft.write_text(dumps(one if len(fits) > 1 else documents[0]) + "\n", encoding="utf-8")
 
 
-@contextmanager
-def whole_file(path: str | Path) -> Iterator[Path]:
-    """Give a temporary path that takes the place of `path` when the block ends well."""
-    target = Path(path)
-    check_target(target)
-    _sweep(target)
-    try:
-        descriptor, name = tempfile.mkstemp(
-            suffix=target.suffix, prefix=f".{target.stem}-{os.getpid()}-", dir=target.parent
-        )
-    except OSError as error:
-        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
-    os.close(descriptor)
-    draft = Path(name)
-    try:
-        yield draft
-        # mkstemp makes the file private; a result is as readable as any other new file.
-        mask = os.umask(0)
-        os.umask(mask)
-        draft.chmod(0o666 & ~mask)
-        draft.replace(target)
-    except OSError as error:
-        # Of a full disk the system does not say which file.
-        raise InputError(f"{target}: cannot be written: {error.strerror or error}") from None
-    finally:
-        draft.unlink(missing_ok=True)
-
-
-def _sweep(target: Path) -> None:
-    """Remove the drafts of processes that were killed before they could."""
-    pattern = re.compile(rf"\.{re.escape(target.stem)}-(\d+)-\w+{re.escape(target.suffix)}")
-    with suppress(OSError):
-        for path in target.parent.iterdir():
-            match = pattern.fullmatch(path.name)
-            if match and not _alive(int(match[1])):
-                path.unlink(missing_ok=True)
-
-
-def _alive(process: int) -> bool:
-    if os.name != "posix":
-        return True  # there a signal 0 would end it
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except (OSError, OverflowError):
-        return True
-    return True
-
-
 def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None:
     """Write the figure of each result; several columns get their name into the file's."""
     if path is None:
@@ -175,8 +110,7 @@ def plot(results: Sequence[Any], names: Sequence[str], path: str | None) -> None
         target = Path(path)
         if len(results) > 1:
             target = target.with_name(f"{target.stem}-{file_name(name)}{target.suffix}")
-        with whole_file(target) as draft:
-            result.plot(draft)
+        result.plot(target)
 
 
 @contextmanager
@@ -192,20 +126,6 @@ def progress(label: str, options: LogOptions) -> Iterator[Callable[[int, int], N
             bar.update(done - bar.pos)
 
         yield report
-
-
-def write_report(report: Report, target: Path, interactive: bool = False) -> None:
-    """Write a report whole, as HTML or as Markdown with its figures beside it."""
-    from allanite.report.document import kind_of
-    from allanite.report.markdown import write_figures
-
-    folder = target.with_name(f"{target.stem}_figures")
-    with whole_file(target) as draft:
-        if kind_of(target) == "html":
-            draft.write_text(report.to_html(interactive), encoding="utf-8")
-        else:
-            write_figures(report, folder)
-            draft.write_text(report.to_markdown(folder.name), encoding="utf-8")
 
 
 @contextmanager

@@ -37,8 +37,9 @@ class _Users:
 
 
 _users = _Users()
-# A lock that another thread held does not open in a forked process.
-os.register_at_fork(after_in_child=lambda: setattr(_users, "lock", threading.Lock()))
+# A lock that another thread held does not open in a forked process; Windows has none.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=lambda: setattr(_users, "lock", threading.Lock()))
 
 
 @lru_cache(maxsize=1)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
 from allanite.common.errors import AllaniteError, InputError
+from allanite.common.files import whole_file
 from allanite.effects.model import Model
 from allanite.effects.registry import find
 from allanite.effects.strings import parse_string
@@ -116,4 +117,5 @@ def _is_file(path: Path) -> bool:
 
 def save_model(model: Model, path: str | Path) -> None:
     """Write ``allanite/model/1``."""
-    Path(path).write_text(json.dumps(model_to_dict(model), indent=1) + "\n", encoding="utf-8")
+    with whole_file(path) as draft:
+        draft.write_text(json.dumps(model_to_dict(model), indent=1) + "\n", encoding="utf-8")

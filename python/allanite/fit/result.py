@@ -12,7 +12,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common import verbs
-from allanite.common.errors import InputError
+from allanite.common.files import whole_file
 from allanite.common.parameters import Estimate
 from allanite.fit import curve as _curve
 from allanite.fit.degeneracy import Correlations, correlations, degeneracies
@@ -348,10 +348,8 @@ class Fit:
 
     def save(self, path: str | Path) -> None:
         """Write the fit as JSON, which `allanite simulate`, `compare` and ``--model`` read back."""
-        target = Path(path)
-        if not target.parent.is_dir():
-            raise InputError(f"{target}: the folder {target.parent} does not exist")
-        target.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
+        with whole_file(path) as draft:
+            draft.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
 
     def summary(self) -> str:
         """The table that ``print(fit)`` shows."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import io
 import itertools
-import os
-import tempfile
 import warnings
 from pathlib import Path
 from typing import Any
@@ -13,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.files import check_target, whole_file
 from allanite.plots.spec import (
     Axis,
     Band,
@@ -65,22 +64,10 @@ def save(figure: Figure, path: str | Path, theme: str = "light") -> None:
     kind = target.suffix.lower().removeprefix(".")
     if kind not in SUFFIXES:
         raise InputError(f"{target}: a figure's name must end in .svg, .png or .pdf")
-    if not target.parent.is_dir():
-        raise InputError(f"{target}: the folder {target.parent} does not exist")
-    if target.is_dir():
-        raise InputError(f"{target} is a folder: give the name of a file")
+    check_target(target)
     content = render(figure, kind, theme)
-    descriptor, draft = tempfile.mkstemp(prefix=f".{target.stem}-", dir=target.parent)
-    try:
-        with os.fdopen(descriptor, "wb") as stream:
-            stream.write(content)
-        # mkstemp makes the file private; a figure is as readable as any other new file.
-        mask = os.umask(0)
-        os.umask(mask)
-        Path(draft).chmod(0o666 & ~mask)
-        os.replace(draft, target)  # noqa: PTH105 (the name says what matters here: atomic)
-    finally:
-        Path(draft).unlink(missing_ok=True)
+    with whole_file(target) as draft:
+        draft.write_bytes(content)
 
 
 def render(

@@ -207,6 +207,23 @@ def _time_of(table: Table, choice: Choice, request: Request) -> tuple[Any, str |
     return table[at], time_unit_of(table.names[at], table.units[at])
 
 
+@contextmanager
+def _one_line() -> Iterator[None]:
+    """The one place where what a reader or a foreign library raises becomes one line."""
+    try:
+        yield
+    except (AllaniteError, ModuleNotFoundError):
+        raise
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror or error})") from None
+    except MemoryError:
+        raise InputError("does not fit into memory") from None
+    except Exception as error:  # damaged bytes lead libraries to anything
+        what = f"{type(error).__name__}: {plain(error, 100)}"
+        raise InputError(f"damaged, or not what its name says ({what})") from None
+
+
+@_one_line()
 def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     """Read the columns of a log that are picked, by the reader of its format.
 
@@ -221,7 +238,7 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     """
     if path.is_dir():
         if (path / "metadata.yaml").exists():
-            return _read(rosbag.read, path, pick, topics)
+            return _reader(rosbag.read, topics)(path, pick)
         # The layout of the EuRoC data set: mav0/imu0/data.csv.
         inside = [path / part / "data.csv" for part in (".", "imu0", "mav0/imu0")]
         found = next((file for file in inside if file.is_file()), None)
@@ -237,39 +254,18 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     if size == 0 and path.is_file():
         raise InputError("the file is empty")
     if path.is_file() and path.suffix.lower() == ".zip":
-        with _one_line(), member(path, topics) as inner:
+        with member(path, topics) as inner:
             return read_table(inner, pick)
     if path.is_file() and is_packed(path):
-        with _one_line(), unpacked(path) as inner:
+        with unpacked(path) as inner:
             return read_table(inner, pick, topics)
     reader = FORMATS.get(path.suffix.lower(), text.read)
     if reader is text.read and path.is_file() and sentences.is_sentences(path):
         reader = sentences.read
-    table = _read(reader, path, pick, topics)
+    table = _reader(reader, topics)(path, pick)
     if table.n == 0 and any(column is not None for column in table.columns):
         raise TooShortError("no row in it")
     return table
-
-
-def _read(reader: Any, path: Path, pick: Picker, topics: Sequence[str]) -> Table:
-    with _one_line():
-        return _reader(reader, topics)(path, pick)
-
-
-@contextmanager
-def _one_line() -> Iterator[None]:
-    """The one place where what a reader or a foreign library raises becomes one line."""
-    try:
-        yield
-    except (AllaniteError, ModuleNotFoundError):
-        raise
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror or error})") from None
-    except MemoryError:
-        raise InputError("does not fit into memory") from None
-    except Exception as error:  # damaged bytes lead libraries to anything
-        what = f"{type(error).__name__}: {plain(error, 100)}"
-        raise InputError(f"damaged, or not what its name says ({what})") from None
 
 
 def _reader(read: Any, topics: Sequence[str]) -> Callable[[Path, Picker], Table]:

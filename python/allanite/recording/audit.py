@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.tails import CENSORED, outlier_limit, tail_of
 from allanite.common.units import coefficient_unit
 from allanite.recording.at_rest import finding_of
 from allanite.recording.findings import Finding, of_stamps
+from allanite.recording.tails import CENSORED, outlier_limit, tail_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
 from allanite.common.errors import InputError
+from allanite.common.files import check_target, whole_file
 
 if TYPE_CHECKING:
     from allanite.axes import Characterization
@@ -150,18 +151,19 @@ class Report:
         """
         target = Path(path)
         kind = kind_of(target)
-        if not target.parent.is_dir():
-            raise InputError(f"{target}: the folder {target.parent} does not exist")
+        check_target(target)
         if interactive and kind != "html":
             raise InputError(f"{target}: only HTML can be interactive: end the name in .html")
         if kind == "html":
-            target.write_text(self.to_html(interactive), encoding="utf-8")
+            with whole_file(target) as draft:
+                draft.write_text(self.to_html(interactive), encoding="utf-8")
             return target
         from allanite.report.markdown import write_figures
 
         folder = target.with_name(f"{target.stem}_figures")
-        write_figures(self, folder)
-        target.write_text(self.to_markdown(folder.name), encoding="utf-8")
+        with whole_file(target) as draft:
+            draft.write_text(self.to_markdown(folder.name), encoding="utf-8")
+            write_figures(self, folder)
         return target
 
     def _repr_html_(self) -> str:

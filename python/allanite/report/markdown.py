@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from allanite import _kernels
+from allanite.common.files import whole_file
 from allanite.common.plain import file_name
 from allanite.report.blocks import (
     Block,
@@ -42,15 +44,22 @@ def text(report: Report, figures: str | None = None) -> str:
 
 
 def write_figures(report: Report, folder: Path) -> None:
-    """Write every figure of the report as SVG."""
+    """Write every figure of the report as SVG; a folder that was not there before stays only with all of them."""
     from allanite.plots.matplotlib_painter import render
 
+    new = not folder.exists()
     folder.mkdir(exist_ok=True)
-    for name, blocks in _columns(report):
-        for block in blocks:
-            if isinstance(block, Picture):
-                content = render(block.figure, "svg", "light", (block.width, block.height))
-                (folder / _file(name, block)).write_bytes(content)
+    try:
+        for name, blocks in _columns(report):
+            for block in blocks:
+                if isinstance(block, Picture):
+                    content = render(block.figure, "svg", "light", (block.width, block.height))
+                    with whole_file(folder / _file(name, block)) as draft:
+                        draft.write_bytes(content)
+    except BaseException:
+        if new:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
 
 
 def _columns(report: Report) -> list[tuple[str, list[Block]]]:

@@ -7,14 +7,16 @@ import json
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError
+from allanite.common.files import check_target, whole_file
 from allanite.common.parameters import Estimate
 from allanite.common.plain import plain
 
@@ -63,6 +65,8 @@ def _listed(path: Path) -> list[Path]:
         lines = path.read_text(encoding="utf-8").splitlines()
     except UnicodeDecodeError:
         return []
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     named = [path.parent / line.strip() for line in lines if line.strip()]
     return named if any(_is_file(p) for p in named[:100]) else []
 
@@ -189,11 +193,11 @@ def run_fleet(
         No logs, or no place for the table.
     """
     target = Path(out)
-    if not target.parent.is_dir():
-        raise InputError(f"{target}: the folder {target.parent} does not exist")
+    check_target(target)
     logs = [str(path) for path in logs_of(source)]
     journal = target.with_name(target.name + JOURNAL)
-    known = {row[0]["content"]: row for row in _journal(journal) if row and row[0]["content"]}
+    with _named(journal):
+        known = {row[0]["content"]: row for row in _journal(journal) if row and row[0]["content"]}
     rows: list[dict[str, Any]] = []
     todo = []
     for path in logs:
@@ -203,7 +207,8 @@ def run_fleet(
         else:
             rows += [{**row, "file": path} for row in before]
     done = len(logs) - len(todo)
-    with journal.open("a", encoding="utf-8") as file:
+    with _named(journal), journal.open("a+", encoding="utf-8") as file:
+        _close_line(file)
         for path, found in _run(todo, (model, rate, unit), scheduler):
             found = [{**row, "asked": model} for row in found]
             file.write(json.dumps(found) + "\n")
@@ -216,6 +221,26 @@ def run_fleet(
     rows.sort(key=lambda row: (row["file"], row["column"]))
     write_table(rows, target)
     return rows
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Of a full disk, or one that fails, the system does not say which file."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        raise InputError(f"{path}: cannot be read or written ({error.strerror or error})") from None
+
+
+def _close_line(file: TextIO) -> None:
+    """End a line that was cut off: what follows would be lost with it."""
+    end = file.seek(0, os.SEEK_END)
+    if end:
+        file.seek(end - 1)
+        if file.read(1) != "\n":
+            file.write("\n")
 
 
 def _journal(path: Path) -> Iterator[list[dict[str, Any]]]:
@@ -262,17 +287,16 @@ def write_table(rows: list[dict[str, Any]], target: Path) -> None:
     """Rows as Parquet, or as text where the name ends with ``.csv``."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     table = {name: [row.get(name) for row in rows] for name in names}
-    new = target.with_name(target.name + ".new")
-    if target.suffix.lower() == ".csv":
-        import csv
+    with whole_file(target) as draft:
+        if target.suffix.lower() == ".csv":
+            import csv
 
-        with new.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(names)
-            writer.writerows(zip(*table.values(), strict=True))
-    else:
-        import pyarrow as pa
-        from pyarrow import parquet
+            with draft.open("w", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file)
+                writer.writerow(names)
+                writer.writerows(zip(*table.values(), strict=True))
+        else:
+            import pyarrow as pa
+            from pyarrow import parquet
 
-        parquet.write_table(pa.table(table), new)
-    new.replace(target)
+            parquet.write_table(pa.table(table), draft)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError, about
+from allanite.common.files import whole_file
 from allanite.common.validation import positive_rate
 from allanite.effects import Model, Periodic
 from allanite.fit.likelihood.data import density
@@ -256,26 +257,21 @@ class Watch:
 
     def save(self, path: str | Path) -> None:
         """Write the state, and the summary of the samples beside it (``.summary``)."""
-        target = Path(path)
-        with about(target):
-            if not target.parent.is_dir():
-                raise InputError(f"the folder {target.parent} does not exist")
-            summary = self.summary
+        state = {
+            "schema": "allanite/watch-state/1",
+            "model": str(self.model),
+            "rate": self.rate,
+            "segments": self.segments,
+            "taken": self.taken,
+            "kept": self._kept,
+            "alarm": None if self.alarm is None else self.alarm.to_dict(),
+            **{name: getattr(self, f"_{name}").tolist() for name in _ARRAYS},
+        }
+        summary = self.summary
+        with whole_file(path) as draft:
+            draft.write_text(json.dumps(state), encoding="utf-8")
             if summary is not None:
-                summary.save(_beside(target))
-            state = {
-                "schema": "allanite/watch-state/1",
-                "model": str(self.model),
-                "rate": self.rate,
-                "segments": self.segments,
-                "taken": self.taken,
-                "kept": self._kept,
-                "alarm": None if self.alarm is None else self.alarm.to_dict(),
-                **{name: getattr(self, f"_{name}").tolist() for name in _ARRAYS},
-            }
-            new = target.with_name(target.name + ".new")
-            new.write_text(json.dumps(state), encoding="utf-8")
-            new.replace(target)
+                summary.save(_beside(Path(path)))
 
     def restore(self, path: str | Path) -> None:
         """Go on from a state that `save` has written.
@@ -293,6 +289,8 @@ class Watch:
                     raise InputError(f"{state['schema']} is no state of a watch")
             except FileNotFoundError:
                 raise InputError("no such file") from None
+            except OSError as error:
+                raise InputError(f"cannot be read ({error.strerror or error})") from None
             except (ValueError, KeyError, TypeError):
                 raise InputError("damaged, or no state of a watch") from None
             if (state["model"], state["rate"]) != (str(self.model), self.rate):

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.tails import coarse_step, outlier_limit
 from allanite.effects import CATALOGUE, Level, Model, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.crowding import crest, crowding
 from allanite.fit.likelihood.data import without_samples
 from allanite.fit.likelihood.whitened import white_power, whiten, with_normal_tails
 from allanite.fit.missing import complete
+from allanite.recording.tails import coarse_step, outlier_limit
 from allanite.suggestion.evidence import FALSE_ALARM, interval_trials
 from allanite.suggestion.level_forms import (
     CLOSE,

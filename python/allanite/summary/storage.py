@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, about
+from allanite.common.files import whole_file
 from allanite.recording.findings import Finding
 from allanite.summary.stretch import Stretch
 
@@ -24,10 +25,7 @@ SCHEMA = "allanite/summary/1"
 
 def save(summary: Summary, path: str | Path) -> None:
     """Write a summary; a file of that name is replaced only once the new one is complete."""
-    target = Path(path)
-    with about(target):
-        if not target.parent.is_dir():
-            raise InputError(f"the folder {target.parent} does not exist")
+    with whole_file(path) as draft:
         arrays: list[np.ndarray[Any, Any]] = []
         header = {
             "schema": SCHEMA,
@@ -41,11 +39,9 @@ def save(summary: Summary, path: str | Path) -> None:
             "stretches": [_plain(one.state(), arrays) for one in summary.stretches],
         }
         text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
-        new = target.with_name(target.name + ".new")
-        with new.open("wb") as file:
+        with draft.open("wb") as file:
             named: dict[str, Any] = {f"a{i}": array for i, array in enumerate(arrays)}
             np.savez(file, header=text, **named)
-        new.replace(target)
 
 
 def load(cls: type[Summary], path: str | Path) -> Summary:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.tails import outlier_limit, tail_of
 from allanite.fit.likelihood.heavy import _sums
+from allanite.recording.tails import outlier_limit, tail_of
 
 RATE, N = 100.0, 20_000
 

@@ -121,6 +121,10 @@ def test_a_fleet_is_resumed_by_content(logs, tmp_path):
     done.clear()
     again = run()
     assert len(done) == 1
+    # What followed the cut line is not lost with it.
+    done.clear()
+    assert run() == again
+    assert not done
     assert [row["file"] for row in again] == [row["file"] for row in rows]
     assert al.fleet(out).files == 4
     assert list(al.fleet(out).failed)

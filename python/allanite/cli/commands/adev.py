@@ -58,13 +58,11 @@ def command(log: str, kind: str, taus: str, plot: str | None, options: LogOption
 
 def _plot_all(results: list[_Measured], path: str) -> None:
     """All columns in one figure."""
-    from allanite.cli.output import whole_file
     from allanite.comparison.curves import of_deviations
     from allanite.plots import plot_compare
 
     curves = of_deviations({r.recording.columns[0]: r.deviation for r in results})
-    with whole_file(path) as draft:
-        plot_compare(curves, draft, title="Columns")
+    plot_compare(curves, path, title="Columns")
 
 
 def _streams(log: str, kind: str, taus: str, options: LogOptions) -> bool:

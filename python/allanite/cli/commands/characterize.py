@@ -53,6 +53,7 @@ def command(
     from allanite.axes import characterize
     from allanite.cli import output as out
     from allanite.cli.options import recording_of
+    from allanite.common.files import whole_file
     from allanite.effects.files import parse_model
 
     parsed = parse_model(model)
@@ -62,14 +63,13 @@ def command(
         found = characterize(recording, parsed, on_progress, tolerance=tolerance)
     written = []
     if plot is not None:
-        with out.whole_file(plot) as draft:
-            found.plot(draft)
+        found.plot(plot)
         written.append(plot)
     if report is not None:
-        out.write_report(found.report(), Path(report))
+        found.report().save(report)
         written.append(report)
     if save is not None:
-        with out.whole_file(save) as draft:
+        with whole_file(save) as draft:
             draft.write_text(out.dumps(found.to_dict()) + "\n", encoding="utf-8")
         written.append(save)
     if target is not None and output is not None:
@@ -88,12 +88,13 @@ def _check(
     """Refuse what cannot be written before anything long is computed."""
     from allanite.cli import output as out
     from allanite.common.errors import InputError
+    from allanite.common.files import check_target
     from allanite.report.document import kind_of
 
     out.check_targets(plot, save)
     if report is not None:
         kind_of(Path(report))
-        out.check_target(report)
+        check_target(report)
     if (target is None) != (output is None):
         given, other = (
             ("--output", "--export TARGET") if target is None else ("--export", "--output FILE")
@@ -102,15 +103,15 @@ def _check(
     if output is None:
         return
     if target != "all":
-        out.check_target(output)
+        check_target(output)
     elif not Path(output).is_dir():
         raise InputError(f"--output {output}: --export all writes into a folder that exists")
 
 
 def _export(found: Characterization, target: str, output: Path, overbound: bool) -> list[str]:
     """Write one target, or all that have a place for these axes."""
-    from allanite.cli.output import whole_file
     from allanite.common.errors import InputError
+    from allanite.common.files import whole_file
 
     if target != "all":
         with whole_file(output) as draft:

@@ -34,7 +34,7 @@ def command(output: str, seed: int, as_json: bool) -> None:
     """Simulate two hours of a gyroscope, hide two effects in it, and let the loop find them."""
     from pathlib import Path
 
-    from allanite.cli.output import dumps, whole_file
+    from allanite.cli.output import dumps
     from allanite.effects.files import parse_model
     from allanite.study import improve
 
@@ -52,10 +52,8 @@ def command(output: str, seed: int, as_json: bool) -> None:
     first, last = study.ladder[0].fit, study.fit
     figures = (("start", first), ("end", last), ("ladder", study))
     for name, result in figures:
-        with whole_file(folder / f"{name}.svg") as draft:
-            result.plot(draft)
-    with whole_file(folder / "model.json") as draft:
-        last.save(draft)
+        result.plot(folder / f"{name}.svg")
+    last.save(folder / "model.json")
     if as_json:
         click.echo(dumps(study.to_dict()))
         return

@@ -49,7 +49,7 @@ def command(
     """
     from pathlib import Path
 
-    from allanite.cli.output import whole_file
+    from allanite.common.files import whole_file
     from allanite.effects.files import model_to_dict, parse_model
     from allanite.export import export
     from allanite.export._axis import axes_of, documents_of

@@ -37,6 +37,7 @@ def command(
     from allanite.cli import output as out
     from allanite.cli.options import recording_of
     from allanite.common.errors import InputError
+    from allanite.common.files import check_target
     from allanite.effects.files import parse_model
     from allanite.report.document import Report, kind_of, make_report
 
@@ -44,7 +45,7 @@ def command(
     target = _target(logs[0], output) if output or not options.as_json else None
     if target is not None:
         kind = kind_of(target)
-        out.check_target(target)
+        check_target(target)
         if interactive and kind != "html":
             raise InputError(f"{target}: only HTML can be interactive: end the name in .html")
     recordings = [recording_of(log, options) for log in logs]
@@ -56,7 +57,7 @@ def command(
     axes = reports[0].axes if len(reports) == 1 else None
     report = Report(entries, _asked(logs, model, options), axes)
     if target is not None:
-        out.write_report(report, target, interactive)
+        report.save(target, interactive)
     if options.as_json:
         click.echo(out.dumps(report.to_dict()))
         return

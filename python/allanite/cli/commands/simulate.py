@@ -57,8 +57,8 @@ def command(
     With --all-axes the length is that of the measured log, unless one is given.
     """
     from allanite.cli.models import models_of
-    from allanite.cli.output import check_target
     from allanite.common.errors import InputError
+    from allanite.common.files import check_target
     from allanite.common.validation import positive, positive_rate, whole
     from allanite.simulate import SAMPLES
 
@@ -141,7 +141,8 @@ def _deliver(
     recording: Recording, model: str, seed: int, output: str | None, as_json: bool
 ) -> None:
     """Write a recording to a file and say so, or as CSV to standard output."""
-    from allanite.cli.output import dumps, whole_file
+    from allanite.cli.output import dumps
+    from allanite.common.files import whole_file
 
     if output is None:
         _csv(recording, None)

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.common.tails import CENSORED, Tail, coarse_step, tail_of
 from allanite.fit.likelihood.whitened import whitened_ordinates
+from allanite.recording.tails import CENSORED, Tail, coarse_step, tail_of
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.showing import brief
-from allanite.common.tails import CENSORED, coarse_step, tail_of
 from allanite.common.threads import results, side_by_side
 from allanite.fit.likelihood.data import density
+from allanite.recording.tails import CENSORED, coarse_step, tail_of
 
 if TYPE_CHECKING:
     from allanite.effects import Model

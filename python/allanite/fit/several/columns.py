@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.common import verbs
-from allanite.common.errors import InputError
+from allanite.common.files import whole_file
 from allanite.common.several import Several
 from allanite.fit.result import Fit
 
@@ -39,10 +39,8 @@ class Fits(Several[Fit]):
 
     def save(self, path: str | Path) -> None:
         """Write the fits as JSON, which ``--model``, `allanite simulate`, `compare` and `export` read back."""
-        target = Path(path)
-        if not target.parent.is_dir():
-            raise InputError(f"{target}: the folder {target.parent} does not exist")
-        target.write_text(json.dumps(super().to_dict(), indent=1) + "\n", encoding="utf-8")
+        with whole_file(path) as draft:
+            draft.write_text(json.dumps(super().to_dict(), indent=1) + "\n", encoding="utf-8")
 
     def __str__(self) -> str:
         return "\n\n".join([super().__str__(), *map(str, self.together)])

@@ -1,5 +1,7 @@
 """Pipes, logs larger than memory, and files that are whole or absent."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -161,8 +163,8 @@ def test_bad_pipes():
 
 
 def test_whole_file_or_nothing(tmp_path):
-    from allanite.cli.output import whole_file
     from allanite.common.errors import InputError
+    from allanite.common.files import whole_file
 
     target = tmp_path / "x.txt"
 
@@ -181,6 +183,22 @@ def test_whole_file_or_nothing(tmp_path):
     for bad in (tmp_path, tmp_path / "absent" / "x.txt"):
         with pytest.raises(InputError), whole_file(bad):
             pass
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links and pipes as POSIX has them")
+def test_a_link_stays_a_link_and_a_pipe_a_pipe(tmp_path):
+    from allanite.common.files import whole_file
+
+    link, pipe = tmp_path / "link.txt", tmp_path / "pipe"
+    link.symlink_to(tmp_path / "x.txt")
+    with whole_file(link) as draft:
+        draft.write_text("whole")
+    assert link.is_symlink()
+    assert (tmp_path / "x.txt").read_text() == "whole"
+    os.mkfifo(pipe)
+    with whole_file(pipe) as draft:
+        assert draft == pipe
+    assert pipe.is_fifo()
 
 
 def test_an_infinite_sample_is_named_by_line_and_column(tmp_path, run, monkeypatch):

@@ -52,8 +52,8 @@ def command(
     from pathlib import Path
 
     from allanite.cli.models import models_of
-    from allanite.cli.output import whole_file
     from allanite.common.errors import InputError
+    from allanite.common.files import whole_file
     from allanite.scale import Watch
 
     models = models_of(model)
@@ -74,7 +74,7 @@ def command(
             watch.save(state)
         if prometheus is not None:
             with whole_file(prometheus) as draft:
-                Path(draft).write_text(watch.prometheus(), encoding="utf-8")
+                draft.write_text(watch.prometheus(), encoding="utf-8")
 
     for rows in _rows(source, place, watch.taken if file else 0, follow):
         raised = watch.update(rows)
