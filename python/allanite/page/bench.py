@@ -12,6 +12,7 @@ from allanite.fit import fit_model
 from allanite.page.edits import parse_model_string
 from allanite.page.jobs import Job
 from allanite.page.ladder import Board, Ladder, Step, Work
+from allanite.page.source import kept, part_of
 from allanite.page.words import WORDS
 from allanite.study import Rung
 from allanite.suggestion import Check, check_fit
@@ -21,14 +22,12 @@ if TYPE_CHECKING:
 
     from allanite.comparison.datasheet import DataSheet
     from allanite.fit import Fit
-    from allanite.page.source import Reading, Source
+    from allanite.page.source import Part, Reading, Source
     from allanite.recording import Recording
 
 __all__ = ["START", "Bench", "look"]
 
 START = "N+B+K"
-#: Samples of the shortest part of a log that is analysed by itself.
-FEWEST = 64
 
 
 class Bench:
@@ -247,33 +246,30 @@ class Bench:
         with self.change(job):
             work.audited = True
 
-    def take(self, span: tuple[float, float] | None) -> None:
-        """Analyse a part of the log, s from its start, or the whole of it (None)."""
-        self._part(span)
+    def take(self, part: Part) -> None:
+        """Analyse a part of the log; the models that were there are fitted to it."""
+        found = part_of(self.work.whole, *part)
 
         def work(job: Job) -> None:
-            self.cut(job, span)
+            self.cut(job, part, found)
             self._first(job, self.column)
 
         if self.busy:
             self.cancel()
         self.run("Taking a part of the log", work)
 
-    def _part(self, span: tuple[float, float] | None) -> Recording:
-        """That part of the log; `InputError` if it is too short."""
-        whole = self.work.whole
-        part = whole if span is None else whole.trim(*span)
-        if part.n < FEWEST:
-            raise InputError(f"{part.n} samples are too few: take a longer part")
-        return part
-
-    def cut(self, job: Job, span: tuple[float, float] | None) -> None:
+    def cut(self, job: Job, part: Part, found: Recording) -> None:
         """Begin with a part of the log, at the column that is looked at."""
         before, place = self.work, self.place_of_source
         assert place is not None
-        whole = None if span is None else before.whole
-        self._begin(job, place, Work(self._part(span), whole, span))
+        moved = (before.part[0] or (0.0,))[0] != (part[0] or (0.0,))[0]
+        work = Work(found, before.whole, part)
+        steps = [one.step for one in before.board.ladders]
+        work.models = [None if s is None else kept(s.fit.model, moved) for s in steps]
+        self._begin(job, place, work)
         with self.change(job):
+            # One part back can be undone: more would keep a copy of the log each.
+            work.before, before.before = before, None
             self.work.look(before.board.column)
             self.preview = None
 
@@ -303,8 +299,9 @@ class Bench:
         if known is not None:
             return known
         log = self.work.log(column)
-        job.say(f"Fitting {START} to {log.columns[0]}")
-        step = Step("start", Rung(fit_model(log, parse_model_string(START))))
+        model = self.work.models[column] or parse_model_string(START)
+        job.say(f"Fitting {model.name} to {log.columns[0]}")
+        step = Step("start", Rung(fit_model(log, model)))
         look(step.fit)
         with self.change(job):
             self.push(Ladder((step,), 0), column)

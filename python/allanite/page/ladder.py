@@ -10,8 +10,9 @@ import numpy as np
 
 if TYPE_CHECKING:
     from allanite.deviation import Deviation
-    from allanite.effects import Effect
+    from allanite.effects import Effect, Model
     from allanite.fit import Error, Fit
+    from allanite.page.source import Part
     from allanite.recording import Recording
     from allanite.study import Rung
     from allanite.suggestion import Check
@@ -71,24 +72,29 @@ class Work:
         What is analysed.
     whole : Recording
         What was read, of which it may be a part.
-    span : (start, end) or None
-        That part, s.
+    part : (span, stretches)
+        That part, s: from … to or None for all, and what is left out of it.
     """
 
     def __init__(
         self,
         recording: Recording,
         whole: Recording | None = None,
-        span: tuple[float, float] | None = None,
+        part: Part = (None, ()),
     ) -> None:
         self.recording = recording
         self.whole = recording if whole is None else whole
-        self.span = span
+        self.part = part
+        #: What was done to the part that was analysed before, and after: undo and redo go there.
+        self.before: Work | None = None
+        self.after: Work | None = None
+        #: Models that the columns begin with, of the part before; None for the first model of any column.
+        self.models: list[Model | None] = [None] * len(recording.columns)
         self.history = [Board((Ladder(),) * len(recording.columns))]
         self.place = 0
         self.digest = _digest(recording)
         #: By what the whole log is known again, whichever part of it is analysed.
-        self.home = self.digest if whole is None else _digest(whole)
+        self.home = self.digest if self.whole is recording else _digest(self.whole)
         self.audited = False
         #: Effects that were taken out, by column: they can be brought back with the values they had.
         self.tray: list[list[Effect]] = [[] for _ in recording.columns]
@@ -117,6 +123,7 @@ class Work:
 
     def push(self, column: int, ladder: Ladder) -> None:
         """Go on to another ladder of a column; what was undone is forgotten."""
+        self.after = None
         if not self.board.ladders[column].steps:
             # A column without a first fit is nothing to go back to.
             self.history = [

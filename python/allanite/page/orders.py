@@ -11,7 +11,7 @@ from allanite.common.units import conversion, parse_unit
 from allanite.effects import parse_model
 from allanite.page.edits import effect, shown_unit
 from allanite.page.shown.documents import compare_with
-from allanite.page.source import Source
+from allanite.page.source import Source, Stretch, joined
 from allanite.page.state import chip_units
 from allanite.page.studies import open_study
 from allanite.recording.at_rest import quiet_span
@@ -95,14 +95,41 @@ def _read(tab: Tab, order: dict[str, Any]) -> None:
 def _take(tab: Tab, order: dict[str, Any]) -> None:
     """A part of the log: from … to s, the quiet one, or the whole."""
     if order.get("quiet") is True:
-        tab.take(quiet_span(tab.work.whole))
+        tab.take((quiet_span(tab.work.whole), ()))
         return
+    stretch = _stretch(tab, order)
+    # What is left out stays out of a part that is taken.
+    tab.take((None, ()) if stretch is None else (stretch, tab.work.part[1]))
+
+
+def _stretch(tab: Tab, order: dict[str, Any]) -> Stretch | None:
+    """From … to, s of the part that is shown, as a stretch of the whole log."""
     start, end = _number(order, "from"), _number(order, "to")
     if start is None or end is None:
-        tab.take(None)
-        return
-    offset = 0.0 if tab.work.span is None else tab.work.span[0]
-    tab.take((start + offset, end + offset))
+        return None
+    span, _out = tab.work.part
+    offset = 0.0 if span is None else span[0]
+    start, end = max(start, 0.0) + offset, min(end, tab.log.duration) + offset
+    if not end > start:
+        raise InputError("Nothing lies in this range of time")
+    return start, end
+
+
+def _leave_out(tab: Tab, order: dict[str, Any]) -> None:
+    """Leave a stretch out, from … to s."""
+    stretch, (span, out) = _stretch(tab, order), tab.work.part
+    if stretch is None:
+        raise InputError("A range of time is two numbers of seconds")
+    tab.take((span, joined([*out, stretch])))
+
+
+def _put_back(tab: Tab, order: dict[str, Any]) -> None:
+    """Take a stretch in again that was left out."""
+    span, out = tab.work.part
+    number = _integer(order, "number")
+    if not 0 <= number < len(out):
+        raise InputError("This stretch is back already")
+    tab.take((span, (*out[:number], *out[number + 1 :])))
 
 
 def _rate(tab: Tab, order: dict[str, Any]) -> None:
@@ -202,6 +229,8 @@ _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
     "back": lambda tab, order: tab.back(_integer(order, "place")),
     "example": lambda tab, _order: _example(tab),
     "take": _take,
+    "leave-out": _leave_out,
+    "put-back": _put_back,
     "rate": _rate,
     "improve": _improve,
     "tolerance": lambda tab, order: tab.accept(_number(order, "percent")),

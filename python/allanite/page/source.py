@@ -1,4 +1,4 @@
-"""Logs that the page may open: given at the start, or uploaded into a folder of its own."""
+"""Logs that the page may open, given at the start or uploaded into a folder of its own, and parts of them."""
 
 from __future__ import annotations
 
@@ -8,16 +8,31 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from allanite.common.errors import InputError, about
+from allanite.effects import Model
 from allanite.page.child import ask
 from allanite.readers import FORMATS
+from allanite.recording import Recording
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from allanite.recording import Recording
+    from allanite.effects import Effect
 
-__all__ = ["MOST_BYTES", "Reading", "Source", "Uploads", "check_name"]
+__all__ = [
+    "MOST_BYTES",
+    "Part",
+    "Reading",
+    "Source",
+    "Stretch",
+    "Uploads",
+    "check_name",
+    "joined",
+    "kept",
+    "part_of",
+]
 
 #: Largest upload: two thousand million bytes, some 100 million samples of text.
 MOST_BYTES = 2_000_000_000
@@ -138,3 +153,67 @@ class Uploads:
         if self._folder is not None:
             self._folder.cleanup()
             self._folder = None
+
+
+#: From … to, s from the start of the whole log.
+Stretch = tuple[float, float]
+#: What is analysed of a log: a stretch or all of it, and what is left out.
+Part = tuple[Stretch | None, tuple[Stretch, ...]]
+#: Samples of the shortest part of a log that is analysed by itself.
+FEWEST = 64
+
+
+def joined(stretches: Iterable[Stretch]) -> tuple[Stretch, ...]:
+    """Stretches in their order, those that touch made one."""
+    out: list[Stretch] = []
+    for start, end in sorted(stretches):
+        if out and start <= out[-1][1]:
+            out[-1] = out[-1][0], max(end, out[-1][1])
+        else:
+            out.append((start, end))
+    return tuple(out)
+
+
+def part_of(whole: Recording, span: Stretch | None, out: tuple[Stretch, ...]) -> Recording:
+    """A part of a log; what is left out of it is missing, so that time goes on as it was.
+
+    Raises
+    ------
+    InputError
+        Hardly anything is left.
+    """
+    part = whole if span is None else whole.trim(*span)
+    begin = 0.0 if span is None else max(span[0], 0.0)
+    if out:
+        part = _without(part, [(a - begin, b - begin) for a, b in out])
+    left = part.n - (part.missing if out else 0)
+    if left < FEWEST:
+        raise InputError(f"{left} samples are too few: leave more of the log")
+    return part
+
+
+def _without(part: Recording, out: list[Stretch]) -> Recording:
+    samples = np.array(part.samples, dtype=np.promote_types(part.samples.dtype, np.float32))
+    for start, end in out:
+        first, last = (round(t * part.rate) for t in (start, end))
+        samples[max(first, 0) : max(last, 0)] = np.nan
+    return Recording(
+        samples,
+        part.rate,
+        unit=part.units,
+        quantity=part.quantity,
+        columns=part.columns,
+        covariates=part.covariates,
+        covariate_units=part.covariate_units,
+        path=part.path,
+    )
+
+
+def kept(model: Model, moved: bool) -> Model | None:
+    """A model to begin with on another part; events stay out where the start of time has `moved`."""
+    effects = [e for e in model if not (moved and _is_of_time(e))]
+    return Model(tuple(effects)) if effects else None
+
+
+def _is_of_time(effect: Effect) -> bool:
+    return effect.when is not None or any(p.role == "time" for p in effect.parameters)

@@ -76,8 +76,8 @@ def state(tab: Tab) -> dict[str, Any]:
         "cards": [] if check is None else cards(check),
         "ladder": [rung(s) for s in ladder.steps],
         "at": ladder.at,
-        "undo": place > 0,
-        "redo": place < length - 1,
+        "undo": place > 0 or (now is not None and now.before is not None),
+        "redo": place < length - 1 or (now is not None and now.after is not None),
         "others": [name for name, _ in tab.others],
         "sheet": sheet_rows(tab),
         "beside": differences(tab),
@@ -193,6 +193,13 @@ def chip_units(unit: str) -> list[dict[str, str]]:
     ]
 
 
+def _left_out(work: Work) -> str:
+    """What of the log is not analysed."""
+    span, out = work.part
+    said = "" if span is None else f" · from {duration_text(work.whole.duration)}"
+    return said + (f" · {duration_text(sum(b - a for a, b in out))} left out" if out else "")
+
+
 def _recording(tab: Tab) -> dict[str, Any]:
     now = tab.work
     column, whole = tab.log, now.recording
@@ -206,13 +213,15 @@ def _recording(tab: Tab) -> dict[str, Any]:
         "column": tab.column,
         "digest": now.digest,
         "home": now.home,
-        "span": now.span,
+        "span": now.part[0],
+        "left_out": [list(one) for one in now.part[1]],
         "audited": now.audited,
         "n": column.n,
         "rate": column.rate,
         "duration": column.duration,
         "unit": unit_text(column.unit),
-        "text": f"{many(column.n)} samples · {duration_text(column.duration)} at {column.rate:.6g} Hz",
+        "text": f"{many(column.n)} samples · {duration_text(column.duration)} at {column.rate:.6g} Hz"
+        + _left_out(now),
         "audit": [
             {
                 "severity": f.severity,

@@ -11,6 +11,7 @@ from allanite.fit.result import plain
 from allanite.page.bench import look
 from allanite.page.edits import parse_model_string
 from allanite.page.ladder import Ladder, Step
+from allanite.page.source import Stretch, joined, part_of
 from allanite.study import Rung
 
 if TYPE_CHECKING:
@@ -36,7 +37,8 @@ def study(tab: Tab) -> dict[str, Any]:
         "log": source.name,
         "digest": work.home,
         "column": tab.log.columns[0],
-        "span": work.span,
+        "span": work.part[0],
+        "left_out": work.part[1],
         "axes": [
             {
                 "column": name,
@@ -89,14 +91,15 @@ def open_study(tab: Tab, document: Any) -> None:
     try:
         found = [_axis(axis, columns) for axis in axes]
         span = _span(document.get("span"))
+        out = joined(_stretch(one) for one in document.get("left_out", [])[:MOST])
     except (AttributeError, TypeError, KeyError, ValueError, IndexError) as error:
         raise InputError(f"The study is damaged ({error})") from None
     seen = document.get("column")
 
     def bring(job: Job) -> None:
         job.take_turn()
-        if span != tab.work.span:
-            tab.cut(job, span)
+        if (span, out) != tab.work.part:
+            tab.cut(job, (span, out), part_of(tab.work.whole, span, out))
         if seen in columns:
             with tab.change(job):
                 tab.work.look(columns.index(seen))
@@ -120,7 +123,14 @@ def open_study(tab: Tab, document: Any) -> None:
 
 
 def _span(said: Any) -> tuple[float, float] | None:
-    return None if said is None else (float(said[0]), float(said[1]))
+    return None if said is None else _stretch(said)
+
+
+def _stretch(said: Any) -> Stretch:
+    start, end = float(said[0]), float(said[1])
+    if not 0.0 <= start < end < float("inf"):
+        raise ValueError("a stretch ends before it begins")
+    return start, end
 
 
 def _axis(

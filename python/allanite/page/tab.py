@@ -207,11 +207,25 @@ class Tab(Bench):
         """One change forward."""
         self._move(+1, "Nothing to redo")
 
+    def _part(self, by: int) -> bool:
+        """Back to the part of the log that was analysed before, or forward again."""
+        now, place = self.work, self.place_of_source
+        other = now.before if by < 0 else now.after
+        if other is None or place is None:
+            return False
+        if by < 0:
+            other.after, now.before = now, None
+        else:
+            other.before, now.after = now, None
+        other.look(now.board.column)
+        self.works[place] = other
+        return True
+
     def _move(self, by: int, otherwise: str) -> None:
         with self.lock:
             if self.busy:
                 self.cancel()
-            if self.now is None or not self.work.move(by):
+            if self.now is None or not (self.work.move(by) or self._part(by)):
                 raise InputError(otherwise)
             self.preview = None
             self.version += 1

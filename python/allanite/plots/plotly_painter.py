@@ -182,8 +182,7 @@ def _draw(
         case Points():
             data.append(_points(mark, axes, look))
         case Band():
-            x = np.concatenate([mark.x, mark.x[::-1]])
-            y = np.concatenate([mark.high, mark.low[::-1]])
+            x, y = _outline(mark)
             shape = {"mode": "lines", "line": {"width": 0}, "fill": "toself", "hoverinfo": "skip"}
             fill = {"fillcolor": _rgba(look.color(mark.color), 0.2)}
             data.append(_trace(x, y, mark.label, axes) | shape | fill)
@@ -262,6 +261,22 @@ def _points(mark: Points, axes: dict[str, str], look: Theme) -> dict[str, Any]:
             "width": 0,
         }
     return trace
+
+
+def _outline(band: Band) -> tuple[Any, Any]:
+    """Once around each piece of a band: one outline over a gap would fill what is beside it."""
+    there = np.isfinite(band.low) & np.isfinite(band.high)
+    pieces = [
+        p
+        for p in np.split(np.arange(there.size), np.flatnonzero(np.diff(there)) + 1)
+        if there[p].all()
+    ]
+    x: list[Any] = []
+    y: list[Any] = []
+    for piece in pieces:
+        x += [band.x[piece], band.x[piece][::-1], [np.nan]]
+        y += [band.high[piece], band.low[piece][::-1], [np.nan]]
+    return (np.concatenate(x)[:-1], np.concatenate(y)[:-1]) if pieces else ([], [])
 
 
 def _rule(

@@ -69,6 +69,18 @@ def tab(context, server):
     assert [text for text in said if "status of 400" not in text] == []
 
 
+def brush(tab, a, b):
+    """Drag over the samples from one part of their width to another."""
+    box = tab.locator("#plot .nsewdrag").first.bounding_box()
+    middle = box["y"] + box["height"] / 2
+    drawn = tab.locator("body").get_attribute("data-drawn")
+    tab.mouse.move(box["x"] + a * box["width"], middle)
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + b * box["width"], middle, steps=4)
+    tab.mouse.up()
+    tab.wait_for_function("was => document.body.dataset.drawn !== was", arg=drawn)
+
+
 def steps(tab):
     return tab.locator("#ladder li").count()
 
@@ -222,18 +234,7 @@ def test_samples_down_to_single_ones_and_a_part_taken(tab):
     tab.locator("[data-tab=samples]").click()
     tab.wait_for_selector("body[data-drawn*=' samples ']")
     assert "temperature" in tab.locator("#plot .y2title").text_content()
-    box = tab.locator("#plot .nsewdrag").first.bounding_box()
-    middle = box["y"] + box["height"] / 2
-
-    def brush(a, b):
-        drawn = tab.locator("body").get_attribute("data-drawn")
-        tab.mouse.move(box["x"] + a * box["width"], middle)
-        tab.mouse.down()
-        tab.mouse.move(box["x"] + b * box["width"], middle, steps=4)
-        tab.mouse.up()
-        tab.wait_for_function("was => document.body.dataset.drawn !== was", arg=drawn)
-
-    brush(0.25, 0.75)
+    brush(tab, 0.25, 0.75)
     start, end = re.findall(r"[\d.]+", tab.inner_text("#beside"))
     assert (float(start), float(end)) == pytest.approx((300, 900), abs=1)  # a pixel is 1.5 s
     tab.get_by_role("button", name="Analyse only this").click()
@@ -241,14 +242,46 @@ def test_samples_down_to_single_ones_and_a_part_taken(tab):
     tab.wait_for_selector(READY)
     kept = tab.evaluate("document.getElementById('recording').textContent")
     assert int(re.sub(r"\s", "", kept.split("samples")[0])) == pytest.approx(12_000, abs=100)
-    brush(0.5, 0.52)
+    brush(tab, 0.5, 0.52)
     points = "document.querySelectorAll('#plot .points path.point').length"
     assert 0 < tab.evaluate(points) <= 300
-    x, y = box["x"] + box["width"] / 2, middle
-    tab.mouse.dblclick(x, y)
+    box = tab.locator("#plot .nsewdrag").first.bounding_box()
+    tab.mouse.dblclick(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     tab.wait_for_function(f"() => {points} === 0")
     tab.get_by_role("button", name="Take the whole record again").click()
     tab.wait_for_selector("text=24 000 samples".replace(" ", "\u202f", 1))
+
+
+def test_a_stretch_is_left_out_by_a_brush_and_the_model_is_fitted_again(tab):
+    tab.keyboard.press("m")
+    tab.fill("#typed-model", "N + SIN")
+    tab.keyboard.press("Enter")
+    tab.wait_for_selector(".chip[data-kind=sinusoid]")
+    tab.wait_for_selector(READY)
+    before = tab.inner_text("#chips")
+    white = tab.locator(".chip .text").first.inner_text()
+    tab.locator("[data-tab=samples]").click()
+    tab.wait_for_selector("body[data-drawn*=' samples ']")
+    brush(tab, 0.5, 0.75)
+    tab.get_by_role("button", name="Leave this out").click()
+    tab.wait_for_selector("text=Left out:")
+    tab.wait_for_selector(READY)
+    # The same model of what is left, and said on the page.
+    assert tab.locator(".chip").count() == 2
+    assert tab.inner_text("#chips") != before
+    assert tab.inner_text("#recording").endswith("5 min left out")
+    shaded = "document.getElementById('plot').layout.shapes.filter(s => s.type === 'rect').length"
+    assert tab.evaluate(shaded) == 1
+    tab.keyboard.press("Control+z")
+    tab.wait_for_selector("#recording:not(:has-text('left out'))")
+    tab.wait_for_selector(READY)
+    assert tab.inner_text("#chips") == before
+    tab.keyboard.press("Control+Shift+z")
+    tab.wait_for_selector("#recording:has-text('left out')")
+    tab.get_by_role("button", name="No longer leave out").click()
+    tab.wait_for_selector("#recording:not(:has-text('left out'))")
+    tab.wait_for_selector(READY)
+    assert tab.locator(".chip .text").first.inner_text() == white
 
 
 def test_numbers_hover_and_copies(tab):

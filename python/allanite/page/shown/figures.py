@@ -138,7 +138,10 @@ def _samples(tab: Tab, options: Mapping[str, str]) -> Figure:
     moments = []
     if fit is not None:
         moments = [(e.when[0], fit.display_name(e)) for e in fit.model if e.when is not None]
-    return samples_figure(tab.log, options, worst, moments)
+    span, out = tab.work.part
+    begin = 0.0 if span is None else span[0]
+    shifted = [(a - begin, b - begin) for a, b in out]
+    return samples_figure(tab.log, options, worst, moments, shifted)
 
 
 def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:

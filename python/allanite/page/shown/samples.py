@@ -34,6 +34,7 @@ def samples_figure(
     options: Mapping[str, str],
     worst: tuple[float, float] | None,
     moments: Sequence[tuple[float, str]] = (),
+    out: Sequence[tuple[float, float]] = (),
 ) -> Figure:
     """Samples from ``options["from"]`` to ``options["to"]``, s; `moments` are marked.
 
@@ -44,6 +45,8 @@ def samples_figure(
     worst : (start, end) or None
         When the model fails, s.
     moments : sequence of (s, str)
+    out : sequence of (start, end)
+        Stretches that are left out, s.
     """
     start, end = _range(log, options)
     first, last = int(start * log.rate), min(log.n, int(np.ceil(end * log.rate)) + 1)
@@ -57,6 +60,11 @@ def samples_figure(
     if worst is not None and worst[1] > start and worst[0] < end:
         span = max(worst[0], start) / size, min(worst[1], end) / size
         marks.append(Span(*span, "fail", "when the model fails"))
+    marks += [
+        Span(max(a, start) / size, min(b, end) / size, "raw", "left out")
+        for a, b in out
+        if b > start and a < end
+    ]
     marks += [_moved(mark, begin) for mark in panel.marks]
     if part.n <= DOTS:
         line = next(m for m in marks if isinstance(m, Line))

@@ -20,12 +20,12 @@ export function leaving() {
     if (failed ? grown(S.state) : ordered() && S.state.job.name.startsWith("Improving")) event.preventDefault();
   });
 }
-const grown = state => Boolean(state && state.axes && (state.axes.some(a => a.steps > 1) || (state.recording && state.recording.span)));
+const grown = state => Boolean(state && state.axes && (state.axes.some(a => a.steps > 1) || (state.recording && (state.recording.span || state.recording.left_out.length))));
 
 // Saved a moment after each change, under what the samples are.
 export function save() {
   const { recording, version } = S.state, mark = recording && `${recording.digest} ${version}`;
-  if (!recording || !grown(S.state) || saved === mark) return;
+  if (!recording || !S.state.ladder.length || !grown(S.state) || saved === mark) return;
   clearTimeout(timer);
   timer = setTimeout(async () => {
     try {
@@ -48,7 +48,7 @@ export function offer() {
   try { found = JSON.parse(localStorage.getItem(PREFIX + recording.home)); } catch { /* not ours */ }
   if (!found || !found.document) return;
   const axes = found.document.axes, steps = axes.reduce((n, a) => n + a.ladder.length - 1, 0);
-  if (steps < 1 && !found.document.span) return;
+  if (steps < 1 && !found.document.span && !(found.document.left_out || []).length) return;
   const when = new Date(found.when).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
   const close = () => { $("offer").hidden = true; };
   $("offer").replaceChildren(el("span", {}, `You worked on this log on ${when}: ${axes.length} ${axes.length > 1 ? "axes" : "axis"}, ${steps} ${steps > 1 ? "steps" : "step"}.`),

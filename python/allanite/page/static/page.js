@@ -96,9 +96,12 @@ function script(kind) {
   const { log, recording, reading, model } = S.state;
   if (!recording || !model) return;
   const name = recording.columns[recording.column].name, quote = t => `"${String(t).replace(/["\\$`]/g, "\\$&")}"`;
-  const rate = reading.said_rate, { span } = recording;
+  const rate = reading.said_rate, { span, left_out } = recording, begin = span ? span[0] : 0;
+  // A command reads the whole log: what is left of it is told by a script alone.
+  if (kind === "command" && (span || left_out.length)) { say("A part of the log is analysed: copy it as Python, a command takes the whole log"); return; }
+  const without = left_out.map(([a, b]) => `samples[round(${Math.max(0, a - begin)} * recording.rate):round(${Math.max(0, b - begin)} * recording.rate)] = np.nan`);
   const text = kind === "python"
-    ? ["import allanite as al", "", `recording = al.read(${JSON.stringify(log)}${rate ? `, rate=${rate}` : ""}, column=${JSON.stringify(name)})`, ...(span ? [`recording = recording.trim(${span[0]}, ${span[1]})`] : []), `fit = al.parse_model(${JSON.stringify(model)}).fit(recording)`, "print(fit.check())"].join("\n")
+    ? ["import allanite as al", ...(left_out.length ? ["import numpy as np"] : []), "", `recording = al.read(${JSON.stringify(log)}${rate ? `, rate=${rate}` : ""}, column=${JSON.stringify(name)})`, ...(span ? [`recording = recording.trim(${span[0]}, ${span[1]})`] : []), ...(left_out.length ? ["samples = recording.samples.astype(float)", ...without, "recording = al.Recording(samples, recording.rate, unit=recording.unit, quantity=recording.quantity, columns=recording.columns, covariates=recording.covariates)"] : []), `fit = al.parse_model(${JSON.stringify(model)}).fit(recording)`, "print(fit.check())"].join("\n")
     : `allanite check ${quote(log)} --column ${quote(name)}${rate ? ` --rate ${rate}` : ""} --model ${quote(model)}`;
   navigator.clipboard.writeText(text).then(() => say(`Copied:\n${text}`, 6), () => say(text, 60));
 }

@@ -96,14 +96,20 @@ function compare() {
     el("button", { onclick: () => S.hooks.pick("compare") }, "+ A log …"), el("button", { onclick: () => S.hooks.pick("sheet") }, "+ A data sheet …")];
 }
 function samples() {
-  const out = [], { span, duration } = S.state.recording;
+  const out = [], { span, duration, left_out } = S.state.recording;
   if (S.options.from !== undefined) {
     const from = Number(S.options.from), to = Number(S.options.to);
     const text = `${Number(Math.max(0, from).toPrecision(6))}–${Number(Math.min(duration, to).toPrecision(6))} s`;
     out.push(el("span", {}, text), el("button", { class: "main", onclick: () => act({ do: "take", from, to }).then(done => { if (done) { S.options = {}; redraw(); } }) }, "Analyse only this"),
+      el("button", { onclick: () => act({ do: "leave-out", from, to }).then(done => { if (done) { S.options = {}; redraw(); } }) }, "Leave this out"),
       el("button", { onclick: () => { S.options = {}; controls(); redraw(); } }, "Show all"));
-  } else out.push(el("span", {}, "Drag over the samples to zoom, down to single ones; a double click shows all."));
-  if (span) out.push(el("button", { onclick: () => act({ do: "take" }) }, "Take the whole record again"));
+  } else out.push(el("span", {}, left_out.length ? "Left out:" : "Drag over the samples to zoom in, to take a stretch or to leave it out; a double click shows all."));
+  const begin = span ? span[0] : 0, seconds = t => Number((t - begin).toPrecision(6));
+  if (S.options.from === undefined) left_out.forEach(([a, b], i) => {
+    const text = `${seconds(a)}–${seconds(b)} s`;
+    out.push(el("span", { class: "beside" }, text, el("button", { class: "icon", "aria-label": `No longer leave out ${text}`, onclick: () => act({ do: "put-back", number: i }) }, "×")));
+  });
+  if (span || left_out.length) out.push(el("button", { onclick: () => act({ do: "take" }) }, "Take the whole record again"));
   return out;
 }
 function error() {
