@@ -202,7 +202,8 @@ class Study:
             return f"within {self.tolerance:g} % (discrepancy {self.fit.discrepancy.percent:.2g} %)"
         if self.stopped_because == "nothing helps" and self.check.significant:
             kinds = ", ".join(dict.fromkeys(s.kind for s in self.check.significant))
-            return f"nothing helps further (significant, but it predicts worse or raises an error: {kinds})"
+            why = "it predicts worse, raises an error or stands where another effect does"
+            return f"nothing helps further (significant, but {why}: {kinds})"
         return self.stopped_because
 
     def __repr__(self) -> str:

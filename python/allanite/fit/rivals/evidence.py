@@ -29,16 +29,17 @@ def price(solution: Solution) -> float:
 def cost(own: Fitted, solution: Solution) -> float:
     """What the numbers of a fitted effect cost in ln of the evidence.
 
-    A strength, a time constant or a width that the record knows to a share of 1/z costs ln(range · z/√2π), Laplace's
-    approximation (Kass & Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) for a logarithm that is equally likely over `RANGE`:
-    few ordinates speak of a drift, whatever the length of the record. A place among all ordinates or times costs ½ ln n.
+    A strength or a time constant that the record knows to a share of 1/z costs ln(range · z/√2π), Laplace's approximation
+    (Kass & Raftery 1995, J. Am. Stat. Assoc. 90, eq. 5) for a logarithm that is equally likely over `RANGE`: few ordinates
+    speak of a drift, whatever the length of the record. What has a
+    place among all ordinates or times pays ½ ln n.
     """
     effect = own.effect
+    if effect.occupies is not None:
+        return effect.numbers * price(solution)
     if effect.screened == "spectral" and isinstance(own, Process):
         share = own.power / solution.spectrum
         square = 2.0 * float(solution.weight @ share**2)
-        if effect.occupies is not None:
-            return price(solution) + (effect.numbers - 1) * of_number(square)
     elif effect.screened == "slow" and isinstance(own, Regressed):
         inverse = np.linalg.pinv(own.covariance, hermitian=True)
         square = float(own.amplitudes @ inverse @ own.amplitudes)
