@@ -126,7 +126,8 @@ class Model:
         """Terms of one effect at coefficient 1, behind the model's modifiers."""
         out = effect.unit_terms(rate)
         if effect.white:
-            for modifier in self.modifiers:
+            # A level scales what a bandwidth leaves as it scales what comes in, of which one term is white.
+            for modifier in sorted(self.modifiers, key=lambda m: not m.passing):
                 if isinstance(modifier, Filter):
                     continue
                 out = tuple(

@@ -133,3 +133,19 @@ def test_a_pulse_that_comes_back_is_no_level_of_noise():
     check = al.fit_model(al.Recording(x, rate=rate, unit="rad/s"), "N+B").check()
     assert check.suggestions[0].kind == "sinusoid"
     assert "periodic_noise_level" not in {s.kind for s in check.suggestions}
+
+
+@pytest.mark.parametrize("design", ["digital", "sampled", "moving_average"])
+def test_a_level_scales_the_whole_of_what_a_bandwidth_leaves(design):
+    # A quiet stretch behind a filter made the density negative: its white term alone was scaled.
+    white, band = al.parse_model(f"N(N=1)+BW(cutoff=3.5,order=1,design={design})").effects
+    level = al.NoiseLevels(times=(20.0, 900.0), factors=(0.2, 0.1))
+    rate, span = 10.0, (0.0, 1000.0)
+    w = np.linspace(0.01, np.pi, 200)
+    whole = sum(t.spectrum(w) for t in al.Model((white, band)).terms(rate))
+    for effects in ((white, band, level), (white, level, band)):
+        terms = al.Model(effects).terms(rate, span)
+        share = level.mean_power(*span)
+        np.testing.assert_allclose(
+            sum(t.spectrum(w) for t in terms), share * whole, rtol=1e-9, atol=1e-12
+        )
