@@ -127,8 +127,14 @@ class Filter(Modifier):
 
     def passed(self, terms: tuple[Term, ...], rate: float) -> tuple[Term, ...]:
         """What is left of the terms of an effect."""
-        response = self.response(rate)
+        response = _response(self, rate)
         return _merged([part for term in terms for part in _passed(term, response)])
+
+
+@lru_cache(maxsize=64)
+def _response(passing: Filter, rate: float) -> Response:
+    """The response of a filter, which all effects of a model pass one after the other."""
+    return passing.response(rate)
 
 
 def _merged(terms: list[Term]) -> tuple[Term, ...]:

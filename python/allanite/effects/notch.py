@@ -107,10 +107,23 @@ class Notch(Filter):
             if apart < 0.0
             else (complex(middle + root), complex(middle - root))
         )
-        on = complex(np.cos(w), np.sin(w))
-        a, b = np.real(np.poly(pair)), np.real(np.poly((on, on.conjugate())))
+        # Both over powers of 1/z, beginning with 1: their second and third coefficients.
+        a = -(pair[0] + pair[1]).real, (pair[0] * pair[1]).real
+        b = -2.0 * float(np.cos(w)), 1.0
         # Gain 1 at frequency zero, also where the poles were moved.
         left = self.left or 0.0
-        top = left * a + (1.0 - left) * a.sum() / b.sum() * b
-        zeros = np.roots(top)
-        return Response(float(top[0]), tuple(map(complex, zeros)), pair)
+        share = (1.0 - left) * (1.0 + a[0] + a[1]) / (2.0 + b[0])
+        top = [left + share, left * a[0] + share * b[0], left * a[1] + share * b[1]]
+        zeros = _roots(top[1] / top[0], top[2] / top[0])
+        return Response(float(top[0]), zeros, pair)
+
+
+def _roots(b: float, c: float) -> tuple[complex, complex]:
+    """Of z² + bz + c."""
+    apart = 0.25 * b * b - c
+    if apart < 0.0:
+        root = (-apart) ** 0.5
+        return complex(-0.5 * b, root), complex(-0.5 * b, -root)
+    # The larger one without a difference of two near numbers.
+    large = -0.5 * b - float(np.copysign(apart**0.5, b))
+    return complex(large), complex(c / large if large else 0.0)
