@@ -58,7 +58,7 @@ class Band:
         """Frequency in the middle of the record (cycles of it), drift (cycles over it) and gain of the best line."""
         k = self.series.size
         u = np.arange(k) / k - 0.5
-        drifts = STEP * np.arange(-(self.trials // 2), self.trials // 2 + 1)
+        drifts = STEP * np.arange(-(self.trials // 2), self.trials // 2 + 1, dtype=np.float64)
         # All of them in single precision; then those that may be the highest.
         heights = self._heights(drifts, u * u)
         best = (0.0, 0.0, -np.inf)
