@@ -23,7 +23,8 @@ class Rise:
     variates. Fitted, S₀ follows the record: with the score U of its coefficients, of covariance V, and the curvature J
     of its logL there, it wins ½ Uᵀ J⁻¹ U, of which the fit with the effect wins ½ Uᵀ V⁻¹ U as well, and ½χ² of the numbers
     that the effect adds (White 1982, Econometrica 50, 1). T is split into what U says of it and the rest for the
-    variance of the sum.
+    variance of the sum. Known functions of time that both fits have take the ordinates along them out of both: where the
+    effect has most of its power there, they take it as their own.
 
     Attributes
     ----------
@@ -34,9 +35,11 @@ class Rise:
     signal : ndarray, shape (bins,)
         Σ s²/S₀ over the ordinates of each bin.
     slopes : ndarray, shape (bins, p)
-        Change of ln S₀ with each of its free coefficients.
+        Change of ln S₀ with each of its free coefficients and shapes.
     added : int
         Numbers that the effect adds to the model.
+    taken : ndarray, shape (bins,), optional
+        Ordinates of each bin that known functions take.
     """
 
     count: Array
@@ -44,12 +47,19 @@ class Rise:
     signal: Array
     slopes: Array
     added: int
+    taken: Array | None = None
+
+    @property
+    def _left(self) -> Array:
+        """Ordinates of each bin that known functions leave."""
+        return self.count if self.taken is None else np.maximum(self.count - self.taken, 0.0)
 
     @property
     def non_centrality(self) -> float:
         """Log-likelihood gain on the expected record, without the chance contribution."""
         a = self.ratio - 1.0
-        return float(0.5 * (self.count @ (a - np.log1p(a)) + self.signal.sum()))
+        gain = self._left @ a - self.count @ np.log1p(a)
+        return float(0.5 * (gain + self.signal.sum()))
 
     @property
     def mean(self) -> float:
@@ -65,7 +75,7 @@ class Rise:
         along = unit @ weights
         squares = self.ratio - 1.0 - self.ratio * along
         linear = self.signal * self.ratio * (1.0 - along) ** 2
-        variance = 0.5 * self.count @ squares**2 + linear.sum() + 0.5 * self.added
+        variance = 0.5 * self._left @ squares**2 + linear.sum() + 0.5 * self.added
         return float(np.sqrt(variance + weights @ weights + 0.5 * (gain**2).sum()))
 
     def _free(self) -> tuple[Array, Array, Array]:
@@ -73,7 +83,7 @@ class Rise:
         none = np.zeros((0, 0))
         if self.slopes.shape[1] == 0:
             return np.zeros(0), none, np.zeros((self.count.size, 0))
-        n, ratio, a = self.count, self.ratio, self.ratio - 1.0
+        n, ratio, a = self._left, self.ratio, self.ratio - 1.0
         # Variance of I/S₀ in a bin: 2 n ratio² + 4 ratio Σ s²/S₀ over n².
         noise = 0.25 * (2.0 * n * ratio**2 + 4.0 * ratio * self.signal)
         score = self.slopes.T @ (self.slopes * noise[:, None])

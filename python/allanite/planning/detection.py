@@ -257,23 +257,30 @@ def chance_of(base: Model, effect: Effect, data: Data, grid: Data) -> Odds:
             signal = _expected.signal_power(effect, data, grid)
         measured = true + signal / data.bins.count
         null = _expected.best_fit(noise, measured, data)
-        rise = judged = _rise(null, effect, true, signal)
+        rise = judged = _rise(base, null, effect, true, data, grid)
         if isinstance(effect, Deterministic) and not isinstance(effect, Periodic):
             # A slow function of time has to explain something beside the best random process.
             fits = [null, *(_expected.best_fit(m, measured, data) for m in _beside(noise))]
             best = max(fits, key=lambda s: s.log_likelihood)
-            judged = _rise(best, effect, true, signal)
+            judged = _rise(base, best, effect, true, data, grid)
     family, families = family_of(base, effect, null, data, grid)
     return Odds(rise, judged, needed(family, families))
 
 
-def _rise(null: Solution, effect: Effect, true: Array, signal: Array) -> Rise:
+def _rise(base: Model, null: Solution, effect: Effect, true: Array, data: Data, grid: Data) -> Rise:
+    """What the effect raises logL by, over a model whose random part is fitted as `null` to the expected record."""
     added = sum(
         p.role not in {"derived", "choice"} and p.unit != "text" and p.name not in effect.held
         for p in effect.parameters
     )
     free = null.columns[:, null.theta > 0.0] / null.spectrum[:, None]
-    return Rise(null.count, true / null.spectrum, signal / null.spectrum, free, added)
+    free = np.hstack([free, _expected.shape_slopes(null, data)])
+    known = _expected.known(base, null, data, grid)
+    signal = np.zeros(null.count.size)
+    if isinstance(effect, Deterministic):
+        signal = _expected.signal_beside(effect, known, null, data, grid)
+    taken = _expected.taken(known, data)
+    return Rise(null.count, true / null.spectrum, signal, free, added, taken)
 
 
 def _beside(noise: Model) -> list[Model]:

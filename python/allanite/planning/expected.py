@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
-from allanite.effects import Deterministic, Model, Periodic
+from allanite.effects import Deterministic, Model, Parameter, Periodic
 from allanite.fit.engine import with_coefficients
 from allanite.fit.likelihood.data import SHORTEST, Data, column, columns
 from allanite.fit.likelihood.random_part import RandomPart
@@ -35,16 +35,22 @@ __all__ = [
     "blank",
     "coarse",
     "expected_power",
+    "known",
     "random_part",
     "require",
     "seen_at",
+    "shape_slopes",
+    "signal_beside",
     "signal_ordinates",
     "signal_power",
+    "taken",
 ]
 
 Array = NDArray[np.float64]
 #: Samples of the coarse grid; slow effects have all but 1e-4 of their weight below a quarter of them.
 COARSE = 32768
+#: A direction of which so little is left beside others is one of theirs.
+SAME = 1e-3
 #: Samples whose numbers are exact, three years at 100 MHz.
 LONGEST = 2**53
 
@@ -138,9 +144,23 @@ def signal_ordinates(effect: Deterministic, j: NDArray[np.int64], data: Data, gr
 def signal_power(effect: Deterministic, data: Data, grid: Data) -> Array:
     """Sum of squared ordinates of a known function of time in each bin, shape (bins,)."""
     j = seen_at(effect, data, grid)
-    values = signal_ordinates(effect, j, data, grid)
+    return _summed(signal_ordinates(effect, j, data, grid) ** 2, j, data)
+
+
+def signal_beside(
+    effect: Deterministic, directions: Array, null: Solution, data: Data, grid: Data
+) -> Array:
+    """Sum of squared whitened ordinates of a known function in each bin: what is left of it beside known directions."""
+    j = seen_at(effect, data, grid)
+    values = signal_ordinates(effect, j, data, grid) / np.sqrt(null.spectrum[_bin_of(j, data)])
+    if effect.low and directions.size:
+        values = values - directions @ (directions.T @ values)
+    return _summed(values**2, j, data)
+
+
+def _summed(values: Array, j: NDArray[np.int64], data: Data) -> Array:
     total = np.zeros(data.bins.count.size)
-    np.add.at(total, np.searchsorted(data.bins.edges, j, side="right") - 1, values**2)
+    np.add.at(total, _bin_of(j, data), values)
     return total
 
 
@@ -163,6 +183,63 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
         data.ordinates,
         best.log_likelihood,
     )
+
+
+def known(model: Model, null: Solution, data: Data, grid: Data) -> Array:
+    """Directions of the whitened low ordinates that the known functions of a model fit, shape (ordinates, directions).
+
+    Those of the functions, and of their changes with their shapes; orthonormal.
+    """
+    low = [e for e in model if isinstance(e, Deterministic) and e.low and not e.held]
+    if not low:
+        return np.zeros((0, 0))
+    j = seen_at(low[0], data, grid)
+    rows = []
+    for effect in low:
+        own = signal_ordinates(effect, j, data, grid)
+        rows.append(own)
+        for p in effect.parameters:
+            value = effect.values[p.name]
+            if p.role in {"shape", "time"} and isinstance(value, float):
+                # Far enough for a function that jumps from one cell of the grid to the next.
+                step = max(1e-3 * data.duration if p.unit == "s" else 0.0, 0.01 * abs(value))
+                step = _inside(p, value, step)
+                moved = effect.with_values(**{p.name: value + step})
+                rows.append(signal_ordinates(moved, j, data, grid) - own)
+    whitened = np.array(rows) / np.sqrt(null.spectrum[_bin_of(j, data)])
+    size = np.linalg.norm(whitened, axis=1, keepdims=True)
+    left, singular, _ = np.linalg.svd((whitened / np.maximum(size, 1e-300)).T, full_matrices=False)
+    return np.asarray(left[:, singular > SAME])
+
+
+def _inside(parameter: Parameter, value: float, step: float) -> float:
+    """A step of a number to either side that stays within its range."""
+    return step if value + step <= parameter.high else -step
+
+
+def taken(directions: Array, data: Data) -> Array:
+    """Ordinates of each bin that some directions of the low ordinates take, shape (bins,)."""
+    j = np.arange(1, len(directions) + 1)
+    return _summed((directions**2).sum(axis=1), j, data)
+
+
+def _bin_of(j: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
+    return np.searchsorted(data.bins.edges, j, side="right") - 1
+
+
+def shape_slopes(null: Solution, data: Data) -> Array:
+    """Change of ln S with each free shape of the random part, shape (bins, shapes)."""
+    slopes = []
+    for place, effect in enumerate(null.model):
+        for name in effect.free_shapes:
+            value = effect.values[name]
+            if value is None:
+                continue
+            step = _inside(effect.parameter(name), value, 1e-3 * abs(value))
+            moved = null.model.replaced(place, **{name: value + step})
+            change = column(data.terms(moved), data) - null.spectrum
+            slopes.append(change / (step * null.spectrum))
+    return np.array(slopes).reshape(-1, null.spectrum.size).T
 
 
 def expected_power(model: Model, data: Data) -> Array:
