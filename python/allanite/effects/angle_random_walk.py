@@ -29,6 +29,7 @@ class AngleRandomWalk(Stochastic):
         "acceleration": "velocity random walk",
         "fractional frequency": "white FM",
     }
+    family: ClassVar[str] = "coefficient"
     coefficient: ClassVar[str] = "N"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(

@@ -28,6 +28,7 @@ class BiasInstability(Stochastic):
     short: ClassVar[str] = "B"
     title: ClassVar[str] = "bias instability"
     titles: ClassVar[dict[str, str]] = {"fractional frequency": "flicker FM"}
+    family: ClassVar[str] = "coefficient"
     coefficient: ClassVar[str] = "B"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(

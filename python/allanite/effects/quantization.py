@@ -27,6 +27,7 @@ class Quantization(Stochastic):
     short: ClassVar[str] = "Q"
     title: ClassVar[str] = "quantization noise"
     titles: ClassVar[dict[str, str]] = {"fractional frequency": "white PM"}
+    family: ClassVar[str] = "coefficient"
     coefficient: ClassVar[str] = "Q"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(

@@ -28,6 +28,7 @@ class RateRandomWalk(Stochastic):
         "acceleration": "acceleration random walk",
         "fractional frequency": "random-walk FM",
     }
+    family: ClassVar[str] = "coefficient"
     coefficient: ClassVar[str] = "K"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
