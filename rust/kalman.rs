@@ -34,6 +34,8 @@ struct Filter<'a> {
     gain: Vec<f64>,
     variance: f64,
     settled: bool,
+    /// Whether the last sample was there: a gain that stays over missing ones has not settled.
+    observed: bool,
     room: Vec<f64>,
 }
 
@@ -48,6 +50,7 @@ impl<'a> Filter<'a> {
             gain: vec![0.0; d],
             variance: 0.0,
             settled: false,
+            observed: false,
             room: vec![0.0; d * d],
         }
     }
@@ -74,7 +77,8 @@ impl<'a> Filter<'a> {
             }
             change = change.max((variance - self.variance).abs() / variance);
             self.variance = variance;
-            self.settled = !missing && change < SETTLED;
+            self.settled = !missing && self.observed && change < SETTLED;
+            self.observed = !missing;
         }
         let value = sample - self.system.observe(&self.mean);
         if !missing {

@@ -135,12 +135,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _run(arguments: Sequence[str] | None) -> int:
     if sys.stdout is None:
         return _fail("standard output is closed: give it a place to go", 2)
-    if arguments is None:
-        from allanite import _kernels
-
-        _kernels.end_with_line(CUT, 2)
     try:
         with heard(last=arguments is None):
+            if arguments is None:
+                from allanite import _kernels
+
+                _kernels.end_with_line(CUT, 2)
             code = cli.main(args=arguments, prog_name="allanite", standalone_mode=False)
             sys.stdout.flush()
     except click.exceptions.NoArgsIsHelpError as error:
