@@ -47,6 +47,7 @@ class Bandwidth(Modifier):
     kind: ClassVar[str] = "bandwidth"
     short: ClassVar[str] = "BW"
     title: ClassVar[str] = "bandwidth"
+    family: ClassVar[str] = "filter"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             "cutoff", "Hz", "−3 dB frequency", "shape", low=1e-12, aliases=("f", "fc"), symbol="f"

@@ -43,6 +43,7 @@ class HighPass(Filter):
     kind: ClassVar[str] = "high_pass"
     short: ClassVar[str] = "HP"
     title: ClassVar[str] = "high-pass"
+    family: ClassVar[str] = "filter"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             "cutoff", "Hz", "−3 dB frequency", "shape", low=1e-12, aliases=("f", "fc"), symbol="f"

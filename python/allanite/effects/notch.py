@@ -42,7 +42,7 @@ class Notch(Filter):
     kind: ClassVar[str] = "notch"
     short: ClassVar[str] = "NOTCH"
     title: ClassVar[str] = "notch"
-    family: ClassVar[str] = "band"
+    family: ClassVar[str] = "filter"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             "frequency",

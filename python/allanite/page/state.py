@@ -15,6 +15,7 @@ from allanite.page.shown.offers import offers, sentence
 from allanite.page.source import Reading
 from allanite.page.words import WORDS
 from allanite.plots.words import duration_text, unit_text
+from allanite.readers import sensor_kind
 from allanite.report.words import many
 
 if TYPE_CHECKING:
@@ -94,6 +95,13 @@ def _reading(tab: Tab) -> dict[str, Any]:
         "quantity": reading.quantity or (None if found is None else found.quantity),
         "columns": list(reading.columns or (() if found is None else found.columns)),
         "time_column": reading.time_column,
+        "unitless": []
+        if found is None
+        else [
+            name
+            for name, unit in zip(found.columns, found.units, strict=True)
+            if unit == "1" and sensor_kind(name) and name not in reading.units
+        ],
         "column_units": {
             **({} if found is None else dict(zip(found.columns, found.units, strict=True))),
             **reading.units,

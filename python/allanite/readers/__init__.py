@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from allanite.readers._choice import Choice
     from allanite.readers._table import Picker, Table
 
-__all__ = ["FORMATS", "read", "read_table"]
+__all__ = ["FORMATS", "read", "read_table", "sensor_kind"]
 
 # Suffix → the reader. Anything else is read as text.
 FORMATS: dict[str, Callable[[Path, Picker], Table]] = {

@@ -8,7 +8,7 @@ export function enough() {
   fill($("enough"), ENOUGH, S.state.tolerance ?? "");
   $("enough").onchange = event => act({ do: "tolerance", percent: event.target.value });
   // Where all is adequate there is nothing to be content with.
-  $("goal").hidden = !S.state.ladder.length || S.state.axes.every(a => a.state === "adequate");
+  $("enough").hidden = !S.state.ladder.length || S.state.axes.every(a => a.state === "adequate");
 }
 export function verdict() {
   const state = S.state, out = [];

@@ -33,7 +33,7 @@ function take(next) {
     S.seen = next.version;
     head(); audit(); strip(); chips(); cards(); enough(); ladder(); controls(); figure(); offer(); save();
     if (next.job && !next.job.busy && next.job.error) say(next.job.error);
-    if (next.problem && !S.asked) { S.asked = true; ask(); }
+    if ((next.problem || next.reading.unitless.length) && !S.asked) { S.asked = true; ask(); }
   }
   if (fresh || before !== busy()) verdict();
   work();
