@@ -35,7 +35,7 @@ class Rise:
     signal : ndarray, shape (bins,)
         Σ s²/S₀ over the ordinates of each bin.
     slopes : ndarray, shape (bins, p)
-        Change of ln S₀ with each of its free coefficients and shapes.
+        Change of ln S₀ with each of its free coefficients.
     added : int
         Numbers that the effect adds to the model.
     taken : ndarray, shape (bins,), optional

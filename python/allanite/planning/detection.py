@@ -274,7 +274,6 @@ def _rise(base: Model, null: Solution, effect: Effect, true: Array, data: Data, 
         for p in effect.parameters
     )
     free = null.columns[:, null.theta > 0.0] / null.spectrum[:, None]
-    free = np.hstack([free, _expected.shape_slopes(null, data)])
     known = _expected.known(base, null, data, grid)
     signal = np.zeros(null.count.size)
     if isinstance(effect, Deterministic):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
-from allanite.effects import Deterministic, Model, Parameter, Periodic
+from allanite.effects import Deterministic, Model, Periodic
 from allanite.fit.engine import with_coefficients
 from allanite.fit.likelihood.data import SHORTEST, Data, column, columns
 from allanite.fit.likelihood.random_part import RandomPart
@@ -39,7 +39,6 @@ __all__ = [
     "random_part",
     "require",
     "seen_at",
-    "shape_slopes",
     "signal_beside",
     "signal_ordinates",
     "signal_power",
@@ -203,18 +202,13 @@ def known(model: Model, null: Solution, data: Data, grid: Data) -> Array:
             if p.role in {"shape", "time"} and isinstance(value, float):
                 # Far enough for a function that jumps from one cell of the grid to the next.
                 step = max(1e-3 * data.duration if p.unit == "s" else 0.0, 0.01 * abs(value))
-                step = _inside(p, value, step)
+                step = step if value + step <= p.high else -step
                 moved = effect.with_values(**{p.name: value + step})
                 rows.append(signal_ordinates(moved, j, data, grid) - own)
     whitened = np.array(rows) / np.sqrt(null.spectrum[_bin_of(j, data)])
     size = np.linalg.norm(whitened, axis=1, keepdims=True)
     left, singular, _ = np.linalg.svd((whitened / np.maximum(size, 1e-300)).T, full_matrices=False)
     return np.asarray(left[:, singular > SAME])
-
-
-def _inside(parameter: Parameter, value: float, step: float) -> float:
-    """A step of a number to either side that stays within its range."""
-    return step if value + step <= parameter.high else -step
 
 
 def taken(directions: Array, data: Data) -> Array:
@@ -225,21 +219,6 @@ def taken(directions: Array, data: Data) -> Array:
 
 def _bin_of(j: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
     return np.searchsorted(data.bins.edges, j, side="right") - 1
-
-
-def shape_slopes(null: Solution, data: Data) -> Array:
-    """Change of ln S with each free shape of the random part, shape (bins, shapes)."""
-    slopes = []
-    for place, effect in enumerate(null.model):
-        for name in effect.free_shapes:
-            value = effect.values[name]
-            if value is None:
-                continue
-            step = _inside(effect.parameter(name), value, 1e-3 * abs(value))
-            moved = null.model.replaced(place, **{name: value + step})
-            change = column(data.terms(moved), data) - null.spectrum
-            slopes.append(change / (step * null.spectrum))
-    return np.array(slopes).reshape(-1, null.spectrum.size).T
 
 
 def expected_power(model: Model, data: Data) -> Array:

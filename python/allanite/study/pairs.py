@@ -47,15 +47,11 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
         # The best of many is ahead by chance.
         least = -RIVAL if out.last_resort else RIVAL + float(np.log(max(len(pairs), 1)))
         found = [refitted(fit, p.model) for p in pairs[:REFITTED] if p.evidence > least - RIVAL]
-        found = [
-            f
-            for f in found
-            if _better(f, fit) > least and consistent(f.model.effects[-2:], f.solution, f.data)
-        ]
+        count = len(fit.model) - 1
+        found = [f for f in found if _better(f, fit) > least and _consistent(f, count)]
         if not found:
             continue
         # Of two the record may need but one.
-        count = len(fit.model) - 1
         alone = [
             refitted(fit, Model((*f.model.effects[:count], part)))
             for f in found
@@ -65,12 +61,18 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
         if not out.last_resort:
             parts = {e.kind: e for f in found for e in f.model.effects[count:]}.values()
             beside = [refitted(fit, fit.model + part) for part in parts]
-        every = [*found, *alone, *beside]
-        top = max(_better(f, fit) for f in every)
-        plainest = min((f for f in every if _better(f, fit) > top - RIVAL), key=_plainness)
-        if plainest not in beside and _better(plainest, fit) > least:
+        every = [(_better(f, fit), f) for f in (*found, *alone, *beside) if _consistent(f, count)]
+        top = max(gain for gain, _ in every)
+        near = [(gain, f) for gain, f in every if gain > top - RIVAL]
+        gain, plainest = min(near, key=lambda each: _plainness(each[1]))
+        if plainest not in beside and gain > least:
             return plainest, place, plainest.model.effects[count:]
     return None
+
+
+def _consistent(fit: Fit, count: int) -> bool:
+    """Whether no column among the effects after the first `count` is like the samples by chance."""
+    return consistent(fit.model.effects[count:], fit.solution, fit.data)
 
 
 def _better(after: Fit, before: Fit) -> float:

@@ -126,6 +126,7 @@ def test_what_is_there_takes_its_part_of_the_rise(case):
         )
         without, with_it = (al.fit_model(record, m) for m in (base, f"{base}+{effect}"))
         rises.append(with_it.solution.log_likelihood - without.solution.log_likelihood)
-    # As above; without the step's part of the walk 60 % more was told.
+    # As above. Were the part of what is there not taken out, 56 would be told of the walk beside the step where 17.5 comes,
+    # 27 where 19 and 34 where 10; of the walk beside the lag nothing is taken.
     error = np.std(rises, ddof=1) / np.sqrt(RECORDS)
     assert abs(np.mean(rises) - told.delta_log_likelihood) < 4 * error + 0.1 * np.mean(rises)

@@ -7,7 +7,8 @@ import allanite as al
 import generators as g
 from allanite.fit.rivals.evidence import evidence, gained, over_true
 from allanite.study.moves import one_thing
-from allanite.suggestion.evidence import line_trials, octave_trials
+from allanite.suggestion.evidence import arc_length, line_trials, octave_trials
+from allanite.suggestion.spectral import directions
 
 RATE, LENGTH, N = 50.0, 60_000, 0.0126
 
@@ -19,8 +20,7 @@ def _recording(seed, *more):
 
 
 def test_a_band_between_two_points_of_a_coarse_grid_is_found():
-    # 8.1 mrad/s rms is worth ΔlogL 30 ± 8 here; it takes 14 to be significant, so that one in forty is missed by chance:
-    # two of eight in 2 % of runs.
+    # 8.1 mrad/s rms is worth ΔlogL 29 ± 8 here and 11 are needed (`al.power`): by chance one in 400 is missed.
     found = 0
     for seed, frequency in enumerate(np.geomspace(4.6, 5.06, 8)):
         band = (RATE, frequency, 0.023, 8.1e-3)
@@ -91,3 +91,14 @@ def test_shares_of_the_chance_of_a_line_are_one_in_all(n):
     # Below four cycles nothing is looked for: two octaves of the half that is shared by octaves.
     unused = 0.5 * 2.0 / np.log2(n / 2.0)
     assert share.sum() * 0.25 / (0.5 * n) == pytest.approx(1.0 - unused, abs=0.05)
+
+
+def test_a_family_pays_for_its_own_grids():
+    # Turns of the directions: of lags and power laws two, of designs of filters fifty; a coefficient is one direction.
+    fit = al.fit_model(_recording(5, lambda rng: g.walk(rng, LENGTH, RATE, 3e-4)), "N+K")
+    turns = {}
+    for cls, _, unit in directions(fit.solution, fit.data):
+        turns[cls.family] = turns.get(cls.family, 0.0) + arc_length(unit) / (2.0 * np.pi)
+    assert turns["coefficient"] == 0.0
+    assert 1.0 < turns["spectral"] < 3.0
+    assert 40.0 < turns["filter"] < 60.0
