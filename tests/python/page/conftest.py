@@ -55,3 +55,12 @@ def looked(hidden):
 def browser(request):
     with launched(request.param) as browser:
         yield browser
+
+
+@pytest.fixture
+def context(browser):
+    """A browser with a storage of its own."""
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    context.set_default_timeout(60_000)
+    yield context
+    context.close()

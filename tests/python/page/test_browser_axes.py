@@ -40,15 +40,6 @@ def server(six):
     page.close()
 
 
-@pytest.fixture
-def context(browser):
-    """A browser with a storage of its own."""
-    context = browser.new_context(viewport={"width": 1280, "height": 720})
-    context.set_default_timeout(60_000)
-    yield context
-    context.close()
-
-
 def opened(context, server):
     tab = context.new_page()
     tab.goto(server.url)
@@ -150,11 +141,11 @@ def test_the_model_is_the_users(tab):
     tab.get_by_role("button", name="Bring back rate random walk").click()
     tab.wait_for_selector(".chip[data-kind=rate_random_walk]")
     assert tab.locator("#tray").is_hidden()
-    # A colour stays with its effect.
+    # A colour stays with its effect. A chip that is drawn again while it is read has none.
     color = "e => getComputedStyle(e).getPropertyValue('--own')"
+    tab.wait_for_selector(READY)
     white = tab.locator(".chip[data-kind=angle_random_walk]").evaluate(color)
     # A lock is a lock.
-    tab.wait_for_selector(READY)
     lock = tab.locator(".chip[data-kind=angle_random_walk] .lock")
     lock.click()
     tab.wait_for_selector(".chip[data-kind=angle_random_walk] .lock[aria-pressed=true]")
@@ -166,6 +157,7 @@ def test_the_model_is_the_users(tab):
     tab.fill("#typed-model", "K + N + SIN")
     tab.keyboard.press("Enter")
     tab.wait_for_selector(".chip[data-kind=sinusoid]")
+    tab.wait_for_selector(READY)
     assert tab.locator(".chip").count() == 3
     assert tab.locator(".chip[data-kind=angle_random_walk]").evaluate(color) == white
     # What cannot be is one line, and nothing is lost.

@@ -24,15 +24,12 @@ def server():
 
 
 @pytest.fixture
-def tab(browser, server):
-    context = browser.new_context(viewport={"width": 1280, "height": 720})
-    context.set_default_timeout(60_000)
+def tab(context, server):
     context.add_init_script(COUNT)
     tab = context.new_page()
     tab.goto(server.url)
     tab.wait_for_selector(".welcome")
-    yield tab
-    context.close()
+    return tab
 
 
 def start_with(tab, path):
