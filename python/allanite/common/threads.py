@@ -1,4 +1,8 @@
-"""Work on several columns side by side: threads, since the core and NumPy compute without the interpreter's lock."""
+"""Threads, since the core and NumPy compute without the interpreter's lock; and how what they compute is ended.
+
+Work asks between its steps whether it is still wanted. Nothing may interrupt it from outside: an exception raised in the
+middle of the standard library leaves the locks closed that were just taken.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +10,55 @@ import contextvars
 import os
 import threading
 from collections import deque
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from queue import SimpleQueue
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from allanite.common.errors import AllaniteError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-__all__ = ["computing", "results", "side_by_side"]
+__all__ = ["Ended", "Pool", "computing", "go_on", "results", "side_by_side", "while_wanted"]
 
 T = TypeVar("T")
 
 #: Most at once: each holds the working memory of a whole column.
 WORKERS = 2
 NAME = "allanite column"
+_wanted: contextvars.ContextVar[Callable[[], bool] | None] = contextvars.ContextVar(
+    "wanted", default=None
+)
+
+
+class Ended(BaseException):
+    """Raised inside work that is not wanted any more; no error, so that nothing inside takes it for one."""
+
+
+@contextmanager
+def while_wanted(wanted: Callable[[], bool]) -> Iterator[None]:
+    """What is computed inside, and in pools begun there, ends at its next `go_on` once this says False."""
+    token = _wanted.set(wanted)
+    try:
+        yield
+    finally:
+        _wanted.reset(token)
+
+
+def go_on() -> None:
+    """Between two steps of a long computation: raises `Ended` if it is not wanted any more."""
+    wanted = _wanted.get()
+    if wanted is not None and not wanted():
+        raise Ended
+
+
+class Pool(ThreadPoolExecutor):
+    """Threads that know what their caller knows: whether the work is wanted, units of tables."""
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
+        """Like that of the standard library."""
+        return super().submit(contextvars.copy_context().run, fn, *args, **kwargs)
 
 
 def computing() -> bool:

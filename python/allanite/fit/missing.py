@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.threads import go_on
 from allanite.fit.likelihood.data import column, density
 from allanite.fit.likelihood.holes import mixing_of, seen_of
 
@@ -81,6 +82,7 @@ class _Bridge:
         return self._weighted(whole, weight)
 
     def _weighted(self, whole: Array, weight: Array) -> Array:
+        go_on()
         ordinates = _kernels.cosine_transform(whole)
         ordinates *= weight
         return _kernels.inverse_cosine_transform(ordinates)[self.missing]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
+from allanite.common.threads import Pool
 from allanite.simulate import simulate
 from allanite.spectrum import bridge_gaps
 
@@ -143,7 +144,7 @@ def simulate_check(
         return again.misfit.chi2, _numbers(again)
 
     found: list[tuple[float, dict[str, float]] | None] = [None] * n
-    with ThreadPoolExecutor(THREADS) as pool:
+    with Pool(THREADS) as pool:
         jobs = {pool.submit(replicate, number): number for number in range(n)}
         try:
             for done, job in enumerate(as_completed(jobs), start=1):

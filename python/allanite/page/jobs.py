@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import threading
 import time
@@ -10,19 +9,16 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError
+from allanite.common.threads import Ended, while_wanted
 from allanite.page.words import WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-__all__ = ["Cancelled", "Job"]
+__all__ = ["Job"]
 
 #: Searches at a time, over all tabs: what else the server is asked is then answered at once.
 TURNS = threading.BoundedSemaphore(max(1, (os.cpu_count() or 2) - 1))
-
-
-class Cancelled(BaseException):
-    """Raised inside the work when it shall end; no error, so that nothing inside takes it for one."""
 
 
 class Job:
@@ -33,7 +29,7 @@ class Job:
     name : str
         What is being done, for the progress bar.
     work : callable
-        Called with the job; it reports through `progress`, which raises `Cancelled` if it shall end.
+        Called with the job; it reports through `progress`, which raises `Ended` if it shall end.
     """
 
     def __init__(self, name: str, work: Callable[[Job], None]) -> None:
@@ -46,7 +42,7 @@ class Job:
         self._since = time.monotonic()
         self._stop = threading.Event()
         self._gate = threading.Lock()
-        self._ended = self._holds_turn = False
+        self._holds_turn = False
         self._thread = threading.Thread(target=self._run, args=(work,), daemon=True)
 
     def start(self) -> None:
@@ -55,7 +51,7 @@ class Job:
 
     @property
     def busy(self) -> bool:
-        """True while the result is wanted; a cancelled job may run to its next line of Python."""
+        """True while the result is wanted; a cancelled job may run to its next step."""
         return self._thread.is_alive() and not self._stop.is_set()
 
     @property
@@ -64,23 +60,20 @@ class Job:
         return self._thread.is_alive()
 
     def cancel(self) -> None:
-        """End it: what it finds from now on is dropped, and the thread stops as soon as the core gives it back."""
-        self._stop.set()
+        """End it: what it finds from now on is dropped, and the thread stops at its next step."""
         with self._gate:
-            if not self._ended and self._thread.ident is not None:
-                ctypes.pythonapi.PyThreadState_SetAsyncExc(
-                    ctypes.c_ulong(self._thread.ident), ctypes.py_object(Cancelled)
-                )
+            # A change that has begun is whole by now.
+            self._stop.set()
 
     def wait(self, seconds: float | None = None) -> None:
         """Wait until it has ended."""
         self._thread.join(seconds)
 
     def progress(self, done: int, total: int) -> None:
-        """Report; raises `Cancelled` if the job was cancelled."""
+        """Report; raises `Ended` if the job was cancelled."""
         self.done, self.total = done, total
         if self._stop.is_set():
-            raise Cancelled
+            raise Ended
 
     def say(self, name: str) -> None:
         """Go on to another part of the work."""
@@ -92,8 +85,7 @@ class Job:
         """Wait while other tabs search; the turn is given back at the end of the job."""
         name, told = self.name, False
         while not self._holds_turn:
-            with self._gate:
-                self._holds_turn = TURNS.acquire(blocking=False)
+            self._holds_turn = TURNS.acquire(blocking=False)
             if not self._holds_turn:
                 if not told:
                     self.say("Waiting for the work of another tab")
@@ -124,22 +116,13 @@ class Job:
 
     def _run(self, work: Callable[[Job], None]) -> None:
         try:
-            try:
+            with while_wanted(lambda: not self._stop.is_set()):
                 self._work(work)
-            finally:
-                self._end()
-                # A cancellation on its way arrives here.
-                time.sleep(0)
-        except Cancelled:
-            self._end()
-
-    def _end(self) -> None:
-        with self._gate:
-            self._ended = True
+        except Ended:
+            pass
+        finally:
             if self._holds_turn:
-                # A cancellation on its way may arrive in the call, before the turn is back: then this is done again.
                 TURNS.release()
-                self._holds_turn = False
 
     def _work(self, work: Callable[[Job], None]) -> None:
         try:

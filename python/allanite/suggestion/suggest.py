@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.threads import Pool
 from allanite.effects import Stochastic
 from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import cost, over_true
@@ -177,7 +177,7 @@ def suggest(
 
     base, data = fit.solution, fit.data
     surplus = over_true(base, data)
-    with ThreadPoolExecutor(WORKERS) as pool:
+    with Pool(WORKERS) as pool:
         lines_found = pool.submit(screen_lines, base, data, whitened.samples)
         spectral = screen_spectral(base, data)
         progress()
@@ -231,7 +231,7 @@ def suggest(
         *(c for c in single if c is not None),
     )
     crowded, louder = unsteady(base, data, levels, searches)
-    with ThreadPoolExecutor(WORKERS) as pool:
+    with Pool(WORKERS) as pool:
         judged = pool.map(
             lambda c: _suggestion(
                 fit, c, families, searches, surplus, louder if c.family in slow else crowded

@@ -13,14 +13,6 @@ from page_desk import client_of, opened
 RATE, N = 20.0, 40_000
 
 
-def pytest_collection_modifyitems(items):
-    """A job is ended by an exception in its thread, which may just be starting another: Python says so of that one."""
-    ended = "ignore:Exception ignored in thread started by:pytest.PytestUnraisableExceptionWarning"
-    for item in items:
-        if "page" in item.path.parts:
-            item.add_marker(pytest.mark.filterwarnings(ended))
-
-
 @pytest.fixture(scope="session")
 def hidden():
     """N and K, and beside them a Gauss-Markov process and a line."""

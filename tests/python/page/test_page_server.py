@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.page import child, jobs
+from allanite.page import child
 from allanite.page.desk import MOST_TABS, SILENT
 from allanite.page.ladder import Work
 from allanite.page.shown.deviations import deviation_figure
@@ -138,8 +138,6 @@ def test_what_is_left_is_forgotten(client, desk, monkeypatch):
     assert desk.tabs == {}
 
 
-# A cancellation that arrives while a thread collects garbage is lost in there; the job then ends at its next progress.
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_many_tabs_leave_no_threads_behind(client, desk):
     """Twice as many tabs as are kept: what is closed ends its thread."""
     before = threading.active_count()
@@ -152,29 +150,6 @@ def test_many_tabs_leave_no_threads_behind(client, desk):
     while threading.active_count() > before + 4 and time.monotonic() < end:
         time.sleep(0.1)
     assert threading.active_count() <= before + 4
-
-
-def test_a_job_cancelled_as_it_ends_gives_its_turn_back(monkeypatch):
-    """The turn was noted as given back before it was: every later search of the server waited for ever."""
-    turns = threading.BoundedSemaphore(1)
-    arrives = [jobs.Cancelled]
-
-    class Turns:
-        """The cancellation arrives in the first call that gives a turn back."""
-
-        acquire = staticmethod(turns.acquire)
-
-        @staticmethod
-        def release():
-            if arrives:
-                raise arrives.pop()
-            turns.release()
-
-    monkeypatch.setattr(jobs, "TURNS", Turns)
-    job = jobs.Job("search", lambda job: job.take_turn())
-    job.start()
-    job.wait(30.0)
-    assert turns.acquire(timeout=5.0)
 
 
 def test_progress_moves_and_says_what_is_tried(client):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
+from allanite.common.threads import go_on
 from allanite.deviation import oadev
 from allanite.fit.likelihood.remembered import Remembered
 from allanite.spectrum import Bins, bins_of, bridge_gaps
@@ -129,6 +130,7 @@ class Data:
 
     def transform(self, series: NDArray[np.float64]) -> NDArray[np.float64]:
         """Ordinates of a series that is given at `time`."""
+        go_on()
         return _kernels.cosine_transform(np.ascontiguousarray(series))
 
     def factors(self) -> NDArray[np.int64]:
@@ -147,6 +149,7 @@ class Data:
         self, signal: NDArray[np.float64], factors: NDArray[np.int64]
     ) -> NDArray[np.float64]:
         """The same of a signal that is given at `time`."""
+        go_on()
         return oadev(signal, rate=self.rate, factors=factors).deviation
 
     def without(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
@@ -293,6 +296,7 @@ def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArra
 
 def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
     """Expected bin power of a sum of terms, shape (bins,)."""
+    go_on()
     own = _column(terms, data.n)
     return own if data.mixing is None else data.mixing @ own
 
@@ -310,6 +314,7 @@ def _column(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
 
 def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> NDArray[np.float64]:
     """Expected squared ordinates at single j."""
+    go_on()
     total = np.zeros(ordinates.size)
     for term in terms:
         total += term.cosine_variance(ordinates, n)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.showing import brief
+from allanite.common.threads import go_on
 from allanite.spectrum.spectrum import cells_of
 
 __all__ = [
@@ -74,6 +75,7 @@ def _of_bytes(count: bytes) -> _kernels.Likelihood:
 
 def likelihood(count: Array) -> _kernels.Likelihood:
     """The law of bins with these degrees of freedom; its tables are kept for the next call."""
+    go_on()  # every climb asks here, again and again
     return _of_bytes(count.tobytes())
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.threads import go_on
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
@@ -84,6 +85,7 @@ class Band:
         steps = steps.astype(np.complex64)
         heights = np.empty(drifts.size, dtype=np.float32)
         for first in range(0, drifts.size, rows):
+            go_on()
             row = self.series * np.exp(-1j * np.pi * drifts[first] * square)
             turned = steps[: drifts.size - first] * row.astype(np.complex64)
             spectra = fft(turned, 2 * k, axis=1, overwrite_x=True).view(np.float32)
@@ -94,6 +96,7 @@ class Band:
 
     def gain(self, frequency: float, drift: float) -> float:
         """Rise of logL by a line of this frequency in the middle and this drift."""
+        go_on()
         u = np.arange(self.series.size) / self.series.size
         turn = np.exp(-2j * np.pi * ((frequency - self.first) * u + 0.5 * drift * (u - 0.5) ** 2))
         return float(abs(turn @ self.series) ** 2)
