@@ -12,7 +12,7 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Deterministic, Stochastic
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.deterministic import design_of, regress
 from allanite.fit.shapes.drifting import band_about, polish_drifting, seen_at
 from allanite.suggestion.evidence import Family, line_trials, log_chance
@@ -56,12 +56,12 @@ def _places(
     spectral: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> Iterator[tuple[float, float]]:
     """Bands (Hz) in which the ordinates have more power than the model says, and that of the best resonance."""
-    j = np.arange(1, solution.ordinates.size)
     # By the model alone: a discrepancy would take the band for its own.
-    excess = solution.ordinates[1:] ** 2 / density(data.terms(solution.model), j, data.n)
-    total = np.concatenate([[0.0], np.cumsum(np.minimum(excess, TALLEST))])
+    excess = whitened_ordinates(solution, data, np.ones(solution.count.size))[1:]
+    np.square(excess, out=excess)
+    total = np.concatenate([[0.0], np.cumsum(np.minimum(excess, TALLEST, out=excess))])
     for width in WIDTHS:
-        if width < j.size // 4:
+        if width < excess.size // 4:
             mean = (total[width:] - total[:-width]) / width
             top = int(np.argmax(mean))
             if (mean[top] - 1.0) * np.sqrt(0.5 * width) > STANDS_OUT:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite import _kernels
 from allanite.common.threads import go_on
 
 if TYPE_CHECKING:
@@ -137,10 +136,46 @@ def band_about(
     half = min(half, data.n // 8)
     first = int(np.clip(round(middle) - half, 1, data.n // 2 - 2 * half))
     j = np.arange(max(1, 2 * first - 64), min(data.n, 2 * (first + 2 * half) + 64))
-    white = np.zeros(data.n)
-    white[j] = ordinates[j] / np.sqrt(noise.variance(j))
-    spectrum = np.fft.rfft(_kernels.inverse_cosine_transform(white))[first : first + 2 * half]
+    white = ordinates[j] / np.sqrt(noise.variance(j))
+    spectrum = fourier_sums(white, int(j[0]), first, 2 * half, data.n)
     return Band(np.fft.ifft(spectrum) / np.sqrt(data.n), first, data.duration)
+
+
+def fourier_sums(
+    ordinates: NDArray[np.float64], start: int, first: int, count: int, n: int
+) -> NDArray[np.complex128]:
+    """Σ x_t e^{−2πikt/n}, k = first … first + count − 1 ≤ n/2, of n samples that have these ordinates alone, from `start` on.
+
+    Of an even ordinate j the sum is at k = j/2; of an odd one it is ½ √(2/n) e^{±iπj/2n} Σ_t e^{±iπ(j ∓ 2k)t/n}, which
+    depends on j − 2k and on j + 2k alone: two convolutions, as long as the band and not as the record.
+    """
+    from scipy.fft import fft, ifft, next_fast_len
+
+    j = start + np.arange(ordinates.size)
+    turned = np.sqrt(0.5 / n) * ordinates * np.exp(0.5j * np.pi * j / n)
+    out = np.zeros(count, dtype=np.complex128)
+    even = turned[(j % 2 == 0) & (j >= 2 * first) & (j < 2 * (first + count))]
+    begin = max(0, -(-start // 2) - first)
+    out[begin : begin + even.size] = n * even
+    odd, low = turned[j % 2 == 1], start // 2  # j = 2i + 1, i from `low` on
+    size = odd.size + count - 1
+    length = next_fast_len(size)
+
+    def sums(u: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Σ_t e^{2πiut/n} of half an odd number u."""
+        return 1j * np.exp(-1j * np.pi * u / n) / np.sin(np.pi * u / n)
+
+    def convolved(
+        values: NDArray[np.complex128], kernel: NDArray[np.complex128]
+    ) -> NDArray[np.complex128]:
+        product = fft(values, length) * fft(kernel, length)
+        return np.asarray(ifft(product)[odd.size - 1 : size])
+
+    apart = low - first + 0.5 + np.arange(odd.size - 1, -count, -1)
+    together = low + first + 0.5 + np.arange(size)
+    out += convolved(odd, sums(apart))
+    out += convolved(odd[::-1].conj(), sums(-together))
+    return out
 
 
 def polish_drifting(
