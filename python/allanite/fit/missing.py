@@ -25,12 +25,12 @@ from allanite import _kernels
 from allanite.common.threads import go_on
 from allanite.fit.likelihood.data import column, density
 from allanite.fit.likelihood.holes import mixing_of, seen_of
+from allanite.fit.likelihood.shares import CELLS, share_of
 
 if TYPE_CHECKING:
     from allanite.effects import Model
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
-    from allanite.spectrum import Bins
 
 __all__ = ["complete", "settle"]
 
@@ -39,16 +39,10 @@ Mask = NDArray[np.bool_]
 
 #: Rounds of completion and fit at most; the fit has settled where its logL would change by less than this.
 ROUNDS, SETTLED = 8, 0.02
-#: Draws of the unknown part, from which its share in each ordinate is found: of a short record more, so that the lowest
-#: 64 ordinates know it to 5 %; samples drawn in all.
+#: Draws of the unknown part, from which its share in each ordinate is found: of a short record more; samples drawn in all.
 DRAWS, FEWEST_DRAWS, DRAWN = 8, 2, 200_000
-#: Squared ordinates averaged for that share, at least, and the share that they span of the frequency or of its distance
-#: from half the rate, where regular holes show the lowest ones.
-SMOOTH, SPAN = 64, 0.3
 #: Relative residual at which conjugate gradients stop, and their most steps.
 PRECISE, STEPS = 1e-5, 400
-#: Ordinates seen to no more than this share are left out.
-LEAST_SEEN = 0.02
 
 
 def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
@@ -139,7 +133,7 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     root = np.sqrt(spectrum)
     root[0] = 0.0
     unseen, seen = np.zeros(data.n), np.zeros(data.n)
-    draws = min(DRAWS, max(FEWEST_DRAWS, DRAWN // data.n))
+    draws = min(DRAWS, max(FEWEST_DRAWS, DRAWN // data.n)) if data.n > CELLS else 1
     for _ in range(draws):
         drawn = _kernels.inverse_cosine_transform(root * rng.standard_normal(data.n))
         start = drawn.copy()
@@ -148,7 +142,8 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
         unknown = drawn - known
         unseen += _kernels.cosine_transform(unknown) ** 2 / draws
         seen += _kernels.cosine_transform(known) ** 2 / draws
-    share = _share(unseen / spectrum, seen / spectrum, spectrum, int(missing.sum()), data.bins)
+    drawn_powers = (unseen, seen) if data.n > CELLS else None
+    share = share_of(missing, spectrum, drawn_powers, data.bins)
     gain = np.sqrt(1.0 - share)
     ordinates = _kernels.cosine_transform(mean) / gain
     samples = mean + unknown
@@ -162,39 +157,6 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     mixing *= np.outer(power, 1.0 / power)
     bins = replace(data.bins, count=count)
     return replace(data, samples=samples, ordinates=ordinates, bins=bins, gain=gain, mixing=mixing)
-
-
-def _share(unseen: Array, seen: Array, spectrum: Array, missing: int, bins: Bins) -> Array:
-    """The share r of each ordinate that is not known, from the powers of drawn parts that are not and that are.
-
-    Holes like noise of variance v on the samples would leave r = v/(v + S); what they are instead changes slowly over
-    frequency. Σ_j r_j = tr(Q_mm⁻¹ Q_mm) is the number of missing samples, whatever the spectrum.
-    """
-    low, high = spectrum[1:].min() * 1e-6, spectrum[1:].max() * 1e6
-    for _ in range(60):
-        v = np.sqrt(low * high)
-        low, high = (v, high) if (v / (v + spectrum)).sum() < missing else (low, v)
-    rough = v / (v + spectrum)
-    # Each power scatters by twice its square.
-    weight = (1.0 - rough) ** 2 / ((1.0 - rough) ** 2 + rough**2)
-    share = rough * _smooth(weight * unseen + (1.0 - weight) * (1.0 - seen), rough, bins)
-    share *= missing / share.sum()
-    return np.clip(share, 0.0, 1.0 - LEAST_SEEN)
-
-
-def _smooth(values: Array, rough: Array, bins: Bins) -> Array:
-    """Values over rough ones, of wide stretches, spread over the ordinates by straight lines in ln j."""
-    first = [1]
-    for edge in bins.edges[1:-1].tolist():
-        if edge - first[-1] >= max(SMOOTH, SPAN * min(edge, bins.n - edge)):
-            first.append(edge)
-    if len(first) > 1 and bins.n - first[-1] < SMOOTH:
-        first.pop()
-    edges = np.array([*first, bins.n], dtype=np.float64)
-    ratio = np.add.reduceat(values, first) / np.add.reduceat(rough, first)
-    centres = np.log(np.sqrt(edges[:-1] * (edges[1:] - 1.0)))
-    j = np.maximum(np.arange(bins.n, dtype=np.float64), 1.0)
-    return np.asarray(np.interp(np.log(j), centres, ratio))
 
 
 def settle(data: Data, model: Model) -> tuple[Data, Solution]:

@@ -273,10 +273,14 @@ def test_watch_of_datagrams():
     )
     reader.start()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
-        while reader.is_alive():
-            sender.sendto(b"0.1,0.5\n0.2,0.6\n", ("127.0.0.1", port))
-            sender.sendto(b"end", ("127.0.0.1", port))
+        sender.connect(("127.0.0.1", port))
+        refused = True
+        while refused:
+            sender.send(b"0.1,0.5\n0.2,0.6\n")
             reader.join(0.05)
+            refused = sender.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) != 0
+        sender.send(b"end")
+        reader.join(30.0)
     assert np.concatenate(found)[:2].tolist() == [0.5, 0.6]
     assert SEGMENT == 1024
 

@@ -144,10 +144,11 @@ def band_about(
 def fourier_sums(
     ordinates: NDArray[np.float64], start: int, first: int, count: int, n: int
 ) -> NDArray[np.complex128]:
-    """Σ x_t e^{−2πikt/n}, k = first … first + count − 1 ≤ n/2, of n samples that have these ordinates alone, from `start` on.
+    """Σ x_t e^{−2πikt/n}, k = first … first + count − 1 ≤ n/2, of n samples that have no others than these ordinates.
 
-    Of an even ordinate j the sum is at k = j/2; of an odd one it is ½ √(2/n) e^{±iπj/2n} Σ_t e^{±iπ(j ∓ 2k)t/n}, which
-    depends on j − 2k and on j + 2k alone: two convolutions, as long as the band and not as the record.
+    They begin with `start`. Of an even ordinate j the sum is at k = j/2; of an odd one it is ½ √(2/n) e^{±iπj/2n}
+    Σ_t e^{±iπ(j ∓ 2k)t/n}, which depends on j − 2k and on j + 2k alone: two convolutions, as long as the band and not as
+    the record.
     """
     from scipy.fft import fft, ifft, next_fast_len
 

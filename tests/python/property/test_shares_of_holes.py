@@ -1,0 +1,82 @@
+"""What holes leave unknown of each ordinate, beside the inverse of the whole matrix."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from scipy.fft import dct
+
+import allanite as al
+from allanite.fit.likelihood.shares import CELLS, lowest_share, share_of
+from allanite.spectrum import bins_of
+
+RATE = 10.0
+MODELS = {
+    "N": "N(N=0.01)",
+    "N+B+K": "N(N=0.0126)+B(B=0.006)+K(K=4e-4)",
+    "N+K": "N(N=0.001)+K(K=2e-3)",
+    "N+GM": "N(N=0.0126)+GM(q_c=3e-2,T=2)",
+}
+
+
+def spectrum_of(name, n):
+    """Variances of the ordinates; the mean is free."""
+    j = np.arange(1, n)
+    terms = al.parse_model(MODELS[name]).terms(RATE)
+    return np.concatenate([[np.inf], sum(t.cosine_variance(j, n) for t in terms)])
+
+
+def naive(missing, spectrum):
+    """The covariance of the missing samples given the others, in each ordinate: Q_mm⁻¹, Q = Cᵀ S⁻¹ C."""
+    cosines = dct(np.eye(missing.size), norm="ortho", axis=0)[:, missing]
+    known = cosines.T @ (cosines / spectrum[:, None])
+    share = np.einsum("jt,tj->j", cosines, np.linalg.solve(known, cosines.T)) / spectrum
+    share[0] = 0.0
+    return share
+
+
+def holes(n, length, part, seed):
+    rng = np.random.default_rng(seed)
+    missing = np.zeros(n, dtype=bool)
+    while missing.sum() < part * n:
+        start = rng.integers(0, n - length)
+        missing[start : start + length] = True
+    return missing
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.sampled_from(sorted(MODELS)),
+    st.integers(40, CELLS),
+    st.integers(1, 30),
+    st.floats(0.02, 0.6),
+    st.integers(0, 2**32 - 1),
+)
+def test_shares_of_a_short_record_are_exact(name, n, length, part, seed):
+    missing = holes(n, length, part, seed)
+    assume(missing.sum() < 0.8 * n)
+    spectrum = spectrum_of(name, n)
+    found = share_of(missing, spectrum, None, bins_of(n))
+    # Both lose digits where walks leave the lowest ordinates 10⁶ times the others.
+    np.testing.assert_allclose(found, np.clip(naive(missing, spectrum), 0.0, 0.98), atol=1e-6)
+
+
+@pytest.mark.parametrize("name", sorted(MODELS))
+@pytest.mark.parametrize("length", [1, 3, 10, 30, 100, 300, "every second"])
+def test_the_lowest_ordinates_of_a_long_record_ask_the_means_of_cells(name, length):
+    """Holes like noise, as all were taken for, left powers of long ones up to a third too high: B came out 12 % low."""
+    n = 2000
+    if length == "every second":
+        missing = np.zeros(n, dtype=bool)
+        missing[1::2] = True
+    else:
+        missing = holes(n, length, 0.3, 3)
+    spectrum = spectrum_of(name, n)
+    found, _ = lowest_share(missing, spectrum)
+    assert found.size >= CELLS // 16
+    exact = naive(missing, spectrum)[1 : 1 + found.size]
+    # Of holes shorter than a cell the shape is the noise's that stands for them: 1.5 % of what is seen at most, but for
+    # one ordinate in which 512 cells of 3 or 4 samples and every second sample beat.
+    np.testing.assert_allclose(
+        1.0 - found, 1.0 - exact, rtol=0.035 if length == "every second" else 0.015
+    )
