@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 ORDERS = (1, 2)
 #: Density far below the cutoff over that above it, below which a record shows the filter and no lag.
 FALLEN = 0.5
+#: Highest cutoff, as a share of the rate: of a higher one the record shows a density that rises to its end, as white PM and
+#: quantization have it.
+HIGHEST = 0.125
 
 
 @dataclass(frozen=True)
@@ -73,13 +76,15 @@ class HighPass(Filter):
         return tuple(self.with_values(order=float(o)) for o in ORDERS if self.order in (None, o))
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Cutoffs, eight a decade, from where the fall takes a few ordinates to a quarter of the rate."""
-        low, high = min(4.0 / n, 0.1) * rate, 0.25 * rate
+        """Cutoffs, eight a decade, from where the fall takes a few ordinates to the highest that is seen as one."""
+        low, high = min(4.0 / n, 0.1) * rate, HIGHEST * rate
         return np.geomspace(low, high, max(6, int(8 * np.log10(high / low))))
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """Whether the density far below the cutoff is below the one above: all else is a lag as well."""
+        """Whether the record goes on above the cutoff, and has less far below it: all else is a lag or quantization."""
         cutoff = self.cutoff or rate
+        if cutoff > HIGHEST * rate:
+            return False
         below = np.geomspace(max(0.5 / duration, 1e-3 * cutoff), 0.5 * cutoff, 16)
         above = np.geomspace(min(2.0 * cutoff, 0.4 * rate), 0.5 * rate, 16)
         return bool(

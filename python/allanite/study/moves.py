@@ -185,4 +185,7 @@ def swapped(
         return None
     _, found, kind = best
     tried.add((kind, found.effect.kind))
-    return refitted(fit, found.solution.model), kind, found.effect
+    better = refitted(fit, found.solution.model)
+    came = max(i for i, e in enumerate(better.model) if e.kind == found.effect.kind)
+    # What shares its part with another may be ahead, and be nothing by itself.
+    return (better, kind, found.effect) if shown(better, came) else None

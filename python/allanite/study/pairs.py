@@ -8,6 +8,7 @@ import numpy as np
 
 from allanite.effects import Model
 from allanite.fit import refitted
+from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.columns import consistent
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.rivals.together import splits
@@ -65,7 +66,8 @@ def parted(fit: Fit, places: Iterable[int]) -> tuple[Fit, int, tuple[Effect, ...
         top = max(gain for gain, _ in every)
         near = [(gain, f) for gain, f in every if gain > top - RIVAL]
         gain, plainest = min(near, key=lambda each: _plainness(each[1]))
-        if plainest not in beside and gain > least:
+        came = range(count, len(plainest.model))
+        if plainest not in beside and gain > least and all(shown(plainest, p) for p in came):
             return plainest, place, plainest.model.effects[count:]
     return None
 

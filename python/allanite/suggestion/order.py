@@ -28,9 +28,14 @@ STRONG = 1.1
 RIVAL = 6.0
 
 
-def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Suggestion, ...]:
-    """Suggestions, best first, with their rivals; the spectrum scatters `crowded` times as much as a steady one."""
-    ranked = sorted(_judged(list(found)), key=lambda s: _rank(s, crowded), reverse=True)
+def in_order(
+    found: Iterable[Suggestion], fit: Fit, crowded: float, begins: bool
+) -> tuple[Suggestion, ...]:
+    """Suggestions, best first, with their rivals.
+
+    The spectrum scatters `crowded` times as much as a steady one; `begins` says that outliers are at the ends alone.
+    """
+    ranked = sorted(_judged(list(found)), key=lambda s: _rank(s, crowded, begins), reverse=True)
     return _with_rivals(_last_resort(_ties(ranked), fit))
 
 
@@ -53,13 +58,16 @@ def _judged(found: list[Suggestion]) -> list[Suggestion]:
     return [judged(one) for one in found]
 
 
-def _rank(found: Suggestion, crowded: float) -> tuple[bool, int, float]:
+def _rank(found: Suggestion, crowded: float, begins: bool) -> tuple[bool, int, float]:
     """Significant ones first; what takes samples out explains none of them and comes after what does.
 
     So does a change of the noise level: the spectrum and the Allan curve stay as they are. But one so strong that the
-    spectrum scatters by it comes first: nothing else can be judged before.
+    spectrum scatters by it comes first: nothing else can be judged before. So do the samples with which a record begins
+    or ends: they stand out of those beside them, whatever the model, and would be called a step or a filter.
     """
     effect = found.effect
+    if isinstance(effect, Modifier) and effect.removes and begins:
+        return found.significant, 3, found.rank
     if isinstance(effect, Modifier) and effect.passing and crowded > STRONG:
         return found.significant, 2, found.rank
     elsewhere = isinstance(effect, Modifier) and (effect.removes or effect.passing)

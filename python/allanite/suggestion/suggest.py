@@ -21,7 +21,12 @@ from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_c
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.order import in_order
 from allanite.suggestion.spectral import Candidate, screen_spectral
-from allanite.suggestion.transients import level_forms, screen_moments, unsteady
+from allanite.suggestion.transients import (
+    level_forms,
+    only_at_the_ends,
+    screen_moments,
+    unsteady,
+)
 from allanite.suggestion.words import explain
 
 __all__ = ["Suggestion", "suggest"]
@@ -238,7 +243,7 @@ def suggest(
             ),
             candidates,
         )
-        suggestions = in_order(judged, fit, crowded)
+        suggestions = in_order(judged, fit, crowded, only_at_the_ends(outliers, data))
     progress()
     return suggestions
 

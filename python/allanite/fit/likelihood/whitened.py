@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Process, Solution
 
 __all__ = [
+    "ENDS",
     "Whitened",
     "cell_means",
     "expected_level",

@@ -1,0 +1,58 @@
+"""The samples with which a record begins and ends: an outlier there is found, and nothing else is called for it."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+import generators as g
+from allanite.fit.likelihood.data import prepare
+from allanite.suggestion.transients import _at_the_ends
+
+RATE, LENGTH = 1.0, 100_000
+
+
+def _clock(rng, late):
+    """Fractional frequency of a clock that is read through white phase noise; the first reading is `late` (s)."""
+    phase = 1.8e-10 * rng.standard_normal(LENGTH + 1)
+    phase += np.cumsum(1e-11 * rng.standard_normal(LENGTH + 1))
+    phase[0] -= late
+    return al.Recording(np.diff(phase), rate=RATE, unit="1")
+
+
+@pytest.mark.parametrize("late", [0.0, 2e-8])
+def test_a_clock_has_white_phase_noise_and_a_late_first_reading(late):
+    """It ended with a step, a high-pass and burst noise, or as 40 times the white FM behind a high-pass at f = rate/4."""
+    study = al.improve(_clock(np.random.default_rng(5), late))
+    assert [e.short for e in study.fit.model] == ["N", "B", "K", *["OUT"] * (late > 0.0), "Q"]
+    assert len(study.ladder) == 2
+    assert study.adequate
+    assert study.fit["N"].interval[0] < 1e-11 < study.fit["N"].interval[1]
+
+
+@pytest.mark.parametrize("place", [0, 3, -1, -20])
+def test_an_outlier_at_either_end_is_counted(place):
+    rng = np.random.default_rng(2)
+    x = g.white(rng, LENGTH, 100.0, 0.01) + g.walk(rng, LENGTH, 100.0, 1e-3)
+    x[place] += 20.0 * 0.1
+    check = al.parse_model("N+K").fit(al.Recording(x, rate=100.0, unit="rad/s")).check()
+    [found] = check.significant
+    assert found.kind == "outliers"
+    assert found.effect.values["count"] == 1
+
+
+NOISES = {
+    "white": lambda rng, n: g.white(rng, n, RATE, 1.0),
+    "flicker": lambda rng, n: g.flicker(rng, n, RATE, 1.0),
+    "walk": lambda rng, n: g.walk(rng, n, RATE, 1.0),
+    "laplace": lambda rng, n: rng.laplace(size=n),
+    "student": lambda rng, n: rng.standard_t(3.0, size=n),
+    "coarse": lambda rng, n: np.round(0.4 * rng.standard_normal(n)),
+}
+
+
+@pytest.mark.parametrize("kind", NOISES)
+def test_the_ends_of_a_record_without_outliers_say_nothing(kind):
+    """One record in 1000 has one by design: of 200 three or more in 0.1 % of the runs."""
+    rngs = (np.random.default_rng([seed, *kind.encode()]) for seed in range(200))
+    records = (al.Recording(NOISES[kind](rng, 4096), rate=RATE) for rng in rngs)
+    assert sum(bool(_at_the_ends(prepare(record)).any()) for record in records) <= 2
