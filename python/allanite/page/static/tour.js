@@ -4,7 +4,7 @@ import { $, S, act, busy } from "./core.js";
 // The first element of a step that is there is the one that it speaks of.
 const STEPS = [
   ["Allan curve", ["#plot [data-subplot=xy].nsewdrag", "#plot .xy .nsewdrag", "#plot"], "Dots are the measured Allan deviation with its 95 % interval, and the thick line is the model: the sum of the thin lines, one for each effect."],
-  ["Residual", ["#plot [data-subplot=x2y2].nsewdrag", "#plot .x2y2 .nsewdrag", "#plot"], "The residual is the measured curve over the model: where it leaves the band of expected scatter, the model fails."],
+  ["Residual", ["#plot [data-subplot=x2y2].nsewdrag", "#plot .x2y2 .nsewdrag", "#plot"], "The residual is the distance of the measured curve from the model in σ: points beyond the dotted lines are more than expected scatter."],
   ["Missing effects", ["#cards .card", "#missing-title"], "Each card names an effect that would explain a misfit, with its evidence and its size, and “Add” puts it into the model."],
   ["Your own effects", ["#add-effect"], "“+ Effect” opens the catalogue, for an effect that you know of and that no card suggests."],
   ["Ladder", ["#ladder li", "footer"], "Each step of the ladder is a model of the same record, and a click goes back to it."],
