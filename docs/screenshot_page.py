@@ -11,6 +11,8 @@ from allanite.effects import parse_model
 from allanite.page import explore
 
 HERE = Path(__file__).parent / "screenshots"
+#: Every tab at every width in both themes, to be looked at and not kept.
+LOOKED_AT = Path(__file__).parents[1] / "target" / "screenshots"
 CHROMIUM = "/usr/bin/chromium"
 READY = "body[data-busy=false][data-drawn] #verdict b"
 WIDTHS = {390: 844, 820: 1180, 1280: 720, 1920: 1080}
@@ -36,6 +38,7 @@ def recording() -> Recording:
 
 def main() -> None:
     HERE.mkdir(exist_ok=True)
+    LOOKED_AT.mkdir(parents=True, exist_ok=True)
     page = explore(recording(), open_browser=False)
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=CHROMIUM)
@@ -46,6 +49,7 @@ def main() -> None:
             tab.goto(page.url)
             tab.wait_for_selector(READY)
             at_widths(tab, f"before-{theme}")
+            every_view(tab, f"before-{theme}")
             tab.hover(".card")
             shoot(tab, f"card-{theme}")
             tab.keyboard.press("a")
@@ -53,6 +57,7 @@ def main() -> None:
             tab.wait_for_selector("body[data-busy=false] #verdict .good")
             tab.mouse.move(640, 700)
             at_widths(tab, f"after-{theme}")
+            every_view(tab, f"after-{theme}")
             for view in VIEWS if theme == "light" else ():
                 tab.click(f"[data-tab={view}]")
                 tab.wait_for_selector(f"body[data-drawn*=' {view} ']")
@@ -72,6 +77,22 @@ def at_widths(tab, name: str) -> None:
         tab.set_viewport_size({"width": width, "height": height})
         shoot(tab, f"{name}-{width}" if width != 1280 else name)
     tab.set_viewport_size({"width": 1280, "height": 720})
+
+
+def every_view(tab, name: str) -> None:
+    """Each tab at each width, the whole page where it scrolls."""
+    for view in ("allan", *VIEWS):
+        tab.click(f"[data-tab={view}]")
+        tab.wait_for_selector(f"body[data-drawn*=' {view} ']")
+        for width, height in WIDTHS.items():
+            tab.set_viewport_size({"width": width, "height": height})
+            tab.wait_for_timeout(400)
+            path = LOOKED_AT / f"{name}-{view}-{width}.png"
+            tab.screenshot(path=path, full_page=True)
+        tab.set_viewport_size({"width": 1280, "height": 720})
+    tab.click("[data-tab=allan]")
+    tab.wait_for_selector("body[data-drawn*=' allan ']")
+    tab.mouse.move(640, 700)
 
 
 def shoot(tab, name: str) -> None:

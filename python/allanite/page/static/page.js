@@ -7,6 +7,7 @@ import { again, leaving, offer, openTab, save } from "./keep.js";
 import { cards, enough, ladder, verdict } from "./ladder.js";
 import { chips, listenModel, mainValue, openCatalogue, typeModel } from "./model.js";
 import { ask, listenReading } from "./reading.js";
+import { listenTour } from "./tour.js";
 import { controls, figure, get, go, listenViews, redraw } from "./views.js";
 
 const TARGETS = [["kalibr.yaml", "Kalibr"], ["ros.yaml", "ROS"], ["vins.yaml", "VINS"], ["gtsam.txt", "GTSAM"], ["orbslam3.yaml", "ORB-SLAM3"], ["liosam.yaml", "LIO-SAM"], ["fastlio.yaml", "FAST-LIO"],
@@ -133,7 +134,7 @@ function dropping() {
   });
 }
 function listen() {
-  listenViews(); listenModel(); listenReading(); dropping();
+  listenViews(); listenModel(); listenReading(); listenTour(); dropping();
   for (const name of ["undo", "redo", "theme", "full"]) $(name).append(icon(name));
   fill($("target"), TARGETS, "kalibr.yaml");
   $("audit-more").onclick = () => {

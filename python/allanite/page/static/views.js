@@ -2,6 +2,7 @@
 import { $, S, act, capital, el, fill, refill, say, speak, theme } from "./core.js";
 import { axesTable } from "./axes.js";
 import * as Draw from "./draw.js";
+import { tour } from "./tour.js";
 
 let drawn = "";
 export const query = () => new URLSearchParams({ theme: theme(), ...S.options }).toString();
@@ -38,7 +39,7 @@ export async function figure() {
 function welcome() {
   refill($("empty"), el("div", { class: "welcome" }, el("h2", {}, "Which noise does your sensor have?"),
     el("p", {}, "Drop a log of a sensor at rest here: CSV, NPZ, NPY, MATLAB, ROS bag, ULog, HDF5, Parquet."),
-    el("div", {}, el("button", { class: "main", onclick: () => S.hooks.pick("log") }, "Open a log …"), el("button", { onclick: () => act({ do: "example" }) }, "Try an example")),
+    el("div", {}, el("button", { class: "main", onclick: () => S.hooks.pick("log") }, "Open a log …"), el("button", { onclick: () => act({ do: "example" }) }, "Try an example"), el("button", { onclick: event => tour(event.currentTarget) }, "Take a one-minute tour")),
     el("ol", {}, ...["The curve is measured, and a first model fitted to it.", "Where it fails is shaded, and what is missing stands beside it, with the evidence.", "Add an effect, or let all be added: each step is kept.", "Export the parameters of all axes for your filter."].map(t => el("li", {}, t)))));
 }
 function key(got) {
