@@ -87,8 +87,9 @@ def failing(fit: Fit) -> list[tuple[float, float, float]]:
             continue
         inside = np.abs(z[start:i])
         if sign[start] and inside.max() >= FAILS:
-            at = start + int(inside.argmax())
-            ratio = float(curve.measured[at] / curve.model[at])
+            # The factor that the verdict says of this range.
+            apart = np.log(curve.measured[start:i] / curve.model[start:i])
+            ratio = float(np.exp(apart[np.abs(apart).argmax()]))
             out.append((float(curve.tau[start]), float(curve.tau[i - 1]), ratio))
         start = i
     return out
