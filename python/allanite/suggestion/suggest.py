@@ -20,13 +20,9 @@ from allanite.suggestion.drifts import beside_the_best, screen_slow
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.order import in_order
+from allanite.suggestion.outliers import only_at_the_ends
 from allanite.suggestion.spectral import Candidate, screen_spectral
-from allanite.suggestion.transients import (
-    level_forms,
-    only_at_the_ends,
-    screen_moments,
-    unsteady,
-)
+from allanite.suggestion.transients import level_forms, screen_moments, unsteady
 from allanite.suggestion.words import explain
 
 __all__ = ["Suggestion", "suggest"]

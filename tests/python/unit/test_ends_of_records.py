@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.likelihood.data import prepare
-from allanite.suggestion.transients import _at_the_ends
+from allanite.suggestion.outliers import _at_the_ends
 
 RATE, LENGTH = 1.0, 100_000
 
