@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.fit.likelihood.whitened import ENDS, whitened_ordinates
+from allanite.fit.likelihood.whitened import ends_of, whitened_ordinates
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -127,7 +127,7 @@ def _white(fit: Fit) -> NDArray[np.complex128]:
     white = whitened_ordinates(fit.solution, fit.data, fit.solution.level)
     samples = _kernels.inverse_cosine_transform(white)
     # Behind a deep stop band the ends of the transform stand out, on every axis alike.
-    ends = min(ENDS, samples.size // 64)
+    ends = ends_of(samples.size)
     samples[:ends] = samples[samples.size - ends :] = 0.0
     return np.fft.rfft(samples)
 

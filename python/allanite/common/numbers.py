@@ -31,7 +31,11 @@ def number(value: float, figures: int = 3) -> str:
 def numbers_text(values: Iterable[float], *, times: bool) -> str:
     """Several numbers of one parameter; of times how many they are."""
     found = list(values)
-    return f"{len(found)} times" if times else " ".join(number(v) for v in found)
+    return (
+        f"{len(found)} time{'s' * (len(found) != 1)}"
+        if times
+        else " ".join(number(v) for v in found)
+    )
 
 
 def tidy(sentence: str) -> str:

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 ORDERS = (1, 2)
 #: Density far below the cutoff over that above it, below which a record shows the filter and no lag.
 FALLEN = 0.5
-#: Highest cutoff, as a share of the rate: of a higher one the record shows a density that rises to its end, as white PM and
-#: quantization have it.
+#: Highest cutoff that a record shows, as a share of the rate: of a higher one it shows a density that rises to its end, as
+#: white PM and quantization have it.
 HIGHEST = 0.125
 
 
@@ -76,8 +76,8 @@ class HighPass(Filter):
         return tuple(self.with_values(order=float(o)) for o in ORDERS if self.order in (None, o))
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Cutoffs, eight a decade, from where the fall takes a few ordinates to the highest that is seen as one."""
-        low, high = min(4.0 / n, 0.1) * rate, HIGHEST * rate
+        """Cutoffs, eight a decade, from where the fall takes a few ordinates to a quarter of the rate."""
+        low, high = min(4.0 / n, 0.1) * rate, 0.25 * rate
         return np.geomspace(low, high, max(6, int(8 * np.log10(high / low))))
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:

@@ -133,7 +133,8 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     root = np.sqrt(spectrum)
     root[0] = 0.0
     unseen, seen = np.zeros(data.n), np.zeros(data.n)
-    draws = min(DRAWS, max(FEWEST_DRAWS, DRAWN // data.n)) if data.n > CELLS else 1
+    solved = data.n <= CELLS
+    draws = 1 if solved else min(DRAWS, max(FEWEST_DRAWS, DRAWN // data.n))
     for _ in range(draws):
         drawn = _kernels.inverse_cosine_transform(root * rng.standard_normal(data.n))
         start = drawn.copy()
@@ -142,8 +143,7 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
         unknown = drawn - known
         unseen += _kernels.cosine_transform(unknown) ** 2 / draws
         seen += _kernels.cosine_transform(known) ** 2 / draws
-    drawn_powers = (unseen, seen) if data.n > CELLS else None
-    share = share_of(missing, spectrum, drawn_powers, data.bins)
+    share = share_of(missing, spectrum, None if solved else (unseen, seen), data.bins)
     gain = np.sqrt(1.0 - share)
     ordinates = _kernels.cosine_transform(mean) / gain
     samples = mean + unknown

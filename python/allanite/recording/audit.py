@@ -291,7 +291,9 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
     # One spike moves three second differences.
     events = 1 + int(np.count_nonzero(np.diff(rows) > 2))
     usual = float(np.nanmedian(c.spread))
-    worst = int(rows[np.argmax(np.abs(c.x[rows].astype(np.float64) - usual))])
+    # The first and the last sample are in the middle of no second difference.
+    beside = np.unique(np.clip(rows[:, None] + np.array([-1, 0, 1]), 0, c.n - 1))
+    worst = int(beside[np.nanargmax(np.abs(c.x[beside].astype(np.float64) - usual))])
     yield c.finding(
         "outliers",
         "warning" if events > 1e-4 * c.n else "info",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Model, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import without_samples
-from allanite.fit.likelihood.whitened import ENDS
+from allanite.fit.likelihood.whitened import ends_of
 from allanite.fit.missing import complete
 from allanite.recording.tails import coarse_step, outlier_limit
 from allanite.suggestion.spectral import Candidate
@@ -35,14 +35,14 @@ def _step(data: Data, samples: NDArray[np.float64]) -> float:
 def _at_the_ends(data: Data) -> NDArray[np.float64]:
     """How far samples of the two ends stand out, in standard deviations where they do, shape (n,), else 0.
 
-    The whitened record says nothing of the ends (`whitened.ENDS`), where a sensor that just began, or a filter that was
+    The whitened record says nothing of the ends, where a sensor that just began, or a filter that was
     empty, puts its outliers. Each is compared with the median of those behind it, towards the middle. One record of
     noise in a thousand has one.
     """
     from scipy.special import ndtri
 
     found = np.zeros(data.n)
-    ends = min(ENDS, data.n // 64)
+    ends = ends_of(data.n)
     if ends < 1 or data.n < 4 * BEHIND:
         return found
     behind = np.arange(BEHIND)
@@ -74,7 +74,7 @@ def only_at_the_ends(outliers: Candidate | None, data: Data) -> bool:
     if outliers is None or not isinstance(outliers.effect, Modifier):
         return False
     taken = outliers.effect.missing(data.n, data.rate)
-    ends = min(ENDS, data.n // 64)
+    ends = ends_of(data.n)
     return bool(taken.any()) and not taken[ends : data.n - ends].any()
 
 

@@ -95,6 +95,20 @@ def test_completed_ordinates_have_the_spectrum_of_the_model(kind):
     assert np.all(data.bins.count <= np.diff(data.bins.edges))
 
 
+def test_the_lowest_ordinates_beside_long_holes_have_the_power_of_the_whole_record():
+    """Said to be seen up to a third better than they are, the lowest 32 had 0.83 of it."""
+    n, records = 20_000, 60
+    mask, model = holes(6000, n, seed=2), al.parse_model(NOISE)
+    expected = sum(t.cosine_variance(np.arange(1, 33), n) for t in model.terms(RATE))
+    apart = np.empty(records)
+    for seed in range(records):
+        whole = prepare(record(NOISE, n, np.zeros(n, dtype=bool), seed)).ordinates
+        seen = complete(prepare(record(NOISE, n, mask, seed)), model).ordinates
+        apart[seed] = np.mean((seen[1:33] ** 2 - whole[1:33] ** 2) / expected)
+    # Of the same records, so that their own scatter is in both: four standard errors are 0.06.
+    assert abs(apart.mean()) < 4.0 * apart.std() / np.sqrt(records)
+
+
 def test_every_second_sample_of_white_noise_is_white_noise():
     n = 20_000
     fit = al.parse_model("N+B+K").fit(record("N(N=0.0126)", n, holes("alternate", n), seed=1))

@@ -1,9 +1,9 @@
 """What share of the power in each ordinate holes leave unknown.
 
 With Φ the ordinates' cosines at the samples that are there and S their variances, 1 − r_j = S_j φ_jᵀ (Φ S Φᵀ)⁻¹ φ_j less
-what the free mean takes: the gain of the filling on ordinate j. Exact of as many samples as `CELLS`; of a longer record
-the lowest ordinates ask it of the means of that many cells, since nothing in them changes within a cell. A cell that is
-seen in part is its mean and noise. All others are found from draws.
+what the free mean takes: the gain of the filling on ordinate j. That is solved for of a record of at most `CELLS` samples.
+Of a longer one it is solved for of the means of that many cells, for the lowest ordinates, which hardly change within a
+cell; a cell that is seen in part is its mean and noise. All other ordinates are found from draws.
 """
 
 from __future__ import annotations

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Process, Solution
 
 __all__ = [
-    "ENDS",
     "Whitened",
     "cell_means",
+    "ends_of",
     "expected_level",
     "white_power",
     "white_share",
@@ -149,13 +149,18 @@ def _normal(samples: NDArray[np.float64]) -> bool:
     return tail is None or not tail.heavy
 
 
+def ends_of(n: int) -> int:
+    """Samples at either end of a record of n of which the whitened one says nothing."""
+    return min(ENDS, n // 64)
+
+
 def _over_time(
     white: NDArray[np.float64], bands: list[tuple[int, int, NDArray[np.float64], float]]
 ) -> Whitened:
     """Samples and octave bands of white ordinates, after the bands of which there are no single ones."""
     # Behind a deep stop band the ends of the transform, not the record, stand out.
     n = white.size
-    ends = min(ENDS, n // 64)
+    ends = ends_of(n)
     high = n
     while high - (low := high // 2) >= BAND:
         series = np.concatenate([[0.0], white[low:high]])
