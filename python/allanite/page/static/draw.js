@@ -1,5 +1,5 @@
 // The figure: drawing, lighting up a component, shading where an effect acts, zooming, what the pointer reads.
-import { $, S, el, short } from "./core.js";
+import { $, S, capital, el, short } from "./core.js";
 
 const plot = () => $("plot"), NARROW = 560, LOW = 320;
 const options = { displaylogo: false, displayModeBar: false, doubleClick: false, responsive: false, scrollZoom: false };
@@ -36,15 +36,19 @@ function narrow(layout) {
   const across = Object.keys(layout).filter(k => k.startsWith("xaxis") && layout[k].domain[0] > 0.2);
   if (across.length && shown.view.name === "error") stack(layout);
 }
-// Panels beside each other go below each other.
+// Panels beside each other go below each other: what they say of their height inside, the time once.
 function stack(layout) {
   const xs = Object.keys(layout).filter(k => k.startsWith("xaxis")).sort(), n = xs.length;
+  layout.annotations = layout.annotations.filter(a => a.xref !== "paper");
   xs.forEach((key, i) => {
-    const y = key.replace("x", "y"), top = 1 - i / n;
-    layout[key].domain = [0, 1]; layout[y].domain = [top - 1 / n + 0.09, top - 0.03];
-    layout[key].showticklabels = true;
+    const y = layout[key.replace("x", "y")], top = 1 - i / n, last = i === n - 1;
+    const [, name, unit] = /^Error, (.*) \((.*)\)$/.exec(y.title.text);
+    layout[key].domain = [0, 1]; y.domain = [top - 1 / n + 0.04, top - 0.03];
+    layout[key].showticklabels = last;
+    if (!last) layout[key].title.text = "";
+    y.title.text = unit; y.nticks = 4;
+    layout.annotations.push({ text: capital(name), showarrow: false, xref: "paper", x: 0.02, xanchor: "left", yref: "paper", y: top - 0.03, yanchor: "top", font: { size: 11 } });
   });
-  layout.annotations = (layout.annotations || []).filter(a => a.xref !== "paper");
 }
 export function clear() { shown.view = null; if (plot().data) Plotly.purge(plot()); plot().dataset.listens = ""; }
 export function fit() {
