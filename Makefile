@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo screenshots test test-all test-rust test-python test-statistical floors lint bench bars miri clean gallery docs fuzz fuzz-core release
+.PHONY: help demo screenshots test test-all test-rust test-python test-long floors lint bench bars miri clean gallery docs fuzz fuzz-core release
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -35,18 +35,18 @@ screenshots: $(VENV)/.developed ## photograph the page in both themes (needs chr
 	$(BIN)/python docs/screenshot_page.py
 	$(BIN)/python docs/screenshot_report.py
 
-test: test-rust test-python ## everything but the long simulations (minutes)
+test: test-rust test-python ## everything but what is long (minutes)
 
-test-all: test test-statistical ## with them: every statistical claim at its full number of records
+test-all: test test-long ## with it: every statistical claim at its full number of records, the page in every view
 
 test-rust: ## the core's own tests, no interpreter needed
 	cargo test --quiet --locked
 
 test-python: $(VENV)/.developed ## the package's tests, warnings are errors
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'not statistical'
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'not statistical and not long'
 
-test-statistical: $(VENV)/.developed ## the long simulations alone
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m statistical
+test-long: $(VENV)/.developed ## what is long alone
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'statistical or long'
 
 floors: $(VENV)/.made ## the tests with the lowest versions that pyproject.toml allows, in target/floors
 	$(PYTHON) -m venv target/floors

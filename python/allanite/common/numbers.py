@@ -13,19 +13,22 @@ _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
 _MINUS = re.compile(r"(?<=[\s(=])-(?=\d)")
 
 
-def number(value: float, figures: int = 3) -> str:
-    """A number in a few figures: 0.0126, 1.9·10⁻⁵, 12000."""
+def number(value: float, figures: int = 3, *, power: bool = False) -> str:
+    """A number in a few figures: 0.0126, 1.9·10⁻⁵, 12000; `power`: below 0.1 with a power of ten."""
     text = f"{value:.{figures}g}"
+    if power and "e" not in text and 0.0 < abs(value) < 0.1:
+        digits, exponent = f"{value:.{figures - 1}e}".split("e")
+        text = f"{float(digits):.{figures}g}e{exponent}"
     if "e" not in text:
         return text.replace("-", "−")
     mantissa, exponent = text.split("e")
-    power = "10" + str(int(exponent)).translate(_DIGITS)
+    ten = "10" + str(int(exponent)).translate(_DIGITS)
     # 1.23e+04 is 12300 to any reader.
     if 0 < int(exponent) < 6:
         return f"{float(text):.0f}".replace("-", "−")
     if float(mantissa) == 1:
-        return power
-    return f"{mantissa}·{power}".replace("-", "−")
+        return ten
+    return f"{mantissa}·{ten}".replace("-", "−")
 
 
 def numbers_text(values: Iterable[float], *, times: bool) -> str:
@@ -51,5 +54,8 @@ def with_interval(value: float, interval: tuple[float, float]) -> str:
     figures = 3
     if width > 0.0 and size > 0.0:
         figures = min(max(3, 1 + math.ceil(math.log10(2.0 * size / width))), 12)
-    ends = f"({number(low, figures)} … {number(high, figures)})"
-    return f"{number(value, max(4, figures))} {ends}"
+    shown = [(value, max(4, figures)), (low, figures), (high, figures)]
+    # 9.925·10⁻⁵ beside 0.00010004 is two notations of one thing.
+    power = any("e-" in f"{v:.{f}g}" for v, f in shown)
+    middle, first, last = (number(v, f, power=power) for v, f in shown)
+    return f"{middle} ({first} … {last})"

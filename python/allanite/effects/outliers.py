@@ -57,7 +57,7 @@ class Outliers(Modifier):
     check_by: ClassVar[str] = (
         "look at the raw words and checksums at these times; count them against a bus or supply event"
     )
-    rivals: ClassVar[tuple[str, ...]] = ("noise_level_change",)
+    rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "warm_up")
 
     __repr__ = brief
 

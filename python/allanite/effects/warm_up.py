@@ -66,6 +66,7 @@ class WarmUp(Deterministic):
         "covariate",
         "bias_step",
         "gauss_markov",
+        "outliers",
     )
 
     @classmethod
@@ -76,8 +77,9 @@ class WarmUp(Deterministic):
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """From a two-hundredth to a half of the record; a slower one is a ramp."""
-        return np.geomspace(n / 200.0, n / 2.0, 24) / rate
+        """From two samples, as of a filter that began empty, to a half of the record; a slower one is a ramp."""
+        low, high = 2.0, max(n / 2.0, 4.0)
+        return np.geomspace(low, high, max(4, int(12 * np.log10(high / low)))) / rate
 
     def regressors(
         self,

@@ -12,6 +12,7 @@ from allanite.effects import CATALOGUE, Deterministic, Model, Modifier, Stochast
 from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import cost
 from allanite.suggestion.evidence import FALSE_ALARM
+from allanite.suggestion.outliers import at_the_ends, only_at_the_ends
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -26,17 +27,33 @@ __all__ = ["in_order"]
 STRONG = 1.1
 #: A candidate this close to another in BIC cannot be told from it on this record.
 RIVAL = 6.0
+#: Share of the power of outliers at the ends below which a function of time has explained them.
+LEFT = 0.1
 
 
-def in_order(
-    found: Iterable[Suggestion], fit: Fit, crowded: float, begins: bool
-) -> tuple[Suggestion, ...]:
-    """Suggestions, best first, with their rivals.
-
-    The spectrum scatters `crowded` times as much as a steady one; `begins` says that outliers are at the ends alone.
-    """
-    ranked = sorted(_judged(list(found)), key=lambda s: _rank(s, crowded, begins), reverse=True)
+def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Suggestion, ...]:
+    """Suggestions, best first, with their rivals; the spectrum scatters `crowded` times as much as a steady one."""
+    judged = _judged(list(found))
+    first = [s for s in judged if _begins(s, judged, fit)]
+    ranked = sorted(judged, key=lambda s: _rank(s, crowded, s in first), reverse=True)
     return _with_rivals(_last_resort(_ties(ranked), fit))
+
+
+def _begins(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+    """Whether it is outliers at the ends of the record alone, and no function of time that may be taken for them is there.
+
+    Of a settling that begins high above the noise the first samples stand out; beside it they do not.
+    """
+    if not isinstance(out.effect, Modifier) or not only_at_the_ends(out.effect, fit.data):
+        return False
+    power = float(np.sum(at_the_ends(fit.solution, fit.data) ** 2))
+    return not any(
+        np.sum(at_the_ends(one.solution, fit.data) ** 2) < LEFT * power
+        for one in found
+        if one.significant
+        and isinstance(one.effect, Deterministic)
+        and one.effect.may_be(out.effect)
+    )
 
 
 def _judged(found: list[Suggestion]) -> list[Suggestion]:
@@ -58,7 +75,7 @@ def _judged(found: list[Suggestion]) -> list[Suggestion]:
     return [judged(one) for one in found]
 
 
-def _rank(found: Suggestion, crowded: float, begins: bool) -> tuple[bool, int, float]:
+def _rank(found: Suggestion, crowded: float, first: bool) -> tuple[bool, int, float]:
     """Significant ones first; what takes samples out explains none of them and comes after what does.
 
     So does a change of the noise level: the spectrum and the Allan curve stay as they are. But one so strong that the
@@ -66,7 +83,7 @@ def _rank(found: Suggestion, crowded: float, begins: bool) -> tuple[bool, int, f
     or ends: they stand out of those beside them, whatever the model, and would be called a step or a filter.
     """
     effect = found.effect
-    if isinstance(effect, Modifier) and effect.removes and begins:
+    if first:
         return found.significant, 3, found.rank
     if isinstance(effect, Modifier) and effect.passing and crowded > STRONG:
         return found.significant, 2, found.rank

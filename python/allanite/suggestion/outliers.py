@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["only_at_the_ends", "screen_outliers"]
+__all__ = ["at_the_ends", "only_at_the_ends", "screen_outliers"]
 
 #: Samples behind one at an end that it is compared with, and places at which is seen how far samples usually are apart.
 BEHIND, USUAL = 9, 1 << 14
@@ -32,48 +32,56 @@ def _step(data: Data, samples: NDArray[np.float64]) -> float:
     return step / max(float(np.std(np.diff(some))), step) * np.sqrt(2.0) * float(np.std(samples))
 
 
-def _at_the_ends(data: Data) -> NDArray[np.float64]:
+def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
     """How far samples of the two ends stand out, in standard deviations where they do, shape (n,), else 0.
 
     The whitened record says nothing of the ends, where a sensor that just began, or a filter that was
-    empty, puts its outliers. Each is compared with the median of those behind it, towards the middle. One record of
-    noise in a thousand has one.
+    empty, puts its outliers. From the middle outwards, each is compared with the median of those behind it that do not
+    stand out, and with how far samples that far apart usually are. One record of noise in a thousand has one.
     """
     from scipy.special import ndtri
 
     found = np.zeros(data.n)
     ends = ends_of(data.n)
-    if ends < 1 or data.n < 4 * BEHIND:
+    if ends < 1:
         return found
-    behind = np.arange(BEHIND)
+    samples = data.samples
+    if solution.model.deterministic:
+        samples = samples - data.signal(solution.model.deterministic)
+    reach = np.arange(BEHIND)
 
-    def apart(at: NDArray[np.int64], way: int) -> NDArray[np.float64]:
-        return np.abs(
-            data.samples[at] - np.median(data.samples[at[:, None] + way * behind], axis=1)
-        )
+    def apart(at: NDArray[np.int64] | int, way: int) -> NDArray[np.float64]:
+        behind = np.asarray(at)[..., None] + way * reach
+        return np.abs(samples[at] - np.median(samples[behind + way * gap], axis=-1))
 
-    places = np.linspace(BEHIND, data.n - 1 - BEHIND, min(data.n, USUAL)).astype(np.int64)
+    places = np.linspace(0, data.n - 1 - BEHIND - ends, min(data.n, USUAL)).astype(np.int64)
+    gap = 1
     usual = apart(places, 1)
-    scale = _scale(usual)
-    if scale == 0.0:
+    scales = {gap: _scale(usual)}
+    if scales[gap] == 0.0:
         return found
     chance = 0.001 / (2 * ends)
     limit = -float(ndtri(0.5 * chance))
-    limit = max(limit, outlier_limit(usual / scale, chance, _step(data, usual) / scale))
-    at = np.arange(ends)
-    for side, way in ((at, 1), (data.n - 1 - at, -1)):
-        z = apart(side, way) / scale
-        found[side] = np.where(z > limit, z, 0.0)
-    if data.missing is not None:
-        found[data.missing] = 0.0
+    step = _step(data, usual) / scales[gap]
+    limit = max(limit, outlier_limit(usual / scales[gap], chance, step))
+    for first, way in ((ends - 1, 1), (data.n - ends, -1)):
+        gap = 1
+        for at in range(first, first - way * ends, -way):
+            if data.missing is not None and data.missing[at]:
+                continue
+            if gap not in scales:
+                scales[gap] = _scale(apart(places, 1))
+            z = float(apart(at, way)) / scales[gap]
+            found[at] = z if z > limit else 0.0
+            gap = gap + 1 if z > limit else 1
     return found
 
 
-def only_at_the_ends(outliers: Candidate | None, data: Data) -> bool:
-    """Whether all samples that a candidate takes out are some of the first and the last."""
-    if outliers is None or not isinstance(outliers.effect, Modifier):
+def only_at_the_ends(effect: Modifier, data: Data) -> bool:
+    """Whether it takes samples out, all of them some of the first and the last."""
+    if not effect.removes:
         return False
-    taken = outliers.effect.missing(data.n, data.rate)
+    taken = effect.missing(data.n, data.rate)
     ends = ends_of(data.n)
     return bool(taken.any()) and not taken[ends : data.n - ends].any()
 
@@ -114,7 +122,7 @@ def screen_outliers(
             limit, outlier_limit(there / scale, 0.01 / data.n, _step(data, samples) / scale)
         )
     z = np.where(z > limit, z, 0.0)
-    z += _at_the_ends(data)
+    z += at_the_ends(solution, data)
     index = np.flatnonzero(z)
     if index.size == 0 or index.size > data.n // 5:
         return None

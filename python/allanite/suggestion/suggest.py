@@ -20,7 +20,6 @@ from allanite.suggestion.drifts import beside_the_best, screen_slow
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.order import in_order
-from allanite.suggestion.outliers import only_at_the_ends
 from allanite.suggestion.spectral import Candidate, screen_spectral
 from allanite.suggestion.transients import level_forms, screen_moments, unsteady
 from allanite.suggestion.words import explain
@@ -239,7 +238,7 @@ def suggest(
             ),
             candidates,
         )
-        suggestions = in_order(judged, fit, crowded, only_at_the_ends(outliers, data))
+        suggestions = in_order(judged, fit, crowded)
     progress()
     return suggestions
 

@@ -120,6 +120,7 @@ def test_saved_and_read_back(toy, better, tmp_path):
     assert answer.exit_code == 0, answer.output
 
 
+@pytest.mark.long
 def test_in_the_ladder_and_its_report(toy):
     effect, recording, _ = toy
     report = al.make_report(recording, al.AngleRandomWalk())

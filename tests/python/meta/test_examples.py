@@ -13,6 +13,7 @@ import pytest
 ROOT = Path(__file__).parents[3]
 
 
+@pytest.mark.long
 def test_mathworks_example_finds_what_its_last_paragraph_misses(capsys):
     module = runpy.run_path(str(ROOT / "examples" / "mathworks.py"))
     study = module["main"](hours=2.0)

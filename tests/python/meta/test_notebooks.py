@@ -18,6 +18,7 @@ def test_no_output_is_kept(path):
     assert not [c for c in cells(path) if c["outputs"] or c["execution_count"] is not None]
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("default")  # of the messaging between the test and the notebook
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_runs(path, tmp_path):

@@ -58,6 +58,7 @@ def test_views_are_small_and_plain(looked, theme):
     assert {"effect-0", "effect-1", "effect-2"} <= set(effects)
 
 
+@pytest.mark.long
 def test_improve_runs_rung_by_rung(client):
     tab, _ = opened(client)
     state = act(client, tab, do="improve")
@@ -105,6 +106,7 @@ def test_tabs_do_not_disturb_each_other(client):
     assert len(client.get(f"tabs/{two}").json()["chips"]) == 3
 
 
+@pytest.mark.long
 def test_a_study_is_saved_and_opened(client):
     tab, state = opened(client)
     added = act(client, tab, checked=False, do="add", number=state["cards"][0]["number"])
@@ -196,6 +198,7 @@ def test_values_are_shown_and_typed_in_the_unit_chosen(client):
     assert back["number"] == pytest.approx(2 * own["number"], rel=1e-5)
 
 
+@pytest.mark.long
 def test_no_view_grows_with_the_log(hidden):
     """A hundred times the samples, four columns and gaps: still below 300 kB."""
     samples = np.tile(np.asarray(hidden.samples), 25)
@@ -232,6 +235,7 @@ def test_a_log_a_data_sheet_and_a_twin_beside_it(client, hidden):
     assert client.get(f"tabs/{tab}").json()["others"] == []
 
 
+@pytest.mark.long
 def test_a_bare_log_is_compared_with_once_its_rate_was_said(client, hidden):
     tab, _ = opened(client, checked=False)
     file = io.BytesIO()
@@ -260,6 +264,7 @@ def test_a_log_is_uploaded(client, hidden):
     assert state["recording"]["n"] == 20_000
 
 
+@pytest.mark.long
 def test_a_rate_that_is_missing_is_asked_for(client, hidden):
     tab, _ = opened(client, checked=False)
     file = io.BytesIO()

@@ -90,6 +90,7 @@ OUTSIDE = """() => {
 SIZE = "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
 
 
+@pytest.mark.long
 def test_every_view_fits_in_both_themes(tab):
     for _ in range(2):
         for name in ("psd", "map", "samples", "compare", "error", "nis", "allan"):
@@ -119,6 +120,7 @@ def grip(tab, effect):
     )
 
 
+@pytest.mark.long
 def test_a_line_is_dragged_and_the_misfit_seen_before_fitting(tab):
     before = tab.locator(".chip .text").first.inner_text()
     x, y = grip(tab, "effect-0")
@@ -144,6 +146,7 @@ def test_a_line_is_dragged_and_the_misfit_seen_before_fitting(tab):
     assert tab.locator(".chip .text").first.inner_text() == before
 
 
+@pytest.mark.long
 def test_the_loop_by_keyboard_alone(tab):
     # A value is tried.
     tab.locator(".chip .text").first.focus()
@@ -174,6 +177,7 @@ def test_the_loop_by_keyboard_alone(tab):
     assert tab.locator("#ladder li").count() >= 3
 
 
+@pytest.mark.long
 def test_a_log_without_a_rate_is_asked_about(tab, hidden, tmp_path):
     """What was understood of each column is shown; a counter is no sensor; the unit is chosen."""
     samples = np.asarray(hidden.samples[:5000])
@@ -206,6 +210,7 @@ def test_a_log_without_a_rate_is_asked_about(tab, hidden, tmp_path):
     assert tab.locator("#ladder li").count() == 1
 
 
+@pytest.mark.long
 def test_files_go_out_and_a_study_comes_back(tab, tmp_path):
     add_first(tab)
     assert saved(tab, "[data-view=svg]").body.lstrip().startswith(b"<?xml")
@@ -228,6 +233,7 @@ def test_files_go_out_and_a_study_comes_back(tab, tmp_path):
     assert tab.locator("#ladder button .what").all_inner_texts() == rungs
 
 
+@pytest.mark.long
 def test_improving_is_watched_and_stopped(tab):
     tab.keyboard.press("i")
     tab.wait_for_selector("#work:not([hidden])")

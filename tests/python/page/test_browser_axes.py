@@ -76,6 +76,7 @@ def steps(tab):
     return tab.locator("#ladder li").count()
 
 
+@pytest.mark.long
 def test_every_axis_keeps_its_ladder_and_all_are_improved_and_exported(tab, context, server):
     states = ".axis .state > span"
     assert tab.locator("[data-axis='1']").get_attribute("class") == "axis new"
@@ -123,6 +124,7 @@ def test_every_axis_keeps_its_ladder_and_all_are_improved_and_exported(tab, cont
     other.close()
 
 
+@pytest.mark.long
 def test_the_model_is_the_users(tab):
     # From the catalogue, with pictures.
     tab.keyboard.press("e")
@@ -194,6 +196,7 @@ def test_another_deviation_at_other_averaging_times(tab):
     choose("grid", "", f"{points} === {fitted}")
 
 
+@pytest.mark.long
 def test_two_models_side_by_side(tab):
     assert tab.locator("[data-beside]").count() == 0
     tab.keyboard.press("i")
@@ -223,6 +226,7 @@ def test_two_models_side_by_side(tab):
     assert tab.locator("#ladder li").count() == 2
 
 
+@pytest.mark.long
 def test_samples_down_to_single_ones_and_a_part_taken(tab):
     tab.locator("[data-tab=samples]").click()
     tab.wait_for_selector("body[data-drawn*=' samples ']")
@@ -245,6 +249,7 @@ def test_samples_down_to_single_ones_and_a_part_taken(tab):
     tab.wait_for_selector("text=24 000 samples".replace(" ", "\u202f", 1))
 
 
+@pytest.mark.long
 def test_a_stretch_is_left_out_by_a_brush_and_the_model_is_fitted_again(tab):
     tab.keyboard.press("m")
     tab.fill("#typed-model", "N + SIN")
@@ -308,6 +313,7 @@ OVERFLOW = """() => {
 }"""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_fits_every_width_and_axe_finds_nothing(context, server, scheme):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()

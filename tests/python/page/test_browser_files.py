@@ -51,6 +51,7 @@ def numbers(text):
     return {name: float(value) for name, value in found}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["mpu6050_raw_7min.npz", "hfi_10hz.npz"])
 def test_from_the_file_to_the_filters_file_in_eight_clicks(tab, data, name):
     path = data(name)
@@ -75,6 +76,7 @@ def test_from_the_file_to_the_filters_file_in_eight_clicks(tab, data, name):
     assert numbers(exported.body.decode()) == pytest.approx(expected, rel=1e-3)
 
 
+@pytest.mark.long
 def test_units_that_a_log_does_not_say_are_chosen_once_a_sensor(tab, data):
     start_with(tab, data("logs/imu_static_test.csv"))
     # What is missing is asked for.
@@ -94,6 +96,7 @@ def test_units_that_a_log_does_not_say_are_chosen_once_a_sensor(tab, data):
     assert tab.evaluate("window.clicks") + 5 - 1 <= CLICKS
 
 
+@pytest.mark.long
 def test_a_stretch_is_taken_refitted_and_all_of_it_comes_back(tab, data):
     start_with(tab, data("mpu6050_raw_7min.npz"))
     tab.keyboard.press("4")
@@ -122,6 +125,7 @@ def test_a_stretch_is_taken_refitted_and_all_of_it_comes_back(tab, data):
     assert "Bias instability" in tab.inner_text("#tray")
 
 
+@pytest.mark.long
 def test_a_study_brings_the_tray_back(tab, data, tmp_path):
     path = data("mpu6050_raw_7min.npz")
     start_with(tab, path)

@@ -51,6 +51,7 @@ def state(tab, selector):
     return tab.locator(f"{selector} .state > span").inner_text()
 
 
+@pytest.mark.long
 def test_logs_are_grouped_in_the_strip_and_each_axis_keeps_its_ladder(tab):
     assert tab.locator(".group").count() == 0
     tab.locator("[data-axis='1']").click()

@@ -43,6 +43,7 @@ def begun(context, server, size):
     return tab, said
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("size", [(390, 844), (820, 1180), (1280, 720), (1920, 1080)])
 def test_the_tour_points_at_each_part_and_covers_none(context, server, size):
     tab, said = begun(context, server, size)
@@ -63,6 +64,7 @@ def test_the_tour_points_at_each_part_and_covers_none(context, server, size):
     assert said == []
 
 
+@pytest.mark.long
 def test_the_tour_goes_back_and_ends_by_keys_and_starts_from_the_help(context, server):
     tab, _ = begun(context, server, (1280, 720))
     assert tab.evaluate("document.activeElement.id") == "tour-next"
@@ -89,6 +91,7 @@ def test_the_tour_goes_back_and_ends_by_keys_and_starts_from_the_help(context, s
     assert not tab.locator("#tour").is_visible()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_in_the_tour(context, server, scheme):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()

@@ -138,6 +138,7 @@ def test_what_is_left_is_forgotten(client, desk, monkeypatch):
     assert desk.tabs == {}
 
 
+@pytest.mark.long
 def test_many_tabs_leave_no_threads_behind(client, desk):
     """Twice as many tabs as are kept: what is closed ends its thread."""
     before = threading.active_count()

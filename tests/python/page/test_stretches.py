@@ -43,6 +43,7 @@ def test_events_stay_where_time_has_not_moved():
     assert kept(model, moved=True).name == "N"
 
 
+@pytest.mark.long
 def test_a_stretch_is_left_out_and_put_back(client):
     tab, state = opened(client)
     act(client, tab, do="model", model="N+K+GM")

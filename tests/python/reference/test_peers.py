@@ -57,6 +57,7 @@ def _passed(suite, folders):
     return int(re.search(r"(\d+) passed", done.stdout)[1])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("folders", QUICK)
 def test_allantools_own_tests(suite, folders):
     assert _passed(suite, folders) >= QUICK[folders]

@@ -62,6 +62,7 @@ def test_counter_noise_is_one_slope(record):
     np.testing.assert_allclose(slope, -1.0, atol=0.1)
 
 
+@pytest.mark.long
 def test_mtig_hides_a_lag_and_spikes(record):
     """Outliers and a Gauss-Markov process of 1.5…4 s beside N+B+K; reduced χ² falls from above 2 to below 1.3."""
     recording = record("mtig_gyrox_contaminated.npz", "gyro_x")
@@ -101,6 +102,7 @@ def test_hfi_is_white(record):
     assert fit["N"].value == pytest.approx(4.8e-4, rel=0.03)
 
 
+@pytest.mark.long
 def test_adis_accelerometer_hears_a_line(record):
     """A line at 0.564 Hz of a third of a milli-g with its third harmonic, which does not keep its frequency."""
     check = al.fit_model(record("adis16405_imu1.npz", "acc_x"), "N+B+K").check()
@@ -138,6 +140,7 @@ def test_adis_gyroscope_has_a_band(record):
     assert 18.0 < worst["low_hz"] < worst["high_hz"] < 22.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("which", ["a", "b"])
 @pytest.mark.parametrize(
     ("column", "low", "high"), [("acc_y", -0.026, -0.017), ("gyro_y", 0.25, 0.50)]
@@ -156,6 +159,7 @@ def test_a_whale_tag_feels_the_temperature(record, which, column, low, high):
         assert after < 0.5 * before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("which", ["a", "b"])
 def test_a_whale_tag_whose_drift_is_not_the_temperature(record, which):
     """The sign of the slope of gyro_x against temperature changes with the time scale."""

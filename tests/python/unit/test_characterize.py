@@ -16,6 +16,7 @@ def found():
     return al.characterize(six_axes())
 
 
+@pytest.mark.long
 def test_every_axis_is_what_improve_says_of_it(found):
     assert list(found.studies) == list(NAMES)
     column = found.recording.column("gyro_z")
@@ -108,6 +109,7 @@ def test_a_column_that_fails_says_so_and_the_rest_go_on():
         al.characterize(al.Recording(samples[:, 1:], 100, unit="deg/s", columns=("stuck",)))
 
 
+@pytest.mark.long
 def test_export_and_report_hold_every_axis(found):
     assert found.export("kalibr").count("# gyro_") == 3
     assert all(name in found.export("json") for name in NAMES)
@@ -125,6 +127,7 @@ def test_one_figure_has_all_curves(found, tmp_path):
     assert (tmp_path / "all.svg").stat().st_size > 1000
 
 
+@pytest.mark.long
 def test_html_and_repr(found):
     html = found._repr_html_()
     assert all(name in html for name in NAMES)

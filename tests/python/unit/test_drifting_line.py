@@ -29,6 +29,7 @@ def _chirp(rng, first, last, amplitude):
     return amplitude * np.sin(angle + rng.uniform(0.0, 2.0 * np.pi))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("first", "last"), [(12.3, 12.5), (7.2, 7.15), (20.0, 19.0)])
 def test_a_motor_that_warms_up_is_one_line(first, last):
     rng = np.random.default_rng(4)

@@ -94,6 +94,7 @@ def test_a_unit_of_npz_that_is_no_text_is_refused(tmp_path):
         al.read(tmp_path / "x.npz")
 
 
+@pytest.mark.long
 def test_fits_are_the_same_bits_with_any_number_of_threads():
     code = (
         "import numpy as np, allanite as al\n"

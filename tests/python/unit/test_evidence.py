@@ -69,6 +69,7 @@ def test_nothing_stands_for_a_walk_that_is_there():
     assert all(-3.0 < pair.evidence < 3.0 for pair in together(fit, 1))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [11, 12, 13])
 def test_flicker_stands_for_a_step_and_a_lag(seed):
     recording = _recording(

@@ -50,6 +50,7 @@ class Page(HTMLParser):
         self.texts.append(data)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["code", "html", "markdown", "path", "surrogate"])
 def test_reports(name, tmp_path):
     recording = named(NAMES[name])
@@ -140,6 +141,7 @@ def test_exports_by_the_parser_of_their_target(name, target):
     assert parse(exported(NAMES[name], target)) == parse(exported("gx", target))
 
 
+@pytest.mark.long
 @pytest.mark.browser
 @pytest.mark.parametrize("interactive", [False, True])
 def test_reports_in_a_browser(interactive, tmp_path):

@@ -124,6 +124,7 @@ def test_a_column_that_hardly_leaves_its_code_has_no_levels():
     assert not any(getattr(effect, "passing", False) for effect in study.fit.model)
 
 
+@pytest.mark.long
 def test_a_pulse_that_comes_back_is_no_level_of_noise():
     """The same each time: a periodic level came first, and the lines, of which the first alone explains half, behind it."""
     rng = np.random.default_rng(3)

@@ -95,6 +95,7 @@ def test_completed_ordinates_have_the_spectrum_of_the_model(kind):
     assert np.all(data.bins.count <= np.diff(data.bins.edges))
 
 
+@pytest.mark.long
 def test_the_lowest_ordinates_beside_long_holes_have_the_power_of_the_whole_record():
     """Said to be seen up to a third better than they are, the lowest 32 had 0.83 of it."""
     n, records = 20_000, 60
@@ -129,6 +130,7 @@ def test_holes_invent_no_effect(kind):
     assert not check.significant
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["random", "alternate", 300])
 def test_a_line_is_found_with_its_amplitude(kind):
     n = 30_000
@@ -209,6 +211,7 @@ def test_a_shape_that_bridges_suggest_is_not_confirmed():
     assert fit["N.N"].value == pytest.approx(half["N.N"].value / np.sqrt(2.0), rel=0.01)
 
 
+@pytest.mark.long
 def test_a_limit_is_that_of_the_samples_that_are_there():
     """Ordinates and their mirror images are the same samples: counted twice, the limit was 17 % too low."""
     ratios = []
@@ -223,6 +226,7 @@ def test_a_limit_is_that_of_the_samples_that_are_there():
     assert abs(np.mean(ratios)) < 0.08, ratios
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [60, 90])
 def test_an_ordinate_and_its_mirror_image_have_one_vote(seed):
     """With a vote each a narrow resonance was significant at 16 and 12.5, half of it by the second look."""

@@ -19,6 +19,7 @@ def _recording(seed, *more):
     return al.Recording(x + sum(f(rng) for f in more), rate=RATE, unit="rad/s")
 
 
+@pytest.mark.long
 def test_a_band_between_two_points_of_a_coarse_grid_is_found():
     # 8.1 mrad/s rms is worth ΔlogL 29 ± 8 here and 11 are needed (`al.power`): by chance one in 400 is missed.
     found = 0

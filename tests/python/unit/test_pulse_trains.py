@@ -7,6 +7,7 @@ import allanite as al
 import generators as g
 
 
+@pytest.mark.long
 def test_a_train_of_pulses_is_one_line_with_its_harmonics():
     rate, n = 50.0, 30_000
     rng = np.random.default_rng(5)

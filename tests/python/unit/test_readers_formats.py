@@ -137,6 +137,7 @@ def test_files_that_are_none(tmp_path, suffix, content):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", ["h5", "nc", "parquet"])
 def test_truncated_files(tmp_path, suffix):
     path = tmp_path / f"log.{suffix}"

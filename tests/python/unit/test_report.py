@@ -12,7 +12,7 @@ import pytest
 
 import allanite as al
 from allanite.cli import main
-from allanite.common.numbers import tidy
+from allanite.common.numbers import tidy, with_interval
 from allanite.report import make_report
 from allanite.report.svg import _dark, inline
 from allanite.report.words import data_sheet_value, resolved
@@ -254,6 +254,8 @@ def test_words():
         "at 42.2–2370 s, z = −6.4, up to 100 % and 3.5·10⁻⁵"
     )
     assert tidy("gyro-1e and m1e5 stay, 10-20 too") == "gyro-1e and m1e5 stay, 10-20 too"
+    assert with_interval(9.96e-5, (9.93e-5, 1.014e-4)) == "9.96·10⁻⁵ (9.93·10⁻⁵ … 1.01·10⁻⁴)"
+    assert with_interval(1e-5, (0.0, 2.0)) == "10⁻⁵ (0 … 2)"
     known = {"value": 0.01, "interval": [0.009, 0.011], "unit": "deg/s·s^½", "detected": True}
     assert data_sheet_value(al.AngleRandomWalk.parameter("N"), known, "deg/s") == "0.6 °/√h"
     assert (
@@ -272,6 +274,7 @@ def test_dark_colours_of_a_drawing(report):
     assert not plain
 
 
+@pytest.mark.long
 @pytest.mark.browser
 def test_page_in_a_browser(report, tmp_path):
     """Chromium draws the interactive figures, and the plain page without a script."""
@@ -306,6 +309,7 @@ COLUMNS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.data
 @pytest.mark.parametrize("name", COLUMNS)
 def test_report_on_a_real_recording(data, name, run, tmp_path):

@@ -1,6 +1,7 @@
 """What stands for something else: a cutoff for quantization, a second lag for a random walk, a long lag for a step."""
 
 import numpy as np
+import pytest
 from scipy import signal
 
 import allanite as al
@@ -19,6 +20,7 @@ def _weather(time_s):
     return 2.0 * np.sin(2 * np.pi * time_s / 9000.0) + np.abs(time_s / 8000.0 % 2.0 - 1.0) * 2.0
 
 
+@pytest.mark.long
 def test_a_candidate_is_refitted_with_the_shapes_of_the_others():
     """A filter just below the Nyquist frequency had moved for the quantization beside it: ΔlogL 2 instead of 26."""
     rng = np.random.default_rng(10)
@@ -30,6 +32,7 @@ def test_a_candidate_is_refitted_with_the_shapes_of_the_others():
     assert study.adequate
 
 
+@pytest.mark.long
 def test_a_temperature_and_a_walk_come_before_two_lags_of_the_temperature():
     """The second lag stands for the walk: as much of logL with a number more."""
     rng = np.random.default_rng(3)
@@ -79,6 +82,7 @@ def test_a_slow_function_is_looked_for_with_the_amplitudes_of_the_others_free():
     assert low < 0.45 < high
 
 
+@pytest.mark.long
 def test_a_band_near_a_line_is_another_thing():
     """A band a half-width and a half beside a line was refused in its place, though worth 35 of logL."""
     rng = np.random.default_rng(1)
@@ -89,6 +93,7 @@ def test_a_band_near_a_line_is_another_thing():
     assert study.adequate
 
 
+@pytest.mark.long
 def test_a_power_law_gives_way_to_a_walk_and_a_lag():
     """One exponent between theirs described both; or flicker did, and a filter and a band what it left."""
     rng = np.random.default_rng(1)

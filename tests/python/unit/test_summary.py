@@ -95,6 +95,7 @@ def test_a_fit_of_the_summary_is_that_of_the_record(short, asked):
     assert ours.adequate == theirs.adequate
 
 
+@pytest.mark.long
 def test_checks_and_ladders_are_those_of_the_record(short):
     r = simulated("N(N=1)+RES(frequency=15,damping=0.05,rms=4)", seed=5)
     s = al.summarise(r)

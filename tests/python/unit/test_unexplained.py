@@ -64,6 +64,7 @@ def test_white_noise_has_none():
     assert check.rest is None
 
 
+@pytest.mark.long
 def test_a_stack_that_only_describes_gives_way():
     """Two resonances and more would each have a name that the hump does not deserve."""
     study = al.improve(shaped(bump(FREQUENCY), 4), "N")

@@ -115,6 +115,7 @@ def _behind(seed, b, a, *, count=60_000, settled=20_000):
     return al.Recording(signal.lfilter(b, a, x - x[0])[settled:], rate=RATE, unit="rad/s")
 
 
+@pytest.mark.long
 def test_a_hidden_notch_is_named_first():
     study = al.improve(_behind(1, *signal.iirnotch(25.0, 5.0, fs=RATE)), "N+B+K")
     first = study.ladder[1].added

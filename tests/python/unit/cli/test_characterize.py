@@ -21,6 +21,7 @@ def six(tmp_path_factory):
     return write_csv(log, path, temperature=warm)
 
 
+@pytest.mark.long
 def test_one_command_gives_table_figure_report_models_and_exports(run, six, tmp_path):
     (tmp_path / "all").mkdir()
     made = {name: tmp_path / name for name in ("six.svg", "six.html", "six.json", "imu.yaml")}
@@ -72,6 +73,7 @@ def test_what_cannot_be_written_is_refused_first(run, six, tmp_path):
     refused(run("characterize", six, "--plot", tmp_path / "no" / "x.svg"), 2, "does not exist")
 
 
+@pytest.mark.long
 def test_several_columns_in_every_command(run, six, tmp_path):
     two = ("--column", "gyro_x", "--column", "acc_x")
     models = tmp_path / "two.json"

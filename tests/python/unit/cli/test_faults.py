@@ -43,6 +43,7 @@ def log(tmp_path):
     return path
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full")  # noqa: PTH110
 def test_a_full_disk_is_named(log, tmp_path):
     one_line(command(*SIMULATE, shell=">/dev/full"), 2, "standard output", "space")

@@ -88,6 +88,7 @@ def stamped(tmp_path, name, time, header=""):
     return path
 
 
+@pytest.mark.long
 def test_a_stream_sees_the_gaps_of_its_time_column(run, tmp_path):
     n = 150_000
     keep = np.ones(n, bool)

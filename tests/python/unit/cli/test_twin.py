@@ -29,6 +29,7 @@ def sensor():
     return recording, json.loads(json.dumps(found.to_dict()))
 
 
+@pytest.mark.long
 def test_it_is_rounded_cut_and_about_the_mean_of_the_record(sensor):
     recording, document = sensor
     assert document["samples"]["gyro_x"]["step"] == pytest.approx(STEP)
@@ -67,6 +68,7 @@ def test_another_document_is_refused():
         twin({"schema": "allanite/fit/1"})
 
 
+@pytest.mark.long
 def test_command(run, tmp_path):
     log = write_csv(six_axes(3000), tmp_path / "six.csv", temperature=20 + np.arange(3000) * 1e-3)
     models = tmp_path / "six.json"

@@ -53,6 +53,7 @@ def driven(tmp_path_factory):
     return run
 
 
+@pytest.mark.long
 @needs_compiler
 @pytest.mark.parametrize("name", FORMATS)
 def test_reading_from_a_disk_that_fails(driven, name):
@@ -73,6 +74,7 @@ def test_reading_from_a_disk_that_fails(driven, name):
                 assert [code, *said] in clean.values()
 
 
+@pytest.mark.long
 @needs_compiler
 @pytest.mark.parametrize("name", WRITERS)
 def test_writing_to_a_disk_that_fails(driven, name):
