@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from allanite.effects.bias_step import BiasStep
     from allanite.effects.burst_noise import BurstNoise
     from allanite.effects.covariate import Covariate
+    from allanite.effects.disturbance import Disturbance
     from allanite.effects.drifting_line import DriftingLine
     from allanite.effects.excursion import Excursion
     from allanite.effects.gauss_markov import GaussMarkov
@@ -117,6 +118,7 @@ _HOME = {
     "BiasStep": "allanite.effects.bias_step",
     "BurstNoise": "allanite.effects.burst_noise",
     "Covariate": "allanite.effects.covariate",
+    "Disturbance": "allanite.effects.disturbance",
     "DriftingLine": "allanite.effects.drifting_line",
     "Excursion": "allanite.effects.excursion",
     "HighPass": "allanite.effects.high_pass",
@@ -192,6 +194,7 @@ __all__ = [
     "Curves",
     "DataSheet",
     "Deviation",
+    "Disturbance",
     "DriftingLine",
     "DynamicDeviation",
     "Effect",

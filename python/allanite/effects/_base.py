@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common.errors import InputError
 from allanite.common.validation import LARGEST
 from allanite.effects._declared import SCREENS, Parameter, StraightLine
+from allanite.effects.terms import Term, White
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
-    from allanite.effects.terms import Term
     from allanite.recording import Recording
 
 __all__ = ["SCREENS", "Effect", "Modifier", "Parameter", "Stochastic", "StraightLine"]
@@ -364,11 +364,11 @@ class Modifier(Effect):
     def modify(
         self, white: float, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Terms that stand for white noise of this variance per sample once the effect acts on it.
+        """Terms that stand for white noise of this variance per sample once the effect acts on it; by default itself.
 
         `span` is the first and last time of the record in s, where that matters.
         """
-        raise NotImplementedError
+        return (White(white),)
 
     def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]] | None:
         """The core's generators of white noise of this variance once the effect acts on it.

@@ -16,6 +16,7 @@ SCREENS = {
     "line": "lines of any frequency, with their harmonics",
     "drifting line": "bands of the spectrum turned back at every rate of drift, where a line or a resonance was found",
     "level": "the white level over time",
+    "stretch": "stretches of time that are louder in some band",
     "outlier": "single samples beyond what the noise allows",
     "two levels": "the law of the samples where another process has the same spectrum",
     "none": "not at all: it is fitted where a model names it",

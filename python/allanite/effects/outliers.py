@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.effects._base import Modifier, Parameter
-from allanite.effects.terms import Term, White
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -77,12 +76,6 @@ class Outliers(Modifier):
     def moments(self) -> tuple[float, ...]:
         """`times`."""
         return self.times or ()
-
-    def modify(
-        self, white: float, rate: float, span: tuple[float, float] | None = None
-    ) -> tuple[Term, ...]:
-        """The white part is what remains; nothing to change."""
-        return (White(white),)
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
         """Mask of the n samples that are outliers."""

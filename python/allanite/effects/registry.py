@@ -15,6 +15,7 @@ from allanite.effects.bias_instability import BiasInstability
 from allanite.effects.bias_step import BiasStep
 from allanite.effects.burst_noise import BurstNoise
 from allanite.effects.covariate import Covariate
+from allanite.effects.disturbance import Disturbance
 from allanite.effects.drifting_line import DriftingLine
 from allanite.effects.excursion import Excursion
 from allanite.effects.gauss_markov import GaussMarkov
@@ -165,6 +166,7 @@ CATALOGUE = Catalogue(
         NoiseLevels,
         PeriodicNoiseLevel,
         NoiseOfColumn,
+        Disturbance,
         Outliers,
     )
 )

@@ -42,8 +42,8 @@ def family_of(
     for cls, _, unit in directions(null, data):
         arcs.setdefault(cls.family, []).append(arc_length(unit))
     slow = slow_families(base, grid.covariates)
-    # Lines, levels and outliers are looked for in every record.
-    families = len(arcs) + len(slow) + 3
+    # Lines, levels, disturbances and outliers are looked for in every record.
+    families = len(arcs) + len(slow) + 4
     if effect.screened == "slow":
         return Family(effect.family, _arcs(slow.get(effect.family, ()), null, grid), 2), families
     if effect.screened == "line":

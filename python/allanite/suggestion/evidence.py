@@ -15,10 +15,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Family", "arc_length", "interval_trials", "line_trials", "log_chance", "octave_trials"]
+__all__ = [
+    "Family",
+    "arc_length",
+    "best_interval",
+    "interval_trials",
+    "line_trials",
+    "log_chance",
+    "octave_trials",
+    "refine",
+    "two_levels",
+]
 
 #: Chance of a false suggestion in a whole check.
 FALSE_ALARM = 0.01
+#: Stretches of the time axis whose levels are compared, and of the finer axis on which an interval is placed.
+COARSE, FINE = 256, 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,3 +107,77 @@ def interval_trials(cells: int, length: int, x: float) -> float:
     step = max(1, length // 8)
     lengths = len(range(length, min(2 * length, cells), step))
     return min(lengths * (cells / step), 1.65 * x * cells / length) * int(np.log2(cells))
+
+
+def best_interval(
+    power: NDArray[np.float64], freedom: float, cells: int
+) -> tuple[int, int, float, float]:
+    """The interval of cells least likely by chance, its rise of logL and the log of that chance."""
+    from scipy.special import log_ndtr
+
+    edges = (np.arange(cells + 1) * power.size // cells).astype(np.int64)
+    total = np.concatenate([[0.0], np.cumsum(power)])[edges]
+    size = float(power.size)
+    best = (0, 0, 0.0, np.inf)
+    for octave in (1 << k for k in range(int(np.log2(cells)))):
+        step = max(1, octave // 8)
+        lengths = np.arange(octave, min(2 * octave, cells), step)
+        first = np.arange(0, cells, step)
+        first, last = (
+            a.ravel() for a in np.broadcast_arrays(first[:, None], first[:, None] + lengths)
+        )
+        first, last = first[last <= cells], last[last <= cells]
+        inside = (edges[last] - edges[first]).astype(float)
+        gain = two_levels(total[last] - total[first], inside, total[-1], size, freedom)
+        top = int(np.argmax(gain))
+        x = float(gain[top])
+        chance = 0.0
+        if x > 0.0:
+            tail = float(log_ndtr(-np.sqrt(2.0 * x)) + np.log(2.0))
+            chance = np.log(interval_trials(cells, octave, x)) + tail
+        if chance < best[3]:
+            best = (int(edges[first[top]]), int(edges[last[top]]), x, float(chance))
+    return best
+
+
+def two_levels(
+    inside: NDArray[np.float64], count: NDArray[np.float64], total: float, n: float, freedom: float
+) -> NDArray[np.float64]:
+    """−½ Σ d ln ρ, d = `freedom` for each value."""
+    a = np.maximum(inside / count, 1e-12)
+    b = np.maximum((total - inside) / (n - count), 1e-12)
+    mean = total / n
+    return np.asarray(-0.5 * freedom * (count * np.log(a / mean) + (n - count) * np.log(b / mean)))
+
+
+def refine(
+    power: NDArray[np.float64], freedom: float, start: int, end: int, least: int
+) -> tuple[int, int, float]:
+    """Move each boundary, one after the other, over the finest axis within two coarse cells.
+
+    The interval keeps at least `least` values: anything shorter is an outlier, not a level.
+    """
+    reach = 2 * power.size // COARSE
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    n, gain = float(power.size), -np.inf
+    for _ in range(3):
+        for side in (0, 1):
+            centre = end if side else start
+            tried = np.arange(max(0, centre - reach), min(power.size, centre + reach) + 1)
+            tried = tried[tried > start] if side else tried[tried < end]
+            low, high = (
+                (np.full(tried.size, start), tried) if side else (tried, np.full(tried.size, end))
+            )
+            usable = (high - low >= least) & (high - low < power.size)
+            value = np.full(tried.size, -np.inf)
+            value[usable] = two_levels(
+                total[high[usable]] - total[low[usable]],
+                (high - low)[usable].astype(float),
+                float(total[-1]),
+                n,
+                freedom,
+            )
+            top = int(np.argmax(value))
+            gain = float(value[top])
+            start, end = (start, int(tried[top])) if side else (int(tried[top]), end)
+    return start, end, gain

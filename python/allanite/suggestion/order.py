@@ -10,9 +10,10 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Deterministic, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
+from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.rivals.evidence import cost
 from allanite.suggestion.evidence import FALSE_ALARM
-from allanite.suggestion.outliers import at_the_ends, only_at_the_ends
+from allanite.suggestion.exclusions import at_the_ends, louder_by, only_at_the_ends
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -29,12 +30,18 @@ STRONG = 1.1
 RIVAL = 6.0
 #: Share of the power of outliers at the ends below which a function of time has explained them.
 LEFT = 0.1
+#: Share of the evidence of a disturbance below which something else that happens in time has explained it.
+DISTURBS = 0.1
 
 
 def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Suggestion, ...]:
     """Suggestions, best first, with their rivals; the spectrum scatters `crowded` times as much as a steady one."""
     judged = _judged(list(found))
-    first = [s for s in judged if _begins(s, judged, fit)]
+    disturbs = [s for s in judged if _takes_a_stretch(s.effect)]
+    first = [s for s in disturbs if _disturbs(s, judged, fit)]
+    # One that something else explains is no suggestion.
+    judged = [s for s in judged if s not in disturbs or s in first]
+    first += [s for s in judged if _begins(s, judged, fit)]
     ranked = sorted(judged, key=lambda s: _rank(s, crowded, s in first), reverse=True)
     return _with_rivals(_last_resort(_ties(ranked), fit))
 
@@ -54,6 +61,34 @@ def _begins(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
         and isinstance(one.effect, Deterministic)
         and one.effect.may_be(out.effect)
     )
+
+
+def _disturbs(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+    """Whether the stretch that it takes out is as loud beside whatever else happens in time."""
+    effect, data = out.effect, fit.data
+    if not out.significant or effect.when is None:
+        return False
+    first, last = ((t - data.start) / data.duration for t in effect.when)
+
+    def left(one: Fit) -> float:
+        return louder_by(whiten(one.solution, one.data), first, last)
+
+    before = left(fit)
+    # What is stationary, whatever its spectrum, is as loud at all times.
+    return not any(
+        left(one.found) < DISTURBS * before
+        for one in found
+        if one.significant and one is not out and _in_time(one.effect)
+    )
+
+
+def _takes_a_stretch(effect: Effect) -> bool:
+    return isinstance(effect, Modifier) and effect.removes and effect.when is not None
+
+
+def _in_time(effect: Effect) -> bool:
+    passing = isinstance(effect, Modifier) and (effect.removes or effect.passing)
+    return passing or isinstance(effect, Deterministic)
 
 
 def _judged(found: list[Suggestion]) -> list[Suggestion]:
@@ -80,14 +115,15 @@ def _rank(found: Suggestion, crowded: float, first: bool) -> tuple[bool, int, fl
 
     So does a change of the noise level: the spectrum and the Allan curve stay as they are. But one so strong that the
     spectrum scatters by it comes first: nothing else can be judged before. So do the samples with which a record begins
-    or ends: they stand out of those beside them, whatever the model, and would be called a step or a filter.
+    or ends: they stand out of those beside them, whatever the model, and would be called a step or a filter; and a
+    disturbance, which would be called a resonance.
     """
     effect = found.effect
     if first:
         return found.significant, 3, found.rank
     if isinstance(effect, Modifier) and effect.passing and crowded > STRONG:
         return found.significant, 2, found.rank
-    elsewhere = isinstance(effect, Modifier) and (effect.removes or effect.passing)
+    elsewhere = _in_time(effect) and isinstance(effect, Modifier)
     return found.significant, int(not elsewhere), found.rank
 
 

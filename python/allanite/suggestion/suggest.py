@@ -18,6 +18,7 @@ from allanite.suggestion.bursts import screen_bursts
 from allanite.suggestion.drifting import screen_drifting
 from allanite.suggestion.drifts import beside_the_best, screen_slow
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
+from allanite.suggestion.exclusions import screen_disturbance
 from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.order import in_order
 from allanite.suggestion.spectral import Candidate, screen_spectral
@@ -193,11 +194,12 @@ def suggest(
         }
         bursts = pool.submit(screen_bursts, spectral.candidates, data)
         moments = pool.submit(screen_moments, base, data, whitened)
+        disturbed = pool.submit(screen_disturbance, base, data, whitened)
         steady = lines_found.result()
         lines = (*steady, *screen_drifting(spectral.candidates, steady, base, data))
         progress()
         outliers, levels = moments.result()
-        single = (outliers, *levels, bursts.result())
+        single = (outliers, disturbed.result(), *levels, bursts.result())
         progress()
         screens = beside_the_best({name: f.result() for name, f in found.items()}, data)
         progress()
@@ -213,6 +215,7 @@ def suggest(
         },
         "line": Family("line", width=line_trials(data.n)),
         "level": Family("level"),
+        "stretch": Family("stretch"),
         "outlier": Family("outlier"),
         **{
             name: Family(name, screen.arcs, sides=2)
@@ -261,7 +264,7 @@ def _suggestion(
         surplus = 0.0
     # Where it makes the model true, the chance that is asked about is that of a true model without it.
     judged += surplus
-    if candidate.family not in {"level", "outlier"}:
+    if candidate.family not in {"level", "outlier", "stretch"}:
         judged /= scatter
     family = families[candidate.family]
     chance = candidate.log_chance

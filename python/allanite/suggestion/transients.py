@@ -13,7 +13,8 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.crowding import crest, crowding
 from allanite.fit.likelihood.whitened import white_power, whiten, with_normal_tails
 from allanite.recording.tails import coarse_step
-from allanite.suggestion.evidence import FALSE_ALARM, interval_trials
+from allanite.suggestion.evidence import COARSE, FALSE_ALARM, FINE, best_interval, refine
+from allanite.suggestion.exclusions import screen_outliers
 from allanite.suggestion.level_forms import (
     CLOSE,
     Series,
@@ -23,7 +24,6 @@ from allanite.suggestion.level_forms import (
     screen_several,
     series_of,
 )
-from allanite.suggestion.outliers import screen_outliers
 from allanite.suggestion.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -33,14 +33,17 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
 
-__all__ = ["level_forms", "screen_levels", "screen_moments", "unsteady"]
+__all__ = [
+    "level_forms",
+    "screen_levels",
+    "screen_moments",
+    "unsteady",
+]
 
 #: Samples, half of those to each side, among which a time is placed.
 SHARP = 16
 #: Part of the samples that differ from the one before, of noise that is rounded to three of its standard deviations.
 DITHERED = 0.25
-#: Stretches of the time axis whose levels are compared, and of the finer axis on which an interval is placed.
-COARSE, FINE = 256, 4096
 
 
 def screen_moments(
@@ -189,10 +192,10 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     """
     power, size = series.judged, series.judged.size
     cells = min(COARSE, size // 8)
-    start, end, gain, chance = _best_interval(power, series.freedom, cells)
+    start, end, gain, chance = best_interval(power, series.freedom, cells)
     if cells < FINE <= size // 8:
         # Where it begins and ends is a matter of the estimate; what was tried and found is above.
-        start, end, gain = _refine(power, series.freedom, start, end, size // cells)
+        start, end, gain = refine(power, series.freedom, start, end, size // cells)
     inside = series.power[start:end].mean()
     outside = np.delete(series.power, np.s_[start:end]).mean() if end - start < size else 1.0
     factor = float(np.sqrt(series.white(float(inside / outside))))
@@ -209,78 +212,3 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
 
 def _screened(key: str) -> list[type[Modifier]]:
     return [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == key]
-
-
-def _log_tail(gain: float) -> float:
-    from scipy.special import log_ndtr
-
-    return float(log_ndtr(-np.sqrt(2.0 * gain)) + np.log(2.0))
-
-
-def _best_interval(
-    power: NDArray[np.float64], freedom: float, cells: int
-) -> tuple[int, int, float, float]:
-    """The interval of cells least likely by chance, its rise of logL and the log of that chance."""
-    edges = (np.arange(cells + 1) * power.size // cells).astype(np.int64)
-    total = np.concatenate([[0.0], np.cumsum(power)])[edges]
-    size = float(power.size)
-    best = (0, 0, 0.0, np.inf)
-    for octave in (1 << k for k in range(int(np.log2(cells)))):
-        step = max(1, octave // 8)
-        lengths = np.arange(octave, min(2 * octave, cells), step)
-        first = np.arange(0, cells, step)
-        first, last = (
-            a.ravel() for a in np.broadcast_arrays(first[:, None], first[:, None] + lengths)
-        )
-        first, last = first[last <= cells], last[last <= cells]
-        inside = (edges[last] - edges[first]).astype(float)
-        gain = _two_levels(total[last] - total[first], inside, total[-1], size, freedom)
-        top = int(np.argmax(gain))
-        x = float(gain[top])
-        chance = np.log(interval_trials(cells, octave, x)) + _log_tail(x) if x > 0.0 else 0.0
-        if chance < best[3]:
-            best = (int(edges[first[top]]), int(edges[last[top]]), x, float(chance))
-    return best
-
-
-def _two_levels(
-    inside: NDArray[np.float64], count: NDArray[np.float64], total: float, n: float, freedom: float
-) -> NDArray[np.float64]:
-    """−½ Σ d ln ρ, d = `freedom` for each value."""
-    a = np.maximum(inside / count, 1e-12)
-    b = np.maximum((total - inside) / (n - count), 1e-12)
-    mean = total / n
-    return np.asarray(-0.5 * freedom * (count * np.log(a / mean) + (n - count) * np.log(b / mean)))
-
-
-def _refine(
-    power: NDArray[np.float64], freedom: float, start: int, end: int, least: int
-) -> tuple[int, int, float]:
-    """Move each boundary, one after the other, over the finest axis within two coarse cells.
-
-    The interval keeps at least `least` values: anything shorter is an outlier, not a level.
-    """
-    reach = 2 * power.size // COARSE
-    total = np.concatenate([[0.0], np.cumsum(power)])
-    n, gain = float(power.size), -np.inf
-    for _ in range(3):
-        for side in (0, 1):
-            centre = end if side else start
-            tried = np.arange(max(0, centre - reach), min(power.size, centre + reach) + 1)
-            tried = tried[tried > start] if side else tried[tried < end]
-            low, high = (
-                (np.full(tried.size, start), tried) if side else (tried, np.full(tried.size, end))
-            )
-            usable = (high - low >= least) & (high - low < power.size)
-            value = np.full(tried.size, -np.inf)
-            value[usable] = _two_levels(
-                total[high[usable]] - total[low[usable]],
-                (high - low)[usable].astype(float),
-                float(total[-1]),
-                n,
-                freedom,
-            )
-            top = int(np.argmax(value))
-            gain = float(value[top])
-            start, end = (start, int(tried[top])) if side else (int(tried[top]), end)
-    return start, end, gain

@@ -70,6 +70,7 @@ VALUES = [
     ("LEVELS", {"times": (10.0, 22.0), "factors": (1.7, 0.8)}),
     ("CYCLE", {"period": 4.0, "start": 1.0, "share": 0.25, "factor": 1.7}),
     ("NCOL", {"column": "temperature", "coefficient": 0.02, "reference": LOUD}),
+    ("DIST", {"start": 10.0, "end": 13.0}),
     ("OUT", {"count": 2, "times": (3.0, 7.0)}),
 ]
 

@@ -7,7 +7,7 @@ import allanite as al
 import generators as g
 from allanite.common.errors import InputError
 from allanite.suggestion.level_forms import screen_columns, screen_cycle, screen_several, series_of
-from allanite.suggestion.transients import _best_interval
+from allanite.suggestion.evidence import best_interval
 
 
 @pytest.mark.parametrize("cells", [32, 256])
@@ -15,7 +15,7 @@ def test_chance_of_an_interval_is_no_smaller_than_simulated(cells):
     records, rng = 3000, np.random.default_rng(7)
     chances = np.array(
         [
-            _best_interval(rng.standard_normal(16 * cells) ** 2, 1.0, cells)[3]
+            best_interval(rng.standard_normal(16 * cells) ** 2, 1.0, cells)[3]
             for _ in range(records)
         ]
     )

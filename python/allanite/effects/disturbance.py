@@ -1,0 +1,88 @@
+"""Disturbance: for a while something moved the sensor; that stretch is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Modifier, Parameter
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
+
+
+@dataclass(frozen=True)
+class Disturbance(Modifier):
+    """The samples from `start` to `end` are taken as missing; the recording keeps them.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> x = rng.normal(0, 0.1, 60_000)
+    >>> x[30_000:32_000] += 0.3 * np.sin(0.4 * np.cumsum(rng.random(2000)))  # carried for 20 s
+    >>> check = al.AngleRandomWalk().fit(al.Recording(x, rate=100)).check()
+    >>> first = check.suggestions[0]
+    >>> first.kind, first.effect.start > 299.0, first.effect.end < 321.0
+    ('disturbance', True, True)
+    """
+
+    start: float | None = None
+    end: float | None = None
+
+    kind: ClassVar[str] = "disturbance"
+    short: ClassVar[str] = "DIST"
+    title: ClassVar[str] = "disturbance"
+    screened: ClassVar[str] = "stretch"
+    family: ClassVar[str] = "stretch"
+    removes: ClassVar[bool] = True
+    unplanned: ClassVar[str] = (
+        "its evidence is how much louder a band is for a while: one of twice the noise is found"
+    )
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("start", "s", "first time of the stretch", "time"),
+        Parameter("end", "s", "last time of the stretch", "time"),
+    )
+    physics: ClassVar[str] = (
+        "for a while the sensor was moved: carried, knocked, shaken by a machine, by people or a vehicle"
+    )
+    looks_like: ClassVar[str] = (
+        "a stretch of the samples unlike the rest; a band of the spectrum that is louder for a while"
+    )
+    check_by: ClassVar[str] = (
+        "look at the samples and at the laboratory's log for that time; record again where nothing moves"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("noise_level_change", "outliers", "resonance")
+
+    @classmethod
+    def candidates(
+        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[Self, ...]:
+        """Whatever the model is made of, and beside others of its kind."""
+        return (cls(),)
+
+    @classmethod
+    def during(cls, start: float, end: float, factor: float) -> Self:
+        """The stretch; by how much it is louder is no matter."""
+        return cls(start=start, end=end)
+
+    @property
+    def when(self) -> tuple[float, float] | None:
+        """The stretch."""
+        return None if self.start is None or self.end is None else (self.start, self.end)
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Both times."""
+        return self.when or ()
+
+    def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
+        """Mask of the n samples within the stretch, both times included."""
+        mask = np.zeros(n, dtype=bool)
+        if self.when is not None:
+            first, last = (round(min(max(t * rate, 0.0), n - 1.0)) for t in self.when)
+            mask[first : last + 1] = True
+        return mask

@@ -1,0 +1,278 @@
+"""Candidates that take samples out: single ones, and stretches in which something moved the sensor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.criticism.over_time import overdispersion
+from allanite.effects import CATALOGUE, Model, Modifier
+from allanite.fit.engine import solve
+from allanite.fit.likelihood.data import without_samples
+from allanite.fit.likelihood.whitened import ends_of, with_normal_tails
+from allanite.fit.missing import complete
+from allanite.recording.tails import coarse_step, outlier_limit
+from allanite.suggestion.evidence import (
+    COARSE,
+    FALSE_ALARM,
+    best_interval,
+    refine,
+    two_levels,
+)
+from allanite.suggestion.spectral import Candidate
+
+if TYPE_CHECKING:
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.whitened import Whitened
+    from allanite.fit.solution import Solution
+
+__all__ = [
+    "at_the_ends",
+    "louder_by",
+    "only_at_the_ends",
+    "screen_disturbance",
+    "screen_outliers",
+]
+
+#: Samples behind one at an end that it is compared with, and places at which is seen how far samples usually are apart.
+BEHIND, USUAL = 9, 1 << 14
+#: A disturbance is at most this part of the record, and this many times as powerful in some band.
+LONGEST, LOUD = 0.2, 2.0
+#: Bands of an octave, fewest ordinates of one, and stretches elsewhere with which the stretch is compared.
+NARROW, FEWEST, ELSEWHERE = 7, 8, 16
+
+
+def _step(data: Data, samples: NDArray[np.float64]) -> float:
+    """Step to which samples are rounded, in units of the whitened ones; 0 where it is small."""
+    some = data.samples if data.missing is None else data.samples[~data.missing]
+    step = coarse_step(some)
+    return step / max(float(np.std(np.diff(some))), step) * np.sqrt(2.0) * float(np.std(samples))
+
+
+def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
+    """How far samples of the two ends stand out, in standard deviations where they do, shape (n,), else 0.
+
+    The whitened record says nothing of the ends, where a sensor that just began, or a filter that was
+    empty, puts its outliers. From the middle outwards, each is compared with the median of those behind it that do not
+    stand out, and with how far samples that far apart usually are. One record of noise in a thousand has one.
+    """
+    from scipy.special import ndtri
+
+    found = np.zeros(data.n)
+    ends = ends_of(data.n)
+    if ends < 1:
+        return found
+    samples = data.samples
+    if solution.model.deterministic:
+        samples = samples - data.signal(solution.model.deterministic)
+    reach = np.arange(BEHIND)
+
+    def apart(at: NDArray[np.int64] | int, way: int) -> NDArray[np.float64]:
+        behind = np.asarray(at)[..., None] + way * reach
+        return np.abs(samples[at] - np.median(samples[behind + way * gap], axis=-1))
+
+    places = np.linspace(0, data.n - 1 - BEHIND - ends, min(data.n, USUAL)).astype(np.int64)
+    gap = 1
+    usual = apart(places, 1)
+    scales = {gap: _scale(usual)}
+    if scales[gap] == 0.0:
+        return found
+    chance = 0.001 / (2 * ends)
+    limit = -float(ndtri(0.5 * chance))
+    step = _step(data, usual) / scales[gap]
+    limit = max(limit, outlier_limit(usual / scales[gap], chance, step))
+    for first, way in ((ends - 1, 1), (data.n - ends, -1)):
+        gap = 1
+        for at in range(first, first - way * ends, -way):
+            if data.missing is not None and data.missing[at]:
+                continue
+            if gap not in scales:
+                scales[gap] = _scale(apart(places, 1))
+            z = float(apart(at, way)) / scales[gap]
+            found[at] = z if z > limit else 0.0
+            gap = gap + 1 if z > limit else 1
+    return found
+
+
+def only_at_the_ends(effect: Modifier, data: Data) -> bool:
+    """Whether it takes samples out, all of them some of the first and the last."""
+    if not effect.removes:
+        return False
+    taken = effect.missing(data.n, data.rate)
+    ends = ends_of(data.n)
+    return bool(taken.any()) and not taken[ends : data.n - ends].any()
+
+
+def _scale(size: NDArray[np.float64]) -> float:
+    """Standard deviation by the widest of three quantiles (of a normal law 0.6745, 1 and 2 σ).
+
+    Noise that is merely not normal has no outliers.
+    """
+    return float(np.max(np.quantile(size, [0.5, 0.6827, 0.9545]) / [0.6745, 1.0, 2.0]))
+
+
+def screen_outliers(
+    solution: Solution, data: Data, samples: NDArray[np.float64]
+) -> Candidate | None:
+    """Samples of the whitened record beyond what n normal ones reach once in a hundred records.
+
+    The scale is that of quantiles, which a few per cent of outliers do not move; the gain is what giving each
+    its own level would raise logL by, less the ln n of choosing it.
+    """
+    from scipy.special import log_ndtr, ndtri_exp
+
+    kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "outlier"]
+    wanted = [c for c in kinds if c.candidates(solution.model, data.covariates)]
+    if not wanted or samples.size < data.n:
+        return None
+    centre = np.median(samples)
+    size = np.abs(samples - centre)
+    scale = _scale(size)
+    if scale == 0.0:
+        return None
+    z = np.abs(samples - centre) / scale
+    limit = -float(ndtri_exp(np.log(0.005 / data.n)))
+    if z.max() > limit:
+        # What the record's own tail reaches is none; a coarse step rounds up.
+        there = size if data.missing is None else size[~data.missing]
+        limit = max(
+            limit, outlier_limit(there / scale, 0.01 / data.n, _step(data, samples) / scale)
+        )
+    z = np.where(z > limit, z, 0.0)
+    z += at_the_ends(solution, data)
+    index = np.flatnonzero(z)
+    if index.size == 0 or index.size > data.n // 5:
+        return None
+    seen = data.samples if data.missing is None else data.samples[~data.missing]
+    if float(np.ptp(np.quantile(seen, [0.01, 0.99]))) == 0.0:
+        return None  # a column of few codes: hardly anything but one of them would be left
+    gain = float(np.sum(0.5 * z[index] ** 2 - np.log(data.n)))
+    if gain <= 0.0:
+        return None
+    largest = float(np.log(2.0 * data.n) + log_ndtr(-float(z.max())))
+    effect = wanted[0].at((data.start + index / data.rate).tolist())
+    return _taken_out(effect, solution, data, gain, 1, largest)
+
+
+def _taken_out(
+    effect: Modifier | None,
+    solution: Solution,
+    data: Data,
+    gain: float,
+    numbers: int,
+    chance: float,
+) -> Candidate | None:
+    """The model refitted to what an effect of so many `numbers` leaves of the record; None where it takes nothing."""
+    if effect is None:
+        return None
+    taken = effect.missing(data.n, data.rate)
+    if not np.any(taken if data.missing is None else taken & ~data.missing):
+        return None
+    cleaned = without_samples(data, taken)
+    cleaned = complete(cleaned, solution.model, solution.level)
+    refitted = solve(cleaned, Model((*solution.model.effects, effect)), rounds=3)
+    found = refitted.model.effects[-1]
+    return Candidate(
+        found, gain, effect.screened, refitted, numbers, min(0.0, chance), data=cleaned
+    )
+
+
+def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
+    """The stretch in which a band is `LOUD` times as powerful as else, as far as any octave shows it.
+
+    Short enough that what remains is the record. Each octave is searched as the white level is.
+    """
+    steady = with_normal_tails(whitened)
+    bands = _octaves(steady)
+    found = []
+    for low, high, power, freedom in bands:
+        size = power.size
+        start, end, _, chance = best_interval(power, freedom, min(COARSE, size // 8))
+        chance += float(np.log(len(bands)))
+        if chance > np.log(FALSE_ALARM) or end - start > LONGEST * size:
+            continue
+        if size > COARSE:
+            start, end, _ = refine(power, freedom, start, end, size // COARSE)
+        outside = np.delete(power, np.s_[start:end]).mean()
+        loud = power[start:end].mean() / outside
+        # What is narrow makes an octave hardly louder.
+        if max(loud, _narrowly(steady.samples, low, high, start / size, end / size)) < LOUD:
+            continue
+        # A value of the octave is known to itself.
+        times = max(start - 1, 0) / size, min(end + 1, size) / size
+        found.append((chance, *times, power / outside, freedom))
+    if not found:
+        return None
+    found.sort(key=lambda one: one[0])
+    chance, first, last, _, _ = found[0]
+    reach = last - first
+    for _, begin, close, power, freedom in found[1:]:
+        # Another octave may hear it begin earlier or end later: less long than it lasts, else that is another one.
+        if first - reach < begin < first and _loud(power, freedom, begin, first):
+            first = begin
+        if last < close < last + reach and _loud(power, freedom, last, close):
+            last = close
+    begin, close = (data.start + part * data.duration for part in (first, last))
+    kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "stretch"]
+    effect = kinds[0].during(begin, close, LOUD) if kinds else None
+    return _taken_out(effect, solution, data, _louder_by(bands, first, last), 2, chance)
+
+
+def _narrowly(
+    samples: NDArray[np.float64], low: int, high: int, first: float, last: float
+) -> float:
+    """How many times as powerful the loudest part of a band of ordinates is between two parts of the record."""
+    n = samples.size
+    start, end = round(first * n), round(last * n)
+    length = end - start
+    edges = np.unique(np.round(np.geomspace(low, high, NARROW + 1) * length / (2 * n)).astype(int))
+    if high > n or edges[0] < 1 or np.diff(edges).min() < FEWEST:
+        return 1.0
+
+    def spectrum(at: int) -> NDArray[np.float64]:
+        power = np.abs(np.fft.rfft(samples[at : at + length] * window)) ** 2
+        return np.asarray(np.add.reduceat(power[: edges[-1]], edges[:-1]) / np.diff(edges))
+
+    window = np.hanning(length)
+    others = [*range(0, start - length + 1, length), *range(end, n - length + 1, length)]
+    some = [others[k * len(others) // ELSEWHERE] for k in range(ELSEWHERE)] if others else []
+    usual = np.mean([spectrum(at) for at in dict.fromkeys(some)], axis=0)
+    return float(np.max(spectrum(start) / usual))
+
+
+def _loud(power: NDArray[np.float64], freedom: float, first: float, last: float) -> bool:
+    """Whether relative power between two parts of the record, short of the values at either, is beyond chance."""
+    from scipy.special import chdtrc
+
+    part = power[round(first * power.size) + 1 : round(last * power.size) - 1]
+    return bool(part.size and chdtrc(freedom * part.size, freedom * part.sum()) < FALSE_ALARM)
+
+
+def _octaves(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], float]]:
+    """First ordinate, end, power over time and the freedom of a value of each octave."""
+    return [
+        (low, high, power, each / overdispersion(power, each))
+        for low, high, power, each in steady.bands
+        if power.size >= 64 and float(power.max()) > 0.0
+    ]
+
+
+def louder_by(whitened: Whitened, first: float, last: float) -> float:
+    """Rise of logL by another level of each octave that is louder between two parts of the record."""
+    return _louder_by(_octaves(with_normal_tails(whitened)), first, last)
+
+
+def _louder_by(
+    bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
+) -> float:
+    total = 0.0
+    for _, _, power, freedom in bands:
+        start, end = (round(part * power.size) for part in (first, last))
+        if 0 < end - start < power.size:
+            inside, whole = float(power[start:end].sum()), float(power.sum())
+            if inside * (power.size - end + start) > (whole - inside) * (end - start):
+                counts = np.array([inside]), np.array([float(end - start)])
+                total += float(two_levels(*counts, whole, float(power.size), freedom)[0])
+    return total
