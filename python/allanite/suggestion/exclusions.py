@@ -40,6 +40,10 @@ __all__ = [
 BEHIND, USUAL = 9, 1 << 14
 #: A disturbance is at most this part of the record, and this many times as powerful in some band.
 LONGEST, LOUD = 0.2, 2.0
+#: Chance below which samples are thrown away: what swells by itself is rarely that rare.
+RARE = 1e-6
+#: By how much a narrow band exceeds its mean for a while.
+SWELLS = 10.0
 #: Bands of an octave, fewest ordinates of one, and stretches elsewhere with which the stretch is compared.
 NARROW, FEWEST, ELSEWHERE = 7, 8, 16
 
@@ -186,19 +190,21 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
     """
     steady = with_normal_tails(whitened)
     bands = _octaves(steady)
+    samples = data.samples
+    if solution.model.deterministic:
+        samples = samples - data.signal(solution.model.deterministic)
     found = []
     for low, high, power, freedom in bands:
         size = power.size
         start, end, _, chance = best_interval(power, freedom, min(COARSE, size // 8))
         chance += float(np.log(len(bands)))
-        if chance > np.log(FALSE_ALARM) or end - start > LONGEST * size:
+        if chance > np.log(RARE) or end - start > LONGEST * size:
             continue
         if size > COARSE:
             start, end, _ = refine(power, freedom, start, end, size // COARSE)
         outside = np.delete(power, np.s_[start:end]).mean()
-        loud = power[start:end].mean() / outside
-        # What is narrow makes an octave hardly louder.
-        if max(loud, _narrowly(steady.samples, low, high, start / size, end / size)) < LOUD:
+        loud = _narrowly(samples, low, high, start / size, end / size)
+        if (power[start:end].mean() / outside if loud is None else loud) < LOUD:
             continue
         # A value of the octave is known to itself.
         times = max(start - 1, 0) / size, min(end + 1, size) / size
@@ -222,24 +228,32 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
 
 def _narrowly(
     samples: NDArray[np.float64], low: int, high: int, first: float, last: float
-) -> float:
-    """How many times as powerful the loudest part of a band of ordinates is between two parts of the record."""
+) -> float | None:
+    """How many times as powerful the loudest part of a band of ordinates is between two parts of the record.
+
+    Over `SWELLS` where something narrow is in the band at other times as well: it swells and may wander. None where
+    the stretch is too short to tell.
+    """
     n = samples.size
     start, end = round(first * n), round(last * n)
     length = end - start
-    edges = np.unique(np.round(np.geomspace(low, high, NARROW + 1) * length / (2 * n)).astype(int))
-    if high > n or edges[0] < 1 or np.diff(edges).min() < FEWEST:
-        return 1.0
+    # Two more to either side, beside which the first and the last stand out.
+    steps = (high / low) ** (np.arange(-2, NARROW + 3) / NARROW)
+    edges = np.unique(np.round(low * length / (2 * n) * steps).astype(int))
+    others = [*range(0, start - length + 1, length), *range(end, n - length + 1, length)]
+    if edges[-1] > length // 2 or edges.size < steps.size or np.diff(edges).min() < FEWEST:
+        return None
 
     def spectrum(at: int) -> NDArray[np.float64]:
         power = np.abs(np.fft.rfft(samples[at : at + length] * window)) ** 2
         return np.asarray(np.add.reduceat(power[: edges[-1]], edges[:-1]) / np.diff(edges))
 
     window = np.hanning(length)
-    others = [*range(0, start - length + 1, length), *range(end, n - length + 1, length)]
-    some = [others[k * len(others) // ELSEWHERE] for k in range(ELSEWHERE)] if others else []
-    usual = np.mean([spectrum(at) for at in dict.fromkeys(some)], axis=0)
-    return float(np.max(spectrum(start) / usual))
+    some = {others[k * len(others) // ELSEWHERE] for k in range(ELSEWHERE)}
+    usual = np.mean([spectrum(at) for at in some], axis=0)
+    louder = float(np.max((spectrum(start) / usual)[2:-2]))
+    aside = np.maximum(usual[:-4], usual[4:])
+    return louder / SWELLS if np.any(usual[2:-2] > LOUD * aside) else louder
 
 
 def _loud(power: NDArray[np.float64], freedom: float, first: float, last: float) -> bool:

@@ -32,6 +32,8 @@ RIVAL = 6.0
 LEFT = 0.1
 #: Share of the evidence of a disturbance below which something else that happens in time has explained it.
 DISTURBS = 0.1
+#: What the octaves of a record, a dozen of ½χ²₁ where they are louder, have together by chance once in a thousand records.
+CHANCE = 10.0
 
 
 def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Suggestion, ...]:
@@ -73,10 +75,10 @@ def _disturbs(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     def left(one: Fit) -> float:
         return louder_by(whiten(one.solution, one.data), first, last)
 
-    before = left(fit)
-    # What is stationary, whatever its spectrum, is as loud at all times.
+    # What is stationary, whatever its spectrum, is as loud at all times. A few nats are chance.
+    enough = max(DISTURBS * left(fit), CHANCE)
     return not any(
-        left(one.found) < DISTURBS * before
+        left(one.found) < enough
         for one in found
         if one.significant and one is not out and _in_time(one.effect)
     )
