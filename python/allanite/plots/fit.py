@@ -86,7 +86,7 @@ def _verdict(check: Check) -> str:
         first = check.significant[0]
         numbers = values_text(first.effect, first.estimates)
         name = effect_text(check.fit, first.effect)
-        share = f", removes {first.removes_percent:.0f} % of the misfit"
+        share = f", removes {first.removes_percent:.0f} % of the spectrum's misfit"
         return f"{text}\nMissing first: {name} ({numbers}){share}"
     if check.adequate:
         return f"{text}\nNothing is significantly missing"

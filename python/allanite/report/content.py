@@ -275,7 +275,7 @@ def _card(check: Any, suggestion: Any, told: dict[str, Any], place: str, rank: i
         )
     )
     removes = exact(told["removes_percent"], f"{place}.removes_percent", 2)
-    terms.append(("size", ("removes ", *_flat(removes), " % of the misfit")))
+    terms.append(("size", ("removes ", *_flat(removes), " % of the spectrum's misfit")))
     rivals = told.get("rivals")
     if rivals:
         names = ", ".join(kind.replace("_", " ") for kind in rivals)

@@ -106,7 +106,7 @@ class Check:
             lines.append(f"  {i}. {s.explanation}{mark}")
             lines.append(
                 f"     ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {_p(s)} after {s.trials:.2g} trials, "
-                f"removes {s.removes_percent:.0f} % of the misfit"
+                f"removes {s.removes_percent:.0f} % of the spectrum's misfit"
             )
             if s.rivals:
                 lines.append(f"     cannot be told on this record from: {', '.join(s.rivals)}")
@@ -135,7 +135,7 @@ class Check:
             )
             for s in shown
         ]
-        head = ("effect", "", "ΔlogL", "p", "of the misfit", "what it is", "to confirm")
+        head = ("effect", "", "ΔlogL", "p", "of the spectrum's misfit", "what it is", "to confirm")
         title = "what is missing" if self.significant else "nothing is significantly missing"
         return self.fit._repr_html_() + html_list(where) + html_table(title, head, rows, (2, 3, 4))
 

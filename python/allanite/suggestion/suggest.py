@@ -57,7 +57,7 @@ class Suggestion:
     trials : float
         By how much the p-value of a single test was multiplied.
     removes_percent : float
-        Share of the misfit that it removes.
+        Share of what a saturated model of the spectrum would gain.
     rivals : tuple of str
         Kinds that explain this record as well (20 : 1 at most).
     found, before : Fit
@@ -121,7 +121,7 @@ class Suggestion:
         sure = "" if self.significant else ", not significant"
         return (
             f"Suggestion({self.effect}: ΔlogL {self.delta_log_likelihood:.1f}, "
-            f"removes {self.removes_percent:.0f} % of the misfit{sure})"
+            f"removes {self.removes_percent:.0f} % of the spectrum's misfit{sure})"
         )
 
     @property
@@ -294,7 +294,7 @@ def _suggestion(
 
 
 def _removed(fit: Fit, candidate: Candidate) -> float:
-    """Per cent of the misfit: of what a saturated model would gain beyond chance.
+    """Per cent of the spectrum's misfit: of what a saturated model would gain beyond chance.
 
     A line adds to both what bins do not see.
     """
