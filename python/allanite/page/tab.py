@@ -12,7 +12,7 @@ from allanite.page.bench import Bench, look
 from allanite.page.edits import effect as effect_at
 from allanite.page.edits import freed, frozen, parse_model_string, with_value
 from allanite.page.ladder import Ladder, Step
-from allanite.study import LIMIT, Rung, next_rung
+from allanite.study import Rung, full, next_rung
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -155,21 +155,22 @@ class Tab(Bench):
 
     def _improve(self, job: Job, column: int, before: str) -> bool:
         """Whether the search ended because the model is adequate, or long enough."""
-        for count in range(LIMIT + 1):
+        begun = self.board.ladders[column].at
+        while True:
             ladder = self.board.ladders[column]
             step = ladder.step
             assert step is not None
             check = self.finish(job, step)
-            if check.adequate or self.within(step) or count == LIMIT:
+            rungs = [s.rung for s in ladder.steps[: ladder.at + 1]]
+            if check.adequate or self.within(step) or full(rungs[begun:]):
                 return True
             best = check.significant[0].effect if check.significant else None
             tried = "" if best is None else f", trying {step.fit.display_name(best)}"
-            job.say(f"{before}step {count + 1}{tried}")
-            rung = next_rung([s.rung for s in ladder.steps[: ladder.at + 1]], check)
+            job.say(f"{before}step {len(rungs) - begun}{tried}")
+            rung = next_rung(rungs, check)
             if rung is None:
                 return False
             self.climb(job, Step(" ".join(rung.changes), rung), column)
-        return True
 
     def accept(self, tolerance: float | None) -> None:
         """Say below which model discrepancy, %, a model is good enough; None to ask that it is adequate."""

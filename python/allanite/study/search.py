@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.suggestion import Check, Suggestion
 
-__all__ = ["LIMIT", "improve", "next_rung"]
+__all__ = ["LIMIT", "full", "improve", "next_rung"]
 
-#: No sensor record supports more additions than this.
-LIMIT = 8
+#: No sensor record supports more additions than this, beside lines and stretches that are left out; no more of these.
+LIMIT, ALONE = 8, 32
 #: How often what chance alone gives the Allan error may rise by on a rung: its points at long τ move together.
 CHANCE = 2.0
 #: An Allan error that is none: half a per cent.
@@ -58,7 +58,7 @@ def improve(
     on_progress : callable, optional
         Called with (rungs done, most rungs).
     limit : int
-        Most additions.
+        Most additions, beside at most 32 lines and stretches left out: each has ordinates or times of its own.
     tolerance : float, optional
         Per cent of the deviation: a model whose discrepancy is below it is good enough.
 
@@ -91,16 +91,16 @@ def improve(
     while True:
         check = check_fit(fit)
         if on_progress is not None:
-            on_progress(len(ladder), limit + 1)
+            on_progress(len(ladder), max(limit + 1, len(ladder)))
         stop = _stop(check, tolerance)
-        if stop is None and len(ladder) > limit:
+        if stop is None and full(ladder, limit):
             stop = "limit"
         better = None if stop is not None else next_rung(ladder, check)
         if better is None:
             return Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
         ladder.append(better)
         for rung in _more_lines(ladder, check):
-            if len(ladder) > limit or _within(rung.fit, tolerance):
+            if full(ladder, limit) or _within(rung.fit, tolerance):
                 break
             ladder.append(rung)
         fit = ladder[-1].fit
@@ -110,6 +110,17 @@ def _stop(check: Check, tolerance: float | None) -> str | None:
     if check.adequate:
         return "adequate"
     return "within tolerance" if _within(check.fit, tolerance) else None
+
+
+def full(ladder: Sequence[Rung], limit: int = LIMIT) -> bool:
+    """Whether a ladder is as long as it may be."""
+    alone = sum(rung.added is not None and _stands_alone(rung.added) for rung in ladder)
+    return alone >= ALONE or len(ladder) - alone > limit
+
+
+def _stands_alone(effect: Effect) -> bool:
+    """Whether it says nothing of any other: a line, or what takes samples out."""
+    return effect.screened == "line" or (isinstance(effect, Modifier) and effect.removes)
 
 
 def _within(fit: Fit, tolerance: float | None) -> bool:

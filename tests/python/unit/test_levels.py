@@ -6,18 +6,15 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.common.errors import InputError
-from allanite.suggestion.level_forms import screen_columns, screen_cycle, screen_several, series_of
 from allanite.suggestion.evidence import best_interval
+from allanite.suggestion.level_forms import screen_columns, screen_cycle, screen_several, series_of
 
 
 @pytest.mark.parametrize("cells", [32, 256])
 def test_chance_of_an_interval_is_no_smaller_than_simulated(cells):
     records, rng = 3000, np.random.default_rng(7)
     chances = np.array(
-        [
-            best_interval(rng.standard_normal(16 * cells) ** 2, 1.0, cells)[3]
-            for _ in range(records)
-        ]
+        [best_interval(rng.standard_normal(16 * cells) ** 2, 1.0, cells)[3] for _ in range(records)]
     )
     for p in (0.1, 0.01):
         found = np.mean(chances < np.log(p))

@@ -1,0 +1,37 @@
+"""A ladder ends where effects run out, not where lines do: each has ordinates of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.study import full
+from allanite.study.ladder import Rung
+
+RATE, N = 100.0, 60_000
+
+
+@pytest.mark.long
+def test_eleven_lines_are_eleven_rungs():
+    rng = np.random.default_rng(5)
+    time = np.arange(N) / RATE
+    # No two in a ratio of small integers, nor with harmonics in common.
+    true = 3.1 * np.exp(0.2310 * np.arange(11) + 0.003 * np.arange(11) ** 2)
+    x = 0.02 * rng.standard_normal(N)
+    for k, frequency in enumerate(true):
+        x += 0.003 * np.sin(2 * np.pi * frequency * time + k)
+    study = al.improve(al.Recording(x, rate=RATE), "N")
+    lines = sorted(e.frequency for e in study.fit.model if e.kind == "sinusoid")
+    # 1/T apart; each is known to a tenth of that.
+    np.testing.assert_allclose(lines, true, atol=0.2 / (N / RATE))
+    assert study.stopped_because == "adequate"
+    assert study.fit.model.name.count("+") == 11
+
+
+def test_what_has_no_ordinates_of_its_own_is_counted():
+    fit = al.AngleRandomWalk().fit(al.Recording(np.random.default_rng(0).normal(size=64), rate=1.0))
+    line, walk = Rung(fit, al.Sinusoid()), Rung(fit, al.RateRandomWalk())
+    assert not full([Rung(fit), *[line] * 12, *[walk] * 7])
+    assert full([Rung(fit), *[line] * 12, *[walk] * 8])
+    assert full([Rung(fit), *[line] * 32])
