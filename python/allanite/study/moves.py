@@ -14,6 +14,8 @@ from allanite.fit.rivals.alternatives import may_leave, shown
 from allanite.fit.rivals.evidence import RIVAL, evidence, price
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from allanite.fit.rivals.alternatives import Alternative
     from allanite.fit.solution import Solution
     from allanite.suggestion.suggest import Suggestion
@@ -102,24 +104,46 @@ def _without(fit: Fit, place: int, least: float) -> Fit | None:
 
 
 def added_to(
-    fit: Fit, addition: Effect | Suggestion, asked: int
-) -> tuple[Fit, tuple[str, ...]] | None:
-    """The fit with an effect more, or a suggestion's, and the kind that gave way to it.
+    fit: Fit, addition: Effect | Suggestion, asked: int, lines: Sequence[Effect] = ()
+) -> tuple[Fit, tuple[str, ...], tuple[Effect, ...]] | None:
+    """The fit with an effect more, or a suggestion's, the kind that gave way to it, and what came with it.
 
-    Of a line and a band at one frequency one stays.
+    Of lines and a band at one frequency one stays: several of the `lines` that are known may be one band.
 
     None where the one that is there explains as much, or is one of the first `asked`, which the start has.
     """
     effect = addition if isinstance(addition, Effect) else addition.effect
     place = next((i for i, e in enumerate(fit.model) if one_thing(e, effect, fit)), None)
     if place is None:
-        return fit.add(addition), ()
+        return fit.add(addition), (), ()
     if place < asked:
         return None
     effects = fit.model.effects
-    better = refitted(fit, Model((*effects[:place], *effects[place + 1 :], effect)))
+    rest = (*effects[:place], *effects[place + 1 :])
+    better = refitted(fit, Model((*rest, effect)))
+    came: tuple[Effect, ...] = ()
+    for line in _apart([effect, *(e for e in lines if one_thing(effects[place], e, fit))], fit):
+        more = refitted(fit, Model((*rest, effect, *came, line)))
+        if evidence(more.solution) > evidence(better.solution) + RIVAL:
+            better, came = more, (*came, line)
     clearly = evidence(better.solution) > evidence(fit.solution) + RIVAL
-    return (better, (effects[place].kind,)) if clearly else None
+    return (better, (effects[place].kind,), came) if clearly else None
+
+
+def _apart(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
+    """Those lines behind the first that are too far apart to be one that wanders; none if the first is no line."""
+    kept: list[Effect] = []
+    for line in lines:
+        alone = line.screened == "line" and line.occupies is not None
+        if alone and all(_between(line, other) > NEAR / fit.data.duration for other in kept):
+            kept.append(line)
+    return tuple(kept[1:]) if kept and kept[0] is lines[0] else ()
+
+
+def _between(one: Effect, other: Effect) -> float:
+    """Hz from one line to another."""
+    a, b = one.occupies, other.occupies
+    return abs(a[0] - b[0]) if a is not None and b is not None else np.inf
 
 
 def one_thing(one: Effect, other: Effect, fit: Fit) -> bool:

@@ -140,8 +140,10 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
 def _more_lines(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
     """Rungs for the lines that the same check found behind the one that was just added.
 
-    One line says nothing of another: each has its own ordinates.
+    One line says nothing of another: each has its own ordinates. What was found beside a band that gave way is none.
     """
+    if ladder[-1].removed:
+        return
     ladder = list(ladder)
     for suggestion in check.significant:
         line = suggestion.effect
@@ -164,10 +166,11 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     # What was taken out once and came back is needed.
     gone = {kind for rung in ladder for kind in rung.removed}
     stand_in = {effect.kind for rung in ladder if rung.removed for effect in rung.brought}
-    came = added_to(fit, suggestion, asked)
+    lines = [s.effect for s in check.significant if s is not suggestion]
+    came = added_to(fit, suggestion, asked, lines)
     if came is None:
         return None
-    better, gave_way = came
+    better, gave_way, with_it = came
     if not suggestion.effect_happens_once and not _predicts(fit, better):
         return None
     risen = suggestion.delta_log_likelihood - suggestion.surplus
@@ -183,9 +186,9 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
             return None
         risen += pair[0].solution.log_likelihood - before
         return Rung(pair[0], added, risen=risen, brought=(pair[1],))
-    if len(ladder) > 1 and not _moved(fit, better):
+    if with_it or (len(ladder) > 1 and not _moved(fit, better)):
         # What nothing has moved since it was looked at is as good as it was.
-        return Rung(better, added, gave_way, risen)
+        return Rung(better, added, gave_way, risen, brought=with_it)
     new: list[Effect] = [added]
     removed: list[str] = []
     split = _split(better, [len(better.model) - 1], new, removed)

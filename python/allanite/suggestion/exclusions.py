@@ -231,7 +231,7 @@ def _narrowly(
 ) -> float | None:
     """How many times as powerful the loudest part of a band of ordinates is between two parts of the record.
 
-    Over `SWELLS` where something narrow is in the band at other times as well: it swells and may wander. None where
+    Over `SWELLS` where something narrow is in the band at half of the other times: it swells and may wander. None where
     the stretch is too short to tell.
     """
     n = samples.size
@@ -249,11 +249,13 @@ def _narrowly(
         return np.asarray(np.add.reduceat(power[: edges[-1]], edges[:-1]) / np.diff(edges))
 
     window = np.hanning(length)
-    some = {others[k * len(others) // ELSEWHERE] for k in range(ELSEWHERE)}
-    usual = np.mean([spectrum(at) for at in some], axis=0)
-    louder = float(np.max((spectrum(start) / usual)[2:-2]))
-    aside = np.maximum(usual[:-4], usual[4:])
-    return louder / SWELLS if np.any(usual[2:-2] > LOUD * aside) else louder
+    some = sorted({others[k * len(others) // ELSEWHERE] for k in range(ELSEWHERE)})
+    usual = np.array([spectrum(at) for at in some])
+    # Of a band with as many ordinates two values differ by so much by chance.
+    clearly = 1.0 + 8.0 / np.sqrt(np.diff(edges)[2:-2])
+    peaks = usual[:, 2:-2] > clearly * np.maximum(usual[:, :-4], usual[:, 4:])
+    louder = float(np.max((spectrum(start) / np.median(usual, axis=0))[2:-2]))
+    return louder / SWELLS if 2 * np.count_nonzero(peaks.any(axis=1)) >= len(some) else louder
 
 
 def _loud(power: NDArray[np.float64], freedom: float, first: float, last: float) -> bool:

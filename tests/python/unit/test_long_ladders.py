@@ -1,4 +1,4 @@
-"""A ladder ends where effects run out, not where lines do: each has ordinates of its own."""
+"""A ladder ends where effects run out, not where lines do: each has ordinates of its own, however near they are."""
 
 from __future__ import annotations
 
@@ -35,3 +35,14 @@ def test_what_has_no_ordinates_of_its_own_is_counted():
     assert not full([Rung(fit), *[line] * 12, *[walk] * 7])
     assert full([Rung(fit), *[line] * 12, *[walk] * 8])
     assert full([Rung(fit), *[line] * 32])
+
+
+def test_two_lines_that_beat_are_no_resonance():
+    """Both lie in one bin, which a resonance explains better than one of them does."""
+    time = np.arange(N) / RATE
+    x = 0.02 * np.random.default_rng(8).standard_normal(N)
+    # 24 times 1/T apart.
+    x += 0.003 * (np.sin(2 * np.pi * 7.01 * time) + np.sin(2 * np.pi * 7.05 * time))
+    study = al.improve(al.Recording(x, rate=RATE), "N")
+    assert study.fit.model.name == "N+SIN+SIN", study
+    assert study.stopped_because == "adequate"

@@ -89,7 +89,7 @@ def test_a_line_and_a_band_at_one_frequency_are_one_thing():
     line = shaped(np.ones(FREQUENCY.size), 5).samples + 0.02 * np.sin(2.0 * np.pi * 7.0 * time)
     record = al.Recording(line, rate=RATE, unit="rad/s")
     band = al.fit_model(record, "N+RES(frequency=7,damping=0.001)")
-    better, gave_way = added_to(band, al.Sinusoid(frequency=7.0), asked=1)
+    better, gave_way, _ = added_to(band, al.Sinusoid(frequency=7.0), asked=1)
     assert [e.kind for e in better.model] == ["angle_random_walk", "sinusoid"]
     assert gave_way == ("resonance",)
     # What the start has stays; a band says no more of a line than the line.
