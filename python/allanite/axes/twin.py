@@ -145,7 +145,7 @@ def _possible(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Model,
         f"the effect of {e.follows}, of which no values are given" for e in model if e not in kept
     ]
     outliers = [e for e in kept if getattr(e, "removes", False)]
-    gone += [f"{e.kind.replace('_', ' ')}: wrong samples of one record" for e in outliers]
+    gone += [f"{e.kind.replace('_', ' ')}: of one record, not of the sensor" for e in outliers]
     return Model(tuple(e for e in kept if e not in outliers)), gone
 
 

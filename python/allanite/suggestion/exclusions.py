@@ -188,8 +188,9 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
 
     Short enough that what remains is the record. Each octave is searched as the white level is.
     """
-    steady = with_normal_tails(whitened)
-    bands = _octaves(steady)
+    if whitened.samples.size < data.n:
+        return None  # a summary keeps no samples to take out
+    bands = _octaves(with_normal_tails(whitened))
     samples = data.samples
     if solution.model.deterministic:
         samples = samples - data.signal(solution.model.deterministic)

@@ -86,3 +86,14 @@ def test_the_noise_alone_has_none():
             x += 0.02 * np.random.default_rng(seed + 50).standard_t(4, N)
         check = al.parse_model(MODEL).fit(al.Recording(x, rate=RATE)).check()
         assert all(s.kind != "disturbance" for s in check.significant)
+
+
+def test_a_summary_has_no_samples_to_take_out():
+    rng = np.random.default_rng(4)
+    x = rng.standard_normal(1 << 19)
+    x[100_000:110_000] += 3.0 * np.sin(0.1 * np.arange(10_000))
+    summary = al.summarise([al.Recording(x, rate=RATE)])
+    check = al.AngleRandomWalk().fit(summary).check()
+    assert all(s.kind != "disturbance" for s in check.suggestions)
+    with pytest.raises(al.InputError, match="disturbances are taken out of samples"):
+        al.parse_model("N+DIST(start=2000,end=2200)").fit(summary)

@@ -199,7 +199,7 @@ def refused(summary: Summary, model: Model, method: str) -> None:
     Raises
     ------
     InputError
-        Another method than the likelihood, outliers taken out, a line above the frequencies that are kept in phase.
+        Another method than the likelihood, samples taken out, a line above the frequencies that are kept in phase.
     """
     from allanite.effects import Periodic
 
@@ -209,7 +209,7 @@ def refused(summary: Summary, model: Model, method: str) -> None:
         )
     if any(e.removes for e in model.modifiers):
         raise InputError(
-            "outliers are taken out of samples, which a summary of this length does not keep"
+            "outliers and disturbances are taken out of samples, which a summary of this length does not keep"
         )
     top = phase_limit(summary.reading(), summary.rate)
     for line in (e for e in model if isinstance(e, Periodic)):
