@@ -40,7 +40,7 @@ __all__ = [
 BEHIND, USUAL = 9, 1 << 14
 #: A disturbance is at most this part of the record, and this many times as powerful in some band.
 LONGEST, LOUD = 0.2, 2.0
-#: Chance below which samples are thrown away: what swells by itself is rarely that rare.
+#: Chance below which samples are thrown away.
 RARE = 1e-6
 #: By how much a narrow band exceeds its mean for a while.
 SWELLS = 10.0
@@ -68,9 +68,7 @@ def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
     ends = ends_of(data.n)
     if ends < 1:
         return found
-    samples = data.samples
-    if solution.model.deterministic:
-        samples = samples - data.signal(solution.model.deterministic)
+    samples = data.residual(solution.model)
     reach = np.arange(BEHIND)
 
     def apart(at: NDArray[np.int64] | int, way: int) -> NDArray[np.float64]:
@@ -191,9 +189,7 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
     if whitened.samples.size < data.n:
         return None  # a summary keeps no samples to take out
     bands = _octaves(with_normal_tails(whitened))
-    samples = data.samples
-    if solution.model.deterministic:
-        samples = samples - data.signal(solution.model.deterministic)
+    samples = data.residual(solution.model)
     found = []
     for low, high, power, freedom in bands:
         size = power.size

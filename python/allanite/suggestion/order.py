@@ -32,7 +32,7 @@ RIVAL = 6.0
 LEFT = 0.1
 #: Share of the evidence of a disturbance below which something else that happens in time has explained it.
 DISTURBS = 0.1
-#: What the octaves of a record, a dozen of ½χ²₁ where they are louder, have together by chance once in a thousand records.
+#: What a dozen octaves, ½χ²₁ each where they are louder, have together by chance once in 200 records.
 CHANCE = 10.0
 
 

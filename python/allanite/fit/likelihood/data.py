@@ -120,6 +120,11 @@ class Data:
             self.start + (part.start or 0) / self.rate,
         )
 
+    def residual(self, model: Model) -> NDArray[np.float64]:
+        """The samples without the model's functions of time, shape (n,)."""
+        known = model.deterministic
+        return self.samples - self.signal(known) if known else self.samples
+
     def signal(self, effects: Sequence[Deterministic]) -> NDArray[np.float64]:
         """What the effects, at least one, add to the samples, shape (n,)."""
         time = self.time

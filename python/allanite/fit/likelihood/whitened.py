@@ -179,10 +179,7 @@ def _drawn(solution: Solution, data: Data) -> NDArray[np.float64]:
     """Residual ordinates of a record without holes: what is missing is drawn from the model."""
     if data.gain is None:
         return solution.ordinates
-    samples = data.samples
-    if solution.model.deterministic:
-        samples = samples - data.signal(solution.model.deterministic)
-    return _kernels.cosine_transform(samples)
+    return _kernels.cosine_transform(data.residual(solution.model))
 
 
 def _whitening(solution: Solution, data: Data, level: NDArray[np.float64]) -> NDArray[np.float64]:
