@@ -175,10 +175,13 @@ class Periodic(Deterministic):
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """Shape (n,): A sin(2πft + φ) of each line, in half the time that its two regressors take."""
-        angle = 2.0 * np.pi * (self.frequency or 0.0) * time
         total = np.zeros(time.size)
         for multiple, amplitude, phase in self.lines:
-            total += amplitude * np.sin(multiple * angle + phase)
+            part = 2.0 * np.pi * (self.frequency or 0.0) * multiple * time
+            part += phase
+            np.sin(part, out=part)
+            part *= amplitude
+            total += part
         return total
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:

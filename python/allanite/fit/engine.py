@@ -64,7 +64,8 @@ def solve(
     given = model = _with_white(model)
     bins = data.bins
     free = crowded(model, data) if any(e.passing for e in model.modifiers) else bins.count
-    part = RandomPart(data, bins.power(data.ordinates), free)
+    raw = bins.power(data.ordinates)
+    part = RandomPart(data, raw, free)
     taken = _Taken((), data.ordinates)
     if like is not None and model.deterministic:
         taken = _Taken(like.taken, like.ordinates)
@@ -111,7 +112,7 @@ def solve(
         previous = total
     assert best is not None
     linear = part.linear(model)
-    total = RandomPart(data, bins.power(ordinates), free).judged(best)
+    total = RandomPart(data, raw, free).judged(best)
     processes = processes_of(model, best.theta, linear.matrix)
     functions: tuple[Regressed, ...] = ()
     seen, leverage = np.zeros(0, dtype=np.int64), np.zeros(0)

@@ -231,18 +231,21 @@ def _narrowly(
     Over `SWELLS` where something narrow is in the band at half of the other times: it swells and may wander. None where
     the stretch is too short to tell.
     """
+    from scipy.fft import next_fast_len, rfft
+
     n = samples.size
     start, end = round(first * n), round(last * n)
     length = end - start
+    padded = next_fast_len(length, real=True)
     # Two more to either side, beside which the first and the last stand out.
     steps = (high / low) ** (np.arange(-2, NARROW + 3) / NARROW)
-    edges = np.unique(np.round(low * length / (2 * n) * steps).astype(int))
+    edges = np.unique(np.round(low * padded / (2 * n) * steps).astype(int))
     others = [*range(0, start - length + 1, length), *range(end, n - length + 1, length)]
-    if edges[-1] > length // 2 or edges.size < steps.size or np.diff(edges).min() < FEWEST:
+    if edges[-1] > padded // 2 or edges.size < steps.size or np.diff(edges).min() < FEWEST:
         return None
 
     def spectrum(at: int) -> NDArray[np.float64]:
-        power = np.abs(np.fft.rfft(samples[at : at + length] * window)) ** 2
+        power = np.abs(rfft(samples[at : at + length] * window, padded)) ** 2
         return np.asarray(np.add.reduceat(power[: edges[-1]], edges[:-1]) / np.diff(edges))
 
     window = np.hanning(length)

@@ -40,8 +40,11 @@ PULSES, STRONGEST, MOST_OF = 64, 32, 0.6
 WIDE = 256
 
 
-def _local_level(power: NDArray[np.float64], floor: float) -> NDArray[np.float64]:
-    """What the neighbourhood of each ordinate has: a band that the model misses is not a line."""
+def _over_level(power: NDArray[np.float64], floor: float) -> list[tuple[int, float]]:
+    """Divides by what the neighbourhood of each has, in place, of which the ends and levels are returned.
+
+    A band that the model misses is not a line.
+    """
     edges = np.unique(
         np.concatenate(
             [
@@ -51,10 +54,12 @@ def _local_level(power: NDArray[np.float64], floor: float) -> NDArray[np.float64
         ).astype(np.int64)
     )
     edges = np.unique(np.append(edges[edges < power.size - 32], power.size))
-    level = np.full(power.size, max(floor, 1.0))
+    levels = []
     for low, high in itertools.pairwise(edges):
-        level[low:high] = max(floor, float(np.median(power[low:high])) / np.log(2.0))
-    return level
+        level = max(floor, float(np.median(power[low:high])) / np.log(2.0))
+        power[low:high] /= level
+        levels.append((int(high), level))
+    return levels
 
 
 def screen_lines(
@@ -65,20 +70,18 @@ def screen_lines(
         # A line of a few cycles would be taken for a discrepancy of its own bin; a draw of the model would dilute it.
         plain = whitened_ordinates(solution, data, np.ones(solution.count.size))
         whitened = _kernels.inverse_cosine_transform(plain)
-    power = _kernels.padded_periodogram(whitened)
-    level = _local_level(power, floor=1.0 if solution.best.scale is None else 0.01)
-    ratio = power / level
+    ratio = _kernels.padded_periodogram(whitened)
+    levels = _over_level(ratio, floor=1.0 if solution.best.scale is None else 0.01)
     ratio[: 2 * FEWEST_CYCLES] = 0.0
     ratio[-2:] = 0.0
-    # Octaves share the trials equally: a line of a few cycles does not pay for all frequencies above it.
-    price = np.log(octave_trials(np.arange(ratio.size) / 2.0, data.n))
     noise = solution.noise(data)
     found: list[Candidate] = []
     for k in range(MOST):
-        top = int(np.argmax(np.where(ratio > LEAST, ratio - price, -np.inf)))
-        if ratio[top] <= LEAST or (k >= FEWEST and ratio[top] < price[top] + CLEAR):
+        top, above = _strongest(ratio, data.n)
+        if ratio[top] <= LEAST or (k >= FEWEST and above < CLEAR):
             break
-        width, surplus = _wander(top, solution, data, float(level[top]))
+        level = next(level for end, level in levels if top < end)
+        width, surplus = _wander(top, solution, data, level)
         base, multiples = _comb(ratio, top, width)
         for m in multiples:
             ratio[max(0, m * (base - 8 - width)) : m * (base + 8 + width) + 1] = 0.0
@@ -120,6 +123,17 @@ def screen_lines(
                     )
                 )
     return tuple(found)
+
+
+def _strongest(ratio: NDArray[np.float64], n: int) -> tuple[int, float]:
+    """The place, in half cycles, that stands out most, and by how much over the price of finding it."""
+    # Octaves share the trials equally: a line of a few cycles does not pay for all frequencies above it.
+    octaves = [2**k for k in range(1, ratio.size.bit_length())]
+    tops = np.array([low + int(np.argmax(ratio[low : 2 * low])) for low in octaves])
+    surplus = ratio[tops] - np.log(octave_trials(tops / 2.0, n))
+    surplus[ratio[tops] <= LEAST] = -np.inf
+    best = int(np.argmax(surplus))
+    return int(tops[best]), float(surplus[best])
 
 
 def _lines_at(

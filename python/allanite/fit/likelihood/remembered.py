@@ -37,5 +37,5 @@ class Remembered:
         return found
 
     def holds(self, size: int) -> bool:
-        """Whether something of this many bytes is worth keeping: a few of it have room."""
-        return 4 * size <= self.most
+        """Whether something of this many bytes is worth keeping: three of it have room."""
+        return 3 * size <= self.most

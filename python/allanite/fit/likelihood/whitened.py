@@ -47,8 +47,8 @@ DEEP, ASIDE = 7.0, (0.05, 0.1, 0.2, 0.35, 0.6)
 DOMINATES = 0.5
 #: Of the octaves that it dominates those are looked at that have this part of the time resolution of the finest.
 FINEST = 8
-#: Stretches of which each has a level of its own where the tails are judged.
-STRETCHES = 64
+#: Stretches of which each has a level of its own where the tails are judged, and samples that tell them as well as all.
+STRETCHES, ENOUGH = 64, 1 << 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,7 +141,8 @@ def _normal(samples: NDArray[np.float64]) -> bool:
     """Whether samples may be normal with a level of its own in each stretch."""
     if coarse_step(samples) > 0.0:
         return False
-    size = np.abs(samples)[: samples.size // STRETCHES * STRETCHES].reshape(STRETCHES, -1)
+    size = np.abs(samples[:: -(-samples.size // ENOUGH)])
+    size = size[: size.size // STRETCHES * STRETCHES].reshape(STRETCHES, -1)
     usual = np.median(size, axis=1, keepdims=True)
     if not usual.all():
         return False
@@ -158,11 +159,14 @@ def _over_time(
     white: NDArray[np.float64], bands: list[tuple[int, int, NDArray[np.float64], float]]
 ) -> Whitened:
     """Samples and octave bands of white ordinates, after the bands of which there are no single ones."""
+    from scipy.fft import next_fast_len
+
     # Behind a deep stop band the ends of the transform, not the record, stand out.
     n = white.size
     ends = ends_of(n)
     high = n
-    while high - (low := high // 2) >= BAND:
+    # An octave and what makes its transform, of one ordinate more, quick.
+    while high - (low := max(0, high + 1 - next_fast_len(high - high // 2 + 1))) >= BAND:
         series = np.concatenate([[0.0], white[low:high]])
         power = _kernels.inverse_cosine_transform(series) ** 2
         edge = -(-ends * power.size // n)
