@@ -88,6 +88,26 @@ def test_the_noise_alone_has_none():
         assert all(s.kind != "disturbance" for s in check.significant)
 
 
+def test_the_ends_of_a_filtered_record_are_none():
+    """Of white noise and a walk behind a decimator's taps the stop band holds what the ends of the transform leave."""
+    from scipy import signal
+
+    taps = signal.firwin(32, 0.2)
+    rng = np.random.default_rng(0)
+    x = 0.126 * rng.standard_normal(N + 31) + 9e-6 * np.cumsum(rng.standard_normal(N + 31))
+    x = signal.fftconvolve(x, taps, "valid")
+    check = al.parse_model(MODEL).fit(al.Recording(x, rate=RATE)).check()
+    assert check.suggestions[0].kind != "disturbance"
+    assert all(s.kind != "disturbance" for s in check.significant)
+
+
+@pytest.mark.parametrize(("start", "end"), [(-1.0, 60.0), (2340.0, 2401.0)])
+def test_motion_at_an_end_is_one(start, end):
+    x = _walked(_noise(8), start, end, 12)
+    check = al.parse_model(MODEL).fit(al.Recording(x, rate=RATE)).check()
+    assert "disturbance" in [s.kind for s in check.significant]
+
+
 def test_a_summary_has_no_samples_to_take_out():
     rng = np.random.default_rng(4)
     x = rng.standard_normal(1 << 19)
