@@ -41,9 +41,9 @@ WIDE = 256
 
 
 def _over_level(power: NDArray[np.float64], floor: float) -> list[tuple[int, float]]:
-    """Divides by what the neighbourhood of each has, in place, of which the ends and levels are returned.
+    """Divides power in place by the level of its neighbourhood: a band that the model misses is not a line.
 
-    A band that the model misses is not a line.
+    Returned are the end (exclusive) and the level of each stretch.
     """
     edges = np.unique(
         np.concatenate(
@@ -128,7 +128,7 @@ def screen_lines(
 def _strongest(ratio: NDArray[np.float64], n: int) -> tuple[int, float]:
     """The place, in half cycles, that stands out most, and by how much over the price of finding it."""
     # Octaves share the trials equally: a line of a few cycles does not pay for all frequencies above it.
-    octaves = [2**k for k in range(1, ratio.size.bit_length())]
+    octaves = [2**k for k in range(1, (ratio.size - 1).bit_length())]
     tops = np.array([low + int(np.argmax(ratio[low : 2 * low])) for low in octaves])
     surplus = ratio[tops] - np.log(octave_trials(tops / 2.0, n))
     surplus[ratio[tops] <= LEAST] = -np.inf

@@ -23,3 +23,10 @@ def test_a_train_of_pulses_is_one_line_with_its_harmonics():
     # A line of a train of one sample in k has the amplitude 2/k of the pulse.
     sizes = [a for _, a, _ in added[0].lines]
     assert np.median(sizes) == pytest.approx(2.0 / rate * size, rel=0.15)
+
+
+@pytest.mark.parametrize("n", [255, 256, 257, 1023])
+def test_lines_are_looked_for_in_a_record_of_any_length(n):
+    """Of 2^k − 1 samples the highest octave is a whole one, of other numbers a part."""
+    x = np.random.default_rng(n).standard_normal(n)
+    assert al.AngleRandomWalk().fit(al.Recording(x, rate=10.0)).check().adequate

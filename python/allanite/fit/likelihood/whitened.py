@@ -166,7 +166,7 @@ def _over_time(
     ends = ends_of(n)
     high = n
     # An octave and what makes its transform, of one ordinate more, quick.
-    while high - (low := max(0, high + 1 - next_fast_len(high - high // 2 + 1))) >= BAND:
+    while high - (low := high + 1 - next_fast_len(high - high // 2 + 1)) >= BAND:
         series = np.concatenate([[0.0], white[low:high]])
         power = _kernels.inverse_cosine_transform(series) ** 2
         edge = -(-ends * power.size // n)
