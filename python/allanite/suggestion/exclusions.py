@@ -11,9 +11,9 @@ from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Model, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import without_samples
-from allanite.fit.likelihood.whitened import ends_of, with_normal_tails
+from allanite.fit.likelihood.whitened import ends_of, step_in, with_normal_tails
 from allanite.fit.missing import complete
-from allanite.recording.tails import coarse_step, outlier_limit
+from allanite.recording.tails import outlier_limit
 from allanite.suggestion.evidence import (
     COARSE,
     FALSE_ALARM,
@@ -50,13 +50,6 @@ EMPTY = 0.1
 NARROW, FEWEST, ELSEWHERE = 7, 8, 16
 
 
-def _step(data: Data, samples: NDArray[np.float64]) -> float:
-    """Step to which samples are rounded, in units of the whitened ones; 0 where it is small."""
-    some = data.samples if data.missing is None else data.samples[~data.missing]
-    step = coarse_step(some)
-    return step / max(float(np.std(np.diff(some))), step) * np.sqrt(2.0) * float(np.std(samples))
-
-
 def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
     """How far samples of the two ends stand out, in standard deviations where they do, shape (n,), else 0.
 
@@ -85,7 +78,7 @@ def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
         return found
     chance = 0.001 / (2 * ends)
     limit = -float(ndtri(0.5 * chance))
-    step = _step(data, usual) / scales[gap]
+    step = step_in(data, usual) / scales[gap]
     limit = max(limit, outlier_limit(usual / scales[gap], chance, step))
     for first, way in ((ends - 1, 1), (data.n - ends, -1)):
         gap = 1
@@ -142,7 +135,7 @@ def screen_outliers(
         # What the record's own tail reaches is none; a coarse step rounds up.
         there = size if data.missing is None else size[~data.missing]
         limit = max(
-            limit, outlier_limit(there / scale, 0.01 / data.n, _step(data, samples) / scale)
+            limit, outlier_limit(there / scale, 0.01 / data.n, step_in(data, samples) / scale)
         )
     z = np.where(z > limit, z, 0.0)
     z += at_the_ends(solution, data)

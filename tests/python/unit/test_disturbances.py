@@ -117,3 +117,20 @@ def test_a_summary_has_no_samples_to_take_out():
     assert all(s.kind != "disturbance" for s in check.suggestions)
     with pytest.raises(al.InputError, match="disturbances are taken out of samples"):
         al.parse_model("N+DIST(start=2000,end=2200)").fit(summary)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_a_record_of_hardly_three_values_has_none(seed):
+    """What wanders below a step of three standard deviations is no louder stretch of it."""
+    x = _noise(seed) + 0.0006 * np.cumsum(np.random.default_rng(seed).standard_normal(N)) / 60.0
+    check = al.fit_model(al.Recording(np.round(x / 0.06) * 0.06, rate=RATE), MODEL).check()
+    assert not [s for s in check.significant if s.kind == "disturbance"], check
+
+
+def test_a_coarse_record_that_was_carried_has_one():
+    x = _walked(_noise(2), 1500.0, 1560.0, 102)
+    check = al.fit_model(al.Recording(np.round(x / 0.06) * 0.06, rate=RATE), MODEL).check()
+    first = next(s.effect for s in check.significant if s.kind == "disturbance")
+    # Of so coarse a record half of the stretch may be added at either side.
+    assert 1470.0 - 1.0 < first.start <= 1500.5
+    assert 1559.5 <= first.end < 1590.0

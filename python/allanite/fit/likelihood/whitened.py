@@ -7,7 +7,7 @@ band's power over time, χ²₁ each where the model holds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,6 +29,7 @@ __all__ = [
     "cell_means",
     "ends_of",
     "expected_level",
+    "step_in",
     "white_power",
     "white_share",
     "whiten",
@@ -64,10 +65,13 @@ class Whitened:
     bands : tuple
         (first ordinate, end, power over time, squares in each value) of each octave from the top, while it has `BAND`
         values.
+    step : float
+        To which the record is rounded, in units of the samples; 0 where it is small.
     """
 
     samples: NDArray[np.float64]
     bands: tuple[tuple[int, int, NDArray[np.float64], float], ...]
+    step: float = 0.0
 
     __repr__ = brief
 
@@ -77,6 +81,7 @@ def whiten(solution: Solution, data: Data) -> Whitened:
     white = _whitening(solution, data, solution.level) * _drawn(solution, data)
     bands = data.octaves(lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j))))
     found = _over_time(white, bands)
+    found = replace(found, step=step_in(data, found.samples))
     if not any(effect.passing for effect in solution.model.modifiers):
         return found
     return _steadied(solution, data, found)
@@ -101,7 +106,7 @@ def _steadied(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
         else:
             expected = expected_level(solution.model, data, power.size)
             bands.append((low, high, power / (1.0 + own * (expected - 1.0)), each))
-    return Whitened(samples, tuple(bands))
+    return Whitened(samples, tuple(bands), whitened.step)
 
 
 def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
@@ -129,8 +134,12 @@ def with_normal_tails(whitened: Whitened) -> Whitened:
     segments = any(each != 1.0 for *_, each in whitened.bands)
     if segments or _normal(samples):
         return whitened
+    rng = np.random.default_rng(0)
+    if whitened.step > 0.0:
+        # In the order of values that rounding made equal is what wanders below a step, and it would be as large as noise.
+        samples = samples + whitened.step * rng.uniform(-0.5, 0.5, samples.size)
     # Equal values in any order. NumPy sorts to the end; beside it an interrupt is heard.
-    shuffled = np.random.default_rng(0).permutation(samples.size)
+    shuffled = rng.permutation(samples.size)
     [order] = results(side_by_side([lambda: shuffled[np.argsort(samples[shuffled])]]))
     scores = np.empty(samples.size)
     scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
@@ -142,12 +151,23 @@ def _normal(samples: NDArray[np.float64]) -> bool:
     if coarse_step(samples) > 0.0:
         return False
     size = np.abs(samples[:: -(-samples.size // ENOUGH)])
+    if size.size < STRETCHES:
+        return True
     size = size[: size.size // STRETCHES * STRETCHES].reshape(STRETCHES, -1)
     usual = np.median(size, axis=1, keepdims=True)
     if not usual.all():
         return False
     tail = tail_of((size / usual).ravel(), CENSORED[0])
     return tail is None or not tail.heavy
+
+
+def step_in(data: Data, samples: NDArray[np.float64]) -> float:
+    """Step to which a record is rounded, in units of samples made from it; 0 where it is small."""
+    some = data.samples if data.missing is None else data.samples[~data.missing]
+    step = coarse_step(some)
+    if step == 0.0:
+        return 0.0
+    return step / max(float(np.std(np.diff(some))), step) * np.sqrt(2.0) * float(np.std(samples))
 
 
 def ends_of(n: int) -> int:
