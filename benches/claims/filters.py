@@ -1,9 +1,9 @@
 """Filters hidden in N+B+K: is the first rung of a ladder the filter, how many effects follow, is N right?
 
-The records are made by scipy.signal alone: 1800 s at 100 Hz, N = 0.0126, B = 0.002, K = 9.07e-5 (rad/s), the white part
-behind each filter at cutoffs of 0.1 to 0.4 of the rate.
+The records are made by scipy.signal alone: 1800 s at 100 Hz, N = 0.0126, B = 0.002, K = 9.07e-5 (rad/s), the white part,
+or with --whole all of it, behind each filter at cutoffs of 0.1 to 0.4 of the rate.
 
-    python benches/claims/filters.py [--seeds 3] [--only butterworth]
+    python benches/claims/filters.py [--seeds 3] [--only butterworth] [--whole]
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ SETTLED = 4096
 
 
 def _iir(b, a, times=1):
-    def run(rng, count):
-        x = rng.standard_normal(count + SETTLED)
+    def run(given, count):
+        x = given(count + SETTLED, RATE)
         for _ in range(times):
             x = signal.lfilter(b, a, x)
         return x[SETTLED:]
@@ -33,10 +33,9 @@ def _iir(b, a, times=1):
 
 
 def _decimated(taps, factor):
-    def run(rng, count):
-        x = rng.standard_normal(factor * count + len(taps) - 1)
-        # Of the same density at frequency 0: a mean of `factor` samples has a `factor`-th of the variance.
-        return np.sqrt(factor) * signal.fftconvolve(x, taps, "valid")[::factor]
+    def run(given, count):
+        x = given(factor * count + len(taps) - 1, factor * RATE)
+        return signal.fftconvolve(x, taps, "valid")[::factor]
 
     return run
 
@@ -76,21 +75,29 @@ def designs():
 
 
 def _analogue(b, a, factor):
-    def run(rng, count):
-        x = rng.standard_normal(factor * (count + SETTLED))
-        return np.sqrt(factor) * signal.lfilter(b, a, x)[factor * SETTLED :: factor]
+    def run(given, count):
+        x = given(factor * (count + SETTLED), factor * RATE)
+        return signal.lfilter(b, a, x)[factor * SETTLED :: factor]
 
     return run
 
 
-def record(source, seed, name):
+def record(source, seed, name, whole=False):
     """Samples in rad/s: the filtered white part, flicker (as its discrete spectrum says) and a random walk."""
     rng = np.random.default_rng([seed, *name.encode()])
-    white = N * np.sqrt(RATE) * source(rng, LENGTH)
-    size = signal.fftconvolve(rng.standard_normal(2 * LENGTH), _flicker(2 * LENGTH))
-    flicker = B * size[LENGTH : 2 * LENGTH]
-    walk = np.cumsum(K / np.sqrt(RATE) * rng.standard_normal(LENGTH))
-    return white + flicker + walk
+
+    def white(count, rate):
+        return N * np.sqrt(rate) * rng.standard_normal(count)
+
+    def slow(count, rate):
+        size = signal.fftconvolve(rng.standard_normal(2 * count), _flicker(2 * count))
+        return B * size[count : 2 * count] + np.cumsum(
+            K / np.sqrt(rate) * rng.standard_normal(count)
+        )
+
+    if whole:
+        return source(lambda count, rate: white(count, rate) + slow(count, rate), LENGTH)
+    return source(white, LENGTH) + slow(LENGTH, RATE)
 
 
 def _flicker(count):
@@ -99,9 +106,9 @@ def _flicker(count):
     return np.concatenate([[1.0], np.cumprod((k - 0.5) / k)])
 
 
-def climb(name, seed):
+def climb(name, seed, whole=False):
     """Kinds that a ladder added, N over the truth, verdict, seconds of CPU."""
-    samples = record(designs()[name], seed, name)
+    samples = record(designs()[name], seed, name, whole)
     began = time.process_time()
     study = al.improve(al.Recording(samples, rate=RATE, unit="rad/s"), "N+B+K")
     spent = time.process_time() - began
@@ -114,13 +121,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--only", default="")
+    parser.add_argument("--whole", action="store_true", help="B and K are behind the filter too")
     options = parser.parse_args()
     first, few, right, total = 0, 0, 0, 0
     for name in designs():
         if options.only not in name:
             continue
         for seed in range(options.seeds):
-            added, level, adequate, spent, _ = climb(name, seed)
+            added, level, adequate, spent, _ = climb(name, seed, options.whole)
             kinds = [e.kind for e in added]
             total += 1
             first += kinds[:1] == ["bandwidth"]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.fit.likelihood.stop_band import mostly_empty
 from allanite.fit.likelihood.whitened import ends_of, whitened_ordinates
 
 if TYPE_CHECKING:
@@ -115,6 +116,9 @@ def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
     n, rate = sizes.pop(), next(iter(fits.values())).data.rate
     white = {name: _white(fit) for name, fit in fits.items()}
     edges = _octaves(n // 2)
+    # Ordinate k of a period is 2k of the half periods.
+    seen = [fit.data.bins for fit in fits.values()]
+    edges = [e for e in edges if not any(mostly_empty(b, 2 * e[0], 2 * e[1]) for b in seen)]
     pairs = list(combinations(fits, 2))
     level = LEVEL / max(1, len(pairs) * len(edges))
     return tuple(

@@ -103,7 +103,7 @@ def solve(
             np.searchsorted(bins.edges, design.ordinates, side="right") - 1,
             regression.leverage,
         )
-        count = np.maximum(free - used, 0.05)
+        count = np.maximum(free - used, np.minimum(free, 0.05))
         raw = bins.power(ordinates)
         part = RandomPart(data, raw * free / count, count)
         total = RandomPart(data, raw, free).judged(best)

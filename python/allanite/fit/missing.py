@@ -26,6 +26,7 @@ from allanite.common.threads import go_on
 from allanite.fit.likelihood.data import column, density
 from allanite.fit.likelihood.holes import mixing_of, seen_of
 from allanite.fit.likelihood.shares import CELLS, share_of
+from allanite.fit.likelihood.stop_band import NOTHING, empty
 
 if TYPE_CHECKING:
     from allanite.effects import Model
@@ -155,7 +156,7 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     count = seen_of(share, data.bins) * mixing.diagonal() / (mixing**2).sum(axis=0)
     power = column(data.terms(model), replace(data, mixing=None))
     mixing *= np.outer(power, 1.0 / power)
-    bins = replace(data.bins, count=count)
+    bins = replace(data.bins, count=np.where(empty(data.bins), NOTHING * count, count))
     return replace(data, samples=samples, ordinates=ordinates, bins=bins, gain=gain, mixing=mixing)
 
 

@@ -22,6 +22,7 @@ from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.fit.likelihood.discrepancy import SCALES
 from allanite.fit.likelihood.random_part import RandomPart
+from allanite.fit.likelihood.stop_band import empty
 from allanite.fit.prediction_in_time import BLOCKS, levels, prices
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.shape import free_places
@@ -116,6 +117,7 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
         return None
     bins = data.bins
     number, total = bins.folded(solution.ordinates, FOLDS)
+    number[:, empty(bins)] = total[:, empty(bins)] = 0.0
     saturated = total
     if solution.ordinates is not data.ordinates or raw is not None:
         _, saturated = bins.folded((data if raw is None else raw).ordinates, FOLDS)
@@ -126,9 +128,9 @@ def predict(data: Data, solution: Solution, raw: Data | None = None) -> Predicti
         rest = np.arange(FOLDS) != fold
         freedom = (number - used)[rest].sum(axis=0)
         power = total[rest].sum(axis=0) / np.maximum(freedom, EMPTY)
-        empty = (freedom < 0.05) | (power <= 0.0)
+        unseen = (freedom < 0.05) | (power <= 0.0)
         part = RandomPart(
-            data, np.where(empty, solution.spectrum, power), np.where(empty, EMPTY, freedom)
+            data, np.where(unseen, solution.spectrum, power), np.where(unseen, EMPTY, freedom)
         )
         found = _refitted(solution, part)
         for g, group in enumerate(np.split(np.arange(bins.count.size), bins.groups[1:])):

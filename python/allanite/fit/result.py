@@ -19,6 +19,7 @@ from allanite.fit.degeneracy import Correlations, correlations, degeneracies
 from allanite.fit.estimates import estimates, free_parameters
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.discrepancy import chance_deviance, judge, scale_interval
+from allanite.fit.likelihood.stop_band import empty_ranges
 from allanite.fit.likelihood.whittle import normal_scores
 from allanite.fit.measures import Discrepancy, Error, Misfit
 from allanite.fit.missing import complete
@@ -106,6 +107,11 @@ class Fit:
         """One sentence for each pair of numbers, or each effect, that this record cannot tell apart."""
         return degeneracies(self.correlations, self.model, self.data)
 
+    @property
+    def not_judged(self) -> list[tuple[float, float]]:
+        """Bands, Hz, in which a filter left next to nothing: the fit does not look at them."""
+        return empty_ranges(self.data.bins, self.data.rate)
+
     @cached_property
     def z(self) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Standard normal score of each spectral bin, shape (bins,)."""
@@ -119,7 +125,7 @@ class Fit:
 
         z = group_scores(self.solution, self.data)
         chi2 = float(z @ z)
-        dof = max(1, z.size - free_parameters(self.solution))
+        dof = max(1, int(np.count_nonzero(z)) - free_parameters(self.solution))
         return Misfit(chi2, dof, float(chdtrc(dof, chi2)))
 
     @cached_property
@@ -343,6 +349,7 @@ class Fit:
             },
             "error": self.error.to_dict(),
             "discrepancy": self.discrepancy.to_dict(),
+            "not_judged_hz": [list(band) for band in self.not_judged],
             "adequate": self.adequate,
         }
 

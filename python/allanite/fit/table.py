@@ -63,6 +63,11 @@ def misfit_line(fit: Fit) -> str:
         line += f", at most ×{np.exp(abs(np.log(e.adev_worst[0]))):.3g} at {e.adev_worst[1]:.3g} s"
     if fit.discrepancy.percent:
         line += f"; the model is within {fit.discrepancy.percent:.2g} % of the spectrum"
+    if fit.not_judged:
+        where = " and ".join(f"{low:.3g}–{high:.3g}" for low, high in fit.not_judged)
+        line += (
+            f"; not judged: {where} Hz, where a filter left less than 1e-4 of the power beside it"
+        )
     return line
 
 

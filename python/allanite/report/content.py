@@ -182,6 +182,16 @@ def _agreement(fit: dict[str, Any], place: str) -> Cell:
         words += [". It is within "]
         words += _flat(exact(fit["discrepancy"]["percent"], f"{place}.discrepancy.percent", 2))
         words += [" % of the spectrum, in units of the deviation"]
+    if fit["not_judged_hz"]:
+        words += [". Not judged is"]
+    for k, (low, high) in enumerate(fit["not_judged_hz"]):
+        words += [" what lies between " if k == 0 else ", and between "]
+        words += _flat(exact(low, f"{place}.not_judged_hz.{k}.0", 3))
+        words += [" and "]
+        words += _flat(exact(high, f"{place}.not_judged_hz.{k}.1", 3))
+        words += [" Hz"]
+    if fit["not_judged_hz"]:
+        words += [", where a filter left less than a ten-thousandth of the power beside it"]
     return (*words, ".")
 
 

@@ -44,8 +44,6 @@ LONGEST, LOUD = 0.2, 2.0
 RARE = 1e-6
 #: By how much a narrow band exceeds its mean for a while.
 SWELLS = 10.0
-#: Part of the model's density below which the ends of a record say nothing.
-EMPTY = 0.1
 #: Bands of an octave, fewest ordinates of one, and stretches elsewhere with which the stretch is compared.
 NARROW, FEWEST, ELSEWHERE = 7, 8, 16
 
@@ -198,8 +196,6 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
         loud = _narrowly(samples, low, high, start / size, end / size)
         if (power[start:end].mean() / outside if loud is None else loud) < LOUD:
             continue
-        if (start == 0 or end == size) and _empty(solution, data, low, high):
-            continue
         # A value of the octave is known to itself.
         times = max(start - 1, 0) / size, min(end + 1, size) / size
         found.append((chance, *times, power / outside, freedom))
@@ -218,13 +214,6 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
     kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "stretch"]
     effect = kinds[0].during(begin, close, LOUD) if kinds else None
     return _taken_out(effect, solution, data, _louder_by(bands, first, last), 2, chance)
-
-
-def _empty(solution: Solution, data: Data, low: int, high: int) -> bool:
-    """Whether a filter left next to nothing in a band of ordinates: the ends of the transform stand out there."""
-    edges = data.bins.edges
-    inside = (edges[:-1] < high) & (edges[1:] > low)
-    return bool(np.median(solution.level[inside]) < EMPTY)
 
 
 def _narrowly(

@@ -16,6 +16,7 @@ from allanite.common.showing import brief
 from allanite.common.threads import go_on
 from allanite.deviation import oadev
 from allanite.fit.likelihood.remembered import Remembered
+from allanite.fit.likelihood.stop_band import UNSEEN, bins_seen, empty
 from allanite.spectrum import Bins, bins_of, bridge_gaps
 
 if TYPE_CHECKING:
@@ -111,11 +112,12 @@ class Data:
         middle = self.n // 2
         part = slice(0, middle) if which == 0 else slice(middle, None)
         samples = np.ascontiguousarray(self.samples[part])
+        ordinates = _kernels.cosine_transform(samples)
         return Data(
             samples,
-            _kernels.cosine_transform(samples),
+            ordinates,
             self.rate,
-            bins_of(samples.size),
+            bins_seen(ordinates),
             {name: values[part] for name, values in self.covariates.items()},
             self.start + (part.start or 0) / self.rate,
         )
@@ -222,7 +224,9 @@ class Noise:
     def variance(self, j: NDArray[np.int64]) -> NDArray[np.float64]:
         """Expected squared ordinates j, U² per sample."""
         place = np.searchsorted(self.bins.edges, j, side="right") - 1
-        return density(self.terms, j, self.bins.n) * self.level[place]
+        # Of an empty bin nothing is told.
+        unseen = np.where(empty(self.bins), UNSEEN, 1.0)
+        return density(self.terms, j, self.bins.n) * (self.level * unseen)[place]
 
 
 def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
@@ -270,7 +274,7 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         filled,
         ordinates,
         float(recording.rate),
-        bins_of(filled.size),
+        bins_seen(ordinates),
         covariates,
         missing=holes if there < holes.size else None,
     )
@@ -281,11 +285,12 @@ def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
     filled = bridge_gaps(data.samples, missing)
     if data.missing is not None:
         missing = missing | data.missing
+    ordinates = _kernels.cosine_transform(filled)
     return replace(
         data,
         samples=filled,
-        ordinates=_kernels.cosine_transform(filled),
-        bins=bins_of(data.n),
+        ordinates=ordinates,
+        bins=bins_seen(ordinates),
         missing=missing,
         gain=None,
         mixing=None,

@@ -17,6 +17,7 @@ from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.common.threads import results, side_by_side
 from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.stop_band import without_empty
 from allanite.recording.tails import CENSORED, coarse_step, tail_of
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ class Whitened:
         Over time. Of a summary, which keeps the lowest ordinates alone, as many as these.
     bands : tuple
         (first ordinate, end, power over time, squares in each value) of each octave from the top, while it has `BAND`
-        values.
+        values, and most of its ordinates hold something.
     step : float
         To which the record is rounded, in units of the samples; 0 where it is small.
     """
@@ -143,7 +144,9 @@ def with_normal_tails(whitened: Whitened) -> Whitened:
     [order] = results(side_by_side([lambda: shuffled[np.argsort(samples[shuffled])]]))
     scores = np.empty(samples.size)
     scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
-    return _over_time(_kernels.cosine_transform(scores), [])
+    found = _over_time(_kernels.cosine_transform(scores), [])
+    kept = {low for low, *_ in whitened.bands}
+    return replace(found, bands=tuple(band for band in found.bands if band[0] in kept))
 
 
 def _normal(samples: NDArray[np.float64]) -> bool:
@@ -187,13 +190,15 @@ def _over_time(
     high = n
     # An octave and what makes its transform, of one ordinate more, quick.
     while high - (low := high + 1 - next_fast_len(high - high // 2 + 1)) >= BAND:
-        series = np.concatenate([[0.0], white[low:high]])
+        own, high = white[low:high], low
+        if 2 * np.count_nonzero(own) < own.size:
+            continue  # mostly empty bins
+        series = np.concatenate([[0.0], own])
         power = _kernels.inverse_cosine_transform(series) ** 2
         edge = -(-ends * power.size // n)
         power[:edge] = power[edge : 5 * edge].mean()
         power[power.size - edge :] = power[power.size - 5 * edge : power.size - edge].mean()
-        bands.append((low, high, power, 1.0))
-        high = low
+        bands.append((low, low + own.size, power, 1.0))
     samples = _kernels.inverse_cosine_transform(white)
     samples[:ends] = samples[n - ends :] = 0.0
     return Whitened(samples, tuple(bands))
@@ -211,7 +216,7 @@ def _whitening(solution: Solution, data: Data, level: NDArray[np.float64]) -> ND
     j = np.maximum(np.arange(solution.ordinates.size, dtype=np.float64), 1.0)
     white = _log_density(solution, data, level, np.log(j, out=j))
     white *= -0.5
-    return np.asarray(np.exp(white, out=white))
+    return without_empty(np.asarray(np.exp(white, out=white)), data.bins)
 
 
 def whitened_ordinates(

@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 LEVEL = 1.9207
 #: Most degrees of freedom of a bin in the fit that gives each about one vote.
 VOTES = 10.0
+#: Degrees of freedom below which nothing was seen.
+SEEN = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -235,4 +237,4 @@ def normal_scores(power: Array, count: Array, spectrum: Array) -> Array:
     near = np.abs(w) < 1e-3
     safe = np.where(near, 1.0, w)
     corrected = w + np.log(np.where(near, 1.0, np.abs(u)) / np.abs(safe)) / safe
-    return np.where(near, w + 1.0 / (3.0 * np.sqrt(nu)), corrected)
+    return np.where(count < SEEN, 0.0, np.where(near, w + 1.0 / (3.0 * np.sqrt(nu)), corrected))
