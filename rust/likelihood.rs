@@ -6,15 +6,22 @@
 //! marginal likelihood is a sum over nodes of w; δ = 0 is the Whittle likelihood. The reasons are in
 //! `allanite.fit.likelihood.discrepancy`.
 
+// Compiled with the instructions of the caller.
+#![allow(clippy::inline_always)]
+
 mod climb;
+mod exponents;
 mod gamma;
 mod nonnegative;
 mod sum;
 
 use std::sync::OnceLock;
 
+#[cfg(target_arch = "x86_64")]
+use crate::machine::processor::{Unit, Width};
 use crate::{Error, Result};
 pub use climb::{Maximum, Problem, climb_many};
+use exponents::ln;
 use gamma::{NODES, WIDTH};
 
 /// Every fourth scale is tried where nothing is known of it.
@@ -35,6 +42,10 @@ pub struct Likelihood {
     cells: Vec<usize>,
     /// Degrees of freedom of each cell.
     total: Vec<f64>,
+    /// Cell of each bin.
+    owner: Vec<usize>,
+    /// √ of the degrees of freedom of each bin.
+    root: Vec<f64>,
     scales: Vec<f64>,
     /// Of each scale, made when it is first asked for.
     tables: Vec<OnceLock<Vec<Block>>>,
@@ -51,8 +62,12 @@ pub struct Judged {
 /// A power over a spectrum.
 #[derive(Default)]
 pub(crate) struct Ratio {
+    /// 1/S of each bin.
+    inverse: Vec<f64>,
     /// I/S of each bin.
     bins: Vec<f64>,
+    /// n ln S of each bin.
+    logs: Vec<f64>,
     /// Its mean R over each cell.
     cells: Vec<f64>,
     /// ln R − R, zeros up to whole blocks.
@@ -75,8 +90,11 @@ impl Likelihood {
             return Err(Error::Input("likelihood: cells must begin at bin 0 and rise".into()));
         }
         let total = cells.windows(2).map(|pair| count[pair[0]..pair[1]].iter().sum()).collect();
+        let sizes = cells.windows(2).enumerate();
+        let owner = sizes.flat_map(|(cell, pair)| std::iter::repeat_n(cell, pair[1] - pair[0])).collect();
+        let root = count.iter().map(|n| n.sqrt()).collect();
         let tables = scales.iter().map(|_| OnceLock::new()).collect();
-        Ok(Self { count, cells, total, scales, tables })
+        Ok(Self { count, cells, total, owner, root, scales, tables })
     }
 
     /// Number of bins.
@@ -93,31 +111,91 @@ impl Likelihood {
         self.cells.windows(2).map(|pair| pair[0]..pair[1])
     }
 
-    fn fill(&self, power: &[f64], spectrum: &[f64], out: &mut Ratio) {
-        out.bins.clear();
-        out.bins.extend(power.iter().zip(spectrum).map(|(p, s)| p / s));
-        out.cells.clear();
-        out.y.clear();
-        out.extra = 0.0;
-        for (range, total) in self.ranges().zip(&self.total) {
-            let (mut mean, mut log) = (0.0, 0.0);
-            for bin in range {
-                mean += self.count[bin] * out.bins[bin];
-                log += self.count[bin] * spectrum[bin].ln();
-            }
-            mean /= total;
-            out.cells.push(mean);
-            out.y.push(mean.ln() - mean);
-            out.extra -= 0.5 * (log + total * mean.ln());
+    /// The sums over the bins of each cell, Σ n a, of a value of each bin.
+    #[inline(always)]
+    fn cell_means(&self, values: &[f64], out: &mut [f64]) {
+        for ((range, total), mean) in self.ranges().zip(&self.total).zip(out) {
+            let sum: f64 = self.count[range.clone()].iter().zip(&values[range]).map(|(n, v)| n * v).sum();
+            *mean = sum / total;
         }
-        out.y.resize(self.total.len().next_multiple_of(WIDTH), 0.0);
+    }
+
+    fn fill(&self, power: &[f64], spectrum: &[f64], out: &mut Ratio) {
+        #[cfg(target_arch = "x86_64")]
+        if Width::best().is_wide() {
+            // SAFETY: a `Width` is only made of units that the processor has.
+            return unsafe { self.fill_wide(power, spectrum, out) };
+        }
+        self.fill_body::<false>(power, spectrum, out);
+    }
+
+    /// # Safety
+    /// The processor has AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    unsafe fn fill_wide(&self, power: &[f64], spectrum: &[f64], out: &mut Ratio) {
+        self.fill_body::<true>(power, spectrum, out);
+    }
+
+    #[inline(always)]
+    fn fill_body<const FUSED: bool>(&self, power: &[f64], spectrum: &[f64], out: &mut Ratio) {
+        let (bins, cells) = (self.bins(), self.total.len());
+        for values in [&mut out.inverse, &mut out.bins, &mut out.logs] {
+            values.resize(bins, 0.0);
+        }
+        out.cells.resize(cells, 0.0);
+        out.y.resize(cells.next_multiple_of(WIDTH), 0.0);
+        let (inverse, ratio, logs) = (&mut out.inverse[..bins], &mut out.bins[..bins], &mut out.logs[..bins]);
+        let (power, spectrum, count) = (&power[..bins], &spectrum[..bins], &self.count[..bins]);
+        for b in 0..bins {
+            inverse[b] = 1.0 / spectrum[b];
+            ratio[b] = power[b] * inverse[b];
+            logs[b] = count[b] * ln::<FUSED>(spectrum[b]);
+        }
+        self.cell_means(ratio, &mut out.cells);
+        let mut extra = logs.iter().sum::<f64>();
+        for ((y, mean), total) in out.y.iter_mut().zip(&out.cells).zip(&self.total) {
+            let log = ln::<FUSED>(*mean);
+            *y = log - mean;
+            extra += total * log;
+        }
+        out.extra = -0.5 * extra;
     }
 
     /// logL and weights of cells, from what `fill` made.
     fn judge_at(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Judged) {
+        #[cfg(target_arch = "x86_64")]
+        match Width::best().unit() {
+            Unit::Portable => {}
+            // SAFETY: a `Width` is only made of units that the processor has.
+            Unit::Avx2 => return unsafe { self.judge_wide(ratio, scale, out) },
+            // SAFETY: as above.
+            Unit::Avx512 => return unsafe { self.judge_512(ratio, scale, out) },
+        }
+        self.judge_body::<false>(ratio, scale, out);
+    }
+
+    /// # Safety
+    /// The processor has AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    unsafe fn judge_wide(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Judged) {
+        self.judge_body::<true>(ratio, scale, out);
+    }
+
+    /// # Safety
+    /// The processor has AVX-512F and VL, AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512vl,avx2,fma")]
+    unsafe fn judge_512(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Judged) {
+        self.judge_body::<true>(ratio, scale, out);
+    }
+
+    #[inline(always)]
+    fn judge_body<const FUSED: bool>(&self, ratio: &Ratio, scale: Option<usize>, out: &mut Judged) {
         out.weight.resize(ratio.y.len(), 0.0);
         if let Some(scale) = scale {
-            out.log_likelihood = sum::marginal(self.table(scale), &ratio.y, &mut out.weight);
+            out.log_likelihood = sum::marginal::<FUSED>(self.table(scale), &ratio.y, &mut out.weight);
         } else {
             out.weight[..self.total.len()].copy_from_slice(&self.total);
             out.log_likelihood = self.total.iter().zip(&ratio.y).map(|(n, y)| 0.5 * n * y).sum();

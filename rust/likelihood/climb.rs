@@ -1,9 +1,14 @@
 //! The maximum over coefficients θ ≥ 0 by Fisher scoring.
 
+// Compiled with the instructions of the caller.
+#![allow(clippy::inline_always)]
+
 use std::sync::atomic::AtomicBool;
 
 use super::nonnegative::Nonnegative;
 use super::{Judged, Likelihood, Ratio};
+#[cfg(target_arch = "x86_64")]
+use crate::machine::processor::{Unit, Width};
 use crate::parallel;
 use crate::{Error, Result};
 
@@ -73,7 +78,7 @@ impl Problem<'_> {
         let target: Vec<f64> =
             (0..weight.len()).map(|b| (self.power[b] - self.offset.map_or(0.0, |o| o[b])).max(0.0)).collect();
         let mut theta = vec![0.0; p];
-        Nonnegative::new(weight.len(), p).solve(&columns, &weight, &target, &mut theta);
+        Nonnegative::new(weight.len(), p).solve(&columns, Some(&weight), &target, &mut theta);
         if self.offset.is_none() && theta.iter().all(|t| *t == 0.0) {
             theta.fill(1.0 / p as f64);
         }
@@ -83,8 +88,37 @@ impl Problem<'_> {
     /// The maximum uphill of `start`; a scale is fitted on the way. Each round is non-negative least squares with the degrees
     /// of freedom that are left, made shorter until logL rises.
     pub fn climb(&self, start: &[f64], scale: Option<usize>, rounds: usize) -> Result<Maximum> {
+        self.check(start.len(), scale)?;
+        #[cfg(target_arch = "x86_64")]
+        match Width::best().unit() {
+            Unit::Portable => {}
+            // SAFETY: a `Width` is only made of units that the processor has.
+            Unit::Avx2 => return Ok(unsafe { self.climb_wide(start, scale, rounds) }),
+            // SAFETY: as above.
+            Unit::Avx512 => return Ok(unsafe { self.climb_512(start, scale, rounds) }),
+        }
+        Ok(self.climb_body::<false>(start, scale, rounds))
+    }
+
+    /// # Safety
+    /// The processor has AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    unsafe fn climb_wide(&self, start: &[f64], scale: Option<usize>, rounds: usize) -> Maximum {
+        self.climb_body::<true>(start, scale, rounds)
+    }
+
+    /// # Safety
+    /// The processor has AVX-512F and VL, AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512vl,avx2,fma")]
+    unsafe fn climb_512(&self, start: &[f64], scale: Option<usize>, rounds: usize) -> Maximum {
+        self.climb_body::<true>(start, scale, rounds)
+    }
+
+    #[inline(always)]
+    fn climb_body<const FUSED: bool>(&self, start: &[f64], scale: Option<usize>, rounds: usize) -> Maximum {
         let p = start.len();
-        self.check(p, scale)?;
         let law = self.likelihood;
         let bins = law.bins();
         let (columns, units) = self.scaled(p);
@@ -92,26 +126,27 @@ impl Problem<'_> {
         let mut scale = scale;
         let rows = bins + law.total.len();
         let (mut goal, mut tried) = (theta.clone(), theta.clone());
-        let (mut design, mut target, ones) = (vec![0.0; p * rows], vec![0.0; rows], vec![1.0; rows]);
+        let (mut design, mut target) = (vec![0.0; p * rows], vec![0.0; rows]);
         let (mut spectrum, mut moved) = (vec![0.0; bins], vec![0.0; bins]);
         let (mut y, mut moved_y) = (Ratio::default(), Ratio::default());
         let (mut best, mut spare) = (Judged::default(), Judged::default());
         let mut solver = Nonnegative::new(rows, p);
-        self.fill(&columns, &theta, &mut spectrum);
-        law.fill(self.power, &spectrum, &mut y);
-        law.judge_at(&y, scale, &mut best);
+        let floor = self.floor();
+        self.fill(&columns, &theta, floor, &mut spectrum);
+        law.fill_body::<FUSED>(self.power, &spectrum, &mut y);
+        law.judge_body::<FUSED>(&y, scale, &mut best);
         // Without a column there is nothing to fit, nor is the scale.
         for _ in 0..if p > 0 { rounds } else { 0 } {
             self.linearise(&columns, &spectrum, &y, &best.weight, &mut design, &mut target);
-            solver.solve(&design, &ones, &target, &mut goal);
+            solver.solve(&design, None, &target, &mut goal);
             let before = best.log_likelihood;
             for step in STEPS {
                 for ((tried, theta), goal) in tried.iter_mut().zip(&theta).zip(&goal) {
                     *tried = theta + step * (goal - theta);
                 }
-                self.fill(&columns, &tried, &mut moved);
-                law.fill(self.power, &moved, &mut moved_y);
-                law.judge_at(&moved_y, scale, &mut spare);
+                self.fill(&columns, &tried, floor, &mut moved);
+                law.fill_body::<FUSED>(self.power, &moved, &mut moved_y);
+                law.judge_body::<FUSED>(&moved_y, scale, &mut spare);
                 if spare.log_likelihood > before {
                     std::mem::swap(&mut theta, &mut tried);
                     std::mem::swap(&mut spectrum, &mut moved);
@@ -128,7 +163,7 @@ impl Problem<'_> {
             }
         }
         let theta = theta.iter().zip(units).map(|(t, unit)| t * unit).collect();
-        Ok(Maximum { theta, spectrum, scale, judged: law.finished(&best) })
+        Maximum { theta, spectrum, scale, judged: law.finished(&best) }
     }
 
     /// Least squares for θ about a spectrum: bins against the mean of their cell with all their degrees of freedom, then the
@@ -136,6 +171,7 @@ impl Problem<'_> {
     ///
     /// ∂logL/∂ln S of a bin is ½n[q(r/R − 1) + (w/N)(R − 1)], q = 1 + (w/N)(R − 1), with r = I/S, R its mean over the cell,
     /// w and N the weight and the degrees of freedom of the cell.
+    #[inline(always)]
     fn linearise(
         &self,
         columns: &[f64],
@@ -146,30 +182,50 @@ impl Problem<'_> {
         target: &mut [f64],
     ) {
         let law = self.likelihood;
-        let (bins, rows) = (law.bins(), target.len());
-        for (cell, range) in law.ranges().enumerate() {
+        let (bins, cells, rows) = (law.bins(), law.total.len(), target.len());
+        let (inverse, owner, root) = (&ratio.inverse[..bins], &law.owner[..bins], &law.root[..bins]);
+        let (inner, outer) = target.split_at_mut(bins);
+        match self.offset {
+            Some(offset) => {
+                for b in 0..bins {
+                    inner[b] = offset[b] / spectrum[b];
+                }
+                law.cell_means(inner, outer);
+            }
+            None => target.fill(0.0),
+        }
+        let (inner, outer) = target.split_at_mut(bins);
+        for cell in 0..cells {
             let (w, total, mean) = (weight[cell], law.total[cell], ratio.cells[cell]);
             let steep = 1.0 + (w / total) * (mean - 1.0);
-            let known = |b: usize| self.offset.map_or(0.0, |o| o[b] / spectrum[b]);
-            let offset = range.clone().map(|b| law.count[b] * known(b)).sum::<f64>() / total;
-            for b in range.clone() {
-                let residual = steep * (ratio.bins[b] / mean - 1.0) - known(b) + offset;
-                target[b] = law.count[b].sqrt() * residual;
+            for b in law.cells[cell]..law.cells[cell + 1] {
+                inner[b] = root[b] * (steep * (ratio.bins[b] / mean - 1.0) - inner[b] + outer[cell]);
             }
-            target[bins + cell] = w.sqrt() * (mean - offset);
-            for (column, design) in columns.chunks_exact(bins).zip(design.chunks_exact_mut(rows)) {
-                let middle =
-                    range.clone().map(|b| law.count[b] * column[b] / spectrum[b]).sum::<f64>() / total;
-                for b in range.clone() {
-                    design[b] = law.count[b].sqrt() * (column[b] / spectrum[b] - middle);
-                }
-                design[bins + cell] = w.sqrt() * middle;
+            outer[cell] = w.sqrt() * (mean - outer[cell]);
+        }
+        for (column, design) in columns.chunks_exact(bins).zip(design.chunks_exact_mut(rows)) {
+            let (inner, outer) = design.split_at_mut(bins);
+            for b in 0..bins {
+                inner[b] = column[b] * inverse[b];
+            }
+            law.cell_means(inner, outer);
+            for b in 0..bins {
+                inner[b] = root[b] * (inner[b] - outer[owner[b]]);
+            }
+            for (value, w) in outer.iter_mut().zip(weight) {
+                *value *= w.sqrt();
             }
         }
     }
 
+    /// The least a spectrum can be.
+    fn floor(&self) -> f64 {
+        1e-24 * self.power.iter().copied().fold(f64::NEG_INFINITY, f64::max) + 1e-300
+    }
+
     /// S at these coefficients, positive.
-    fn fill(&self, columns: &[f64], theta: &[f64], out: &mut [f64]) {
+    #[inline(always)]
+    fn fill(&self, columns: &[f64], theta: &[f64], floor: f64, out: &mut [f64]) {
         match self.offset {
             Some(offset) => out.copy_from_slice(offset),
             None => out.fill(0.0),
@@ -177,7 +233,6 @@ impl Problem<'_> {
         for (column, theta) in columns.chunks_exact(out.len().max(1)).zip(theta) {
             out.iter_mut().zip(column).for_each(|(s, g)| *s += theta * g);
         }
-        let floor = 1e-24 * self.power.iter().copied().fold(f64::NEG_INFINITY, f64::max) + 1e-300;
         out.iter_mut().for_each(|s| *s = if *s < floor { floor } else { *s });
     }
 }

@@ -4,6 +4,9 @@
 //! set of Lawson and Hanson (Solving Least Squares Problems, 1974, ch. 23) is searched on the triangle, beginning with the
 //! one found last time.
 
+// Compiled with the instructions of the caller.
+#![allow(clippy::inline_always)]
+
 /// A column is taken for one that the others give when less than this of it is left.
 const DEPENDENT: f64 = 1e-13;
 
@@ -40,13 +43,15 @@ impl Nonnegative {
         }
     }
 
-    /// Minimises Σ weight² (target − columns·x)² over x ≥ 0. `columns` has shape (p, bins).
-    pub fn solve(&mut self, columns: &[f64], weight: &[f64], target: &[f64], x: &mut [f64]) {
+    /// Minimises Σ weight² (target − columns·x)² over x ≥ 0; without weights they are 1. `columns` has shape (p, bins).
+    #[inline(always)]
+    pub fn solve(&mut self, columns: &[f64], weight: Option<&[f64]>, target: &[f64], x: &mut [f64]) {
         let (bins, p) = (self.bins, self.p);
         let sources = columns.chunks_exact(bins).chain(std::iter::once(target));
         for (to, from) in self.system.chunks_exact_mut(bins).zip(sources) {
-            for ((to, from), w) in to.iter_mut().zip(from).zip(weight) {
-                *to = from * w;
+            to.copy_from_slice(from);
+            if let Some(weight) = weight {
+                to.iter_mut().zip(weight).for_each(|(to, w)| *to *= w);
             }
         }
         let goal = dot(&self.system[p * bins..], &self.system[p * bins..]).sqrt();
@@ -64,6 +69,7 @@ impl Nonnegative {
     }
 
     /// Lets columns enter while one would make the sum of squares less.
+    #[inline(always)]
     fn search(&mut self, x: &mut [f64], goal: f64) {
         let (bins, p) = (self.bins, self.p);
         let size = bins.min(p);
@@ -96,6 +102,7 @@ impl Nonnegative {
     }
 
     /// Moves to the solution of the active columns, which the ones that would become negative leave.
+    #[inline(always)]
     fn retreat(&mut self, x: &mut [f64]) {
         while !self.active.is_empty() {
             let blocking = (0..self.active.len())
@@ -121,6 +128,7 @@ impl Nonnegative {
     }
 
     /// x goes this part of the way to the solution of the active columns.
+    #[inline(always)]
     fn take(&mut self, x: &mut [f64], step: f64) {
         for (c, trial) in self.active.iter().zip(&self.trial) {
             x[*c] = if step < 1.0 { x[*c] + step * (trial - x[*c]) } else { *trial };
@@ -128,6 +136,7 @@ impl Nonnegative {
     }
 
     /// Least squares over the active columns into `trial`; false if the last of them is not independent of the others.
+    #[inline(always)]
     fn try_active(&mut self) -> bool {
         let (bins, p, k) = (self.bins, self.p, self.active.len());
         let size = bins.min(p);
@@ -152,6 +161,7 @@ impl Nonnegative {
 }
 
 /// Reflects p columns of this length into a triangle, and the column behind them with them.
+#[inline(always)]
 fn triangle(columns: &mut [f64], length: usize, p: usize) {
     for c in 0..p.min(length) {
         let (left, right) = columns.split_at_mut((c + 1) * length);
@@ -175,6 +185,7 @@ fn triangle(columns: &mut [f64], length: usize, p: usize) {
 }
 
 /// Σ a b in eight sums, which a processor adds side by side.
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut sums = [0.0; 8];
@@ -195,9 +206,9 @@ mod tests {
         let mut x = vec![0.0; p];
         let weight = vec![1.0; bins];
         let mut solver = Nonnegative::new(bins, p);
-        solver.solve(&columns.concat(), &weight, target, &mut x);
+        solver.solve(&columns.concat(), Some(&weight), target, &mut x);
         let first = x.clone();
-        solver.solve(&columns.concat(), &weight, target, &mut x);
+        solver.solve(&columns.concat(), Some(&weight), target, &mut x);
         assert!(first.iter().zip(&x).all(|(a, b)| (a - b).abs() <= 1e-12 * a.abs()), "{first:?} {x:?}");
         x
     }
@@ -228,6 +239,6 @@ mod tests {
         let x = solve(&[&[1.0, 0.0], &[0.0, 1.0], &[1.0, 1.0]], &[3.0, 2.0]);
         assert!((x[0] + x[2] - 3.0).abs() < 1e-12 && (x[1] + x[2] - 2.0).abs() < 1e-12, "{x:?}");
         let mut solver = Nonnegative::new(2, 1);
-        solver.solve(&[f64::NAN, 1.0], &[1.0, 1.0], &[1.0, 1.0], &mut [0.0]);
+        solver.solve(&[f64::NAN, 1.0], None, &[1.0, 1.0], &mut [0.0]);
     }
 }

@@ -18,11 +18,11 @@ fn bins() -> (Vec<f64>, Vec<f64>) {
 fn exponentials_are_those_of_the_library() {
     for i in 0..70_000 {
         let x = -f64::from(i) / 100.0;
-        for found in [sum::exp::<false>(x), sum::exp::<true>(x)] {
+        for found in [exponents::exp::<false>(x), exponents::exp::<true>(x)] {
             assert!((found / x.exp() - 1.0).abs() < 1e-15, "{x}: {found}");
         }
     }
-    assert!(sum::exp::<false>(f64::NEG_INFINITY) < 1e-300);
+    assert!(exponents::exp::<false>(f64::NEG_INFINITY) < 1e-300);
 }
 
 #[test]
@@ -106,4 +106,15 @@ fn what_does_not_fit_together_is_refused_and_what_is_no_number_ends() {
     broken[3] = f64::NAN;
     let found = Problem { power: &broken, ..problem }.climb(&[1.0], Some(3), 80).unwrap();
     assert!(found.judged.log_likelihood.is_nan());
+}
+
+#[test]
+fn logarithms_are_those_of_the_library() {
+    for i in 0..200_000 {
+        let x = 10f64.powf(f64::from(i) / 333.0 - 300.0);
+        for found in [exponents::ln::<false>(x), exponents::ln::<true>(x)] {
+            assert!((found - x.ln()).abs() <= 3e-16 * x.ln().abs().max(1.0), "{x:e}: {found}");
+        }
+    }
+    assert_eq!(exponents::ln::<true>(1.0), 0.0);
 }

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from allanite.common.showing import brief
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
-from allanite.fit.likelihood.data import column
+from allanite.fit.likelihood.data import column_of
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import climb_many
 from allanite.fit.shapes.polish import polish
@@ -97,10 +97,10 @@ def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float
             return np.zeros_like(solution.spectrum)
         white = next(own for own in solution.processes if own.effect.white)
         # Its direction alone matters, also where another effect has taken all of the white noise.
-        changed = column(data.unit_terms(model + effect, model.white), data)
+        changed = column_of(model + effect, model.white, data)
         return changed - white.column
     assert isinstance(effect, Stochastic)
-    return column(data.unit_terms(model, effect), data)
+    return column_of(model, effect, data)
 
 
 def directions(

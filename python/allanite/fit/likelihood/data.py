@@ -15,12 +15,13 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.threads import go_on
 from allanite.deviation import oadev
+from allanite.effects import Model
 from allanite.fit.likelihood.remembered import Remembered
 from allanite.fit.likelihood.stop_band import UNSEEN, bins_seen, empty
 from allanite.spectrum import Bins, bins_of, bridge_gaps
 
 if TYPE_CHECKING:
-    from allanite.effects import Deterministic, Model, Stochastic
+    from allanite.effects import Deterministic, Modifier, Stochastic
     from allanite.effects.terms import Term
 
 __all__ = ["Data", "Noise", "columns", "density", "prepare", "without_samples"]
@@ -301,7 +302,10 @@ def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
 
 def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArray[np.float64]:
     """Expected bin power of each effect at coefficient 1, shape (bins, effects)."""
-    return np.column_stack([column(data.unit_terms(model, e), data) for e in effects])
+    out = np.empty((len(effects), data.bins.count.size))
+    for row, effect in zip(out, effects, strict=True):
+        row[:] = column_of(model, effect, data)
+    return out.T
 
 
 def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
@@ -309,6 +313,26 @@ def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
     go_on()
     own = _column(terms, data.n)
     return own if data.mixing is None else data.mixing @ own
+
+
+def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float64]:
+    """Expected bin power of one effect of a model at coefficient 1, shape (bins,)."""
+    go_on()
+    acting = model.modifiers if effect.white else model.filters
+    own = _behind(effect, acting, data.rate, data.span, data.n)
+    return own if data.mixing is None else data.mixing @ own
+
+
+@lru_cache(maxsize=8192)
+def _behind(
+    effect: Stochastic,
+    acting: tuple[Modifier, ...],
+    rate: float,
+    span: tuple[float, float],
+    n: int,
+) -> NDArray[np.float64]:
+    """`column_of` an effect behind these modifiers, in a record without holes."""
+    return _column(Model((*acting, effect)).unit_terms(effect, rate, span), n)
 
 
 @lru_cache(maxsize=8192)

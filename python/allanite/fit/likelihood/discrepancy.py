@@ -68,15 +68,17 @@ class Judged:
 
 
 @lru_cache(maxsize=64)
-def _of_bytes(count: bytes) -> _kernels.Likelihood:
+def _of_bytes(count: bytes, cells: bool) -> _kernels.Likelihood:
     counts = np.frombuffer(count)
-    return _kernels.Likelihood(counts, SCALES, cells_of(counts.size))
+    return _kernels.Likelihood(
+        counts, SCALES, [*range(counts.size)] if cells else cells_of(counts.size)
+    )
 
 
-def likelihood(count: Array) -> _kernels.Likelihood:
-    """The law of bins with these degrees of freedom; its tables are kept for the next call."""
+def likelihood(count: Array, *, cells: bool = False) -> _kernels.Likelihood:
+    """The law of bins, or of cells, with these degrees of freedom; its tables are kept for the next call."""
     go_on()  # every climb asks here, again and again
-    return _of_bytes(count.tobytes())
+    return _of_bytes(count.tobytes(), cells)
 
 
 def judge(power: Array, count: Array, spectrum: Array, scale: int | None) -> Judged:

@@ -94,6 +94,8 @@ def climb_many(
     thetas: Array,
     scale: int | None,
     rounds: int = 80,
+    *,
+    cells: bool = False,
 ) -> tuple[Array, Array, list[int | None]]:
     """`climb` from many starts, each with columns of its own, on all processors.
 
@@ -109,13 +111,16 @@ def climb_many(
         Where the scale of discrepancy begins; None: δ = 0.
     rounds : int
         Most rounds of each.
+    cells : bool
+        Whether the powers are those of whole cells.
 
     Returns
     -------
     tuple
         Squared coefficients (m, p); logL as `Maximum` has it, shape (m,); the index of each scale.
     """
-    found, values, scales = likelihood(count).climb_many(power, columns, thetas, scale, rounds)
+    law = likelihood(count, cells=cells)
+    found, values, scales = law.climb_many(power, columns, thetas, scale, rounds)
     return found, values - (EVIDENCE if scale is not None else 0.0), scales
 
 

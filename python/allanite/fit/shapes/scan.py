@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from allanite.effects import Model, Stochastic
 from allanite.fit.likelihood.whittle import VOTES, Maximum, climb_many, first_guess
+from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -67,7 +68,9 @@ def added(
         starts += own
         matrices += [matrix] * len(own)
         owner += [i] * len(own)
-    found = _climbed(matrices, starts, [_design(points[i]) for i in owner], base, part)
+    narrow = points[0].occupies is not None
+    designs = [_design(points[i]) for i in owner]
+    found = _climbed(matrices, starts, designs, base, part, narrow=narrow)
     best: dict[int, Maximum] = {}
     for k, maximum in found.items():
         i = owner[k]
@@ -83,16 +86,19 @@ def _climbed(
     designs: list[tuple[object, ...]],
     base: Maximum,
     part: RandomPart,
+    *,
+    narrow: bool,
 ) -> dict[int, Maximum]:
-    """Where each start ends that is in the running after a few steps, by its place among the starts."""
+    """Where each start ends that is in the running after a few steps, by its place among the starts.
 
-    def climbed(
-        which: list[int], thetas: Array, rounds: int
-    ) -> tuple[Array, Array, list[int | None]]:
-        columns = np.stack([matrices[k] for k in which])
-        return climb_many(part.power, part.count, columns, thetas, base.scale, rounds)
-
-    thetas, values, _ = climbed([*range(len(starts))], np.stack(starts), FIRST)
+    Which are in the running the cells tell, which are fewer than the bins; not for effects that are narrower.
+    """
+    power, count, told = part.power, part.count, np.stack(matrices)
+    if not narrow:
+        power, count, told = _in_cells(told, part)
+    thetas, values, _ = climb_many(
+        power, count, told, np.stack(starts), base.scale, FIRST, cells=not narrow
+    )
     order = np.argsort(-values, kind="stable")
     running = {int(k) for k in order[: max(POLISHED, int(RUNNING * order.size))]}
     seen: set[tuple[object, ...]] = set()
@@ -101,7 +107,10 @@ def _climbed(
             seen.add(designs[k])
             running.add(k)
     kept = sorted(running)
-    thetas, values, scales = climbed(kept, thetas[kept], ROUNDS)
+    columns = np.stack([matrices[k] for k in kept])
+    thetas, values, scales = climb_many(
+        part.power, part.count, columns, thetas[kept], base.scale, ROUNDS
+    )
     return {
         k: Maximum(
             thetas[i],
@@ -112,6 +121,15 @@ def _climbed(
         )
         for i, k in enumerate(kept)
     }
+
+
+def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
+    """Power, degrees of freedom and columns (m, cells, p) of the cells, of columns (m, bins, p)."""
+    first = cells_of(part.count.size)
+    count = np.add.reduceat(part.count, first)
+    share = part.count / np.repeat(count, np.diff([*first, part.count.size]))
+    power = np.add.reduceat(share * part.power, first)
+    return power, count, np.add.reduceat(share[:, None] * columns, first, axis=1)
 
 
 def _one_by_one(
