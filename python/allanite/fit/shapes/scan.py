@@ -30,6 +30,8 @@ POLISHED = 2
 FIRST, ROUNDS = 3, 12
 #: Part of the starts that is climbed on, beside the best of every design.
 RUNNING = 0.2
+#: Of these so many at least are climbed in the bins.
+LEADING = 10
 #: Designs of an effect whose logL differ by less say the same.
 ALIKE = 2.0
 
@@ -91,30 +93,35 @@ def _climbed(
 ) -> dict[int, Maximum]:
     """Where each start ends that is in the running after a few steps, by its place among the starts.
 
-    Which are in the running the cells tell, which are fewer than the bins; not for effects that are narrower.
+    Which those are the cells tell, which are fewer than the bins; not for effects that are narrower.
     """
-    power, count, told = part.power, part.count, np.stack(matrices)
-    if not narrow:
-        power, count, told = _in_cells(told, part)
+    whole = np.stack(matrices), part.power, part.count
+    columns, power, count = whole if narrow else _in_cells(whole[0], part)
+
+    def ahead(which: NDArray[np.intp], values: Array, least: int) -> NDArray[np.intp]:
+        """The best of every design among the starts of these values, and so many at least of all."""
+        order = which[np.argsort(-values, kind="stable")]
+        seen: dict[tuple[object, ...], int] = {}
+        for k in map(int, order):
+            seen.setdefault(designs[k], k)
+        return np.unique([*order[: max(POLISHED, least)], *seen.values()])
+
     thetas, values, _ = climb_many(
-        power, count, told, np.stack(starts), base.scale, FIRST, cells=not narrow
+        power, count, columns, np.stack(starts), base.scale, FIRST, cells=not narrow
     )
-    order = np.argsort(-values, kind="stable")
-    running = {int(k) for k in order[: max(POLISHED, int(RUNNING * order.size))]}
-    seen: set[tuple[object, ...]] = set()
-    for k in map(int, order):
-        if designs[k] not in seen:
-            seen.add(designs[k])
-            running.add(k)
-    kept = sorted(running)
-    columns = np.stack([matrices[k] for k in kept])
-    thetas, values, scales = climb_many(
-        part.power, part.count, columns, thetas[kept], base.scale, ROUNDS
-    )
+    kept = ahead(np.arange(values.size), values, int(RUNNING * values.size))
+    rest = ROUNDS
+    if not narrow:
+        thetas[kept], values, _ = climb_many(
+            power, count, columns[kept], thetas[kept], base.scale, ROUNDS, cells=True
+        )
+        kept, rest = ahead(kept, values, LEADING), FIRST
+    columns, power, count = whole
+    found, values, scales = climb_many(power, count, columns[kept], thetas[kept], base.scale, rest)
     return {
-        k: Maximum(
-            thetas[i],
-            np.maximum(matrices[k] @ thetas[i], 1e-300),
+        int(k): Maximum(
+            found[i],
+            np.maximum(matrices[k] @ found[i], 1e-300),
             float(values[i]),
             scales[i],
             base.weight,
@@ -124,12 +131,12 @@ def _climbed(
 
 
 def _in_cells(columns: Array, part: RandomPart) -> tuple[Array, Array, Array]:
-    """Power, degrees of freedom and columns (m, cells, p) of the cells, of columns (m, bins, p)."""
+    """Columns (m, cells, p), power and degrees of freedom of the cells, of columns (m, bins, p)."""
     first = cells_of(part.count.size)
     count = np.add.reduceat(part.count, first)
     share = part.count / np.repeat(count, np.diff([*first, part.count.size]))
     power = np.add.reduceat(share * part.power, first)
-    return power, count, np.add.reduceat(share[:, None] * columns, first, axis=1)
+    return np.add.reduceat(share[:, None] * columns, first, axis=1), power, count
 
 
 def _one_by_one(
