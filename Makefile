@@ -70,6 +70,7 @@ lint: $(VENV)/.developed ## formatting, spelling, style, types, stubs, layers, c
 	$(BIN)/lint-imports
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(BIN)/check-jsonschema --builtin-schema vendor.dependabot .github/dependabot.yml
+	$(BIN)/zizmor --quiet --offline --no-progress .github
 
 fuzz: $(VENV)/.developed ## ten minutes of damaged files, strings and requests (SECONDS_EACH=, SEED=)
 	$(BIN)/python tests/python/fuzz/run.py --seconds $(or $(SECONDS_EACH),25) --seed $(or $(SEED),0)

@@ -19,6 +19,7 @@ from allanite.common.errors import AllaniteError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
+    from types import TracebackType
 
 __all__ = ["Ended", "Pool", "computing", "go_on", "results", "side_by_side", "while_wanted"]
 
@@ -54,16 +55,40 @@ def go_on() -> None:
 
 
 class Pool(ThreadPoolExecutor):
-    """Threads that know what their caller knows: whether the work is wanted, units of tables."""
+    """Threads that know what their caller knows: whether the work is wanted, units of tables.
+
+    Whatever is raised inside `with` ends the tasks: those that wait do not begin, those at work end at their next `go_on`.
+    """
+
+    def __init__(self, workers: int) -> None:
+        super().__init__(workers, thread_name_prefix=NAME)
+        self._over = False
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
         """Like that of the standard library."""
-        return super().submit(contextvars.copy_context().run, fn, *args, **kwargs)
+        run = contextvars.copy_context().run
+        return super().submit(run, self._while_open, fn, *args, **kwargs)
+
+    def _while_open(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> T:
+        caller = _wanted.get()
+        with while_wanted(lambda: not self._over and (caller is None or caller())):
+            return fn(*args, **kwargs)
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        where: TracebackType | None,
+    ) -> None:
+        """Wait for the tasks, but not where the user interrupts."""
+        self._over = kind is not None
+        waits = kind is None or not issubclass(kind, KeyboardInterrupt)
+        self.shutdown(wait=waits, cancel_futures=self._over)
 
 
 def computing() -> bool:
     """True while an abandoned task is still at work; only the end of the process stops it."""
-    return any(thread.name == NAME for thread in threading.enumerate())
+    return any(thread.name.startswith(NAME) for thread in threading.enumerate())
 
 
 def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.threads import go_on
 from allanite.effects import CATALOGUE, Periodic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whitened_ordinates
@@ -77,6 +78,7 @@ def screen_lines(
     noise = solution.noise(data)
     found: list[Candidate] = []
     for k in range(MOST):
+        go_on()
         top, above = _strongest(ratio, data.n)
         if ratio[top] <= LEAST or (k >= FEWEST and above < CLEAR):
             break

@@ -1,0 +1,85 @@
+"""An interrupt of a pool of threads: nothing that waits begins, and what is at work ends at its next step."""
+
+import contextvars
+import threading
+import time
+
+import pytest
+
+from allanite.common.errors import InputError
+from allanite.common.threads import Ended, Pool, computing, go_on, while_wanted
+
+NUMBER = 2
+#: Seconds after which a thread gives up: only where a test fails.
+PATIENCE = 20.0
+
+
+class Work:
+    """Tasks of a pool of which two are at work and others wait for them."""
+
+    def __init__(self):
+        self.begun = [threading.Event() for _ in range(6)]
+        self.ended = threading.Semaphore(0)
+
+    def task(self, place):
+        self.begun[place].set()
+        end = time.monotonic() + PATIENCE
+        try:
+            while time.monotonic() < end:
+                go_on()
+                time.sleep(0.002)
+        except Ended:
+            self.ended.release()
+            raise
+
+    def interrupted(self, kind):
+        """Raised while two tasks are at work; seconds until it was heard."""
+        with pytest.raises(kind), Pool(NUMBER) as pool:  # noqa: PT012
+            for place in range(len(self.begun)):
+                pool.submit(self.task, place)
+            for event in self.begun[:NUMBER]:
+                assert event.wait(PATIENCE)
+            start = time.monotonic()
+            raise kind("as asked")
+        return time.monotonic() - start
+
+
+@pytest.mark.parametrize("kind", [KeyboardInterrupt, InputError, Ended])
+def test_nothing_that_waits_begins(kind):
+    work = Work()
+    assert work.interrupted(kind) < PATIENCE
+    for _ in range(NUMBER):
+        assert work.ended.acquire(timeout=PATIENCE)
+    assert not any(event.is_set() for event in work.begun[NUMBER:])
+
+
+def test_an_interrupt_does_not_wait_for_a_step():
+    hold, inside = threading.Event(), threading.Event()
+
+    def step():
+        inside.set()
+        hold.wait(PATIENCE)
+
+    with pytest.raises(KeyboardInterrupt), Pool(NUMBER) as pool:  # noqa: PT012
+        future = pool.submit(step)
+        assert inside.wait(PATIENCE)
+        raise KeyboardInterrupt
+    # Still at work: the command line ends the process without it.
+    assert not future.done()
+    assert computing()
+    hold.set()
+
+
+def test_a_task_knows_what_its_caller_knows():
+    known = contextvars.ContextVar("known", default=0)
+    known.set(3)
+    with Pool(NUMBER) as pool:
+        assert pool.submit(known.get).result() == 3
+    wanted = threading.Event()
+    wanted.set()
+    with while_wanted(wanted.is_set), pytest.raises(Ended), Pool(NUMBER) as pool:  # noqa: PT012
+        work = Work()
+        future = pool.submit(work.task, 0)
+        assert work.begun[0].wait(PATIENCE)
+        wanted.clear()
+        future.result()
