@@ -229,7 +229,7 @@ def test_a_log_a_data_sheet_and_a_twin_beside_it(client, hidden):
     assert (row["figure"], row["sheet"]) == ("angle random walk", "30 °/√h")
     assert state["sheet"]["name"] == "ACME"
     names = {t.get("name") for t in client.get(f"tabs/{tab}/view/compare").json()["data"]}
-    assert {"gyro, measured", "a simulated twin", state["others"][0]} <= names
+    assert {"gyro, measured", "Simulated twin", state["others"][0]} <= names
     act(client, tab, checked=False, do="alone", name=state["others"][0])
     assert act(client, tab, checked=False, do="alone")["sheet"] is None
     assert client.get(f"tabs/{tab}").json()["others"] == []

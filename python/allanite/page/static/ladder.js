@@ -3,7 +3,7 @@ import { $, S, act, busy, capital, el, fill, icon, refill, short } from "./core.
 import { shade } from "./draw.js";
 
 // How far "improve" goes, in % of model discrepancy.
-const ENOUGH = [["", "adequate"], ...[1, 2, 5, 10].map(p => [p, `within ${p} %`])];
+const ENOUGH = [["", "Adequate"], ...[1, 2, 5, 10].map(p => [p, `Within ${p} %`])];
 export function enough() {
   fill($("enough"), ENOUGH, S.state.tolerance ?? "");
   $("enough").onchange = event => act({ do: "tolerance", percent: event.target.value });

@@ -13,7 +13,7 @@ export async function ask() {
   $("form-quantity").value = state.reading.quantity || "";
   $("form-columns").replaceChildren(el("p", { class: "faint" }, "Looking at the columns …"));
   $("form-offers").replaceChildren();
-  fill($("form-time"), [["", "as found"]], "");
+  fill($("form-time"), [["", "As found"]], "");
   if (!$("form").open) $("form").showModal();
   found = null;
   try { found = await speak(`tabs/${S.tab}/part/inspect`); }
@@ -22,7 +22,7 @@ export async function ask() {
 }
 function times() {
   const clocks = found.columns.filter(c => c.role === "time" && c.name !== "(time)");
-  fill($("form-time"), [["", "as found"], ["none", "none: the rate is given"], ...clocks.map(c => [c.name, c.rate ? `${c.name} (${Number(c.rate.toPrecision(5))} Hz)` : c.name])], S.state.reading.time_column || "");
+  fill($("form-time"), [["", "As found"], ["none", "None: the rate is given"], ...clocks.map(c => [c.name, c.rate ? `${c.name} (${Number(c.rate.toPrecision(5))} Hz)` : c.name])], S.state.reading.time_column || "");
 }
 // Doubts in sentences, each with a button that does what it proposes.
 function offers() {

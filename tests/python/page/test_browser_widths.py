@@ -1,0 +1,93 @@
+"""Each view at each width: every tab in sight, no words over each other, a sentence's case."""
+
+import pytest
+
+from allanite.page import explore
+from page_browser import READY
+from six_axes import six_axes
+
+pytestmark = pytest.mark.browser
+
+WIDTHS = {390: 844, 820: 1180, 1280: 720, 1920: 1080}
+VIEWS = ("allan", "psd", "map", "samples", "compare", "error", "nis")
+
+#: Words of the figure that lie over others, as pairs; a legend that lies over curves.
+OVER = """() => {
+  const box = n => n.getBoundingClientRect(), out = [], apart = 1.5;
+  const texts = [...document.querySelectorAll("#plot text")].filter(t => t.textContent.trim() && box(t).width);
+  const meet = (a, b) => a.left + apart < b.right && b.left + apart < a.right
+    && a.top + apart < b.bottom && b.top + apart < a.bottom;
+  texts.forEach((one, i) => texts.slice(i + 1).forEach(other => {
+    if (meet(box(one), box(other))) out.push([one.textContent, other.textContent]);
+  }));
+  const legend = document.querySelector("#plot .legend .bg"), curves = document.querySelector("#plot .nsewdrag");
+  if (legend && curves && box(legend).bottom > box(curves).top + 2) out.push(["legend", "curves"]);
+  return out;
+}"""
+#: Tabs that are not, or not wholly, to be seen.
+HIDDEN = """() => {
+  const box = n => n.getBoundingClientRect(), list = box(document.querySelector("[role=tablist]"));
+  const seen = r => r.left >= list.left - 1 && r.right <= Math.min(list.right, innerWidth) + 1;
+  return [...document.querySelectorAll("[role=tab]")].filter(t => !seen(box(t))).map(t => t.textContent);
+}"""
+LOWER = """names => [...document.querySelectorAll("option, #plot .legendtext, #readout, label, button, th")]
+  .map(n => n.textContent.trim()).filter(t => /^[a-z]/.test(t) && !names.some(n => t.startsWith(n)))"""
+
+
+@pytest.fixture(scope="module")
+def server():
+    page = explore(six_axes(), open_browser=False)
+    yield page
+    page.close()
+
+
+@pytest.mark.long
+def test_no_view_hides_or_covers_its_words(context, server):
+    tab = context.new_page()
+    tab.goto(server.url)
+    tab.wait_for_selector(READY)
+    names = [
+        *tab.locator(".axis .label").all_inner_texts(),
+        "recording",
+        "rad",
+        "mrad",
+        "deg",
+        "g",
+        "mg",
+        "m/s",
+    ]
+    wrong = []
+    for view in VIEWS:
+        tab.locator(f"[data-tab={view}]").click()
+        tab.wait_for_selector(f"body[data-drawn*=' {view} ']")
+        for width, height in WIDTHS.items():
+            tab.set_viewport_size({"width": width, "height": height})
+            tab.wait_for_timeout(400)
+            for what, script in (("over", OVER), ("hidden", HIDDEN)):
+                wrong += [(view, width, what, one) for one in tab.evaluate(script)]
+            wrong += [(view, width, "case", one) for one in tab.evaluate(LOWER, names)]
+    assert sorted(map(str, wrong)) == []
+
+
+@pytest.mark.long
+def test_the_whole_table_of_axes_is_seen_on_a_small_screen(context, server):
+    tab = context.new_page()
+    tab.goto(server.url)
+    tab.wait_for_selector(READY)
+    tab.locator("[data-tab=axes]").click()
+    tab.wait_for_selector("#table tbody")
+    assert (
+        tab.evaluate("table => table.scrollWidth - table.clientWidth", tab.query_selector("#table"))
+        <= 0
+    )
+    # It is the table itself: nothing is behind it.
+    assert not tab.locator("#numbers").is_visible()
+
+
+@pytest.mark.long
+def test_the_name_of_the_log_is_read_on_a_phone(context, server):
+    tab = context.new_page()
+    tab.set_viewport_size({"width": 390, "height": 844})
+    tab.goto(server.url)
+    tab.wait_for_selector(READY)
+    assert tab.locator("#logs").bounding_box()["width"] >= 110
