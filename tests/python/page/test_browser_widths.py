@@ -30,6 +30,16 @@ HIDDEN = """() => {
   const seen = r => r.left >= list.left - 1 && r.right <= Math.min(list.right, innerWidth) + 1;
   return [...document.querySelectorAll("[role=tab]")].filter(t => !seen(box(t))).map(t => t.textContent);
 }"""
+#: What is cut off without a sign of it, or reaches beyond the column of the model.
+CUT = """() => {
+  const aside = document.querySelector("aside"), seen = n => n.getClientRects().length;
+  const right = aside.getBoundingClientRect().right - parseFloat(getComputedStyle(aside).paddingRight) + 1;
+  const cut = n => ["hidden", "clip"].includes(getComputedStyle(n).overflowX) && n.scrollWidth > n.clientWidth + 1
+    && !getComputedStyle(n).textOverflow.includes("ellipsis") && !n.closest("svg, #plot, .track");
+  return [...[...document.querySelectorAll("body *")].filter(n => seen(n) && cut(n)),
+    ...[...document.querySelectorAll("aside button, aside select, aside p")].filter(n => seen(n) && n.getBoundingClientRect().right > right)]
+    .map(n => `${n.id || n.className || n.tagName}: ${n.textContent.slice(0, 60)}`);
+}"""
 LOWER = """names => [...document.querySelectorAll("option, #plot .legendtext, #readout, label, button, th")]
   .map(n => n.textContent.trim()).filter(t => /^[a-z]/.test(t) && !names.some(n => t.startsWith(n)))"""
 
@@ -45,6 +55,10 @@ def server():
 def test_no_view_hides_or_covers_its_words(context, server):
     tab = context.new_page()
     tab.goto(server.url)
+    tab.wait_for_selector(READY)
+    # One with a card, the verdict and its choices.
+    tab.locator("[data-axis='2']").click()
+    tab.wait_for_selector(".card")
     tab.wait_for_selector(READY)
     names = [
         *tab.locator(".axis .label").all_inner_texts(),
@@ -63,7 +77,7 @@ def test_no_view_hides_or_covers_its_words(context, server):
         for width, height in WIDTHS.items():
             tab.set_viewport_size({"width": width, "height": height})
             tab.wait_for_timeout(400)
-            for what, script in (("over", OVER), ("hidden", HIDDEN)):
+            for what, script in (("over", OVER), ("hidden", HIDDEN), ("cut", CUT)):
                 wrong += [(view, width, what, one) for one in tab.evaluate(script)]
             wrong += [(view, width, "case", one) for one in tab.evaluate(LOWER, names)]
     assert sorted(map(str, wrong)) == []
