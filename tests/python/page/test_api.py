@@ -276,3 +276,11 @@ def test_a_rate_that_is_missing_is_asked_for(client, hidden):
     state = act(client, tab, checked=False, do="read", rate="20", unit="rad/s", quantity="rate")
     assert state["problem"] is None
     assert state["recording"]["rate"] == 20.0
+
+
+def test_units_of_bare_axes_are_asked_for(client):
+    rows = np.random.default_rng(1).standard_normal((400, 3)).round(4)
+    text = "time,z,y,x\n" + "".join(f"{0.01 * i:.2f},{a},{b},{c}\n" for i, (a, b, c) in enumerate(rows))
+    tab, _ = opened(client)
+    assert send(client, tab, "Gyroscope.csv", text.encode()).status_code == 200
+    assert wait(client, tab)["reading"]["unitless"] == ["z", "y", "x"]
