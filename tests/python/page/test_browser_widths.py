@@ -2,7 +2,7 @@
 
 import pytest
 
-from allanite.page import explore
+from allanite.page import explore, open_page
 from page_browser import READY
 from six_axes import six_axes
 
@@ -36,9 +36,10 @@ CUT = """() => {
   const right = aside.getBoundingClientRect().right - parseFloat(getComputedStyle(aside).paddingRight) + 1;
   const cut = n => ["hidden", "clip"].includes(getComputedStyle(n).overflowX) && n.scrollWidth > n.clientWidth + 1
     && !getComputedStyle(n).textOverflow.includes("ellipsis") && !n.closest("svg, #plot, .track");
-  return [...[...document.querySelectorAll("body *")].filter(n => seen(n) && cut(n)),
-    ...[...document.querySelectorAll("aside button, aside select, aside p")].filter(n => seen(n) && n.getBoundingClientRect().right > right)]
-    .map(n => `${n.id || n.className || n.tagName}: ${n.textContent.slice(0, 60)}`);
+  const all = what => [...document.querySelectorAll(what)].filter(seen);
+  const over = n => n.getBoundingClientRect().right > right;
+  const found = [...all("body *").filter(cut), ...all("aside button, aside select, aside p").filter(over)];
+  return found.map(n => `${n.id || n.className || n.tagName}: ${n.textContent.slice(0, 60)}`);
 }"""
 LOWER = """names => [...document.querySelectorAll("option, #plot .legendtext, #readout, label, button, th")]
   .map(n => n.textContent.trim()).filter(t => /^[a-z]/.test(t) && !names.some(n => t.startsWith(n)))"""
@@ -105,3 +106,47 @@ def test_the_name_of_the_log_is_read_on_a_phone(context, server):
     tab.goto(server.url)
     tab.wait_for_selector(READY)
     assert tab.locator("#logs").bounding_box()["width"] >= 110
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_print_is_dark_on_white_and_names_what_is_missing(context, server, scheme):
+    tab = context.new_page()
+    tab.emulate_media(color_scheme=scheme)
+    tab.goto(server.url)
+    tab.wait_for_selector(READY)
+    tab.locator("[data-axis='2']").click()
+    tab.wait_for_selector(".card")
+    tab.wait_for_selector(READY)
+    tab.set_viewport_size({"width": 794, "height": 1123})
+    tab.emulate_media(media="print", color_scheme=scheme)
+    assert tab.locator(".card h3").first.is_visible()
+    assert not tab.locator("#enough").is_visible()
+    color = tab.evaluate("getComputedStyle(document.body).color.match(/\\d+/g).map(Number)")
+    assert max(color) < 100
+    # Every axis of the strip is on the sheet.
+    ends = tab.locator(".axis").evaluate_all("all => all.map(a => a.getBoundingClientRect().right)")
+    assert max(ends) <= 794
+    # A browser leaves backgrounds out: that of the figure, whose words are of the theme, stays.
+    figure = tab.evaluate("getComputedStyle(document.getElementById('figure')).printColorAdjust")
+    assert scheme == "light" or figure == "exact"
+
+
+@pytest.mark.data
+@pytest.mark.long
+def test_a_unit_to_be_chosen_is_seen_at_once_and_said_in_the_words_of_the_page(context, data):
+    page = open_page([]).start()
+    tab = context.new_page()
+    tab.goto(page.url)
+    tab.get_by_role("button", name="Open a log …").first.click()
+    tab.set_input_files("#pick", data("logs/Gyroscope.csv"))
+    tab.wait_for_selector("#form-columns [data-unit=x]")
+    assert "=" not in tab.inner_text("#form-offers")
+    right = tab.locator("#form-columns").bounding_box()
+    doubts = tab.locator("#form-columns .doubt", has_text="choose it")
+    assert doubts.count() == 3
+    box = doubts.first.bounding_box()
+    assert box["x"] + box["width"] <= right["x"] + right["width"]
+    # A clock's nanoseconds are no row of zeros.
+    assert "000000000" not in tab.inner_text("#form-columns")
+    page.close()

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 __all__ = ["VIEWS", "colors_of", "failing", "figure_of", "fit_of"]
 
-#: Curves that can be told apart on one pair of axes.
-MOST_CURVES = 8
+#: Curves that can be told apart on one pair of axes: each has a colour of its own.
+MOST_CURVES = len(COMPONENTS)
 #: Samples that a filter runs over at once; of a longer record the first.
 MOST_FILTERED = 1_000_000
 #: |z| within which a failing range goes on beside its largest.
@@ -161,7 +161,11 @@ def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
     if not tab.others:
         same = [i for i, u in enumerate(whole.units) if u == log.unit and i != tab.column]
         items += [(whole.columns[i], tab.work.log(i), None) for i in same]
-    return plot_compare(compare(items[:MOST_CURVES]))
+    figure = plot_compare(compare(items[:MOST_CURVES]))
+    more = [name for name, _, _ in items[MOST_CURVES:]]
+    return replace(
+        figure, subtitle=f"not drawn, for want of colours: {', '.join(more)}" if more else ""
+    )
 
 
 def _twin(fit: Fit) -> Recording:

@@ -51,7 +51,7 @@ function key(got) {
   if (!state.preview && !state.adequate && state.where.length) allan.push(item("background:var(--fail);opacity:.6", "Fails", "box"));
   const samples = [item("border-color:var(--c1)", "Mean"), item("background:var(--c1)", "Minimum–maximum", "box")];
   $("key").replaceChildren(...(other ? [] : { allan, psd: allan, samples }[S.view] || []));
-  $("readout").textContent = other ? "The model is fitted to the spectrum, whichever deviation is shown" : got && !["allan", "psd", "compare"].includes(S.view) ? capital(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
+  $("readout").textContent = other ? "The model is fitted to the spectrum, whichever deviation is shown" : got && !["allan", "psd"].includes(S.view) ? capital(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
 }
 export function redraw() { drawn = ""; figure(); }
 export function go(name) {
