@@ -105,7 +105,13 @@ def test_the_name_of_the_log_is_read_on_a_phone(context, server):
     tab.set_viewport_size({"width": 390, "height": 844})
     tab.goto(server.url)
     tab.wait_for_selector(READY)
-    assert tab.locator("#logs").bounding_box()["width"] >= 110
+    assert tab.locator("#logs").bounding_box()["width"] >= 200
+    # Nor is anything cut off of the page without a log.
+    page = open_page([]).start()
+    tab.goto(page.url)
+    tab.wait_for_selector(".welcome")
+    assert tab.evaluate("e => e.scrollHeight - e.clientHeight", tab.query_selector("#empty")) <= 0
+    page.close()
 
 
 @pytest.mark.long
