@@ -147,11 +147,15 @@ def _read(path: Path, options: dict[str, Any]) -> Any:
 
 
 def _inspect(path: Path, options: dict[str, Any]) -> dict[str, Any]:
+    from allanite.page.words import WORDS
     from allanite.readers import read_table
     from allanite.readers.inspection import inspect
 
     options.pop("units", None)
-    found = inspect(path, **options).to_dict()
+    seen = inspect(path, **options)
+    found = seen.to_dict()
+    for told, finding in zip(found["findings"], seen.findings, strict=True):
+        told["message"] = finding.worded(WORDS)
     names = [c["name"] for c in found["columns"] if c["role"] != "text"]
 
     def pick(every: Sequence[str], _: Sequence[str | None]) -> list[int]:

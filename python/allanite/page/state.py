@@ -100,13 +100,18 @@ def _reading(tab: Tab) -> dict[str, Any]:
         else [
             name
             for name, unit in zip(found.columns, found.units, strict=True)
-            if unit == "1" and sensor_kind(name) and name not in reading.units
+            if unit == "1" and name not in reading.units and _is_sensor(name)
         ],
         "column_units": {
             **({} if found is None else dict(zip(found.columns, found.units, strict=True))),
             **reading.units,
         },
     }
+
+
+def _is_sensor(name: str) -> bool:
+    """Whether a column without a unit is a sensor's and no ratio: by its name, or the letter of an axis."""
+    return sensor_kind(name) is not None or name.strip().lower() in {"x", "y", "z"}
 
 
 def _kind(tab: Tab, step: Step | None) -> str:

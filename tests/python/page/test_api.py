@@ -229,7 +229,7 @@ def test_a_log_a_data_sheet_and_a_twin_beside_it(client, hidden):
     assert (row["figure"], row["sheet"]) == ("angle random walk", "30 °/√h")
     assert state["sheet"]["name"] == "ACME"
     names = {t.get("name") for t in client.get(f"tabs/{tab}/view/compare").json()["data"]}
-    assert {"gyro, measured", "a simulated twin", state["others"][0]} <= names
+    assert {"gyro, measured", "Simulated twin", state["others"][0]} <= names
     act(client, tab, checked=False, do="alone", name=state["others"][0])
     assert act(client, tab, checked=False, do="alone")["sheet"] is None
     assert client.get(f"tabs/{tab}").json()["others"] == []
@@ -276,3 +276,27 @@ def test_a_rate_that_is_missing_is_asked_for(client, hidden):
     state = act(client, tab, checked=False, do="read", rate="20", unit="rad/s", quantity="rate")
     assert state["problem"] is None
     assert state["recording"]["rate"] == 20.0
+
+
+def test_units_of_bare_axes_are_asked_for(client):
+    rows = np.random.default_rng(1).standard_normal((400, 3)).round(4)
+    text = "time,z,y,x\n" + "".join(
+        f"{0.01 * i:.2f},{a},{b},{c}\n" for i, (a, b, c) in enumerate(rows)
+    )
+    tab, _ = opened(client)
+    assert send(client, tab, "Gyroscope.csv", text.encode()).status_code == 200
+    assert wait(client, tab)["reading"]["unitless"] == ["z", "y", "x"]
+
+
+def test_compared_curves_have_each_a_colour_of_its_own(client):
+    file = io.BytesIO()
+    np.savez(
+        file, data=np.random.default_rng(1).standard_normal((400, 9)), rate_hz=10.0, unit="rad/s"
+    )
+    tab, _ = opened(client)
+    send(client, tab, "nine.npz", file.getvalue())
+    wait(client, tab)
+    shown = client.get(f"tabs/{tab}/view/compare").json()
+    colors = [t["marker"]["color"] for t in shown["data"] if t.get("showlegend")]
+    assert len(set(colors)) == len(colors) >= 6
+    assert shown["subtitle"].count(",") >= 3

@@ -115,7 +115,8 @@ def _card(fit: Fit, place: int, s: Suggestion, top: float) -> dict[str, Any]:
         ),
         "evidence_text": f"ΔlogL {number(s.delta_log_likelihood)}, {chance}",
         "size": s.removes_percent / 100.0,
-        "size_text": f"{number(s.removes_percent, 2)} % of the spectrum's misfit",
+        "size_text": f"{number(s.removes_percent, 2)} % of spectral misfit",
+        "size_title": f"Removes {number(s.removes_percent, 2)} % of the spectrum's misfit",
         "acts": _acts(fit, s),
     }
 

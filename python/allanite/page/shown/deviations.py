@@ -54,7 +54,7 @@ def deviation_figure(
         marks.append(Line(fit.curve.tau, fit.curve.model, "model", "model", 2.2))
     elif fit is not None and log.n <= MOST_TWIN:
         twin = _twin(fit, kind, grid, kept)
-        marks.append(Line(*_drawn(twin), "model", "a simulated twin of the model", 1.6))
+        marks.append(Line(*_drawn(twin), "model", "Simulated twin of the model", 1.6))
         shown.append(np.asarray(twin.deviation))
     tau, values = _drawn(found)
     there = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)

@@ -19,6 +19,7 @@ from allanite.plots.deviation import plot_deviation
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS
 from allanite.plots.time import plot_time
+from allanite.report.words import many
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
 
 __all__ = ["VIEWS", "colors_of", "failing", "figure_of", "fit_of"]
 
-#: Curves that can be told apart on one pair of axes.
-MOST_CURVES = 8
+#: Curves that can be told apart on one pair of axes: each has a colour of its own.
+MOST_CURVES = len(COMPONENTS)
 #: Samples that a filter runs over at once; of a longer record the first.
 MOST_FILTERED = 1_000_000
 #: |z| within which a failing range goes on beside its largest.
@@ -155,12 +156,16 @@ def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
     log, whole = tab.log, tab.work.recording
     items: list[Any] = [(f"{log.columns[0]}, measured", log, None)]
     if tab.ladder.steps:
-        items.append(("a simulated twin", _twin(tab.step.fit), None))
+        items.append(("Simulated twin", _twin(tab.step.fit), None))
     items += [(name, other, None) for name, other in tab.others if other.unit == log.unit]
     if not tab.others:
         same = [i for i, u in enumerate(whole.units) if u == log.unit and i != tab.column]
         items += [(whole.columns[i], tab.work.log(i), None) for i in same]
-    return plot_compare(compare(items[:MOST_CURVES]))
+    figure = plot_compare(compare(items[:MOST_CURVES]))
+    more = [name for name, _, _ in items[MOST_CURVES:]]
+    return replace(
+        figure, subtitle=f"not drawn, for want of colours: {', '.join(more)}" if more else ""
+    )
 
 
 def _twin(fit: Fit) -> Recording:
@@ -186,10 +191,10 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
         for label, size in growth.budget.items():
             color = known.get(label.rstrip("0123456789"), "raw")
             marks.append(Line(growth.tau, size, color, "" if i else label, 1.2))
-        marks.append(Line(growth.tau, growth.total, "model", "" if i else "model, in all", 2.2))
+        marks.append(Line(growth.tau, growth.total, "model", "" if i else "Model, in all", 2.2))
         try:
             seen = measured_growth(tab.log, growth)
-            words = f"measured, {seen.segments} segments"
+            words = f"Measured, {seen.segments} segments"
             marks.append(Points(seen.tau, seen.rms, "measured", "" if i else words))
         except TooShortError:
             pass
@@ -198,7 +203,7 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
         panels.append(Panel(x, y, tuple(marks), 0, i, title=growth.quantity.capitalize()))
     left = {name for g in found for name in g.left_out}
     without = f"; without {', '.join(sorted(left))}" if left else ""
-    told = f"the bias was averaged over {aided:g} s before the fix{without}"
+    told = f"the bias was averaged over {aided:.3g} s before the fix{without}"
     widths = (1.0,) * len(panels)
     return Figure("Error since the last fix", told, tuple(panels), (1.0,), widths, kind="error")
 
@@ -229,7 +234,7 @@ def _nis(tab: Tab, _: Mapping[str, str]) -> Figure:
     marks: tuple[Mark, ...] = (
         Band(by_tau.tau, by_tau.low, by_tau.high, "model", "95 % if the filter is right"),
         Rule(1.0, "y", "guide", "solid"),
-        Points(by_tau.tau, by_tau.nis, "measured", "measured"),
+        Points(by_tau.tau, by_tau.nis, "measured", "Measured"),
     )
     x: Axis = log_axis("innovations averaged over τ (s)", by_tau.tau)
     values = np.concatenate([by_tau.nis, by_tau.low, by_tau.high])
@@ -239,8 +244,9 @@ def _nis(tab: Tab, _: Mapping[str, str]) -> Figure:
         else linear_axis("NIS", 0.0, 1.1 * float(values.max()))
     )
     first = "the first " if found.recording.n < tab.log.n else ""
+    states = f"{found.space.states} state" + ("s" if found.space.states != 1 else "")
     told = (
-        f"{first}{found.n} innovations, {found.space.states} states: mean NIS {found.mean_nis:.4g},"
+        f"{first}{many(found.n)} innovations, {states}: mean NIS {found.mean_nis:.4g},"
         f" {100 * found.coverage:.3g} % below the 95 % point, whiteness p {found.whiteness:.2g}"
     )
     panel = Panel(x, y, marks, title="NIS")

@@ -111,6 +111,8 @@ def readings(
         if not left <= x <= right:
             continue
         inside = bottom <= y <= top
+        # Near the edge it stands below its point, where the figure does not end.
+        high = inside and y > top - 0.08 * (top - bottom)
         color = look.color(role)
         if inside:
             traces.append(
@@ -136,9 +138,9 @@ def readings(
                 "xref": "x",
                 "yref": "y" if inside else "y domain",
                 "xanchor": "right" if x > left + 0.7 * (right - left) else "left",
-                "yanchor": "bottom",
+                "yanchor": "top" if high else "bottom",
                 "xshift": -6 if x > left + 0.7 * (right - left) else 6,
-                "yshift": 3,
+                "yshift": -3 if high else 3,
                 "showarrow": False,
                 "font": {"size": 12, "color": color},
                 "bgcolor": look.panel,

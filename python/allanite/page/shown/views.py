@@ -78,6 +78,7 @@ def view(
         if trace.get("type") == "heatmap":
             title = trace["colorbar"]["title"]
             title["text"] = sentence(title["text"])
+            title["font"] = {"size": 13}
     _arrange(layout, name, figure.kind, look)
     return {**found, **painted}
 

@@ -47,7 +47,7 @@ export function axesTable() {
       el("thead", {}, el("tr", {}, ...["Axis", "State", "Model", ...symbols, "Error, rms", "Missing"].map(t => cell("th", t)))),
       el("tbody", {}, ...axes.map((a, i) => el("tr", { "aria-current": i === recording.column ? "true" : null },
         el("th", { scope: "row" }, el("button", { class: "link", onclick: () => act({ do: "column", column: i }) }, a.name)),
-        el("td", { class: a.state }, `${SIGNS[a.state]} ${WORDS[a.state]}`), cell("td", a.model), ...symbols.map(s => cell("td", a.values[s])), cell("td", a.error), cell("td", a.state === "adequate" ? "Nothing" : a.missing))))),
+        el("td", { class: a.state }, `${SIGNS[a.state]} ${WORDS[a.state]}`), el("td", { class: "model" }, ...(a.model ?? "–").split(/(?<=\+)/).flatMap(t => [t, el("wbr")])), ...symbols.map(s => cell("td", a.values[s])), cell("td", a.error), cell("td", a.state === "adequate" ? "Nothing" : a.missing))))),
     el("div", { id: "common" }, axes.filter(a => a.state !== "new").length > 1 ? el("button", { onclick: common }, "Compare the axes") : null),
     !done() && !busy() ? el("button", { class: "main", onclick: () => act({ do: "improve", all: true }) }, axes.length > 1 ? "Improve all axes" : "Improve") : null);
 }

@@ -36,6 +36,11 @@ function narrow(layout) {
   const across = Object.keys(layout).filter(k => k.startsWith("xaxis") && layout[k].domain[0] > 0.2);
   if (across.length && shown.view.name === "error") stack(layout);
 }
+// Of the labels of an axis every second, third …, so that at most `most` are left.
+function thin(axis, most) {
+  const step = Math.ceil((axis.tickvals || []).length / most), kept = (_, i) => i % step === 0;
+  if (step > 1) Object.assign(axis, { tickvals: axis.tickvals.filter(kept), ticktext: axis.ticktext.filter(kept) });
+}
 // Panels beside each other go below each other: what they say of their height inside, the time once.
 function stack(layout) {
   const xs = Object.keys(layout).filter(k => k.startsWith("xaxis")).sort(), n = xs.length;
@@ -46,7 +51,7 @@ function stack(layout) {
     layout[key].domain = [0, 1]; y.domain = [top - 1 / n + 0.04, top - 0.03];
     layout[key].showticklabels = last;
     if (!last) layout[key].title.text = "";
-    y.title.text = unit; y.nticks = 4;
+    y.title.text = unit; thin(y, 4);
     layout.annotations.push({ text: capital(name), showarrow: false, xref: "paper", x: 0.02, xanchor: "left", yref: "paper", y: top - 0.03, yanchor: "top", font: { size: 11 } });
   });
 }
@@ -54,7 +59,8 @@ export function clear() { shown.view = null; if (plot().data) Plotly.purge(plot(
 export function fit() {
   if (!shown.view || !plot().data) return;
   const now = plot().clientWidth <= NARROW;
-  if (small !== null && small !== now) show(shown.view); else Plotly.Plots.resize(plot());
+  // Drawn from nothing: a legend of two lines would keep its place when it becomes one of one.
+  if (small !== null && small !== now) { const view = shown.view; clear(); show(view); } else Plotly.Plots.resize(plot());
   small = now;
 }
 

@@ -1,5 +1,5 @@
 // How a log is read: column by column what was understood, to be changed; doubts with what settles them.
-import { $, S, act, el, fill, speak, svg } from "./core.js";
+import { $, S, act, el, fill, short, speak, svg } from "./core.js";
 
 const ROLES = { sensor: "Sensor", time: "Clock", temperature: "Temperature", index: "Index", counter: "Counter", other: "Other", text: "Text" };
 let found = null;
@@ -13,7 +13,7 @@ export async function ask() {
   $("form-quantity").value = state.reading.quantity || "";
   $("form-columns").replaceChildren(el("p", { class: "faint" }, "Looking at the columns …"));
   $("form-offers").replaceChildren();
-  fill($("form-time"), [["", "as found"]], "");
+  fill($("form-time"), [["", "As found"]], "");
   if (!$("form").open) $("form").showModal();
   found = null;
   try { found = await speak(`tabs/${S.tab}/part/inspect`); }
@@ -22,7 +22,7 @@ export async function ask() {
 }
 function times() {
   const clocks = found.columns.filter(c => c.role === "time" && c.name !== "(time)");
-  fill($("form-time"), [["", "as found"], ["none", "none: the rate is given"], ...clocks.map(c => [c.name, c.rate ? `${c.name} (${Number(c.rate.toPrecision(5))} Hz)` : c.name])], S.state.reading.time_column || "");
+  fill($("form-time"), [["", "As found"], ["none", "None: the rate is given"], ...clocks.map(c => [c.name, c.rate ? `${c.name} (${Number(c.rate.toPrecision(5))} Hz)` : c.name])], S.state.reading.time_column || "");
 }
 // Doubts in sentences, each with a button that does what it proposes.
 function offers() {
@@ -35,7 +35,7 @@ function offers() {
 }
 function columns() {
   const reading = S.state.reading, chosen = new Set(reading.columns), units = S.state.units;
-  const head = el("tr", {}, ...["Use", "Column", "Understood as", "Unit", "First rows", "Whole record", ""].map(t => el("th", {}, t)));
+  const head = el("tr", {}, ...["Use", "Column", "Unit", "", "Understood as", "First rows", "Whole record"].map(t => el("th", {}, t)));
   const rows = found.columns.map(c => {
     const sensor = ["sensor", "other", "index", "counter"].includes(c.role), used = chosen.size ? chosen.has(c.name) : c.used && c.role === "sensor";
     const own = reading.column_units[c.name] || c.unit || "";
@@ -44,9 +44,8 @@ function columns() {
     const unit = sensor ? el("select", { "data-unit": c.name, "data-was": own || "1", "aria-label": `Unit of ${c.name}`, onchange: alike }, ...list.map(([v, t]) => el("option", { value: v, selected: v === (own || "1") }, t))) : el("span", {}, c.unit || "");
     return el("tr", { class: used ? "" : "unused" },
       el("td", {}, sensor ? el("input", { type: "checkbox", "data-use": c.name, checked: used, "aria-label": `Use ${c.name}`, onchange: event => event.target.closest("tr").classList.toggle("unused", !event.target.checked) }) : null),
-      el("th", { scope: "row" }, c.name || "(no name)"), el("td", {}, `${ROLES[c.role] || c.role}${c.rate ? `, ${Number(c.rate.toPrecision(5))} Hz` : ""}${c.role === "temperature" && c.used ? ": offered as a cause" : ""}`),
-      el("td", {}, unit), el("td", { class: "first" }, c.first.map(v => Number(v.toPrecision(5))).join("  ")), el("td", {}, spark(c.spark)),
-      el("td", { class: "doubt" }, doubt(c)));
+      el("th", { scope: "row" }, c.name || "(no name)"), el("td", {}, unit), el("td", { class: "doubt" }, doubt(c)), el("td", {}, `${ROLES[c.role] || c.role}${c.rate ? `, ${Number(c.rate.toPrecision(5))} Hz` : ""}${c.role === "temperature" && c.used ? ": offered as a cause" : ""}`),
+      el("td", { class: "first" }, c.first.map(v => Math.abs(v) < 1e6 ? String(Number(v.toPrecision(5))).replace("-", "−") : short(v)).join("  ")), el("td", {}, spark(c.spark)));
   });
   $("form-columns").replaceChildren(el("table", {}, el("thead", {}, head), el("tbody", {}, ...rows)));
 }

@@ -11,6 +11,7 @@ export async function figure() {
   const state = S.state, want = `${state.version} ${S.view} ${query()}`;
   if (want === drawn) return;
   Draw.away();
+  $("numbers").hidden = S.view === "axes";
   if (S.view === "axes") { drawn = want; Draw.clear(); key(); $("empty").textContent = ""; refill($("table"), state.recording ? axesTable() : ""); $("table").hidden = false; document.body.dataset.drawn = want; return; }
   $("table").hidden = $("numbers").getAttribute("aria-pressed") !== "true";
   // The measured curve and the samples are there before the first fit.
@@ -50,7 +51,7 @@ function key(got) {
   if (!state.preview && !state.adequate && state.where.length) allan.push(item("background:var(--fail);opacity:.6", "Fails", "box"));
   const samples = [item("border-color:var(--c1)", "Mean"), item("background:var(--c1)", "Minimum–maximum", "box")];
   $("key").replaceChildren(...(other ? [] : { allan, psd: allan, samples }[S.view] || []));
-  $("readout").textContent = other ? "The model is fitted to the spectrum, whichever deviation is shown" : got && !["allan", "psd", "compare"].includes(S.view) ? capital(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
+  $("readout").textContent = other ? "The model is fitted to the spectrum, whichever deviation is shown" : got && !["allan", "psd"].includes(S.view) ? capital(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
 }
 export function redraw() { drawn = ""; figure(); }
 export function go(name) {
@@ -74,7 +75,7 @@ export function controls() {
 }
 // Another deviation, other averaging times: of the measured curve, the fit stays.
 const KINDS = [["", "Overlapping Allan"], ["adev", "Allan, not overlapping"], ["mdev", "Modified Allan"], ["tdev", "Time (TDEV)"], ["ohdev", "Overlapping Hadamard"], ["hdev", "Hadamard"], ["totdev", "Total"], ["pdev", "Parabolic"]];
-const GRIDS = [["", "as fitted"], ["octave", "1, 2, 4, 8 …"], ["decade", "1, 2, 4, 10 …"], ["fine", "20 a decade"]];
+const GRIDS = [["", "As fitted"], ["octave", "1, 2, 4, 8 …"], ["decade", "1, 2, 4, 10 …"], ["fine", "20 a decade"]];
 function allan() {
   const choice = (name, label, items) => {
     const node = el("select", { "data-option": name, "aria-label": label, onchange: event => { const v = event.target.value; if (v) S.options[name] = v; else delete S.options[name]; redraw(); } });
@@ -115,7 +116,7 @@ function samples() {
 }
 function error() {
   const field = (name, text) => el("label", {}, text, el("input", { inputmode: "decimal", size: 7, value: S.options[name] || "", placeholder: "auto", onchange: event => { const v = event.target.value.trim(); if (v) S.options[name] = v; else delete S.options[name]; redraw(); } }), "s");
-  return [field("aided", "Aided for"), field("until", "then without a fix for")];
+  return [field("aided", "Aided for"), field("until", "Then without a fix for")];
 }
 // Below the compared curves: what differs between two models, or the figures of a data sheet.
 function sheet() {
@@ -170,7 +171,6 @@ export function listenViews() {
   $("numbers").onclick = () => {
     const on = $("numbers").getAttribute("aria-pressed") !== "true";
     $("numbers").setAttribute("aria-pressed", on);
-    if (S.view === "axes") return;
     $("table").hidden = !on;
     if (on && S.state.recording) { $("table").textContent = "…"; numbers(); }
   };
