@@ -48,7 +48,7 @@ def log_axis(label: str, *arrays: Any, room: float = 1.15) -> Axis:
             minor = [10.0**k for k in decades if k % step]
     else:
         # Few decades: 1, 2, 5 are written so that values can be read off.
-        chosen = (1, 2, 5) if high / low < 60 else (1, 3)
+        chosen = range(1, 10) if high / low < 4 else (1, 2, 5) if high / low < 60 else (1, 3)
         steps = [(m, k) for k in range(first, last + 1) for m in chosen]
         kept = [(m, k) for m, k in steps if low <= m * 10.0**k <= high]
         ticks = [(m * 10.0**k, power_text(k, plain, m)) for m, k in kept]

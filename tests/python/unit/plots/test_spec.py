@@ -1,7 +1,7 @@
 """Axes, marks and themes: what a figure is made of."""
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import allanite as al
@@ -11,6 +11,7 @@ from allanite.plots.themes import COMPONENTS, theme_of
 
 
 @given(st.floats(-12, 9), st.floats(0, 14))
+@example(1.375, 0.25)  # between 20 and 50
 def test_log_axis_always_has_readable_ticks(exponent, decades):
     low = 10.0**exponent
     high = low * 10.0**decades
