@@ -111,7 +111,7 @@ impl Likelihood {
         self.cells.windows(2).map(|pair| pair[0]..pair[1])
     }
 
-    /// The sums over the bins of each cell, Σ n a, of a value of each bin.
+    /// The mean over each cell of a value of its bins, each with its degrees of freedom.
     #[inline(always)]
     fn cell_means(&self, values: &[f64], out: &mut [f64]) {
         for ((range, total), mean) in self.ranges().zip(&self.total).zip(out) {

@@ -8,7 +8,7 @@ from allanite.common.units import parse_unit
 from allanite.effects import standard
 from allanite.page.edits import SHEET
 from allanite.page.shown.beside import differences
-from allanite.page.shown.cards import cards, chips, rung
+from allanite.page.shown.cards import cards, chips, rung, rungs
 from allanite.page.shown.documents import sheet_rows
 from allanite.page.shown.figures import colors_of
 from allanite.page.shown.offers import offers, sentence
@@ -75,7 +75,7 @@ def state(tab: Tab) -> dict[str, Any]:
         "within": step is not None and check is not None and tab.within(step),
         "where": [] if check is None else check.left,
         "cards": [] if check is None else cards(check),
-        "ladder": [rung(s) for s in ladder.steps],
+        "ladder": rungs(ladder.steps),
         "at": ladder.at,
         "undo": place > 0 or (now is not None and now.before is not None),
         "redo": place < length - 1 or (now is not None and now.after is not None),

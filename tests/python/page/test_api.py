@@ -37,6 +37,10 @@ def test_the_loop(client):
     second = act(client, tab, do="add", number=added["cards"][0]["number"])
     assert {"gauss_markov", "sinusoid"} <= {c["kind"] for c in second["chips"]}
     assert second["adequate"] is True
+    # Each step leads with what is left of the first one's misfit.
+    left = [r["left"] for r in second["ladder"]]
+    assert left[0] == 100.0
+    assert left[2] < left[1] < left[0]
     assert second["ladder"][2]["predictive"] < second["ladder"][0]["predictive"]
     assert len(act(client, tab, do="undo")["ladder"]) == 2
     assert len(act(client, tab, do="redo")["ladder"]) == 3

@@ -14,6 +14,7 @@ from allanite.page.edits import shown_unit
 from allanite.plots.curves import parts
 from allanite.plots.words import effect_text, unit_text
 from allanite.report.words import resolved
+from allanite.study import misfit_left
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from allanite.page.ladder import Step
     from allanite.suggestion import Check, Suggestion
 
-__all__ = ["cards", "chips", "rung"]
+__all__ = ["cards", "chips", "rung", "rungs"]
 
 #: τ at which a process of frequency f shows most on the Allan curve, times f (the transfer function's peak).
 PEAK = 0.37
@@ -166,6 +167,15 @@ def _acts(fit: Fit, s: Suggestion) -> dict[str, list[float] | None]:
     out["frequency"] = [low, high]
     out["tau"] = [max(PEAK / high, 1.0 / rate), max(min(PEAK / low, span / 3.0), 1.5 / rate)]
     return out
+
+
+def rungs(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
+    """The ladder: what `rung` says of each step, and what it leaves of the first one's misfit."""
+    left = misfit_left([s.rung for s in steps]) if steps else ()
+    return [
+        {**rung(s), "left": share, "left_text": _percent(share)}
+        for s, share in zip(steps, left, strict=True)
+    ]
 
 
 def rung(step: Step) -> dict[str, Any]:

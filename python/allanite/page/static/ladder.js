@@ -46,12 +46,12 @@ export function ladder() {
     const [what, ...gone] = (r.label === "start" ? r.model : r.label).split(/(?<=.) (?=−)/);
     return el("li", {},
       el("button", { "aria-current": i === state.at ? "step" : null, class: i > state.at ? "later" : "", "data-rung": i, "aria-label": `Step ${i}: ${r.label}`,
-        title: `${r.model}\nχ²/dof ${r.chi2_text}, p ${r.p_text}\nLargest error ${r.max_text}; expected scatter ${r.chance_text} rms`,
+        title: `${r.model}\nχ²/dof ${r.chi2_text}, p ${r.p_text}\nLargest error ${r.max_text}; predictive score (unseen data) ${r.predictive_text}`,
         onclick: () => act({ do: "go", rung: i }) },
         el("span", { class: "what" }, `${i}  ${what}`, r.adequate ? el("span", { class: "ok" }, "  ✓") : null),
         gone.length ? el("small", {}, gone.join(" ")) : null,
-        el("span", { class: "error" }, r.error_text, el("small", {}, ` rms (expected scatter ${r.chance_text})`)),
-        el("small", {}, `χ²/dof ${r.chi2_text} · unseen data ${r.predictive_text}`)),
+        el("span", { class: "error" }, r.left_text, el("small", {}, ` misfit left · χ²/dof ${r.chi2_text}`)),
+        el("small", {}, `Allan error ${r.error_text} rms (expected scatter ${r.chance_text})`)),
       i === state.at ? null : el("button", { class: "icon beside-step", "data-beside": i, "aria-label": `Compare step ${state.at} with step ${i}`, title: `What differs between step ${state.at} and step ${i}`,
         onclick: async () => { if (await act({ do: "beside", rung: i })) S.hooks.go("compare"); } }, icon("beside")));
   }));
