@@ -13,6 +13,7 @@ from allanite.effects import Modifier, Stochastic
 from allanite.fit import fit_model
 from allanite.fit.prediction import compare, worse
 from allanite.fit.rivals.evidence import RIVAL, gained
+from allanite.fit.solution import Process
 from allanite.study.ladder import Rung, Study
 from allanite.study.moves import added_to, one_thing, pruned, swapped
 from allanite.study.pairs import parted
@@ -21,6 +22,8 @@ from allanite.suggestion import check_fit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
+
+    from numpy.typing import NDArray
 
     from allanite.effects import Effect, Model
     from allanite.fit.result import Fit
@@ -35,6 +38,10 @@ LIMIT, ALONE = 8, 32
 CHANCE = 2.0
 #: An Allan error that is none: half a per cent.
 LITTLE = 0.005
+#: Part of the rise of logL beside the checked model that is found beside another line.
+AS_FOUND = 0.8
+#: Share of the power of a bin from which a process is seen there.
+VISIBLE = 0.05
 #: Suggestions that are tried beside one that cannot stand alone.
 ANOTHER = 6
 
@@ -99,7 +106,7 @@ def improve(
         if better is None:
             return Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
         ladder.append(better)
-        for rung in _more_lines(ladder, check):
+        for rung in _more(ladder, check):
             if full(ladder, limit) or _within(rung.fit, tolerance):
                 break
             ladder.append(rung)
@@ -137,25 +144,39 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
     return shape if shape is not None and _errors_fall(ladder[-1].fit, shape.fit) else None
 
 
-def _more_lines(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
-    """Rungs for the lines that the same check found behind the one that was just added.
+def _more(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
+    """Rungs for the lines that the same check found behind the one that was just added, and for what came after them.
 
-    One line says nothing of another: each has its own ordinates. What was found beside a band that gave way is none.
+    One line says nothing of another: each has its own ordinates. What was found beside a band that gave way is none. Where
+    none of them has moved the model, another check would find what this one did: the best of what is no line.
     """
-    if ladder[-1].removed:
+    if ladder[-1].removed or not _is_line(ladder[-1].added):
         return
     ladder = list(ladder)
+    still = not _moved(check.fit, ladder[-1].fit)
     for suggestion in check.significant:
-        line = suggestion.effect
-        if line.screened != "line" or suggestion.note:
-            return
-        if line is ladder[-1].added:
+        if suggestion.effect is ladder[-1].added:
             continue
+        line = _is_line(suggestion.effect) and not suggestion.note
+        if not line and not still:
+            return
         rung = _rung(ladder, suggestion, check)
-        if rung is None or rung.added is not line or _moved(ladder[-1].fit, rung.fit):
+        if (
+            rung is None
+            or rung.risen is None
+            or rung.risen < AS_FOUND * suggestion.delta_log_likelihood
+        ):
+            return
+        if line and (rung.added is not suggestion.effect or _moved(ladder[-1].fit, rung.fit)):
             return
         ladder.append(rung)
         yield rung
+        if not line:
+            return
+
+
+def _is_line(effect: Effect | None) -> bool:
+    return effect is not None and effect.screened == "line"
 
 
 def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung | None:
@@ -181,7 +202,7 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     # The curve says nothing of when a sensor is loud.
     elsewhere = isinstance(added, Modifier) and added.passing
     if not elsewhere and not _errors_fall(fit, better):
-        pair = _with_another(fit, better)
+        pair = _with_another(fit, better, check)
         if pair is None:
             return None
         risen += pair[0].solution.log_likelihood - before
@@ -203,7 +224,7 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
         own |= {i for i, e in enumerate(better.model) if isinstance(e, Stochastic) and e.wanders}
         # What is missing beside this one has a rung of its own.
         later = {s.kind for s in check.significant if not s.effect.may_be(added)}
-        swap = swapped(better, own, tried, gone | later)
+        swap = swapped(better, _touched(own, ladder, better), tried, gone | later)
         if swap is not None and _errors_fall(better, swap[0]):
             better, kind, other = swap
             if kind == added.kind:
@@ -212,7 +233,11 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
                 new.append(other)
                 removed.append(kind)
     # What came earlier may stand for two that show beside the new one.
-    while (split := _split(better, range(asked, len(better.model)), new, removed)) is not None:
+    while True:
+        places = sorted(_touched(set(range(asked, len(better.model))), ladder, better))
+        split = _split(better, places, new, removed)
+        if split is None:
+            break
         better = split
     risen += better.solution.log_likelihood - before
     if _ended_where_it_began(fit, better):
@@ -248,16 +273,57 @@ def _ended_where_it_began(before: Fit, after: Fit) -> bool:
 
 def _moved(before: Fit, after: Fit) -> bool:
     """Whether an addition changes what the others have to explain: in some bin their spectrum, by more than its scatter."""
+    return bool(_bins_moved(before, after).any())
+
+
+def _bins_moved(before: Fit, after: Fit) -> NDArray[np.bool_]:
+    """Bins in which the spectrum has changed by more than its scatter; all, where there are others."""
     old, new = before.solution.spectrum, after.solution.spectrum
     if old.size != new.size:
-        return True
-    scatter = np.sqrt(2.0 / np.maximum(after.solution.weight, 1e-9))
-    return bool((np.abs(np.log(new / old)) > scatter).any())
+        return np.ones(new.size, dtype=bool)
+    return np.asarray(np.abs(np.log(new / old)) > _scatter(after))
 
 
-def _with_another(before: Fit, better: Fit) -> tuple[Fit, Effect] | None:
-    """The fit with one effect more, where an addition shows that two are missing: alone it lets an error rise."""
-    for suggestion in check_fit(better).significant[:ANOTHER]:
+def _scatter(fit: Fit) -> NDArray[np.float64]:
+    """Standard deviation of the power of each bin, as a share of it."""
+    return np.sqrt(2.0 / np.maximum(fit.solution.weight, 1e-9))
+
+
+def _touched(places: set[int], ladder: Sequence[Rung], better: Fit) -> set[int]:
+    """Those places of a model that an addition may have left in a wrong light: the new one, and on the first rung all.
+
+    Later, of the random processes those that are seen in a bin whose spectrum has moved: the others were looked at before
+    and have the same to explain.
+    """
+    if len(ladder) == 1:
+        return places
+    moved = _bins_moved(ladder[-1].fit, better)
+    solution = better.solution
+    least = VISIBLE * solution.spectrum[moved]
+    stay = {
+        place
+        for place, own in enumerate(solution.effects)
+        if isinstance(own, Process) and not (own.power[moved] > least).any()
+    }
+    return places - stay | places & {len(better.model) - 1}
+
+
+def _with_another(before: Fit, better: Fit, check: Check) -> tuple[Fit, Effect] | None:
+    """The fit with one effect more, where an addition shows that two are missing: alone it lets an error rise.
+
+    Of those that `check` found missing before, else of those that are missing beside the addition.
+    """
+    known = [s for s in check.significant if not any(e is s.effect for e in better.model)]
+    return _best_beside(before, better, known) or _best_beside(
+        before, better, check_fit(better).significant
+    )
+
+
+def _best_beside(
+    before: Fit, better: Fit, suggestions: Sequence[Suggestion]
+) -> tuple[Fit, Effect] | None:
+    """The fit with the first of the suggestions beside which no error rises, and its effect."""
+    for suggestion in suggestions[:ANOTHER]:
         if any(one_thing(e, suggestion.effect, better) for e in better.model):
             continue
         both = better.add(suggestion)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -77,16 +78,17 @@ class Screen:
     __repr__ = brief
 
 
-def _points(blank: Effect, data: Data) -> list[Effect]:
+@lru_cache(maxsize=64)
+def _points(blank: Effect, n: int, rate: float) -> tuple[Effect, ...]:
     """Every point of an effect's grid; that of a shape may depend on the shapes declared after it."""
     out: list[Effect] = list(blank.variants())
     for name in reversed(blank.free_shapes):
         out = [
             point.with_values(**{name: float(value)})
             for point in out
-            for value in point.grid(name, data.n, data.rate)
+            for value in point.grid(name, n, rate)
         ]
-    return out
+    return tuple(out)
 
 
 def _tangent(effect: Effect, solution: Solution, data: Data) -> NDArray[np.float64]:
@@ -119,7 +121,7 @@ def directions(
         if cls.screened != "spectral":
             continue
         blanks = cls.candidates(solution.model, data.covariates)
-        points = [p for blank in blanks for p in _points(blank, data)]
+        points = [p for blank in blanks for p in _points(blank, data.n, data.rate)]
         if not points:
             continue
         tangents = np.stack([_tangent(p, solution, data) for p in points])
@@ -197,7 +199,7 @@ def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, M
         # In their plain form, and at shapes of their own: what one design needs beside it another does not.
         others = [
             Model((*model.effects[:place], point, *model.effects[place + 1 :]))
-            for point in _points(type(effect)(), part.data)
+            for point in _points(type(effect)(), part.data.n, part.data.rate)
             if _near(point, effect)
         ]
         if not others:

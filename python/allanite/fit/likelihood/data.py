@@ -319,8 +319,14 @@ def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float6
     """Expected bin power of one effect of a model at coefficient 1, shape (bins,)."""
     go_on()
     acting = model.modifiers if effect.white else model.filters
-    own = _behind(effect, acting, data.rate, data.span, data.n)
+    own = _behind(_open(effect), acting, data.rate, data.span, data.n)
     return own if data.mixing is None else data.mixing @ own
+
+
+@lru_cache(maxsize=8192)
+def _open(effect: Stochastic) -> Stochastic:
+    """The effect without its coefficient, on which its column does not depend."""
+    return effect.with_values(**{effect.coefficient: None, "hold": ()})
 
 
 @lru_cache(maxsize=8192)

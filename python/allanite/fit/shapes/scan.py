@@ -1,8 +1,8 @@
 """One more random effect or filter, at every point of its shape grid: where the likelihood has a maximum uphill.
 
 A model that lacks an effect has others standing for it, or has lost the bins where it acts to the discrepancy. So each
-point is climbed from where the effect explains the excess at the bin in which it stands out most, and a third of it, beside
-the model as it is; and from the fit of everything anew in which each bin has about one vote.
+point is climbed from where the effect explains the excess at the bin in which it stands out most, beside the model as it
+is; and those in the running also from the fit of everything anew in which each bin has about one vote.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 POLISHED = 2
 #: Fisher steps of a scan: enough to tell which starts are in the running, and to rank these.
 FIRST, ROUNDS = 3, 12
-#: Part of the starts that is climbed on, beside the best of every design.
+#: Part of the points that is climbed on, beside the best of every design.
 RUNNING = 0.2
 #: Of these so many at least are climbed in the bins.
 LEADING = 10
@@ -44,84 +44,83 @@ def added(
     `base` is the maximum of the model without it.
     """
     smooth = _smooth(part.power - base.spectrum, part.count)
-    votes = np.minimum(part.count, VOTES)
     models = [model + point for point in points]
-    matrices, starts, owner = [], [], []
+    matrices, starts = [], []
     before = part.linear(model)
-    for i, (point, tried) in enumerate(zip(points, models, strict=True)):
+    for point, tried in zip(points, models, strict=True):
         random = isinstance(point, Stochastic)
         linear = part.appended(before, tried) if random else part.linear(tried)
-        matrix = linear.matrix
         if linear.fixed.any():
             # Held coefficients: the whole problem of each point by itself.
             return _one_by_one(models, base, part)
-        own = []
+        matrices.append(linear.matrix)
         if random:
-            column = matrix[:, -1]
+            column = linear.matrix[:, -1]
             top = int(np.argmax(column / base.spectrum))
             size = max(float(smooth[top]), 0.03 * float(base.spectrum[top])) / float(column[top])
-            own += [np.append(base.theta, size), np.append(base.theta, size / 3.0)]
+            starts.append(np.append(base.theta, size))
         else:
-            own.append(base.theta)
-        if base.scale is None:
-            own = own[:1]  # without a discrepancy there is one maximum
-        else:
-            own.append(first_guess(part.power, votes, matrix, None))
-        starts += own
-        matrices += [matrix] * len(own)
-        owner += [i] * len(own)
-    narrow = points[0].occupies is not None
-    designs = [_design(points[i]) for i in owner]
-    found = _climbed(matrices, starts, designs, base, part, narrow=narrow)
-    best: dict[int, Maximum] = {}
-    for k, maximum in found.items():
-        i = owner[k]
-        if i not in best or maximum.log_likelihood > best[i].log_likelihood:
-            best[i] = maximum
-    order = sorted(best.items(), key=lambda pair: -pair[1].log_likelihood)
+            starts.append(base.theta)
+    found = _climbed(matrices, starts, points, base, part)
+    order = sorted(found.items(), key=lambda pair: -pair[1].log_likelihood)
     return [(maximum, models[i]) for i, maximum in order]
 
 
 def _climbed(
     matrices: list[Array],
     starts: list[Array],
-    designs: list[tuple[object, ...]],
+    points: list[Effect],
     base: Maximum,
     part: RandomPart,
-    *,
-    narrow: bool,
 ) -> dict[int, Maximum]:
-    """Where each start ends that is in the running after a few steps, by its place among the starts.
+    """Where the points end that are in the running after a few steps, by their places.
 
     Which those are the cells tell, which are fewer than the bins; not for effects that are narrower.
     """
-    whole = np.stack(matrices), part.power, part.count
-    columns, power, count = whole if narrow else _in_cells(whole[0], part)
+    narrow = points[0].occupies is not None
+    designs = [_design(point) for point in points]
+    columns, power, count = np.stack(matrices), part.power, part.count
+    if not narrow:
+        columns, power, count = _in_cells(columns, part)
 
     def ahead(which: NDArray[np.intp], values: Array, least: int) -> NDArray[np.intp]:
-        """The best of every design among the starts of these values, and so many at least of all."""
+        """The best of every design among the points of these values, and so many at least of all."""
         order = which[np.argsort(-values, kind="stable")]
         seen: dict[tuple[object, ...], int] = {}
         for k in map(int, order):
             seen.setdefault(designs[k], k)
         return np.unique([*order[: max(POLISHED, least)], *seen.values()])
 
-    thetas, values, _ = climb_many(
-        power, count, columns, np.stack(starts), base.scale, FIRST, cells=not narrow
-    )
-    kept = ahead(np.arange(values.size), values, int(RUNNING * values.size))
-    rest = ROUNDS
-    if not narrow:
-        thetas[kept], values, _ = climb_many(
-            power, count, columns[kept], thetas[kept], base.scale, ROUNDS, cells=True
+    def climbed(
+        which: NDArray[np.intp], thetas: Array, rounds: int
+    ) -> tuple[Array, Array, list[int | None]]:
+        return climb_many(
+            power, count, columns[which], thetas, base.scale, rounds, cells=not narrow
         )
-        kept, rest = ahead(kept, values, LEADING), FIRST
-    columns, power, count = whole
-    found, values, scales = climb_many(power, count, columns[kept], thetas[kept], base.scale, rest)
+
+    thetas, values, _ = climbed(np.arange(len(points)), np.stack(starts), FIRST)
+    kept = ahead(np.arange(values.size), values, int(RUNNING * values.size))
+    thetas, values, scales = climbed(kept, thetas[kept], ROUNDS)
+    if base.scale is not None:
+        # With a discrepancy there are several maxima.
+        votes = np.minimum(part.count, VOTES)
+        even = np.stack([first_guess(part.power, votes, matrices[k], None) for k in kept])
+        others, heights, rough = climbed(kept, even, ROUNDS)
+        higher = heights > values
+        thetas[higher], values[higher] = others[higher], heights[higher]
+        scales = [b if up else a for a, b, up in zip(scales, rough, higher, strict=True)]
+    if not narrow:
+        place = {int(k): i for i, k in enumerate(kept)}
+        kept = ahead(kept, values, LEADING)
+        starting = thetas[[place[int(k)] for k in kept]]
+        whole = np.stack([matrices[k] for k in kept])
+        thetas, values, scales = climb_many(
+            part.power, part.count, whole, starting, base.scale, FIRST
+        )
     return {
         int(k): Maximum(
-            found[i],
-            np.maximum(matrices[k] @ found[i], 1e-300),
+            thetas[i],
+            np.maximum(matrices[k] @ thetas[i], 1e-300),
             float(values[i]),
             scales[i],
             base.weight,
