@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo screenshots test test-all test-rust test-python test-long floors lint bench bars miri clean gallery docs fuzz fuzz-core release
+.PHONY: help demo screenshots test test-all test-rust test-python test-long floors lint bench bars miri sanitize clean gallery docs fuzz fuzz-core release
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -109,6 +109,10 @@ bars: $(VENV)/.developed ## every promised ratio beside its bar (quiet machine, 
 miri: ## undefined behaviour in the loops with unsafe code, plain and wide (needs nightly with miri)
 	cargo +nightly miri test --quiet --test unsafe_code
 	RUSTFLAGS='-C target-feature=+avx2,+fma' cargo +nightly miri test --quiet --test unsafe_code
+
+sanitize: ## the same tests and the readers' and kernels' under AddressSanitizer (needs nightly)
+	RUSTFLAGS=-Zsanitizer=address CARGO_TARGET_DIR=target/sanitize cargo +nightly test --quiet --locked \
+	  --target $$(rustc -vV | sed -n 's/host: //p') --test unsafe_code --test kernels --test text --test accumulator
 
 clean: ## remove what was built
 	rm -rf target $(VENV) demo dist

@@ -313,7 +313,8 @@ def _with_another(before: Fit, better: Fit, check: Check) -> tuple[Fit, Effect] 
 
     Of those that `check` found missing before, else of those that are missing beside the addition.
     """
-    known = [s for s in check.significant if not any(e is s.effect for e in better.model)]
+    new = better.model.effects[-1].kind
+    known = [s for s in check.significant if s.kind != new]
     return _best_beside(before, better, known) or _best_beside(
         before, better, check_fit(better).significant
     )
