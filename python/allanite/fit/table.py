@@ -71,8 +71,12 @@ def misfit_line(fit: Fit) -> str:
     return line
 
 
-def fit_table(fit: Fit) -> str:
-    """Recording, coefficients with intervals, agreement."""
+#: Of a fit that is not adequate.
+WRONG = "! the model is not adequate: limits and intervals are those of a wrong model"
+
+
+def fit_table(fit: Fit, remedy: str = "; improve adds what is missing") -> str:
+    """Recording, coefficients with intervals, agreement; of a wrong model the remedy, unless the text around says it."""
     r = fit.recording
     lines = [
         f"{r.path or 'recording'} · {r.columns[0]} · {r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s), {r.unit}",
@@ -85,4 +89,6 @@ def fit_table(fit: Fit) -> str:
         "  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
-    return "\n".join([*lines, "", misfit_line(fit), *(f"! {s}" for s in fit.degeneracies)])
+    wrong = [] if fit.adequate else [WRONG + remedy]
+    doubts = [f"! {s}" for s in fit.degeneracies]
+    return "\n".join([*lines, "", misfit_line(fit), *wrong, *doubts])

@@ -91,7 +91,9 @@ class Check:
     plot = verbs.check_plot
 
     def __str__(self) -> str:
-        lines = [str(self.fit), ""]
+        from allanite.fit.table import fit_table
+
+        lines = [fit_table(self.fit, remedy=""), ""]
         sentences = self.left
         lines += ["where it fails:"] if sentences else ["it fails nowhere beyond chance"]
         lines += [f"  {s}" for s in sentences]

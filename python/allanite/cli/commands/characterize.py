@@ -112,6 +112,12 @@ def _export(found: Characterization, target: str, output: Path, overbound: bool)
     """Write one target, or all that have a place for these axes."""
     from allanite.common.errors import InputError
     from allanite.common.files import whole_file
+    from allanite.export._axis import warning_of
+
+    for name, study in found.studies.items():
+        warning = warning_of(study.fit.body(searched=False))
+        if warning:
+            click.echo(f"! {name}: {warning}", err=True)
 
     if target != "all":
         with whole_file(output) as draft:

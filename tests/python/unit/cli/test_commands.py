@@ -122,6 +122,28 @@ def test_a_saved_fit_goes_everywhere(run, log, tmp_path):
     assert run("fit", log, "--model", model)[0] == 0
 
 
+def test_a_model_that_is_not_adequate_is_said_by_fit_and_export(run, tmp_path):
+    white = RNG.standard_normal(20_000)
+    log, model = tmp_path / "filtered.npz", tmp_path / "model.json"
+    np.savez(log, data=np.convolve(white, np.ones(8) / 8), rate_hz=100.0, unit="deg/s")
+    code, out, _ = run("fit", log, "--save", model)
+    assert code == 0
+    assert (
+        "limits and intervals are those of a wrong model; improve adds what is missing"
+        in " ".join(out.split())
+    )
+    assert "improve adds" not in run("check", log)[1]
+    saved = strict(model.read_text())
+    assert saved["adequate"] is False
+    worst = saved["error"]["adev_worst"]
+    code, out, err = run("export", model, "--format", "kalibr")
+    assert code == 0
+    assert "the fit is not adequate" in err
+    assert err.count("\n") == 1
+    assert f"at {worst['tau_s']:.3g} s" in err
+    assert "WARNING: the fit is not adequate" in out
+
+
 def test_check_strict(run, tmp_path):
     needs("deviation")
     t = np.arange(20_000) / 100
