@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from allanite.common.numbers import tidy, with_interval
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed
+from allanite.recording.findings import merged
 
 if TYPE_CHECKING:
     from allanite.axes.characterization import Characterization, Sensor
@@ -73,12 +74,8 @@ def _value(pooled: Pooled, sensor: Sensor) -> str:
 def remarks(found: Characterization) -> list[str]:
     """Columns that failed, what the audits warn of, and what is left unexplained, each once."""
     out = [f"{name}: not characterised: {why}" for name, why in found.failed.items()]
-    warned: dict[str, str | None] = {}
-    for study in found.studies.values():
-        for finding in study.recording.audit:
-            if finding.severity == "warning":
-                warned.setdefault(finding.message, finding.column)
-    out += list(warned)
+    warned = merged(f for study in found.studies.values() for f in study.recording.audit)
+    out += [finding.message for finding in warned if finding.severity == "warning"]
     for name, study in found.studies.items():
         if not study.adequate:
             why = (

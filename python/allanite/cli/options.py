@@ -33,6 +33,8 @@ __all__ = [
 ]
 
 DEFAULT_MODEL = "N+B+K"
+#: Findings that are said before anything is computed: an option is missing.
+EARLY = ("other_kind", "no_unit")
 SHORTEST = 16  # samples below which no command has anything to say
 
 model_option = click.option(
@@ -158,8 +160,10 @@ def _stuck(path: str, column: Recording) -> InputError:
     )
 
 
-def recording_of(path: str, options: LogOptions) -> Recording:
-    """Read a log with all columns that the options ask for.
+def recording_of(
+    path: str, options: LogOptions, suits: Callable[[Recording], None] | None = None
+) -> Recording:
+    """Read a log with all columns that the options ask for; what `suits` refuses is refused before anything is said.
 
     Raises
     ------
@@ -175,6 +179,8 @@ def recording_of(path: str, options: LogOptions) -> Recording:
     if path == PIPE:
         path = NAME
         recording = recording.called(NAME)
+    if suits is not None:
+        suits(recording)
     if options.trim == "quiet":
         recording = recording.quiet()
     else:
@@ -203,7 +209,7 @@ def _say_motion(recording: Recording, options: LogOptions) -> None:
     from allanite.recording.at_rest import finding_of
 
     if not (options.quiet or options.as_json):
-        left = (finding for finding in recording.told if finding.kind == "other_kind")
+        left = (finding for finding in recording.told if finding.kind in EARLY)
         for finding in (*left, *finding_of(recording)):
             click.echo(f"! {finding.worded(WORDS)}", err=True)
 

@@ -73,13 +73,13 @@ def notes(columns: Sequence[Recording | Stream], options: LogOptions) -> None:
     """Print what the audit found, each remark once; JSON carries it in the document instead."""
     if options.as_json or options.quiet:
         return
-    said: set[str] = set()
-    for column in columns:
-        for finding in column.audit:
-            words = finding.worded(WORDS)
-            if words not in said:
-                said.add(words)
-                click.echo(f"{'!' if finding.severity == 'warning' else '·'} {words}")
+    from allanite.cli.options import EARLY
+    from allanite.recording.findings import merged
+
+    found = (f for column in columns for f in column.audit if f.kind not in EARLY)
+    said = merged(found)
+    for finding in said:
+        click.echo(f"{'!' if finding.severity == 'warning' else '·'} {finding.worded(WORDS)}")
     if said:
         click.echo()
 

@@ -7,6 +7,7 @@ __all__ = ["WORDS"]
 WORDS = {
     "rate": "--rate HZ",
     "unit": "--unit UNIT",
+    "this_unit": "--unit {}",
     "quantity": "--quantity {}",
     "column": "--column",
     "piece": "--piece",

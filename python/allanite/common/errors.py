@@ -18,6 +18,7 @@ __all__ = ["CALL", "AllaniteError", "InputError", "TooShortError", "about", "wor
 CALL: Mapping[str, str] = {
     "rate": "rate=",
     "unit": "unit=",
+    "this_unit": "unit='{}'",
     "quantity": "quantity={}",
     "column": "column=",
     "piece": "piece=",

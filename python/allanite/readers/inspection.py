@@ -10,9 +10,10 @@ import numpy as np
 
 from allanite.common.errors import CALL, AllaniteError, InputError, worded
 from allanite.readers._choice import Request, choose
-from allanite.readers._table import role_of
 from allanite.readers.frame import is_frame, table_of
+from allanite.readers.sensor_names import role_of
 from allanite.readers.understand import kind_of, understand
+from allanite.readers.unit_names import remedy_of
 from allanite.recording.timebase import read_stamps
 
 if TYPE_CHECKING:
@@ -145,7 +146,7 @@ class Inspection:
             lines.append("– left out; naming the column takes it")
         open_ = [c.name for c in self.columns if UNITLESS in c.doubts]
         if open_:
-            give = worded(": give {unit}, or write it into the header", words)
+            give = worded(f": {remedy_of(open_)}; or write it into the header", words)
             lines.append(f"! no unit in the log for {', '.join(open_)}{give} (gx [deg/s])")
         lines += [
             f"! {c.name}: {doubt}" for c in self.columns for doubt in c.doubts if doubt != UNITLESS
@@ -217,7 +218,12 @@ def inspect(path: Any, **options: Any) -> Inspection:
         rate, duration = recording.rate, recording.duration
         if request.unit is not None:
             given = dict(zip(recording.columns, recording.units, strict=True))
-        findings = tuple(f for f in recording.audit if f.column is None)
+        findings = tuple(
+            # What is said of units stands by the columns.
+            f
+            for f in recording.audit
+            if f.column is None and f.kind != "no_unit"
+        )
     except AllaniteError as error:
         refused = error
     views = [

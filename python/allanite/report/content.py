@@ -114,6 +114,12 @@ def _curve(entry: Entry) -> list[Block]:
         f"Allan deviation and two-sided density with the last model, {fit.model.name}, and its effects. Below each, the "
         "residual in standard deviations; dashed at 2, dotted at 3.5 (about 1 % for the worst of a curve)."
     )
+    if fit.data.missing is not None:
+        # The fit sees the completed record; a table of terms that exist, as `adev` prints, is another curve.
+        caption += (
+            " Samples are missing: the points are of the record completed under the model, while the plain Allan "
+            "deviation has only the terms whose samples are all there."
+        )
     return [Heading("The curve"), Picture(_bare(plot_fit(fit)), caption, "curve", 6.0)]
 
 

@@ -228,3 +228,19 @@ def test_a_digit_that_is_no_number_is_refused(run, log):
     refused(run("adev", log, "--taus", "²"), 2, "²", "octave")
     refused(run("adev", log, "--taus", "-1"), 2, "-1", "octave")
     refused(run("adev", log, "--taus", "0"), 2, "0 averaging times")
+
+
+def test_sensors_without_a_unit_are_no_clocks(run, tmp_path):
+    path = tmp_path / "log.csv"
+    x = RNG.standard_normal((500, 2))
+    path.write_text("gyro_x,acc_x\n" + "".join(f"{a:.6f},{b:.6f}\n" for a, b in x))
+    code, out, err = run("fit", path, "--rate", 100, "--model", "N")
+    assert code == 0
+    assert "no unit given for gyro_x, acc_x: values are shown as dimensionless" in err
+    assert "give --unit deg/s,m/s^2" in err
+    assert "angle random walk" in out
+    assert "velocity random walk" in out
+    assert "white FM" not in out
+    # A gyroscope and an accelerometer are not pooled.
+    assert "recordings" not in out
+    assert run("fit", path, "--rate", 100, "--model", "N", "--quiet")[2] == ""
