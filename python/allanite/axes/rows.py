@@ -11,13 +11,13 @@ from allanite.common.printing import printed, table_unit
 from allanite.common.units import ACCELERATION, FREQUENCY, parse_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from allanite.effects import Effect, Parameter
     from allanite.fit.result import Fit
     from allanite.study import Study
 
-__all__ = ["Row", "legend", "rows"]
+__all__ = ["Row", "convention", "legend", "rows"]
 
 SI = {"angular rate": "rad/s", ACCELERATION: "m/s^2"}
 #: What data sheets of accelerometers say as well.
@@ -49,6 +49,21 @@ def legend(studies: Mapping[str, Study]) -> str:
     """``N angle random walk, B bias instability``: the names of the effects for this kind of sensor."""
     names = {e.short: s.fit.display_name(e) for s in studies.values() for e in s.fit.model}
     return ", ".join(f"{short} {name}" for short, name in names.items())
+
+
+def convention(fits: Iterable[Fit]) -> str:
+    """How N and B compare with the numbers of a data sheet, which are others; empty of clocks."""
+    shown = {
+        effect.short
+        for fit in fits
+        if parse_unit(fit.recording.unit).kind in SI
+        for effect in fit.model
+    }
+    words = {
+        "N": "N is two-sided, a data sheet's one-sided density is √2·N",
+        "B": "B is the coefficient, a data sheet's bias instability is 0.664·B",
+    }
+    return "; ".join(text for short, text in words.items() if short in shown)
 
 
 _Cell = tuple["Effect", "Parameter", Any]

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable
 
-__all__ = ["number", "numbers_text", "tidy", "with_interval"]
+__all__ = ["chance_text", "number", "numbers_text", "tidy", "trials_text", "with_interval"]
 
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
@@ -39,6 +39,21 @@ def numbers_text(values: Iterable[float], *, times: bool) -> str:
         if times
         else " ".join(number(v) for v in found)
     )
+
+
+def chance_text(log10_p: float) -> str:
+    """A probability by its logarithm, which may be of one that underflows: 0.003, 2·10⁻⁵, 10⁻³⁴⁵."""
+    if log10_p > -99.0:
+        return number(10.0**log10_p, 1)
+    return "10" + f"{log10_p:.0f}".translate(_DIGITS)
+
+
+def trials_text(trials: float) -> str:
+    """How many trials a p-value accounts for; a number that nobody can picture is said to be large."""
+    most = 15
+    if trials >= 10.0**most:
+        return f"more than 10{str(most).translate(_DIGITS)} trials"
+    return f"{number(trials, 2)} trials"
 
 
 def tidy(sentence: str) -> str:

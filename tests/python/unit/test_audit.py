@@ -189,12 +189,12 @@ def test_averaged_samples_have_no_doubts_of_the_rate_or_of_averaging():
     coarse = dropped().decimate(20)
     assert coarse.rate == 10
     assert {f.kind for f in coarse.audit} == {"gaps"}
-    assert not [note for note in coarse.oadev().notes if "decimate" in note]
-    assert [note for note in dropped().oadev().notes if "decimate" in note]
+    assert "decimate" not in str(coarse.oadev())
+    assert "decimate" in str(dropped().oadev())
 
 
 def test_one_long_gap_needs_no_averaging():
     t = np.arange(20_000) / 100.0
     t = np.concatenate([t[:9000], t[9000:] + 3.0])
     told = Recording(noise(t.size), time=t, unit="deg/s")
-    assert not [note for note in told.oadev().notes if "decimate" in note]
+    assert "decimate" not in str(told.oadev())

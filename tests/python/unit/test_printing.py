@@ -8,6 +8,7 @@ from click.testing import CliRunner
 
 from allanite.cli import cli
 from allanite.common.errors import InputError
+from allanite.common.numbers import chance_text, trials_text
 from allanite.common.printing import ASKED, printed, sample_unit, table_unit
 from allanite.common.units import conversion, parse_unit
 from allanite.effects.files import parse_model
@@ -96,3 +97,12 @@ def test_clocks_have_names_and_units_of_their_own():
     assert "flicker FM" in table
     assert "random-walk FM" in table
     assert " √s" in table
+
+
+def test_small_chances_and_many_trials():
+    assert chance_text(-2.0) == "0.01"
+    assert chance_text(-15.3) == "5·10⁻¹⁶"
+    assert chance_text(-345.2) == "10⁻³⁴⁵"
+    assert trials_text(190_000.0) == "190000 trials"
+    assert trials_text(3e9) == "3·10⁹ trials"
+    assert trials_text(1e304) == "more than 10¹⁵ trials"
