@@ -90,8 +90,8 @@ def _number_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit])
     parameter = next(cell[1] for cell in cells if cell is not None)
     power = parameter.unit
     if not isinstance(power, float):
-        own = next(cell[2].unit for cell in cells if cell is not None)
-        shown = "" if own == "1" else printed(own)
+        effect, _, value = next(cell for cell in cells if cell is not None)
+        shown = "" if value.unit == "1" else printed(value.unit, effect.follows or "")
         return [Row(f"{label}  {shown}".rstrip(), tuple(_text(cell) for cell in cells))]
     units = [table_unit(unit, power, parameter.sheet)]
     if (label, kind) in ALSO:

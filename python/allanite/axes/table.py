@@ -33,9 +33,9 @@ def table(found: Characterization, width: int = 100) -> str:
     for sensor in found.common.sensors:
         studies = {name: found.studies[name] for name in sensor.columns}
         lines += ["", *_block(sensor, studies, width)]
-    told = convention(study.fit for study in found.studies.values())
-    if told:
-        lines += ["", *wrap(told, width)]
+    compared = convention(study.fit for study in found.studies.values())
+    if compared:
+        lines += ["", *wrap(compared, width)]
     if found.common.lines:
         lines += ["", "seen by several axes"]
         for line in found.common.lines:

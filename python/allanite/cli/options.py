@@ -33,8 +33,8 @@ __all__ = [
 ]
 
 DEFAULT_MODEL = "N+B+K"
-#: Findings that are said before anything is computed: an option is missing.
-EARLY = ("other_kind", "no_unit")
+#: Findings that are said before anything is computed: an option is missing, or did something.
+EARLY = ("other_kind", "no_unit", "quiet_stretch")
 SHORTEST = 16  # samples below which no command has anything to say
 
 model_option = click.option(
@@ -183,10 +183,9 @@ def recording_of(
         suits(recording)
     if options.trim == "quiet":
         recording = recording.quiet()
-    else:
-        if options.trim is not None:
-            recording = recording.trim(*_span(options.trim))
-        _say_motion(recording, options)
+    elif options.trim is not None:
+        recording = recording.trim(*_span(options.trim))
+    _say_motion(recording, options)
     if options.decimate is not None:
         recording = recording.decimate(options.decimate)
     if options.output_unit is not None:
@@ -211,7 +210,8 @@ def _say_motion(recording: Recording, options: LogOptions) -> None:
     if not (options.quiet or options.as_json):
         left = (finding for finding in recording.told if finding.kind in EARLY)
         for finding in (*left, *finding_of(recording)):
-            click.echo(f"! {finding.worded(WORDS)}", err=True)
+            mark = "!" if finding.severity == "warning" else "·"
+            click.echo(f"{mark} {finding.worded(WORDS)}", err=True)
 
 
 def _varies(column: Recording) -> bool:

@@ -15,5 +15,6 @@ WORDS = {
     "to": "--output-unit UNIT",
     "decimate": "--decimate {}",
     "trim": "--trim START:END",
+    "this_span": "--trim {}",
     "quiet": "--trim quiet",
 }

@@ -26,6 +26,7 @@ CALL: Mapping[str, str] = {
     "to": ".to(unit)",
     "decimate": ".decimate({})",
     "trim": ".trim()",
+    "this_span": ".trim({})",
     "quiet": ".quiet()",
 }
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.numbers import numbers_text
+from allanite.common.numbers import ends_apart, harmonics_text, numbers_text
 from allanite.common.parameters import Estimate
-from allanite.common.printing import in_table, printed
+from allanite.common.printing import in_table, printed, table_unit
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
@@ -27,26 +27,33 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
             if isinstance(value, Estimate):
                 declared = effect.parameter(name)
                 value = in_table(value, declared.unit, declared.sheet, fit.recording.unit)
-            if isinstance(value, tuple):
+            if isinstance(value, tuple) and name == "overtones":
+                unit = printed(table_unit(fit.recording.unit, 0.0, {}))
+                frequency = float(values["frequency"])
+                value = harmonics_text(frequency, value, "" if unit == "1" else unit)
+            elif isinstance(value, tuple):
                 value = numbers_text(value, times=effect.parameter(name).role == "time")
-            number, interval = _cells(value)
+            number, interval = _cells(value, effect.follows)
             rows.append((title, name, number, "held" if name in effect.held else interval))
             title = ""
     return rows
 
 
-def _cells(value: Any) -> tuple[str, str]:
+def _cells(value: Any, column: str | None) -> tuple[str, str]:
     if not isinstance(value, Estimate):
         return str(value), ""
-    unit = "" if value.unit == "1" else printed(value.unit)
+    unit = "" if value.unit == "1" else printed(value.unit, column or "")
     if not value.detected and value.interval is not None:
         return "not detected", f"< {value.interval[1]:.3g} {unit}"
     if not value.detected:
         return "not present", ""
-    text = f"{float(value):.5g} {unit}".rstrip()
     if value.interval is None:
-        return text, ""
-    return text, f"{value.interval[0]:.4g} … {value.interval[1]:.4g}"
+        return f"{float(value):.5g} {unit}".rstrip(), ""
+    # A frequency may be known to six figures: both ends would be one number in fewer.
+    figures = ends_apart(value.interval, 4)
+    low, high = value.interval
+    text = f"{float(value):.{max(5, figures)}g} {unit}".rstrip()
+    return text, f"{low:.{figures}g} … {high:.{figures}g}"
 
 
 def misfit_line(fit: Fit) -> str:

@@ -15,5 +15,6 @@ WORDS = {
     "to": "another unit",
     "decimate": "averaging {} samples",
     "trim": "trimming",
+    "this_span": "trimming to {} s",
     "quiet": "trimming to it",
 }

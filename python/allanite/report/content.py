@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import chance_text, tidy, trials_text
+from allanite.common.numbers import chance_text, harmonics_text, tidy, trials_text
 from allanite.common.units import column_unit
 from allanite.effects import find
 from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time
@@ -131,6 +131,9 @@ def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
         for name, value in effect["parameters"].items():
             where = f"{place}.effects.{i}.parameters.{name}"
             shown, interval, unit = parameter_cells(value, where)
+            if name == "overtones" and value.get("value"):
+                first = effect["parameters"]["frequency"]["value"]
+                shown = harmonics_text(first, value["value"], unit_text(entry.recording.unit))
             if name in effect.get("held", ()):
                 interval = "held"
             other = (
@@ -386,7 +389,7 @@ def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         "limit": "The ladder was stopped at its longest.",
     }
     out.append(Paragraph(why.get(study.stopped_because, study.stopped_because)))
-    out += _where(check, "The whole curve is improbable, yet no single range stands out.")
+    out += _where(check)
     if check.significant and len(study.ladder) > 1:
         out.append(Heading("Candidates that did not help", 4))
         out += _cards(check, document["left"]["suggestions"], f"{at}left.suggestions")

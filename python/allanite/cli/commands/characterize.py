@@ -80,7 +80,7 @@ def command(
     if options.as_json:
         click.echo(out.dumps(found.to_dict()))
         return
-    click.echo(found.table())
+    click.echo(found.table(out.width()))
     if written and not options.quiet:
         click.echo(f"\nwritten: {', '.join(written)}")
 

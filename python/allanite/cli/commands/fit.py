@@ -78,4 +78,4 @@ def command(
         return
     output.show(results, options)
     for many in together:
-        click.echo(f"\n{many}")
+        click.echo(output.wrapped(f"\n{many}"))
