@@ -162,7 +162,7 @@ def test_compare_with_a_datasheet(run, log, tmp_path):
     sheet.write_text('[figures]\nangle_random_walk = "0.01 deg/√h"\n')
     code, out, _ = run("compare", log, "--model", "N", "--datasheet", sheet)
     assert code == 0
-    assert "looks as if a density in deg/s/√Hz was read as a random walk" in out
+    assert "looks as if a density in deg/s/√Hz was read as a random walk" in " ".join(out.split())
     document = strict(run("compare", log, "--model", "N", "--datasheet", sheet, "--json")[1])
     assert document["figures"][0]["ratio"]["value"] == pytest.approx(60, rel=0.05)
 
