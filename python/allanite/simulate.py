@@ -225,7 +225,7 @@ class _Source:
         # What is filtered begins before the record, by what the filters remember.
         self.before = sum(f.settling for f in self.filters)
         total = self.n + self.before
-        aside = (*self.levels, *model.filters)
+        aside = (*self.levels, *(e for e in model.modifiers if e.whole is not None))
         steady = Model(tuple(e for e in model if e not in aside))
         generators: list[tuple[str, list[float]]] = []
         for number, effect in enumerate(model.stochastic):

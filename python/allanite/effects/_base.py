@@ -161,6 +161,10 @@ class Effect:
         """Richer forms to try from the fitted values where a discrepancy remains; by default none."""
         return ()
 
+    def otherwise(self) -> tuple[Effect, ...]:
+        """Other forms with as many numbers to try from the fitted values; by default none."""
+        return ()
+
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Values of a shape parameter to try on n samples at `rate` Hz.
 
@@ -324,8 +328,8 @@ class Modifier(Effect):
     >>> louder = al.NoiseLevelChange(start=50.0, end=100.0, factor=2.0)
     >>> louder.gain(np.array([10.0, 60.0])), float(louder.mean_power(0.0, 100.0))
     (array([1., 2.]), 2.5)
-    >>> louder.missing(2, 10.0), louder.generators(1.0, 10.0)
-    (array([False, False]), None)
+    >>> louder.missing(2, 10.0), louder.generators(1.0, 10.0), louder.whole
+    (array([False, False]), None, None)
     >>> al.NoiseLevelChange.during(50.0, 100.0, 2.0) == louder, al.NoiseLevelChange.at([1.0])
     (True, None)
     >>> al.Outliers.at([1.0, 7.0]).moments
@@ -354,6 +358,11 @@ class Modifier(Effect):
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self | None:
         """The effect where the white level is `factor` times the rest, where a check looks for that; by default None."""
+        return None
+
+    @property
+    def whole(self) -> Modifier | None:
+        """The filter that all random processes pass; by default None: the white part alone is changed."""
         return None
 
     @property

@@ -115,6 +115,11 @@ class Filter(Modifier):
     #: Whether nothing of frequency zero passes, and so no drift.
     blocks: ClassVar[bool] = False
 
+    @property
+    def whole(self) -> Filter:
+        """Itself."""
+        return self
+
     def response(self, rate: float) -> Response:
         """The filter at this rate."""
         raise NotImplementedError

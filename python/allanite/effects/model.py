@@ -108,7 +108,7 @@ class Model:
     @property
     def filters(self) -> tuple[Filter, ...]:
         """What all random processes have passed."""
-        return tuple(e for e in self.effects if isinstance(e, Filter))
+        return tuple(f for e in self.modifiers if isinstance(f := e.whole, Filter))
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_] | None:
         """Mask of the samples that its effects take out of a record of n; None where none of them takes any."""
@@ -128,7 +128,7 @@ class Model:
         if effect.white:
             # A level scales what a bandwidth leaves as it scales what comes in, of which one term is white.
             for modifier in sorted(self.modifiers, key=lambda m: not m.passing):
-                if isinstance(modifier, Filter):
+                if modifier.whole is not None:
                     continue
                 out = tuple(
                     changed
