@@ -170,7 +170,7 @@ class Model:
         Returns
         -------
         ndarray
-            U²/Hz, shape of `f` (METHODS: white level N²).
+            U²/Hz, shape of `f`; the level of white noise is N² (`docs/methods.md`).
         """
         frequency = np.atleast_1d(np.asarray(f, dtype=float))
         fs = self._rate(rate, 1.0 / (2e3 * frequency.max(initial=1e-30)))

@@ -179,12 +179,17 @@ def power(
     TooShortError
         Fewer samples than any fit needs.
 
+    References
+    ----------
+    Cowan, G., Cranmer, K., Gross, E. & Vitells, O. (2011). Asymptotic formulae for likelihood-based tests of new physics.
+    Eur. Phys. J. C 71, 1554: the expected record ("Asimov data set").
+
     Examples
     --------
-    >>> line = al.Sinusoid(frequency=7.3, amplitude=4e-3)
+    >>> line = al.Sinusoid(frequency=7.3, amplitude=6e-3)
     >>> found = al.power("N(N=0.01)", line, duration=600, rate=100)
     >>> bool(found.probability > 0.9)
-    False
+    True
     """
     base = as_model(model)
     added = None if effect is None else as_effect(effect)

@@ -83,9 +83,9 @@ class Recording:
     (12, True, (6000,), 6000)
     >>> recording.in_units({"gx": "rad/s"}).units, recording.called("a.csv").path
     (('rad/s', 'deg/s'), 'a.csv')
-    >>> from allanite.recording.findings import Finding
-    >>> gx.told_of([Finding("reader", "info", "read by hand")]).audit[0].message
-    'read by hand'
+    >>> found = al.Recording([*x[:, 0], 9.0], rate=100, unit="deg/s").audit
+    >>> gx.told_of(found).audit[0].kind
+    'outliers'
     >>> figure = recording.plot("samples.svg")
     """
 

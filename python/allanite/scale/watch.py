@@ -104,6 +104,11 @@ class Watch:
     InputError
         A model without values.
 
+    References
+    ----------
+    Ville, J. (1939). Étude critique de la notion de collectif. Paris: a test that may be looked at all the time.
+    Ramdas, A. et al. (2023). Game-theoretic statistics and safe anytime-valid inference. Statistical Science 38, 576.
+
     Examples
     --------
     >>> model = al.AngleRandomWalk(N=0.1)

@@ -244,6 +244,11 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
     growth : Growth
         Of a model of this sensor.
 
+    Returns
+    -------
+    Measured
+        Root mean square in the unit of `growth` at its τ, and the share of segments within its 95 %.
+
     Raises
     ------
     TooShortError
