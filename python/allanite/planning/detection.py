@@ -76,7 +76,7 @@ class Power:
     standard_errors: Mapping[str, float]
 
     def value(self, name: str) -> float:
-        """The true value of one of the numbers in `standard_errors`.
+        """The true value of the number `name`, one of those in `standard_errors`.
 
         Raises
         ------
@@ -97,7 +97,7 @@ class Power:
         raise InputError(f"{name}: the model has no such number (it has: {known})")
 
     def relative(self, name: str) -> float:
-        """Standard error of a number as a share of its value."""
+        """Standard error of the number `name` (``K``, ``GM.correlation_time``) as a share of its value."""
         return self.standard_errors[name] / abs(self.value(name)) if self.value(name) else np.inf
 
     def to_dict(self) -> dict[str, Any]:

@@ -92,7 +92,7 @@ class Growth:
         return ("deg", 180.0 / np.pi) if self.unit == "rad" else (self.unit, 1.0)
 
     def table(self, measured: Measured | None = None) -> str:
-        """Standard deviation over time, in all and by effect; beside it what a recording shows."""
+        """Standard deviation over time, in all and by effect; beside it what a recording shows (`measured`)."""
         unit, factor = self.shown
         head = ["after / s", "total", *self.budget]
         columns = [self.tau, factor * self.total, *(factor * v for v in self.budget.values())]
