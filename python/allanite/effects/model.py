@@ -124,7 +124,7 @@ class Model:
     def unit_terms(
         self, effect: Stochastic, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Terms of one effect at coefficient 1 and `rate` Hz, behind the model's modifiers; `span` as of `Modifier.modify`."""
+        """Terms of one effect at coefficient 1 and `rate` Hz, behind all modifiers; `span` as of `Modifier.modify`."""
         out = effect.unit_terms(rate)
         if effect.white:
             # A level scales what a bandwidth leaves as it scales what comes in, of which one term is white.
