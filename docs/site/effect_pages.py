@@ -13,6 +13,7 @@ from reference_pages import markdown
 import allanite as al
 from allanite.common.units import parse_unit
 from allanite.effects import Modifier, Stochastic
+from allanite.effects._documented import INTRODUCTION, unit_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -113,14 +114,6 @@ def picture(kind: type[Effect], path: Path) -> Effect:
     return effect
 
 
-def unit_of(effect: Effect, p: object) -> str:
-    """The unit of a parameter, as a page prints it."""
-    if isinstance(p.unit, str):
-        return p.unit
-    powers = {0.5: "U·s^½", -0.5: "U/s^½", 1.0: "U·s", -1.0: "U/s", 0.0: "U"}
-    return powers.get(p.unit, f"U·s^{p.unit:g}")
-
-
 def parameters(effect: Effect) -> str:
     """The table of parameters."""
     rows = ["| name | also | unit | range | role | what it is |", "|---|---|---|---|---|---|"]
@@ -129,9 +122,7 @@ def parameters(effect: Effect) -> str:
         limits = f"{p.low:g} … {p.high:g}" if p.role != "choice" else ""
         limits = limits.replace("inf", "∞")
         what = p.description.replace("|", "\\|")
-        rows.append(
-            f"| `{p.name}` | {also} | {unit_of(effect, p)} | {limits} | {p.role} | {what} |"
-        )
+        rows.append(f"| `{p.name}` | {also} | {unit_of(p)} | {limits} | {p.role} | {what} |")
     return "\n".join(rows)
 
 
@@ -141,7 +132,10 @@ def page(kind: type[Effect], folder: Path) -> None:
     titles = {s: effect.name_for(parse_unit(u).kind) for s, u in SENSORS.items()}
     other = [f"{name} ({sensor})" for sensor, name in titles.items() if name != kind.title]
     title = kind.title[0].upper() + kind.title[1:]
-    formula, _, code = markdown(kind).partition("**Examples**")
+    # The parameters stand in a table of their own, with more than a docstring shows.
+    before, _, code = markdown(kind).partition("**Examples**")
+    formula = before.partition(INTRODUCTION)[0]
+    source = before.partition("**References**")[2].strip()
     rivals = ", ".join(f"[{r.replace('_', ' ')}]({r}.md)" for r in kind.rivals)
     text = f"""# {title}
 
@@ -170,7 +164,7 @@ U is the unit of the samples. Values of `coefficient`s are fitted by likelihood,
 ## Example
 
 {code.strip()}
-"""
+{f"{chr(10)}Source: {source}{chr(10)}" if source else ""}"""
     (folder / f"{kind.kind}.md").write_text(text, encoding="utf-8")
 
 

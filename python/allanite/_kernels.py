@@ -63,10 +63,7 @@ def release() -> int:
     int
         Bytes given back.
 
-    Raises
-    ------
-    None
-        There is nothing to refuse.
+    Raises nothing.
 
     Examples
     --------

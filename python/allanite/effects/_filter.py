@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.effects._base import Modifier
+from allanite.effects._modifier import Modifier
 from allanite.effects.terms import (
     Blue,
     Exponential,
@@ -121,7 +121,7 @@ class Filter(Modifier):
         return self
 
     def response(self, rate: float) -> Response:
-        """The filter at this rate."""
+        """The filter at this `rate`, Hz."""
         raise NotImplementedError
 
     def modify(
@@ -131,7 +131,7 @@ class Filter(Modifier):
         return self.passed((White(white),), rate)
 
     def passed(self, terms: tuple[Term, ...], rate: float) -> tuple[Term, ...]:
-        """What is left of the terms of an effect."""
+        """What is left of the `terms` of an effect at `rate` Hz."""
         response = _response(self, rate)
         return _merged([part for term in terms for part in _passed(term, response)])
 

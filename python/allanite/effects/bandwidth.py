@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.effects import lowpass
-from allanite.effects._base import Modifier, Parameter
+from allanite.effects._base import Parameter
 from allanite.effects._filter import Filter, Response
+from allanite.effects._modifier import Modifier
 from allanite.effects.terms import White
 
 if TYPE_CHECKING:

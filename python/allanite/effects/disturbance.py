@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Modifier, Parameter
+from allanite.effects._base import Parameter
+from allanite.effects._modifier import Modifier
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model

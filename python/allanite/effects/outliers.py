@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.effects._base import Modifier, Parameter
+from allanite.effects._base import Parameter
+from allanite.effects._modifier import Modifier
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model

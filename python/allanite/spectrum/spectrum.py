@@ -281,6 +281,11 @@ def psd(x: Any, rate: float | None = None) -> Spectrum:
     TooShortError
         Fewer than 8 samples.
 
+    References
+    ----------
+    Makhoul, J. (1980). A fast cosine transform in one and two dimensions. IEEE Trans. ASSP 28, 27: the transform
+    (DCT-II), which a record that does not return to its beginning does not disturb.
+
     Examples
     --------
     The density is two-sided: white noise of coefficient N has the density N².

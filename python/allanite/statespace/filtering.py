@@ -207,6 +207,10 @@ def innovations(
     TooShortError
         Fewer than two samples are there.
 
+    References
+    ----------
+    Durbin, J. & Koopman, S. J. (2012). Time series analysis by state space methods, 2nd edition. Oxford.
+
     Examples
     --------
     With half of the noise the filter trusts itself too much:

@@ -148,6 +148,11 @@ def fit_many(
     InputError
         No recordings, or of different units.
 
+    References
+    ----------
+    Hartung, J. & Knapp, G. (2001). Statistics in Medicine 20, 1771: the interval of a mean over recordings that differ.
+    Paule, R. C. & Mandel, J. (1982). J. Res. Natl. Bur. Stand. 87, 377: the spread between them.
+
     Examples
     --------
     One of three units has twice the noise:
