@@ -1,4 +1,4 @@
-"""The one door to the compiled core: array conversion and argument order, nothing else."""
+"""Bindings of the compiled core: array conversion and argument order, nothing else."""
 
 from __future__ import annotations
 

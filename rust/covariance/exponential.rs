@@ -8,6 +8,7 @@ use faer::c64;
 
 use super::differences::binomial;
 
+/// Terms in ε²: for |ε| < ½ each is at least (2π/½)² = 158 times smaller than the one before, the poles lying at ±2πi.
 const SERIES: usize = 12;
 
 /// One exponential, summed `level` times.

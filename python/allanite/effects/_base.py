@@ -184,7 +184,7 @@ class Effect:
         return None
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """Whether a fitted model that ends with it has the mark by which it is told from others; by default True."""
+        """True if the fitted effect, the last of `model`, shows the feature that distinguishes it from its rivals."""
         return True
 
     @property

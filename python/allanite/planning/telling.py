@@ -17,7 +17,7 @@ __all__ = ["log_odds", "two_of"]
 
 
 def two_of(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
-    """The model with values, and the one in which the other effect stands for the one that it has.
+    """The true model, and the same with the other effect in its place.
 
     Parameters
     ----------
