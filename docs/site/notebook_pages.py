@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import nbformat
 from nbclient import NotebookClient
 from nbconvert import MarkdownExporter
+from traitlets.config import Config
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,7 +20,13 @@ def write(notebooks: Path, pages: Path) -> None:
     for path in sorted(notebooks.glob("*.ipynb")):
         notebook = nbformat.read(path, as_version=4)
         with tempfile.TemporaryDirectory() as folder:
-            client = NotebookClient(notebook, resources={"metadata": {"path": folder}}, timeout=300)
+            # Sockets in a folder of the user's: TCP on this machine would not be encrypted, and the kernel warns of it.
+            client = NotebookClient(
+                notebook,
+                resources={"metadata": {"path": folder}},
+                timeout=300,
+                config=Config({"KernelManager": {"transport": "ipc"}}),
+            )
             client.execute()
         text, resources = MarkdownExporter().from_notebook_node(notebook)
         for name, figure in resources["outputs"].items():

@@ -14,8 +14,8 @@ use crate::parallel::{default_threads, for_each};
 use crate::rng::{Stream, StreamKey};
 use crate::{Error, Result};
 
-/// Samples of a block, each block drawn from its own stream. Another length is another record for the same seed; 32 KiB
-/// fill a first-level cache, and the jump to a stream is a small part of the block's time.
+/// Samples of a block, each block drawn from its own stream. Another length would make another record of
+/// the same seed. 32 KiB fit a first-level cache, and so many deviates outweigh the start of a stream.
 pub const BLOCK: usize = 4096;
 /// Samples made at a time where no other block waits: with a copy for the sum they fill half of a first-level cache.
 const PART: usize = 1024;

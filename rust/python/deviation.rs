@@ -93,7 +93,7 @@ pub fn family_variance(
             Ok((variance, count, laws(&record, &theta, &factors), record.gaps()))
         };
         let (variance, count, noise, gaps) =
-            // Up to here the sums take less time than a thread takes to start.
+            // A short record stays on the caller's thread: to start another takes longer than most of its sums.
             if series.len() > 4096 { run(py, work)? } else { run_short(py, || work(&AtomicBool::new(false)))? };
         let count = count.into_iter().map(|n| n as i64).collect::<Vec<_>>();
         Ok((

@@ -46,7 +46,7 @@ class Bandwidth(Modifier):
 
     kind: ClassVar[str] = "bandwidth"
     short: ClassVar[str] = "BW"
-    title: ClassVar[str] = "bandwidth"
+    title: ClassVar[str] = "low-pass filter"
     family: ClassVar[str] = "filter"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(

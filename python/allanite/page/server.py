@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from allanite.common.errors import AllaniteError, InputError
-from allanite.page.sessions import GRACE, Sessions
 from allanite.page.guard import Guard
 from allanite.page.orders import act
+from allanite.page.sessions import GRACE, Sessions
 from allanite.page.shown import documents
 from allanite.page.shown.parts import part
 from allanite.page.shown.views import finite, view
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.responses import Response
 
-__all__ = ["Sessions", "Page", "make_app"]
+__all__ = ["Page", "Sessions", "make_app"]
 
 #: Largest body of an action (a study of many steps).
 MOST_ACTION = 4_000_000
@@ -204,7 +204,7 @@ def _order(body: bytes) -> Any:
     except RecursionError:
         raise InputError("An action is nested too deeply") from None
     except UnicodeError:
-        raise InputError("An action holds half a character (a lone surrogate)") from None
+        raise InputError("The request contains an invalid character") from None
     except ValueError:
         raise InputError("An action must be JSON") from None
     return order

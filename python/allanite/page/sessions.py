@@ -105,7 +105,7 @@ class Sessions:
         """The tab that a request speaks of."""
         found = self.tabs.get(request.path_params["tab"])
         if found is None:
-            raise InputError("This tab is not known any more: reload the page")
+            raise InputError("This session has ended: reload the page")
         found.heard = time.monotonic()
         return found
 

@@ -11,8 +11,8 @@ import pytest
 
 import allanite as al
 from allanite.page import child
-from allanite.page.sessions import MOST_TABS, SILENT
 from allanite.page.ladder import Work
+from allanite.page.sessions import MOST_TABS, SILENT
 from allanite.page.shown.deviations import deviation_figure
 from page_sessions import act, opened, send, until, wait
 
