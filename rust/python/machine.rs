@@ -3,8 +3,8 @@
 use pyo3::prelude::*;
 
 use super::errors::to_python;
+use crate::machine::buffer_pool;
 use crate::machine::maps;
-use crate::machine::pages;
 use crate::machine::processor::{self, Width};
 
 /// `spectrum::release` and `machine::buffer_pool::release`: bytes of buffers given back.
