@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import tempfile
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import nbformat
 from nbclient import NotebookClient
 from nbconvert import MarkdownExporter
 from traitlets.config import Config
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def write(notebooks: Path, pages: Path) -> None:
@@ -19,13 +16,14 @@ def write(notebooks: Path, pages: Path) -> None:
     pages.mkdir()
     for path in sorted(notebooks.glob("*.ipynb")):
         notebook = nbformat.read(path, as_version=4)
-        with tempfile.TemporaryDirectory() as folder:
-            # Sockets in a folder of the user's: TCP on this machine would not be encrypted, and the kernel warns of it.
+        with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as sockets:
+            # TCP is not encrypted, and the kernel warns of it. The path is absolute: the kernel runs in another folder.
+            ipc = {"transport": "ipc", "ip": str(Path(sockets) / "kernel")}
             client = NotebookClient(
                 notebook,
                 resources={"metadata": {"path": folder}},
                 timeout=300,
-                config=Config({"KernelManager": {"transport": "ipc"}}),
+                config=Config({"KernelManager": ipc}),
             )
             client.execute()
         text, resources = MarkdownExporter().from_notebook_node(notebook)
