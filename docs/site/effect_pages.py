@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 RATE, LENGTH = 100.0, 2**16
 #: The effect's Allan deviation is at most this times that of the white noise beside it.
 HEIGHT = 3.0
+#: A limit up to this only keeps a parameter from 0.
+SMALL = 1e-6
 SENSORS = {"gyroscope": "rad/s", "accelerometer": "m/s^2", "clock": "1"}
 
 
@@ -119,11 +121,20 @@ def parameters(effect: Effect) -> str:
     rows = ["| name | also | unit | range | role | what it is |", "|---|---|---|---|---|---|"]
     for p in effect.parameters:
         also = ", ".join(dict.fromkeys([*p.aliases, p.symbol])).strip(", ")
-        limits = f"{p.low:g} … {p.high:g}" if p.role != "choice" else ""
-        limits = limits.replace("inf", "∞")
+        limits = limits_of(p)
         what = p.description.replace("|", "\\|")
         rows.append(f"| `{p.name}` | {also} | {unit_of(p)} | {limits} | {p.role} | {what} |")
     return "\n".join(rows)
+
+
+def limits_of(p: object) -> str:
+    """The range of a parameter; a floor that only keeps it from 0, and no end, are not numbers to read."""
+    if p.role == "choice":
+        return ""
+    if p.low <= SMALL and np.isinf(p.high):
+        return "> 0" if p.low > 0.0 else "≥ 0" if p.low == 0.0 else "any"
+    low = "0" if 0.0 <= p.low <= SMALL else f"{p.low:g}".replace("inf", "∞")
+    return f"≥ {low}" if np.isinf(p.high) else f"{low} … {p.high:g}"
 
 
 def page(kind: type[Effect], folder: Path) -> None:
@@ -136,7 +147,8 @@ def page(kind: type[Effect], folder: Path) -> None:
     before, _, code = markdown(kind).partition("**Examples**")
     formula = before.partition(INTRODUCTION)[0]
     source = before.partition("**References**")[2].strip()
-    rivals = ", ".join(f"[{r.replace('_', ' ')}]({r}.md)" for r in kind.rivals)
+    others = {other.kind: other.title for other in al.CATALOGUE}
+    rivals = ", ".join(f"[{others[r]}]({r}.md)" for r in kind.rivals)
     text = f"""# {title}
 
 `{kind.short}` in model strings, `{kind.kind}` in files, `al.{kind.__name__}` in Python.{" Also called " + ", ".join(other) + "." if other else ""}

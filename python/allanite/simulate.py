@@ -95,7 +95,8 @@ def _generator(term: Term) -> tuple[str, list[float]]:
 def _section(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
     if sum(1 + bool(complex(t.phi).imag) for t in terms if isinstance(t, Exponential)) > 2:
         raise InputError(
-            "an effect of more than two lags, one of them negative, has no samples: declare its generator"
+            "an effect of more than two lags, one with a negative density at some frequency, cannot be simulated:"
+            " declare its `generator`"
         )
     gain, b, a = arma(terms)
     return "filtered", [gain, *b, *[0.0] * (3 - len(b)), *a, *[0.0] * (2 - len(a))]

@@ -45,8 +45,10 @@ class Effect:
     (-0.5, 24)
     >>> al.GaussMarkov.may_be(al.BurstNoise), len(al.GaussMarkov.candidates(al.parse_model("N"), {}))
     (True, 1)
-    >>> len(lag.variants()), lag.extended(), lag.errors(10.0), lag.shape_error("q_c", 1e-4, 1000.0)
-    (1, (), {}, None)
+    >>> len(lag.variants()), lag.extended(), lag.otherwise(), lag.shape_error("q_c", 1e-4, 1000.0)
+    (1, (), (), None)
+    >>> lag.errors(10.0)
+    {}
     >>> al.HighPass(cutoff=1.0).shows(al.parse_model("N(N=1)+HP(f=1,order=1)"), 100.0, 600.0)
     True
     """
@@ -193,7 +195,7 @@ class Effect:
         return None
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """Whether a fitted `model` that ends with it has the mark by which it is told from others; by default True.
+        """True if the fitted effect, the last of `model`, shows the feature that distinguishes it from its rivals.
 
         The record is of `duration` s at `rate` Hz.
         """

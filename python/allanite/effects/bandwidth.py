@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite.common.errors import InputError
 from allanite.effects import lowpass
 from allanite.effects._base import Parameter
-from allanite.effects._filter import Filter, Response
+from allanite.effects._low_pass import LowPass
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import White
 
@@ -52,7 +52,7 @@ class Bandwidth(Modifier):
 
     kind: ClassVar[str] = "bandwidth"
     short: ClassVar[str] = "BW"
-    title: ClassVar[str] = "bandwidth"
+    title: ClassVar[str] = "low-pass filter"
     family: ClassVar[str] = "filter"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
@@ -164,7 +164,7 @@ class Bandwidth(Modifier):
         return rate * np.geomspace(low, lowpass.HIGHEST[design], 24)
 
     @property
-    def whole(self) -> Filter | None:
+    def whole(self) -> LowPass | None:
         """The filter, where it acts on all that is random."""
         return LowPass(*self._at(1.0)) if self.acts_on == "all" else None
 
@@ -189,21 +189,3 @@ class Bandwidth(Modifier):
         design = self.design or "sampled"
         order = int(self.order or lowpass.DESIGNS[design][0])
         return design, order, (self.cutoff or rate) / rate
-
-
-@dataclass(frozen=True)
-class LowPass(Filter):
-    """What a `Bandwidth` is that acts on all: a filter like any other, its values the bandwidth's."""
-
-    design: str = "sampled"
-    order: int = 1
-    cutoff: float = 1.0
-
-    kind: ClassVar[str] = Bandwidth.kind
-    short: ClassVar[str] = Bandwidth.short
-    title: ClassVar[str] = Bandwidth.title
-    parameters: ClassVar[tuple[Parameter, ...]] = ()
-
-    def response(self, rate: float) -> Response:
-        """The low-pass at this rate."""
-        return lowpass.response(self.design, self.order, self.cutoff / rate)

@@ -61,7 +61,7 @@ class BiasStep(Event):
         return None if self.time is None else (self.time, self.time)
 
     def extended(self) -> tuple[Event, ...]:
-        """What comes back to where it was: at one other time, before or after, or little by little."""
+        """Forms in which the bias returns: at a second time (excursion) or by decay (transient)."""
         from allanite.effects.excursion import Excursion
         from allanite.effects.transient import Transient
 

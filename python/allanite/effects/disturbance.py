@@ -62,12 +62,12 @@ class Disturbance(Modifier):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Whatever the model is made of, and beside others of its kind."""
+        """Offered beside any model, also one without white noise or with other disturbances."""
         return (cls(),)
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self:
-        """The stretch; by how much it is louder is no matter."""
+        """A disturbance over this interval; `factor` is not used."""
         return cls(start=start, end=end)
 
     @property

@@ -65,12 +65,12 @@ class Outliers(Modifier):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Whatever the model is made of: a wrong sample needs no white part beside it."""
+        """Offered beside any model without outliers, also one without white noise."""
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     @classmethod
     def at(cls, times: Sequence[float]) -> Self:
-        """All of them."""
+        """An `Outliers` effect at these times, s."""
         return cls(count=float(len(times)), times=tuple(map(float, times)))
 
     @property

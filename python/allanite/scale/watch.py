@@ -300,7 +300,7 @@ class Watch:
                 raise InputError("damaged, or no state of a watch") from None
             if (state["model"], state["rate"]) != (str(self.model), self.rate):
                 raise InputError(
-                    f"it is of the model {state['model']} at {state['rate']:g} Hz: begin anew with another file"
+                    f"saved for model {state['model']} at {state['rate']:g} Hz: use another state file"
                 )
             self.segments, self.taken, self._kept = state["segments"], state["taken"], state["kept"]
             self.alarm = None if state["alarm"] is None else Alarm(**state["alarm"])

@@ -21,6 +21,7 @@ from allanite.common.validation import positive_rate
 
 __all__ = ["Bins", "Spectrum", "bins_of", "bridge_gaps", "cells_of", "psd"]
 
+#: Cells of a decade, each 10 % wide: a corner or a peak of a physical effect covers several.
 PER_DECADE = 24
 #: Bins are judged in wider groups: physical effects are broad on a logarithmic axis, and χ² is the more
 #: powerful the fewer numbers it sums.

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 __all__ = ["Growth", "Measured", "measured_growth", "predict"]
 
 Array = NDArray[np.float64]
-GRAVITY = 9.80665  # m/s²
+#: Standard gravity, m/s² (CGPM 1901).
+GRAVITY = 9.80665
 #: Samples beyond which variograms no longer fit into memory.
 LONGEST = 2**24
 #: Weights that are correlated; longer records are averaged in groups.

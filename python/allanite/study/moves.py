@@ -81,7 +81,7 @@ def pruned(
 
 
 def _may_come(effect: Effect) -> bool:
-    """Whether an effect may take another's place unasked: what happens once, filters and a last resort are suggested."""
+    """True if a swap may add this effect; one-off events, filters and X are only suggested."""
     once = isinstance(effect, Deterministic) and effect.happens_once
     return not (once or effect.last_resort or isinstance(effect, Modifier))
 
@@ -171,7 +171,7 @@ def one_thing(one: Effect, other: Effect, fit: Fit) -> bool:
 
 
 def _absent(effect: Effect) -> bool:
-    """Whether nothing of an effect is left: what would stand in its place is a suggestion."""
+    """True if the coefficient is zero: the fit found none of the effect."""
     return isinstance(effect, Stochastic) and not effect.values[effect.coefficient]
 
 

@@ -120,7 +120,7 @@ class Summary:
 
     @property
     def whole(self) -> bool:
-        """Whether all samples are kept: then it is read as the recording that it is of."""
+        """True if all samples are kept; the summary then behaves like the recording."""
         every = all(level.whole for one in self.stretches for level in one.levels)
         return every and self.n <= 2 * KEEP
 
