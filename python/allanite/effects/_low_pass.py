@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from allanite.effects import lowpass
-from allanite.effects._base import Parameter
 from allanite.effects._filter import Filter, Response
+
+if TYPE_CHECKING:
+    from allanite.effects._base import Parameter
 
 __all__ = ["LowPass"]
 
