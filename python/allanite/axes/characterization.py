@@ -15,7 +15,7 @@ from allanite.axes.twin import samples_of, twin
 from allanite.common import verbs
 from allanite.common.files import whole_file
 from allanite.common.threads import results, side_by_side
-from allanite.common.units import parse_unit
+from allanite.readers import kind_of_sensor
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -181,7 +181,7 @@ def common_of(studies: Mapping[str, Study]) -> Common:
 
     def sensor(names: tuple[str, ...]) -> Callable[[], Sensor]:
         own = {name: fits[name] for name in names}
-        kind = parse_unit(own[names[0]].recording.unit).kind
+        kind = kind_of_sensor(names[0], own[names[0]].recording.unit)
         return lambda: Sensor(NAMES[kind], names, common_form(own), cross_spectra(own))
 
     sensors = results(side_by_side([sensor(names) for names in groups]))

@@ -11,13 +11,13 @@ from allanite.common.printing import printed, table_unit
 from allanite.common.units import ACCELERATION, FREQUENCY, parse_unit
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from allanite.effects import Effect, Parameter
     from allanite.fit.result import Fit
     from allanite.study import Study
 
-__all__ = ["Row", "legend", "rows"]
+__all__ = ["Row", "convention", "legend", "rows"]
 
 SI = {"angular rate": "rad/s", ACCELERATION: "m/s^2"}
 #: What data sheets of accelerometers say as well.
@@ -51,6 +51,21 @@ def legend(studies: Mapping[str, Study]) -> str:
     return ", ".join(f"{short} {name}" for short, name in names.items())
 
 
+def convention(fits: Iterable[Fit]) -> str:
+    """How N and B compare with the numbers of a data sheet, which are others; empty of clocks."""
+    shown = {
+        effect.short
+        for fit in fits
+        if parse_unit(fit.recording.unit).kind in SI
+        for effect in fit.model
+    }
+    words = {
+        "N": "N is two-sided, a data sheet's one-sided density is √2·N",
+        "B": "B is the coefficient, a data sheet's bias instability is 0.664·B",
+    }
+    return "; ".join(text for short, text in words.items() if short in shown)
+
+
 _Cell = tuple["Effect", "Parameter", Any]
 
 
@@ -75,8 +90,8 @@ def _number_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit])
     parameter = next(cell[1] for cell in cells if cell is not None)
     power = parameter.unit
     if not isinstance(power, float):
-        own = next(cell[2].unit for cell in cells if cell is not None)
-        shown = "" if own == "1" else printed(own)
+        effect, _, value = next(cell for cell in cells if cell is not None)
+        shown = "" if value.unit == "1" else printed(value.unit, effect.follows or "")
         return [Row(f"{label}  {shown}".rstrip(), tuple(_text(cell) for cell in cells))]
     units = [table_unit(unit, power, parameter.sheet)]
     if (label, kind) in ALSO:

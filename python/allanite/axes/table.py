@@ -5,7 +5,7 @@ from __future__ import annotations
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from allanite.axes.rows import Row, legend, rows
+from allanite.axes.rows import Row, convention, legend, rows
 from allanite.axes.words import in_common, remarks
 from allanite.axes.words import title as heading
 
@@ -33,6 +33,9 @@ def table(found: Characterization, width: int = 100) -> str:
     for sensor in found.common.sensors:
         studies = {name: found.studies[name] for name in sensor.columns}
         lines += ["", *_block(sensor, studies, width)]
+    compared = convention(study.fit for study in found.studies.values())
+    if compared:
+        lines += ["", *wrap(compared, width)]
     if found.common.lines:
         lines += ["", "seen by several axes"]
         for line in found.common.lines:

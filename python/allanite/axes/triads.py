@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, parse_unit
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY
+from allanite.readers import kind_of_sensor
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,7 +29,7 @@ def triads(columns: Iterable[Recording]) -> list[tuple[str, ...]]:
     kinds: dict[str, dict[str, list[str]]] = {}
     for column in columns:
         name = column.columns[0]
-        stems = kinds.setdefault(parse_unit(column.unit).kind, {})
+        stems = kinds.setdefault(kind_of_sensor(name, column.unit), {})
         stems.setdefault(_AXIS.sub("", name), []).append(name)
     groups: list[tuple[str, ...]] = []
     for stems in kinds.values():

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from allanite.common.numbers import tidy, with_interval
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed
+from allanite.recording.findings import merged
 
 if TYPE_CHECKING:
     from allanite.axes.characterization import Characterization, Sensor
+    from allanite.axes.forms import Form
     from allanite.fit.several.many import Pooled
 
 __all__ = ["in_common", "remarks", "title"]
@@ -36,7 +39,7 @@ def in_common(sensor: Sensor) -> list[str]:
     if sensor.form is None:
         out = ["no one model form holds for all axes"]
     else:
-        out = [f"one form holds for all axes: {sensor.form.model}"]
+        out = [f"one form of the noise holds for all axes: {sensor.form.model}{_own(sensor.form)}"]
         agree = [_value(p, sensor) for p in sensor.form.pooled if p.agree]
         apart = [f"{p.name} (p {_p(p.p_value)})" for p in sensor.form.pooled if not p.agree]
         if agree:
@@ -49,6 +52,17 @@ def in_common(sensor: Sensor) -> list[str]:
     elif sensor.cross:
         out.append("what the models leave is independent between axes")
     return [tidy(sentence) for sentence in out]
+
+
+def _own(form: Form) -> str:
+    """What an axis has beside the form: `` (besides, GyrZ has COV)``."""
+    common = Counter(form.model.split("+"))
+    own = {
+        name: list((Counter(e.short for e in fit.model) - common).elements())
+        for name, fit in form.fits.items()
+    }
+    words = [f"{name} has {', '.join(shorts)}" for name, shorts in own.items() if shorts]
+    return f" (besides, {'; '.join(words)})" if words else ""
 
 
 def _p(value: float) -> str:
@@ -73,12 +87,8 @@ def _value(pooled: Pooled, sensor: Sensor) -> str:
 def remarks(found: Characterization) -> list[str]:
     """Columns that failed, what the audits warn of, and what is left unexplained, each once."""
     out = [f"{name}: not characterised: {why}" for name, why in found.failed.items()]
-    warned: dict[str, str | None] = {}
-    for study in found.studies.values():
-        for finding in study.recording.audit:
-            if finding.severity == "warning":
-                warned.setdefault(finding.message, finding.column)
-    out += list(warned)
+    warned = merged(f for study in found.studies.values() for f in study.recording.audit)
+    out += [finding.message for finding in warned if finding.severity == "warning"]
     for name, study in found.studies.items():
         if not study.adequate:
             why = (

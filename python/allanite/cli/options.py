@@ -33,6 +33,8 @@ __all__ = [
 ]
 
 DEFAULT_MODEL = "N+B+K"
+#: Findings that are said before anything is computed: an option is missing, or did something.
+EARLY = ("other_kind", "no_unit", "quiet_stretch")
 SHORTEST = 16  # samples below which no command has anything to say
 
 model_option = click.option(
@@ -158,8 +160,10 @@ def _stuck(path: str, column: Recording) -> InputError:
     )
 
 
-def recording_of(path: str, options: LogOptions) -> Recording:
-    """Read a log with all columns that the options ask for.
+def recording_of(
+    path: str, options: LogOptions, suits: Callable[[Recording], None] | None = None
+) -> Recording:
+    """Read a log with all columns that the options ask for; what `suits` refuses is refused before anything is said.
 
     Raises
     ------
@@ -175,12 +179,13 @@ def recording_of(path: str, options: LogOptions) -> Recording:
     if path == PIPE:
         path = NAME
         recording = recording.called(NAME)
+    if suits is not None:
+        suits(recording)
     if options.trim == "quiet":
         recording = recording.quiet()
-    else:
-        if options.trim is not None:
-            recording = recording.trim(*_span(options.trim))
-        _say_motion(recording, options)
+    elif options.trim is not None:
+        recording = recording.trim(*_span(options.trim))
+    _say_motion(recording, options)
     if options.decimate is not None:
         recording = recording.decimate(options.decimate)
     if options.output_unit is not None:
@@ -203,9 +208,10 @@ def _say_motion(recording: Recording, options: LogOptions) -> None:
     from allanite.recording.at_rest import finding_of
 
     if not (options.quiet or options.as_json):
-        left = (finding for finding in recording.told if finding.kind == "other_kind")
+        left = (finding for finding in recording.told if finding.kind in EARLY)
         for finding in (*left, *finding_of(recording)):
-            click.echo(f"! {finding.worded(WORDS)}", err=True)
+            mark = "!" if finding.severity == "warning" else "·"
+            click.echo(f"{mark} {finding.worded(WORDS)}", err=True)
 
 
 def _varies(column: Recording) -> bool:

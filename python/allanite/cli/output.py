@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import sys
 from contextlib import contextmanager
 from pathlib import Path
+from shutil import get_terminal_size
+from textwrap import wrap
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +37,8 @@ __all__ = [
     "progress_of_axes",
     "save_fits",
     "show",
+    "width",
+    "wrapped",
 ]
 
 
@@ -66,20 +71,43 @@ def show(results: Sequence[Any], options: LogOptions) -> None:
     for i, result in enumerate(results):
         if len(results) > 1 and i:
             click.echo()
-        click.echo(str(result))
+        click.echo(wrapped(str(result)))
+
+
+def width() -> int:
+    """Letters of a line: the terminal's, or COLUMNS; 100 where there is none."""
+    return max(get_terminal_size((100, 24)).columns, 60)
+
+
+def wrapped(text: str) -> str:
+    """Sentences broken at the terminal's width, below where they begin; rows of a table stay whole."""
+    limit = width()
+    out = []
+    for line in text.splitlines():
+        indent = line[: len(line) - len(line.lstrip())]
+        # Cells of a table are at least two spaces apart.
+        if len(line) <= limit or "  " in line.strip():
+            out.append(line)
+            continue
+        below = indent + ("   " if re.match(r"\d+\. ", line.strip()) else "  ")
+        out += wrap(
+            line, limit, subsequent_indent=below, break_long_words=False, break_on_hyphens=False
+        )
+    return "\n".join(out)
 
 
 def notes(columns: Sequence[Recording | Stream], options: LogOptions) -> None:
     """Print what the audit found, each remark once; JSON carries it in the document instead."""
     if options.as_json or options.quiet:
         return
-    said: set[str] = set()
-    for column in columns:
-        for finding in column.audit:
-            words = finding.worded(WORDS)
-            if words not in said:
-                said.add(words)
-                click.echo(f"{'!' if finding.severity == 'warning' else '·'} {words}")
+    from allanite.cli.options import EARLY
+    from allanite.recording.findings import merged
+
+    found = (f for column in columns for f in column.audit if f.kind not in EARLY)
+    said = merged(found)
+    for finding in said:
+        mark = "!" if finding.severity == "warning" else "·"
+        click.echo(wrapped(f"{mark} {finding.worded(WORDS)}"))
     if said:
         click.echo()
 

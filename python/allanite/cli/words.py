@@ -7,6 +7,7 @@ __all__ = ["WORDS"]
 WORDS = {
     "rate": "--rate HZ",
     "unit": "--unit UNIT",
+    "this_unit": "--unit {}",
     "quantity": "--quantity {}",
     "column": "--column",
     "piece": "--piece",
@@ -15,5 +16,6 @@ WORDS = {
     "to": "--output-unit UNIT",
     "decimate": "--decimate {}",
     "trim": "--trim START:END",
+    "this_span": "--trim {}",
     "quiet": "--trim quiet",
 }

@@ -18,6 +18,7 @@ __all__ = ["CALL", "AllaniteError", "InputError", "TooShortError", "about", "wor
 CALL: Mapping[str, str] = {
     "rate": "rate=",
     "unit": "unit=",
+    "this_unit": "unit='{}'",
     "quantity": "quantity={}",
     "column": "column=",
     "piece": "piece=",
@@ -26,6 +27,7 @@ CALL: Mapping[str, str] = {
     "to": ".to(unit)",
     "decimate": ".decimate({})",
     "trim": ".trim()",
+    "this_span": ".trim({})",
     "quiet": ".quiet()",
 }
 

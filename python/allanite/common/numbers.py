@@ -6,7 +6,16 @@ import math
 import re
 from collections.abc import Iterable
 
-__all__ = ["number", "numbers_text", "tidy", "with_interval"]
+__all__ = [
+    "chance_text",
+    "ends_apart",
+    "harmonics_text",
+    "number",
+    "numbers_text",
+    "tidy",
+    "trials_text",
+    "with_interval",
+]
 
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
@@ -41,19 +50,50 @@ def numbers_text(values: Iterable[float], *, times: bool) -> str:
     )
 
 
+def harmonics_text(frequency: float, overtones: Iterable[float], unit: str) -> str:
+    """(multiple, amplitude, phase) of each harmonic of a line: ``34.6 Hz 0.00795 °/s (harmonic 2)``."""
+    given = list(overtones)
+    return ", ".join(
+        f"{number(multiple * frequency, 4)} Hz {number(amplitude)} {unit}".rstrip()
+        + f" (harmonic {multiple:.0f})"
+        for multiple, amplitude in zip(given[::3], given[1::3], strict=True)
+    )
+
+
+def chance_text(log10_p: float) -> str:
+    """A probability by its logarithm, which may be of one that underflows: 0.003, 2·10⁻⁵, 10⁻³⁴⁵."""
+    if log10_p > -99.0:
+        return number(10.0**log10_p, 1)
+    return "10" + f"{log10_p:.0f}".translate(_DIGITS)
+
+
+def trials_text(trials: float) -> str:
+    """How many trials a p-value accounts for; a number that nobody can picture is said to be large."""
+    most = 15
+    if trials >= 10.0**most:
+        return f"more than 10{str(most).translate(_DIGITS)} trials"
+    return f"{number(trials, 2)} trials"
+
+
 def tidy(sentence: str) -> str:
     """A sentence with its numbers for the eye: 2.37e+03 is 2370, 3e-05 is 3·10⁻⁵."""
     words = _POWER.sub(lambda m: number(float(m[0].replace("−", "-")), 3), sentence)
     return _MINUS.sub("−", words)
 
 
+def ends_apart(interval: tuple[float, float], least: int) -> int:
+    """Figures, at least so many, that show the ends of an interval as different numbers."""
+    low, high = interval
+    size, width = max(abs(low), abs(high)), high - low
+    if width > 0.0 and size > 0.0:
+        return min(max(least, 1 + math.ceil(math.log10(2.0 * size / width))), 12)
+    return least
+
+
 def with_interval(value: float, interval: tuple[float, float]) -> str:
     """``0.5998 (0.594 … 0.606)``: as many figures as show the interval; a frequency may be known to six."""
     low, high = interval
-    size, width = max(abs(low), abs(high)), high - low
-    figures = 3
-    if width > 0.0 and size > 0.0:
-        figures = min(max(3, 1 + math.ceil(math.log10(2.0 * size / width))), 12)
+    figures = ends_apart(interval, 3)
     shown = [(value, max(4, figures)), (low, figures), (high, figures)]
     # 9.925·10⁻⁵ beside 0.00010004 is two notations of one thing.
     power = any("e-" in f"{v:.{f}g}" for v, f in shown)

@@ -126,8 +126,11 @@ def sample_unit(text: str) -> str:
     raise first
 
 
-def printed(unit: str) -> str:
-    """A unit as it is printed: deg/sqrt(h) → °/√h."""
+def printed(unit: str, column: str = "") -> str:
+    """A unit as it is printed: deg/sqrt(h) → °/√h; deg/s/Temp of a column Temp without a unit → °/s per unit of Temp."""
+    head, slash, power = unit.rpartition(f"/{column}")
+    if column and slash and power in ("", "²"):
+        return f"{printed(head).removeprefix('1')} per unit{power} of {column}".strip()
     out = (
         unit.replace("s^(1/2)", "√s")
         .replace("s^(-1/2)", "1/√s")

@@ -46,6 +46,7 @@ _SYMBOLS: dict[str, tuple[float, int, int, int]] = {
     "rev": (2 * math.pi, 1, 0, 0),
     "dps": (_DEGREE, 1, 0, -1),
     "mdps": (_DEGREE * 1e-3, 1, 0, -1),
+    "radps": (1.0, 1, 0, -1),
     "dph": (_DEGREE / 3600, 1, 0, -1),
     "rpm": (2 * math.pi / 60, 1, 0, -1),
     "m": (1.0, 0, 1, 0),
@@ -72,7 +73,7 @@ _ALIASES = {
     "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad", "sec": "s", "second": "s",
     "seconds": "s", "hr": "h", "hour": "h", "hours": "h", "hz": "Hz", "asec": "arcsec",
     "mGal": "mgal", "gn": "g", "g0": "g", "g_0": "g", "turn": "rev", "day": "d", "minute": "min",
-    "as": "arcsec", "metre": "m", "meter": "m",
+    "as": "arcsec", "degps": "dps", "metre": "m", "meter": "m",
 }  # fmt: skip
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⋅", "0123456789-·")
 _KINDS = {(1, 0, -1): ANGULAR_RATE, (0, 1, -2): ACCELERATION, (0, 0, 0): FREQUENCY}
@@ -140,6 +141,9 @@ def _normalise(text: str) -> str:
     """Unicode spellings as the ASCII ones of the grammar; superscripts as ``^``."""
     text = text.replace("°", "deg").replace("º", "deg").replace("µ", "u").replace("μ", "u")
     text = text.replace("×", "*").replace("″", "arcsec").replace("−", "-")
+    text = re.sub(r"\bmps(2|s)\b", "m/s^2", text)
+    # Headers leave out the sign of a power: m/s2, m s-2.
+    text = re.sub(r"(?<![A-Za-z])(s|sec)(?=-\d\b|[23]\b)", r"\1^", text)
     text = re.sub(r"(?<=[A-Za-z)])([⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)", r"^\1", text).translate(_SUPERSCRIPTS)
     return text.strip()
 
@@ -325,7 +329,7 @@ def coefficient_unit(unit: str, power_of_second: float) -> str:
 _SPELLED = dict.fromkeys(("degc", "c", "celsius"), "°C") | dict.fromkeys(("degf", "f"), "°F")
 _SPELLED |= dict.fromkeys(("kelvin", "k"), "K")
 _SAID_BY_NAME = re.compile(
-    r"(?:^|[_\W])(degC|degF|celsius|kelvin)$|temp(?:erature)?_([CFK])$", re.IGNORECASE
+    r"(?:^|[_\W])(degC|degF|celsius|kelvin)$|temp(?:erature)?_?([CFK])$", re.IGNORECASE
 )
 
 

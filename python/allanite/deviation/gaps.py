@@ -13,6 +13,8 @@ __all__ = ["gap_notes"]
 
 #: Share of the terms of one averaging time whose loss deserves advice.
 MANY = 0.5
+#: Share of the longest averaging time below which it does.
+FAR = 0.1
 
 
 def gap_notes(
@@ -39,9 +41,10 @@ def gap_notes(
             f" {lost[worst]:.2g} at {tau[worst]:g} s"
         )
         many = np.flatnonzero(lost > MANY)
-        if many.size:
+        # Of one long gap the longest τ alone lose most of theirs, and averaging first does not help.
+        if many.size and tau[many[0]] < FAR * tau[-1]:
             notes.append(
-                f"most terms are lost from {tau[many[0]]:g} s on: decimate the recording first,"
+                f"few terms are left from {tau[many[0]]:g} s on: decimate the recording,"
                 " which averages the samples that are there"
             )
     return tuple(notes)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from allanite.export._axis import Axis
 
-__all__ = ["TARGETS", "export"]
+__all__ = ["ANY_SENSOR", "TARGETS", "export"]
 
 
 class Render(Protocol):
@@ -54,6 +54,8 @@ TARGETS: dict[str, Render] = {
     "c-header": c_header.render,
     "statespace": statespace.render,
 }
+#: Targets that take any sensor; the others hold gyroscopes and accelerometers.
+ANY_SENSOR = ("json", "c-header", "statespace")
 #: Targets whose numbers hold for the rate of the filter, not of the sensor.
 OWN_RATE = ("px4", "ardupilot")
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from allanite.effects import Parameter
 
-__all__ = ["Axis", "axes_of", "documents_of", "rate_of", "split"]
+__all__ = ["Axis", "axes_of", "documents_of", "rate_of", "split", "warning_of"]
 
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
 #: τ of use and rate where nothing says them: s, Hz.
@@ -58,6 +58,8 @@ class Axis:
         Where the numbers came from.
     document : mapping
         The effects as they were read.
+    warning : str
+        Why the numbers are not to be trusted: the fit was not adequate. Empty where nothing speaks against them.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Axis:
     scale: float
     source: str
     document: Mapping[str, Any]
+    warning: str = ""
 
     @property
     def sampling(self) -> float:
@@ -185,6 +188,22 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         parsed.scale,
         plain(recording.get("path") or source),
         {"effects": effects},
+        warning_of(document),
+    )
+
+
+def warning_of(document: Mapping[str, Any]) -> str:
+    """What speaks against a fit, where its document says so; ASCII, as not every reader of a comment takes more."""
+    if document.get("adequate") is not False:
+        return ""
+    worst = (document.get("error") or {}).get("adev_worst") or {}
+    factor, tau = worst.get("factor"), worst.get("tau_s")
+    if not factor or tau is None:
+        return "the fit is not adequate"
+    apart = max(float(factor), 1.0 / float(factor))
+    return (
+        f"the fit is not adequate: the model is off the measured Allan deviation by a factor of {apart:.3g}"
+        f" at {float(tau):.3g} s"
     )
 
 

@@ -137,6 +137,8 @@ def report(axis: Axis, choice: Choice | None, written: Sequence[str] = ()) -> li
         inside = "numbers above the model's upper limits in place of all its effects"
         missing = []
     lines = [f"{axis.name}: {origin}; model {axis.model.name}; in this file: {inside}"]
+    if axis.warning:
+        lines.append(f"  WARNING: {axis.warning}")
     if missing:
         lines.append(f"  left out, this format cannot hold it: {', '.join(missing)}")
     if choice is not None:

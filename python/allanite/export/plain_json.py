@@ -33,6 +33,7 @@ def _axis(axis: Axis, rate: float | None, *, overbound: bool) -> dict[str, objec
         "unit": axis.unit,
         "rate_hz": rate or axis.rate,
         "source": axis.source,
+        "warning": axis.warning or None,
         "density": "two-sided",
         "coefficients": {n: e.to_dict() for n, e in axis.coefficients.items()},
         "left_out": [

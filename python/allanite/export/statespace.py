@@ -31,6 +31,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         document = space.to_dict()
         for name in ("Q", "R", "P0"):
             document[name] = (axis.scale**2 * np.array(document[name])).tolist()
-        out.append({"name": axis.name, "unit": axis.unit, "source": axis.source, **document})
+        about = {"name": axis.name, "unit": axis.unit, "source": axis.source}
+        out.append({**about, "warning": axis.warning or None, **document})
     whole = {"schema": "allanite/state_spaces/1", "version": _kernels.version(), "axes": out}
     return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

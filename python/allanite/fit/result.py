@@ -197,9 +197,9 @@ class Fit:
 
     def display_name(self, effect: Effect) -> str:
         """Name of an effect for this kind of sensor."""
-        from allanite.common.units import parse_unit
+        from allanite.readers import kind_of_sensor
 
-        return effect.name_for(parse_unit(self.recording.unit).kind)
+        return effect.name_for(kind_of_sensor(self.recording.columns[0], self.recording.unit))
 
     def alternatives(self, place: int) -> tuple[Alternative, ...]:
         """What else might stand where the effect at `place` of the model stands; computed once."""
@@ -322,17 +322,15 @@ class Fit:
 
         Without `searched` no rivals are looked for: the list of each effect is empty.
         """
-        from allanite.common.units import parse_unit
         from allanite.fit.rivals.declared import Rivals, rivals
 
-        kind = parse_unit(self.recording.unit).kind
         misfit = self.misfit
         return {
             "model": self.model.name,
             "effects": [
                 {
                     "kind": effect.kind,
-                    "name": effect.name_for(kind),
+                    "name": self.display_name(effect),
                     "parameters": {n: plain(v) for n, v in values.items()},
                     **({"held": sorted(effect.held)} if effect.held else {}),
                     **(rivals(self, place) if searched else Rivals()).to_dict(),

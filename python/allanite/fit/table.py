@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.numbers import numbers_text
+from allanite.common.numbers import ends_apart, harmonics_text, numbers_text
 from allanite.common.parameters import Estimate
-from allanite.common.printing import in_table, printed
+from allanite.common.printing import in_table, printed, table_unit
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
@@ -27,26 +27,33 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
             if isinstance(value, Estimate):
                 declared = effect.parameter(name)
                 value = in_table(value, declared.unit, declared.sheet, fit.recording.unit)
-            if isinstance(value, tuple):
+            if isinstance(value, tuple) and name == "overtones":
+                unit = printed(table_unit(fit.recording.unit, 0.0, {}))
+                frequency = float(values["frequency"])
+                value = harmonics_text(frequency, value, "" if unit == "1" else unit)
+            elif isinstance(value, tuple):
                 value = numbers_text(value, times=effect.parameter(name).role == "time")
-            number, interval = _cells(value)
+            number, interval = _cells(value, effect.follows)
             rows.append((title, name, number, "held" if name in effect.held else interval))
             title = ""
     return rows
 
 
-def _cells(value: Any) -> tuple[str, str]:
+def _cells(value: Any, column: str | None) -> tuple[str, str]:
     if not isinstance(value, Estimate):
         return str(value), ""
-    unit = "" if value.unit == "1" else printed(value.unit)
+    unit = "" if value.unit == "1" else printed(value.unit, column or "")
     if not value.detected and value.interval is not None:
         return "not detected", f"< {value.interval[1]:.3g} {unit}"
     if not value.detected:
         return "not present", ""
-    text = f"{float(value):.5g} {unit}".rstrip()
     if value.interval is None:
-        return text, ""
-    return text, f"{value.interval[0]:.4g} … {value.interval[1]:.4g}"
+        return f"{float(value):.5g} {unit}".rstrip(), ""
+    # A frequency may be known to six figures: both ends would be one number in fewer.
+    figures = ends_apart(value.interval, 4)
+    low, high = value.interval
+    text = f"{float(value):.{max(5, figures)}g} {unit}".rstrip()
+    return text, f"{low:.{figures}g} … {high:.{figures}g}"
 
 
 def misfit_line(fit: Fit) -> str:
@@ -71,8 +78,12 @@ def misfit_line(fit: Fit) -> str:
     return line
 
 
-def fit_table(fit: Fit) -> str:
-    """Recording, coefficients with intervals, agreement."""
+#: Of a fit that is not adequate.
+WRONG = "! the model is not adequate: limits and intervals are those of a wrong model"
+
+
+def fit_table(fit: Fit, remedy: str = "; improve adds what is missing") -> str:
+    """Recording, coefficients with intervals, agreement; of a wrong model the remedy, unless the text around says it."""
     r = fit.recording
     lines = [
         f"{r.path or 'recording'} · {r.columns[0]} · {r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s), {r.unit}",
@@ -85,4 +96,6 @@ def fit_table(fit: Fit) -> str:
         "  " + "  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
-    return "\n".join([*lines, "", misfit_line(fit), *(f"! {s}" for s in fit.degeneracies)])
+    wrong = [] if fit.adequate else [WRONG + remedy]
+    doubts = [f"! {s}" for s in fit.degeneracies]
+    return "\n".join([*lines, "", misfit_line(fit), *wrong, *doubts])

@@ -7,6 +7,7 @@ __all__ = ["WORDS"]
 WORDS = {
     "rate": "the rate",
     "unit": "the unit",
+    "this_unit": "the unit {}",
     "quantity": "the quantity {}",
     "column": "the column",
     "piece": "another piece",
@@ -15,5 +16,6 @@ WORDS = {
     "to": "another unit",
     "decimate": "averaging {} samples",
     "trim": "trimming",
+    "this_span": "trimming to {} s",
     "quiet": "trimming to it",
 }

@@ -13,13 +13,15 @@ from allanite.common.plain import plain
 from allanite.readers import npy, npz, parquet, sentences, text
 from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._split_time import is_split, joined
-from allanite.readers._table import sensor_kind, time_unit_of
+from allanite.readers._table import time_unit_of
 from allanite.readers.arrays import hdf5, matlab
 from allanite.readers.clocks import rinex, stable32, timelab
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
+from allanite.readers.sensor_names import kind_of_sensor, sensor_kind
 from allanite.readers.topics import ardupilot, rosbag, ulog
 from allanite.readers.understand import understand
+from allanite.readers.unit_names import not_understood, unitless
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
 from allanite.recording.samples import locked
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
     from allanite.readers._choice import Choice
     from allanite.readers._table import Picker, Table
 
-__all__ = ["FORMATS", "read", "read_table", "sensor_kind"]
+__all__ = ["FORMATS", "kind_of_sensor", "read", "read_table", "sensor_kind"]
 
 # Suffix → the reader. Anything else is read as text.
 FORMATS: dict[str, Callable[[Path, Picker], Table]] = {
@@ -147,6 +149,8 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
     choice, told = understand(table, choice, request)
     told += _of_other_kinds(table, choice, request)
     told += [Finding("reader", "info", note) for note in table.notes]
+    if not request.columns:
+        told += not_understood(table.names, table.units)
     own = [table.units[i] for i in choice.samples]
     quantity = request.quantity
     if quantity is None:
@@ -156,6 +160,8 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
         unit_of(table.names[i], unit, request, quantity)
         for i, unit in zip(choice.samples, own, strict=True)
     ]
+    if request.unit is None and quantity == "rate":
+        told += unitless([table.names[i] for i in choice.samples if table.units[i] is None])
     _same_length(table, [*choice.samples, *choice.covariates])
     time, time_unit = _time_of(table, choice, request)
     recording = Recording(

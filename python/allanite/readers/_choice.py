@@ -9,7 +9,7 @@ from allanite.common.errors import InputError
 from allanite.common.plain import plain
 from allanite.common.units import parse_unit, rate_unit
 from allanite.readers._split_time import seconds_and_rest
-from allanite.readers._table import role_of, sensor_kind
+from allanite.readers.sensor_names import role_of, sensor_kind
 from allanite.recording import find_column
 
 if TYPE_CHECKING:

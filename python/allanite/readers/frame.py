@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.readers._table import Table, role_of, split_unit
+from allanite.readers._table import Table, split_unit
+from allanite.readers.sensor_names import role_of
 from allanite.recording.samples import index_of
 
 if TYPE_CHECKING:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import CALL, AllaniteError, InputError, worded
+from allanite.common.errors import CALL, AllaniteError, InputError, about, worded
+from allanite.common.units import FREQUENCY, parse_unit
 from allanite.readers._choice import Request, choose
-from allanite.readers._table import role_of
 from allanite.readers.frame import is_frame, table_of
+from allanite.readers.sensor_names import role_of
 from allanite.readers.understand import kind_of, understand
+from allanite.readers.unit_names import remedy_of, usual_units
+from allanite.recording import Recording
+from allanite.recording.at_rest import finding_of
 from allanite.recording.timebase import read_stamps
 
 if TYPE_CHECKING:
@@ -27,6 +31,8 @@ __all__ = ["Column", "Inspection", "inspect"]
 
 #: Rows of which the values are shown.
 SHOWN = 3
+#: Share of a record in motion from which it is worth a look, before what carried the sensor is modelled.
+LEAST = 0.02
 UNITLESS = "its unit is not in the log: give it"
 
 
@@ -145,7 +151,7 @@ class Inspection:
             lines.append("– left out; naming the column takes it")
         open_ = [c.name for c in self.columns if UNITLESS in c.doubts]
         if open_:
-            give = worded(": give {unit}, or write it into the header", words)
+            give = worded(f": {remedy_of(open_)}; or write it into the header", words)
             lines.append(f"! no unit in the log for {', '.join(open_)}{give} (gx [deg/s])")
         lines += [
             f"! {c.name}: {doubt}" for c in self.columns for doubt in c.doubts if doubt != UNITLESS
@@ -191,9 +197,7 @@ def inspect(path: Any, **options: Any) -> Inspection:
     from allanite.readers import read, read_table
 
     table, texts = (
-        (table_of(path), ())
-        if is_frame(path)
-        else _whole(Path(path), read_table, options.get("topic"))
+        (table_of(path), {}) if is_frame(path) else _whole(path, read_table, options.get("topic"))
     )
     asked = options.get("column")
     columns = () if asked is None else (asked,) if isinstance(asked, str | int) else tuple(asked)
@@ -207,6 +211,9 @@ def inspect(path: Any, **options: Any) -> Inspection:
         options.get("time_column"),
         options.get("piece"),
     )
+    with about(None if is_frame(path) else path):
+        # What is no unit says nothing of the log.
+        _ = request.kinds
     used: set[int] = set()
     time: set[int | None] = set()
     refused = rate = duration = None
@@ -222,7 +229,15 @@ def inspect(path: Any, **options: Any) -> Inspection:
         rate, duration = recording.rate, recording.duration
         if request.unit is not None:
             given = dict(zip(recording.columns, recording.units, strict=True))
-        findings = tuple(f for f in recording.audit if f.column is None)
+        findings = (
+            *_moves(recording),
+            # What is said of units stands by the columns.
+            *(
+                f
+                for f in recording.audit
+                if f.column is None and f.kind not in ("no_unit", "moving")
+            ),
+        )
     except AllaniteError as error:
         refused = error
     views = [
@@ -231,39 +246,54 @@ def inspect(path: Any, **options: Any) -> Inspection:
     ]
     if table.time is not None:
         views.insert(0, _stamps(table.time))
-    doubt = "it holds text: name the columns to read"
-    views += [Column(t, "text", False, None, None, (), np.nan, np.nan, (doubt,)) for t in texts]
+    views += [
+        Column(name, "text", False, None, None, (), np.nan, np.nan, (doubt,))
+        for name, doubt in texts.items()
+    ]
     shown = type(path).__name__ if is_frame(path) else str(path)
     problem = None if refused is None else str(refused)
     return Inspection(shown, table.n, rate, duration, problem, tuple(views), findings, refused)
 
 
+def _moves(recording: Recording) -> list[Finding]:
+    """That a sensor moves at all; one without a unit, if it is in the unit that such sensors usually are in."""
+    columns = recording.columns
+    usual = usual_units(columns)
+    if not usual or {parse_unit(unit).kind for unit in recording.units} != {FREQUENCY}:
+        return finding_of(recording, LEAST)
+    units = [usual_units([name]) for name in columns]
+    tried = Recording(recording.samples, recording.rate, unit=units, columns=columns)
+    found = finding_of(tried, LEAST)
+    return [replace(one, found=f"if in {usual}: {one.found}") for one in found]
+
+
 def _whole(
-    path: Path, read_table: Any, topic: str | Sequence[str] | None
-) -> tuple[Table, tuple[str, ...]]:
-    """All columns of a file; those that hold text are left out."""
+    path: Any, read_table: Any, topic: str | Sequence[str] | None
+) -> tuple[Table, dict[str, str]]:
+    """All columns of a file; those that hold text are left out, and why, by name."""
+    path = Path(path)
     topics = (topic,) if isinstance(topic, str) else tuple(topic or ())
     found: list[str] = []
+    texts: dict[int, str] = {}
 
     def everything(names: Sequence[str], _: Sequence[str | None]) -> list[int]:
         found[:] = names
         return list(range(len(names)))
 
-    def is_numeric(at: int) -> bool:
+    with about(path):
         try:
-            read_table(path, lambda *_: [at], topics)
+            return _kept(read_table(path, everything, topics)), {}
         except InputError:
-            return False
-        return True
-
-    try:
-        return _kept(read_table(path, everything, topics)), ()
-    except InputError:
-        numeric = [at for at in range(len(found)) if is_numeric(at)]
-        if not 0 < len(numeric) < len(found):
-            raise
-    text = tuple(name for at, name in enumerate(found) if at not in numeric)
-    return _kept(read_table(path, lambda *_: numeric, topics)), text
+            for at in range(len(found)):
+                try:
+                    read_table(path, lambda *_, at=at: [at], topics)
+                except InputError as error:
+                    texts[at] = error.found
+            if not 0 < len(texts) < len(found):
+                raise
+        numeric = [at for at in range(len(found)) if at not in texts]
+        table = _kept(read_table(path, lambda *_: numeric, topics))
+        return table, {found[at]: why for at, why in texts.items()}
 
 
 def _kept(table: Table) -> Table:

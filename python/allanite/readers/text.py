@@ -26,8 +26,16 @@ def of_core(name: str) -> Iterator[None]:
     try:
         yield
     except AllaniteError as error:
-        error.found = error.found.removeprefix(f"{name}: ")
+        error.found = error.found.removeprefix(f"{name}: ") + _comma(error.found)
         raise
+
+
+def _comma(found: str) -> str:
+    """Of a row with twice the columns of the header, or one less: the question what the second comma is."""
+    match = re.search(r" has (\d+) columns, the header (\d+)$", found)
+    if match is None or int(match[1]) not in (2 * int(match[2]), 2 * int(match[2]) - 1):
+        return ""
+    return ": a decimal comma? Then part the columns by semicolons"
 
 
 _RATE = re.compile(

@@ -9,7 +9,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.readers._split_time import is_split
-from allanite.readers._table import sensor_kind
+from allanite.readers.sensor_names import sensor_kind
 from allanite.recording.findings import Finding
 from allanite.recording.timebase import read_stamps
 

@@ -215,16 +215,19 @@ def quiet_span(recording: Recording) -> tuple[float, float]:
 
 def quiet(recording: Recording) -> Recording:
     """Return the longest quiet stretch of a recording."""
-    return recording.trim(*quiet_span(recording))
+    start, end = quiet_span(recording)
+    found = f"kept the longest quiet stretch, {start:.6g}–{end:.6g} s of {recording.duration:.6g} s"
+    told = Finding("quiet_stretch", "info", found, values={"start_s": start, "end_s": end})
+    return recording.trim(start, end).told_of([told])
 
 
-def finding_of(recording: Recording) -> list[Finding]:
-    """Return the finding that a recording moves, or none."""
+def finding_of(recording: Recording, least: float = SHARE) -> list[Finding]:
+    """Return the finding that a recording moves for more than this share of it, or is turned over; or none."""
     rest = rest_of(recording)
-    if rest is None or not rest.moves:
+    if rest is None or not (rest.moves or rest.share > least):
         return []
     why = []
-    if rest.share > SHARE:
+    if rest.share > least:
         why.append(
             f"{rest.column} changes by {rest.activity:.2g} {rest.unit} within a second, more than a sensor"
             f" at rest ({rest.limit:.2g}), in {rest.share:.0%} of the record"
@@ -247,6 +250,8 @@ def finding_of(recording: Recording) -> list[Finding]:
                 if rest.quiet is None
                 else {"quiet_start_s": rest.quiet[0], "quiet_end_s": rest.quiet[1]}
             ),
-            remedy="" if rest.quiet is None else " ({quiet})",
+            remedy=""
+            if rest.quiet is None
+            else f" ({{this_span:{rest.quiet[0]:.6g}:{rest.quiet[1]:.6g}}}, or {{quiet}})",
         )
     ]

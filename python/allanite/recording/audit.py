@@ -31,7 +31,10 @@ CHUNK = 1 << 18  # samples worked on at a time: stays in the cache, bounds the m
 def audit(recording: Recording) -> list[Finding]:
     """Return the findings about the time stamps and about every column of a recording."""
     findings = list(of_stamps(recording.stamps, recording.rate)) if recording.stamps else []
-    findings = [*finding_of(recording), *recording.told, *findings]
+    # That no unit was given comes last: what is wrong with the data is more than what is not known of it.
+    last = [finding for finding in recording.told if finding.kind == "no_unit"]
+    told = [finding for finding in recording.told if finding.kind != "no_unit"]
+    findings = [*finding_of(recording), *told, *findings]
     units = recording.units
     for i, name in enumerate(recording.columns):
         x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, i]
@@ -48,7 +51,7 @@ def audit(recording: Recording) -> list[Finding]:
             column = _Column(name, np.ascontiguousarray(x), recording.rate, unit)
             for check in CHECKS:
                 findings.extend(check(column))
-    return findings
+    return [*findings, *last]
 
 
 # -- one column ----------------------------------------------------------------------------------
@@ -132,19 +135,26 @@ def _check_missing(c: _Column) -> Iterator[Finding]:
         return
     missing = sum(int(np.count_nonzero(np.isnan(piece))) for _, piece in c.pieces())
     if missing:
-        apart = max(1, round((c.n - missing) / (2 * _runs(c))))
+        runs = _runs(c)
+        apart = max(1, round((c.n - missing) / (2 * runs)))
+        few = remedy = ""
+        if apart < c.n / 8:
+            few = f". The plain Allan deviation has few terms beyond {apart / c.rate:.2g} s"
+            remedy = f"; for its curve use {{decimate:{_coarser(apart, missing / runs)}}}"
         yield c.finding(
             "missing",
             "warning",
-            f"{missing} samples are NaN ({missing / c.n:.2%}); estimates use the rest"
-            + (
-                f", but a deviation loses most terms from {apart / c.rate:.2g} s on, half of what lies"
-                " between two of them: decimate first, which averages the samples that are there"
-                if apart < c.n / 8
-                else ""
-            ),
+            f"{missing} samples are NaN ({missing / c.n:.2%}). The fit uses every sample that is there{few}",
+            remedy=remedy,
             count=missing,
         )
+
+
+def _coarser(apart: float, gap: float) -> int:
+    """Samples to average so that nearly all averages have most of theirs: 1, 2 or 5 × 10ⁿ."""
+    least = max(4.0, 4.0 * gap, apart / 8.0)
+    decade = 10.0 ** math.floor(math.log10(least))
+    return int(next(k * decade for k in (1, 2, 5, 10) if k * decade >= 0.9 * least))
 
 
 def _runs(c: _Column) -> int:

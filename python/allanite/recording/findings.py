@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import CALL, worded
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from allanite.recording.timebase import Stamps
 
-__all__ = ["Finding", "of_stamps"]
+__all__ = ["Finding", "merged", "named", "of_stamps"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +63,28 @@ class Finding:
 
     def __str__(self) -> str:
         return self.message
+
+
+def named(names: Sequence[str]) -> str:
+    """``GyrX, GyrY``; of many the first and the last."""
+    return ", ".join(names) if len(names) < 4 else f"{names[0]} … {names[-1]}"
+
+
+def merged(findings: Iterable[Finding]) -> list[Finding]:
+    """Findings for people to read: what is said of several columns in the same words is said once, of all of them."""
+    columns: dict[tuple[str, str, str], list[str]] = {}
+    first: dict[tuple[str, str, str], Finding] = {}
+    for one in findings:
+        prefix = "" if one.column is None else f"{one.column}: "
+        key = (one.severity, one.found.removeprefix(prefix), one.remedy)
+        first.setdefault(key, one)
+        own = columns.setdefault(key, [])
+        if one.column is not None and one.column not in own:
+            own.append(one.column)
+    return [
+        replace(one, found=f"{named(columns[key])}: {key[1]}") if len(columns[key]) > 1 else one
+        for key, one in first.items()
+    ]
 
 
 def of_stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:

@@ -13,6 +13,7 @@ from allanite.common.errors import InputError, about
 from allanite.common.units import rate_unit
 from allanite.common.validation import moment, positive_rate
 from allanite.recording import samples as arrays
+from allanite.recording.findings import of_stamps
 from allanite.recording.samples import column_names, find_column, group_means, index_of, locked, own
 from allanite.recording.timebase import Stamps, fill_gaps, read_stamps
 
@@ -311,9 +312,10 @@ class Recording:
             return self
         samples = arrays.averaged(self.samples, k, self.quantity)
         extra = {name: locked(group_means(values, k)) for name, values in self.covariates.items()}
-        return self._with(
-            samples=locked(samples), rate=self.rate / k, covariates=MappingProxyType(extra)
-        )
+        # The stamps are those of the samples that were averaged, and what they tell is of their rate.
+        told = () if self.stamps is None else tuple(of_stamps(self.stamps, self.rate))
+        new = {"samples": locked(samples), "rate": self.rate / k, "stamps": None}
+        return self._with(**new, told=(*self.told, *told), covariates=MappingProxyType(extra))
 
     def called(self, path: str) -> Recording:
         """Return the recording with `path` as the name of its file."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -136,7 +137,10 @@ def find_column(name: str | int, columns: Sequence[str]) -> int:
         return list(columns).index(name)
     if (isinstance(name, int) or name.isdecimal()) and 0 <= int(name) < len(columns):
         return int(name)
-    raise InputError(f"unknown column {name!r}: the columns are {', '.join(columns)}")
+    near = get_close_matches(str(name), columns, 1)
+    # The question comes first: a long list is cut.
+    meant = f"did you mean {near[0]}? " if near else ""
+    raise InputError(f"unknown column {name!r}: {meant}the columns are {', '.join(columns)}")
 
 
 def group_means(values: NDArray[Any], k: int) -> NDArray[Any]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.numbers import number, tidy
+from allanite.common.numbers import chance_text, harmonics_text, tidy, trials_text
 from allanite.common.units import column_unit
 from allanite.effects import find
 from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time
@@ -53,7 +53,7 @@ def column_title(entry: Entry) -> str:
 def parts(entry: Entry, document: dict[str, Any], place: str = "") -> list[Block]:
     """All blocks of one column; `place` is the path of its `document` in the whole report's."""
     at = f"{place}." if place else ""
-    tone, words = verdict(entry.study)
+    tone, words = verdict(entry.study, entry.first)
     return [
         Paragraph(words, tone),
         *_recorded(entry, document, at),
@@ -114,6 +114,12 @@ def _curve(entry: Entry) -> list[Block]:
         f"Allan deviation and two-sided density with the last model, {fit.model.name}, and its effects. Below each, the "
         "residual in standard deviations; dashed at 2, dotted at 3.5 (about 1 % for the worst of a curve)."
     )
+    if fit.data.missing is not None:
+        # The fit sees the completed record; a table of terms that exist, as `adev` prints, is another curve.
+        caption += (
+            " Samples are missing: the points are of the record completed under the model, while the plain Allan "
+            "deviation has only the terms whose samples are all there."
+        )
     return [Heading("The curve"), Picture(_bare(plot_fit(fit)), caption, "curve", 6.0)]
 
 
@@ -125,6 +131,9 @@ def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
         for name, value in effect["parameters"].items():
             where = f"{place}.effects.{i}.parameters.{name}"
             shown, interval, unit = parameter_cells(value, where)
+            if name == "overtones" and value.get("value"):
+                first = effect["parameters"]["frequency"]["value"]
+                shown = harmonics_text(first, value["value"], unit_text(entry.recording.unit))
             if name in effect.get("held", ()):
                 interval = "held"
             other = (
@@ -213,9 +222,9 @@ def _flat(cell: Cell) -> list[str | Number]:
 def _failed(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     check, fit = entry.first, entry.first.fit
     out: list[Block] = [
-        Heading(f"Where {fit.model.name} fails"),
+        Heading(_title(check)),
         Paragraph(_agreement(document["check"], f"{at}check")),
-        *_where(check, "It fails nowhere beyond chance, over τ, frequency or time."),
+        *_where(check),
     ]
     if len(entry.study.ladder) > 1:
         shaded = check.where.worst_tau or check.where.worst_frequency
@@ -232,18 +241,38 @@ def _failed(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     return out
 
 
-def _where(check: Any, otherwise: str) -> list[Block]:
-    sentences = tuple(tidy(s[0].upper() + s[1:]) + "." for s in check.left)
-    return [Bullets(sentences)] if sentences else [Paragraph(otherwise)]
+def _title(check: Any) -> str:
+    """Heading of the first model's criticism: it says what the sentences below it say."""
+    name = check.fit.model.name
+    if check.left:
+        return f"Where {name} fails"
+    return f"{name} against the record" if check.adequate else f"What {name} lacks"
+
+
+def _where(check: Any) -> list[Block]:
+    sentences = tuple(_sentence(s) for s in check.left)
+    return [Bullets(sentences)] if sentences else [Paragraph(_sentence(check.nowhere))]
+
+
+def _sentence(words: str) -> str:
+    return tidy(words[0].upper() + words[1:]) + "."
 
 
 def _cards(check: Any, documents: list[dict[str, Any]], place: str) -> list[Block]:
-    significant = [i for i, s in enumerate(check.suggestions) if s.significant]
-    cards: list[Block] = [
-        _card(check, check.suggestions[i], documents[i], f"{place}.{i}", rank)
-        for rank, i in enumerate(significant[:MOST_CARDS], 1)
-    ]
-    rest = [check.fit.display_name(check.suggestions[i].effect) for i in significant[MOST_CARDS:]]
+    """The best, what may stand in its place, and what is missing besides; the rest by name."""
+    cards: list[Block] = []
+    rest = []
+    left = MOST_CARDS
+    for title, group in check.grouped:
+        if left > 0 and cards:
+            cards.append(Paragraph(f"{_sentence(title)[:-1]}:", "quiet"))
+        for rank, suggestion in group:
+            if left > 0:
+                at = rank - 1
+                cards.append(_card(check, suggestion, documents[at], f"{place}.{at}", rank))
+            else:
+                rest.append(check.fit.display_name(suggestion.effect))
+            left -= 1
     if rest:
         cards.append(Paragraph(f"Further down: {', '.join(rest)}.", "quiet"))
     return cards
@@ -262,10 +291,9 @@ def _card(check: Any, suggestion: Any, told: dict[str, Any], place: str, rank: i
             with_unit(unit),
         ]
     terms.append(("values", tuple(values)))
-    log10_p = evidence.get("log10_p_value")
     p: Cell = exact(evidence["p_value"], f"{place}.evidence.p_value", 2)
-    if log10_p is not None and log10_p < -99:
-        p = f"10^{log10_p:.0f}"
+    if suggestion.log10_p < -99:
+        p = chance_text(suggestion.log10_p)
     terms.append(
         (
             "evidence",
@@ -280,7 +308,7 @@ def _card(check: Any, suggestion: Any, told: dict[str, Any], place: str, rank: i
                 *_flat(exact(evidence["delta_bic"], f"{place}.evidence.delta_bic")),
                 ", p ",
                 *_flat(p),
-                f" after {number(evidence['trials'], 2)} trials",
+                f" after {trials_text(evidence['trials'])}",
             ),
         )
     )
@@ -361,7 +389,7 @@ def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
         "limit": "The ladder was stopped at its longest.",
     }
     out.append(Paragraph(why.get(study.stopped_because, study.stopped_because)))
-    out += _where(check, "The whole curve is improbable, yet no single range stands out.")
+    out += _where(check)
     if check.significant and len(study.ladder) > 1:
         out.append(Heading("Candidates that did not help", 4))
         out += _cards(check, document["left"]["suggestions"], f"{at}left.suggestions")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from allanite.axes.rows import legend, rows
+from allanite.axes.rows import convention, legend, rows
 from allanite.axes.words import in_common, remarks
 from allanite.common.numbers import tidy
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
@@ -30,15 +30,18 @@ def overview(found: Characterization) -> list[Block]:
         shared = tuple(_sentence(text) for text in in_common(sensor))
         if shared:
             out.append(Bullets(shared))
+    told = convention(study.fit for study in found.studies.values())
+    if told:
+        out.append(Paragraph(f"{told}.", "quiet"))
     if found.common.lines:
         out.append(Heading("Seen by several axes"))
         out.append(Bullets(tuple(tidy(str(line)) for line in found.common.lines)))
     figure = replace(found.plot(), title="", subtitle="")
     caption = "Allan deviation of every axis: measured, with 95 % intervals, and its last model."
     out.append(Picture(figure, caption, "axes", 5.4))
-    told = tuple(_sentence(text) for text in remarks(found))
-    if told:
-        out.append(Bullets(told, "bad"))
+    doubts = tuple(_sentence(text) for text in remarks(found))
+    if doubts:
+        out.append(Bullets(doubts, "bad"))
     return out
 
 

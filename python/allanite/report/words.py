@@ -112,8 +112,8 @@ def data_sheet_value(parameter: Parameter, value: dict[str, Any], sensor: str) -
     return f"{number(found * factor, 4)} {unit_text(wanted)}"
 
 
-def verdict(study: Any) -> tuple[str, str]:
-    """(tone, sentences): whether the model agrees, what had to be added, how far the error fell."""
+def verdict(study: Any, check: Any) -> tuple[str, str]:
+    """(tone, sentences): whether the first model agrees by its `check`, what had to be added, how far the error fell."""
     first, last = study.ladder[0].fit, study.fit
     start = first.model.name
     added = _all_added(study.ladder[1:])
@@ -130,7 +130,13 @@ def verdict(study: Any) -> tuple[str, str]:
             ),
         )
     what = added[0] if len(added) == 1 else f"{', '.join(added[:-1])} and {added[-1]}"
-    words = f"{start} does not describe this record. Added: {what}. {_removed(study)}{_fall(first, last)}"
+    # Where no view fails, the search for effects alone has found what is missing.
+    fails = f"{start} does not describe this record"
+    if not check.left:
+        fails = f"No view speaks against {start}" + (
+            ", but an effect is significantly missing" if check.significant else ""
+        )
+    words = f"{fails}. Added: {what}. {_removed(study)}{_fall(first, last)}"
     if study.adequate:
         return "good", f"{words} Nothing significant is left."
     if study.verdict == "within tolerance":

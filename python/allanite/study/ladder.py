@@ -152,6 +152,8 @@ class Study:
     plot = verbs.study_plot
 
     def __str__(self) -> str:
+        from allanite.fit.table import fit_table
+
         rows = self.rows()
         wide = max(22, *(len(cells[0]) for cells in rows))
         lines = [
@@ -169,7 +171,7 @@ class Study:
         if self.verdict == "unexplained":
             left_over = self.check.left
             lines += ["left unexplained:", *(f"  {s}" for s in left_over)] if left_over else []
-        return "\n".join([*lines, "", str(self.fit)])
+        return "\n".join([*lines, "", fit_table(self.fit, remedy="")])
 
     def rows(self) -> list[tuple[str, ...]]:
         """Of each step as texts: what was done, misfit left, discrepancy, Allan error, its worst, prediction, model."""

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common import verbs
 from allanite.common.blas import one_thread
-from allanite.common.numbers import tidy
+from allanite.common.numbers import chance_text, trials_text
 from allanite.criticism import Where, criticise
 from allanite.fit.likelihood.whitened import whiten
 from allanite.suggestion.rest import Rest, rest_of
-from allanite.suggestion.suggest import Suggestion, suggest
+from allanite.suggestion.suggest import Suggestion, same_misfit, suggest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -88,29 +88,47 @@ class Check:
         """What the model does not explain: a sentence for each view on which it fails, and the shape without a name."""
         return [*self.where.sentences(), *([] if self.rest is None else [str(self.rest)])]
 
+    @property
+    def nowhere(self) -> str:
+        """What there is to say where no view fails: it follows from the one verdict."""
+        if self.adequate:
+            return "it fails nowhere beyond chance"
+        if self.significant:
+            return "no view fails beyond chance, but an effect is significantly missing"
+        return "no τ, frequency or time stands out, but the whole curve differs beyond chance"
+
+    @cached_property
+    def grouped(self) -> list[tuple[str, list[tuple[int, Suggestion]]]]:
+        """What is shown of the suggestions, with their ranks: the best, what may stand in its place, what is beside it.
+
+        Where nothing is significant, the two best.
+        """
+        ranked = [(rank, s) for rank, s in enumerate(self.suggestions, 1) if s.significant]
+        if not ranked:
+            best = list(enumerate(self.suggestions[:2], 1))
+            return [("closest to it", best)] if best else []
+        first = ranked[0]
+        instead = [one for one in ranked[1:] if same_misfit(first[1], one[1])]
+        beside = [one for one in ranked[1:] if one not in instead]
+        groups = [("what is missing", [first]), (f"instead of {first[0]}", instead)]
+        return [group for group in (*groups, (f"besides {first[0]}", beside)) if group[1]]
+
     plot = verbs.check_plot
 
     def __str__(self) -> str:
-        lines = [str(self.fit), ""]
+        from allanite.fit.table import fit_table
+
+        lines = [fit_table(self.fit, remedy=""), ""]
         sentences = self.left
-        lines += ["where it fails:"] if sentences else ["it fails nowhere beyond chance"]
+        lines += ["where it fails:"] if sentences else [self.nowhere]
         lines += [f"  {s}" for s in sentences]
         lines.append("")
-        shown = [s for s in self.suggestions if s.significant] or list(self.suggestions[:2])
-        if not any(s.significant for s in shown):
+        if not self.significant:
             lines.append("nothing in the catalogue is significantly missing")
-        else:
-            lines.append("what is missing:")
-        for i, s in enumerate(shown, 1):
-            mark = "" if s.significant else " (not significant)"
-            lines.append(f"  {i}. {s.explanation}{mark}")
-            lines.append(
-                f"     ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {_p(s)} after {s.trials:.2g} trials, "
-                f"removes {s.removes_percent:.0f} % of the spectrum's misfit"
-            )
-            if s.rivals:
-                lines.append(f"     cannot be told on this record from: {', '.join(s.rivals)}")
-            lines.append(f"     confirm: {s.check_by}")
+        for title, group in self.grouped:
+            lines.append(f"{title}:")
+            for rank, s in group:
+                lines += _told(rank, s)
         return "\n".join(lines)
 
     def __repr__(self) -> str:
@@ -121,15 +139,15 @@ class Check:
     def _repr_html_(self) -> str:
         from allanite.common.showing import html_list, html_table
 
-        where = self.left or ["it fails nowhere beyond chance"]
+        where = self.left or [self.nowhere]
         shown = list(self.significant) or list(self.suggestions[:2])
         rows = [
             (
                 self.fit.display_name(s.effect),
                 "" if s.significant else "not significant",
                 f"{s.delta_log_likelihood:.1f}",
-                _p(s),
-                f"{s.removes_percent:.0f} %",
+                chance_text(s.log10_p),
+                f"{s.removes_percent:.0f} %" if s.significant else "",
                 s.explanation,
                 s.check_by,
             )
@@ -140,10 +158,19 @@ class Check:
         return self.fit._repr_html_() + html_list(where) + html_table(title, head, rows, (2, 3, 4))
 
 
-def _p(suggestion: Suggestion) -> str:
-    if suggestion.log10_p < -99:
-        return tidy(f"1e{suggestion.log10_p:.0f}")
-    return tidy(f"{suggestion.p_value:.1g}")
+def _told(rank: int, s: Suggestion) -> list[str]:
+    """A suggestion in the list of a check: what it is, its evidence, how to confirm it."""
+    mark = "" if s.significant else " (not significant)"
+    evidence = (
+        f"ΔlogL {s.delta_log_likelihood:.1f}, ΔBIC {s.delta_bic:.1f}, p {chance_text(s.log10_p)}"
+        f" after {trials_text(s.trials)}"
+    )
+    if s.significant:
+        evidence += f", removes {s.removes_percent:.0f} % of the spectrum's misfit"
+    lines = [f"  {rank}. {s.explanation}{mark}", f"     {evidence}"]
+    if s.rivals:
+        lines.append(f"     cannot be told on this record from: {', '.join(s.rivals)}")
+    return [*lines, f"     confirm: {s.check_by}"]
 
 
 @one_thread()

@@ -25,12 +25,16 @@ from allanite.suggestion.spectral import Candidate, screen_spectral
 from allanite.suggestion.transients import level_forms, screen_moments, unsteady
 from allanite.suggestion.words import explain
 
-__all__ = ["Suggestion", "suggest"]
+__all__ = ["Suggestion", "same_misfit", "suggest"]
 
+#: Share of the smaller gain that two effects have at the same frequencies, above which they explain one misfit.
+SAME = 0.5
 #: Searches at a time: each holds some copies of the record.
 WORKERS = 2
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from allanite.effects import Effect
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
@@ -112,6 +116,15 @@ class Suggestion:
         """Physics with the numbers found."""
         return explain(self.effect, self.found, self.before, self.note)
 
+    @cached_property
+    def gains(self) -> NDArray[np.float64]:
+        """What each bin of the spectrum gains in logL where it gains, shape (bins,)."""
+        before, after = (
+            -0.5 * s.count * (np.log(s.spectrum) + s.power / s.spectrum)
+            for s in (self.before.solution, self.solution)
+        )
+        return np.maximum(after - before, 0.0) if after.size == before.size else np.zeros(0)
+
     @property
     def check_by(self) -> str:
         """How to confirm or refute it in the laboratory."""
@@ -162,6 +175,17 @@ class Suggestion:
             "check_by": self.check_by,
             "rivals": list(self.rivals),
         }
+
+
+def same_misfit(first: Suggestion, other: Suggestion) -> bool:
+    """Whether two suggestions explain one misfit: declared rivals, or gains at the same frequencies."""
+    if other.kind in first.rivals or first.kind in other.rivals:
+        return True
+    one, two = first.gains, other.gains
+    if one.size != two.size:
+        return False
+    least = min(float(one.sum()), float(two.sum()))
+    return least > 0.0 and float(np.minimum(one, two).sum()) > SAME * least
 
 
 def suggest(

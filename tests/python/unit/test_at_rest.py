@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.cli.words import WORDS
 from allanite.common.errors import InputError, TooShortError
 from allanite.recording.at_rest import finding_of, rest_of
 
@@ -167,3 +168,33 @@ def test_real_recordings_are_at_rest(data, name):
 @pytest.mark.parametrize(("name", "unit"), [("data_v", None), ("Gyroscope", "rad/s")])
 def test_real_flight_and_hand(data, name, unit):
     assert rest_of(al.read(data(f"logs/{name}.csv"), unit=unit)).moves
+
+
+def in_the_hand(seconds):
+    """Gyroscope and accelerometer at 50 Hz, carried in the hand for so long and at rest for 600 s."""
+    rng = np.random.default_rng(2)
+    n = 50 * 600
+    x = rng.standard_normal((n, 2)) * (0.05, 0.02) + (0.0, 9.8)
+    t = np.arange(n) / 50.0
+    x[:, 0] += np.where(t < seconds, 40.0 * np.sin(2 * np.pi * 0.7 * t), 0.0)
+    return x
+
+
+def test_inspect_tells_of_a_start_in_the_hand_with_what_to_give(tmp_path):
+    path = tmp_path / "hand.csv"
+    for header in ("gyro_x,acc_x", "gyro_x [deg/s],acc_x [m/s^2]"):
+        np.savetxt(path, in_the_hand(60.0), "%.6f", ",", header=header, comments="")
+        (told,) = [f for f in al.inspect(path, rate=50).findings if f.kind == "moving"]
+        assert told.message.startswith("if in deg/s,m/s^2: ") == ("[" not in header)
+        words = told.worded(WORDS)
+        start = float(words.split("--trim ")[1].split(":")[0])
+        assert 60.0 <= start < 75.0
+        assert words.endswith(":600, or --trim quiet)")
+
+
+def test_the_quiet_stretch_that_was_kept_is_told():
+    units = ["deg/s", "m/s^2"]
+    kept = al.Recording(in_the_hand(60.0), rate=50, unit=units, columns=["gx", "ax"]).quiet()
+    (told,) = [f for f in kept.audit if f.kind == "quiet_stretch"]
+    assert told.message.startswith("kept the longest quiet stretch, ")
+    assert told.message.endswith("–600 s of 600 s")

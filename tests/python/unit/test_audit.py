@@ -5,6 +5,7 @@ import pytest
 
 from allanite.readers import read
 from allanite.recording import Recording
+from allanite.recording.findings import merged
 
 
 def kinds(recording):
@@ -164,3 +165,36 @@ def test_heavy_tails_are_no_outliers():
         assert "outliers" not in findings
         assert "heavy_tails" in findings
     assert "heavy_tails" not in {f.kind for f in Recording(rng.standard_normal(50_000), 100).audit}
+
+
+def dropped(columns=1):
+    """Three samples in a thousand are not there, at random, as of a serial link."""
+    rng = np.random.default_rng(3)
+    there = np.sort(rng.permutation(40_000)[:-120])
+    x = rng.standard_normal((there.size, columns))
+    names = [f"g{letter}" for letter in "xyz"[:columns]]
+    return Recording(x, time=there / 200.0, unit="deg/s", columns=names)
+
+
+def test_dropped_samples_are_one_remark_of_all_axes_with_what_to_do():
+    recording = dropped(3)
+    (told,) = [f for f in merged(recording.audit) if f.kind == "missing"]
+    assert told.message.startswith("gx, gy, gz: 120 samples are NaN (0.30%). The fit uses every")
+    assert "few terms beyond" in told.message
+    assert told.message.endswith("; for its curve use .decimate(20)")
+    assert len([f for f in recording.audit if f.kind == "missing"]) == 3
+
+
+def test_averaged_samples_have_no_doubts_of_the_rate_or_of_averaging():
+    coarse = dropped().decimate(20)
+    assert coarse.rate == 10
+    assert {f.kind for f in coarse.audit} == {"gaps"}
+    assert "decimate" not in str(coarse.oadev())
+    assert "decimate" in str(dropped().oadev())
+
+
+def test_one_long_gap_needs_no_averaging():
+    t = np.arange(20_000) / 100.0
+    t = np.concatenate([t[:9000], t[9000:] + 3.0])
+    told = Recording(noise(t.size), time=t, unit="deg/s")
+    assert "decimate" not in str(told.oadev())

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.axes.characterization import Sensor
 from allanite.axes.coherence import cross_spectra
+from allanite.axes.forms import Form
 from allanite.axes.triads import triads
+from allanite.axes.words import in_common
 from allanite.common.threads import side_by_side
 from documents import valid
 from six_axes import NAMES, six_axes
@@ -165,3 +168,26 @@ def test_an_unexpected_error_is_not_kept_for_a_result():
 
     with pytest.raises(ZeroDivisionError):
         side_by_side([lambda: 1, wrong])
+
+
+def test_how_numbers_compare_with_a_data_sheet_is_said_once(found):
+    text = " ".join(found.table().split())
+    assert text.count("N is two-sided, a data sheet's one-sided density is √2·N") == 1
+    assert ("bias instability is 0.664·B" in text) == any(
+        "B" in s.fit.model.name.split("+") for s in found.studies.values()
+    )
+
+
+def test_what_an_axis_has_beside_the_common_form_is_said():
+    fits = {
+        "gx": al.parse_model("N").fit(noise(1)),
+        "gy": al.parse_model("N+SIN(f=2)").fit(noise(2)),
+    }
+    sensor = Sensor("gyroscope", ("gx", "gy"), Form("N", fits, ()), ())
+    assert (
+        in_common(sensor)[0] == "one form of the noise holds for all axes: N (besides, gy has SIN)"
+    )
+
+
+def noise(seed):
+    return al.AngleRandomWalk(N=0.1).simulate(duration=60, rate=10, seed=seed, unit="deg/s")

@@ -11,7 +11,7 @@ from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
 from allanite.export import TARGETS, export
-from allanite.export._axis import axes_of, documents_of
+from allanite.export._axis import _last_rung, axes_of, documents_of
 
 N, B, K = 0.01, 1e-3, 1e-4  # deg/s·s^½, deg/s, deg/s/s^½
 RAD = math.pi / 180
@@ -274,3 +274,19 @@ def test_the_registry_and_the_command_agree():
 
     choices = [option.type.choices for option in command.params if hasattr(option.type, "choices")]
     assert list(choices[0]) == list(TARGETS)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_fit_that_is_not_adequate_is_a_warning_in_every_file(target):
+    kinds = {"N": Estimate(0.01, 1e-3, (0.008, 0.012), "deg/s·s^½", True, "N")}
+    good = {**fit_document("gx", "deg/s", **kinds), "adequate": True}
+    error = {"adev_worst": {"factor": 1 / 36.0, "tau_s": 0.1}}
+    kinds = {"N": Estimate(0.01, 1e-3, (0.008, 0.012), "m/s^2·s^½", True, "N")}
+    accel = fit_document("ax", "m/s^2", **kinds)
+    assert "not adequate" not in export(axes_of([good, accel]), target)
+    text = export(axes_of([{**good, "adequate": False, "error": error}, accel]), target)
+    assert "the model is off the measured Allan deviation by a factor of 36 at 0.1 s" in text
+    # The same of the last step of a ladder.
+    rung = {"effects": good["effects"], "adequate": False, "error": error}
+    path_less = {"ladder": [rung], "recording": good["recording"]}
+    assert _last_rung(path_less)["error"] == error

@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import allanite as al
 from allanite.cli import cli
+from allanite.cli.output import wrapped
 from allanite.common.errors import InputError
+from allanite.common.numbers import chance_text, harmonics_text, trials_text
 from allanite.common.printing import ASKED, printed, sample_unit, table_unit
 from allanite.common.units import conversion, parse_unit
 from allanite.effects.files import parse_model
+from allanite.fit.table import parameter_rows
 
 
 @pytest.mark.parametrize(
@@ -96,3 +100,49 @@ def test_clocks_have_names_and_units_of_their_own():
     assert "flicker FM" in table
     assert "random-walk FM" in table
     assert " √s" in table
+
+
+def test_small_chances_and_many_trials():
+    assert chance_text(-2.0) == "0.01"
+    assert chance_text(-15.3) == "5·10⁻¹⁶"
+    assert chance_text(-345.2) == "10⁻³⁴⁵"
+    assert trials_text(190_000.0) == "190000 trials"
+    assert trials_text(3e9) == "3·10⁹ trials"
+    assert trials_text(1e304) == "more than 10¹⁵ trials"
+
+
+def test_a_harmonic_is_a_frequency_and_an_amplitude():
+    assert harmonics_text(17.3, (2.0, 0.00795, 0.961), "°/s") == "34.6 Hz 0.00795 °/s (harmonic 2)"
+    assert harmonics_text(1.0, (2.0, 1.0, 0.0, 3.0, 2.0, 0.0), "") == (
+        "2 Hz 1 (harmonic 2), 3 Hz 2 (harmonic 3)"
+    )
+
+
+def test_a_coefficient_of_a_column_without_a_unit_is_per_unit_of_it():
+    assert printed("deg/s/Temp", "Temp") == "°/s per unit of Temp"
+    assert printed("deg/s/Temp²", "Temp") == "°/s per unit² of Temp"
+    assert printed("1/Temp", "Temp") == "per unit of Temp"
+    assert printed("deg/s/°C", "Temp") == "°/s/°C"
+
+
+def test_the_ends_of_an_interval_are_different_numbers():
+    line = al.Sinusoid(frequency=17.3, amplitude=0.02, phase=0.0, overtones=(2.0, 0.008, 1.0))
+    record = (al.AngleRandomWalk(N=0.005) + line).simulate(
+        duration=60, rate=100, seed=1, unit="deg/s"
+    )
+    start = al.AngleRandomWalk() + al.Sinusoid(frequency=17.3, overtones=(2.0, 0.0, 0.0))
+    rows = {name: (value, ends) for _, name, value, ends in parameter_rows(start.fit(record))}
+    low, high = rows["frequency"][1].split(" … ")
+    assert float(low) < 17.3 < float(high)
+    assert rows["overtones"][0].startswith("34.6 Hz 0.00")
+    assert rows["overtones"][0].endswith("°/s (harmonic 2)")
+
+
+def test_sentences_are_wrapped_and_tables_are_not(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "70")
+    row = "  angle random walk  N  " + "1" * 80
+    text = f"{row}\n  2. {'word ' * 30}"
+    lines = wrapped(text).splitlines()
+    assert lines[0] == row
+    assert max(map(len, lines[1:])) <= 70
+    assert all(line.startswith("     word") for line in lines[2:])

@@ -5,7 +5,8 @@ import pytest
 
 from allanite.common.errors import AllaniteError, InputError, TooShortError
 from allanite.readers import read
-from allanite.readers._table import role_of, sensor_kind, split_unit
+from allanite.readers._table import split_unit
+from allanite.readers.sensor_names import role_of, sensor_kind
 
 
 def write(tmp_path, text, name="log.csv", encoding="utf-8"):

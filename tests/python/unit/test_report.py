@@ -171,6 +171,8 @@ def test_adequate_model_has_one_rung():
     assert "N describes this record; nothing is significantly missing." in page
     assert "velocity random walk" in page
     assert "No effect was added" in page
+    assert "N against the record" in page
+    assert "Where N fails" not in page
 
 
 def test_markdown_and_its_figures(report, tmp_path):

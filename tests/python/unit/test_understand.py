@@ -8,8 +8,10 @@ import pytest
 
 import allanite as al
 from allanite.cli import main
+from allanite.cli.words import WORDS
 from allanite.common.errors import InputError
 from allanite.readers.understand import kind_of
+from allanite.readers.unit_names import unit_in_name
 
 RNG = np.random.default_rng(5)
 N = 400
@@ -143,7 +145,11 @@ def test_inspect_words_what_is_lacking_for_the_command_line(tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["inspect", str(path)])
     said = capsys.readouterr().out.splitlines()
-    assert [line for line in said if "no unit in the log for gx, gy, ax: give --unit UNIT" in line]
+    assert [
+        line
+        for line in said
+        if "no unit in the log for gx, gy, ax: give --unit deg/s,m/s^2" in line
+    ]
     assert "no sampling rate: give --rate HZ or a time column" in said[-1]
 
 
@@ -299,3 +305,49 @@ def test_the_preamble_of_a_real_log(data):
 def test_steps_near_the_ends_of_doubles_are_told_without_a_warning():
     values = np.array([0.0, 1e-300, 2e-300, 3e-300, 1e300, 1.5e308, -1.5e308] * 40)
     assert kind_of(values) is None
+
+
+def test_names_say_units(tmp_path):
+    rows = "".join(f"{k % 7},{k % 5},{k % 3},{20 + k % 2}\n" for k in range(200))
+    path = tmp_path / "log.csv"
+    path.write_text("GyrX_dps,Acc Y mps2,AccZ_mg,TempC\n" + rows)
+    seen = {c.name: (c.role, c.unit) for c in al.inspect(path, rate=100).columns}
+    assert seen == {
+        "GyrX_dps": ("sensor", "deg/s"),
+        "Acc Y mps2": ("sensor", "m/s^2"),
+        "AccZ_mg": ("sensor", "mg"),
+        "TempC": ("temperature", None),
+    }
+    assert al.read(path, rate=100).units == ("deg/s", "m/s^2", "mg")
+
+
+def test_a_suffix_is_a_unit_only_of_its_kind_of_sensor():
+    assert unit_in_name("mag_x_g") is None
+    assert unit_in_name("gyro_x_mg") is None
+    assert unit_in_name("gyro_x") is None
+    assert unit_in_name("omega_z_rad_s") == "rad/s"
+
+
+def test_a_unit_that_is_not_understood_is_said(tmp_path):
+    rows = "".join(f"{k % 7},{k % 5},{k % 3}\n" for k in range(200))
+    path = tmp_path / "log.csv"
+    path.write_text("gx [deg/s],ax [m/sq],mag [uT]\n" + rows)
+    seen = al.inspect(path, rate=100)
+    assert "! left out, as the unit is not understood: ax (m/sq)" in str(seen)
+    assert "mag" not in str(seen).split("not understood")[1]
+    told = [f for f in al.read(path, rate=100).audit if f.kind == "unknown_unit"]
+    assert [f.severity for f in told] == ["warning"]
+
+
+def test_no_unit_is_said_with_what_to_give(tmp_path):
+    rows = "".join(f"{k % 7},{k % 5},{k % 3}\n" for k in range(200))
+    path = tmp_path / "log.csv"
+    path.write_text("gyro x,acc x,acc y\n" + rows)
+    (told,) = [f for f in al.read(path, rate=100).audit if f.kind == "no_unit"]
+    assert told.severity == "warning"
+    assert "unit='deg/s,m/s^2'" in told.message
+    assert "give --unit deg/s,m/s^2" in al.inspect(path, rate=100).worded(WORDS)
+    path.write_text("x,y,z\n" + rows)
+    (told,) = [f for f in al.read(path, rate=100).audit if f.kind == "no_unit"]
+    assert told.severity == "info"
+    assert not [f for f in al.read(path, rate=100, unit="1").audit if f.kind == "no_unit"]

@@ -1,5 +1,7 @@
 """A smooth shape of the spectrum that no effect of the catalogue explains, made by filtering white noise with it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -111,3 +113,40 @@ def test_two_lines_at_one_frequency_are_both_put_back():
     np.testing.assert_allclose(
         left.solution.ordinates, al.fit_model(record, "N").solution.ordinates, atol=1e-9
     )
+
+
+def test_what_is_missing_is_grouped_by_the_misfit_it_explains():
+    truth = al.parse_model("N(N=0.01)+SIN(f=2.5,A=0.01)+STEP(time=200,height=0.02)")
+    record = truth.simulate(duration=600, rate=10, seed=1, unit="deg/s")
+    check = al.AngleRandomWalk().fit(record).check()
+    groups = dict(check.grouped)
+    ((_, first),) = groups["what is missing"]
+    assert first is check.suggestions[0]
+    kinds = {title: {s.kind for _, s in group} for title, group in check.grouped}
+    other = "bias_step" if first.kind == "sinusoid" else "sinusoid"
+    assert other in kinds["besides 1"]
+    assert "besides 1:" in str(check)
+    # The rank is that of the document.
+    for _, group in check.grouped:
+        assert all(check.suggestions[rank - 1] is s for rank, s in group)
+
+
+def test_what_is_not_significant_removes_nothing():
+    check = (
+        al.AngleRandomWalk()
+        .fit(al.AngleRandomWalk(N=0.1).simulate(duration=300, rate=10, seed=1))
+        .check()
+    )
+    assert "not significant" in str(check)
+    assert "removes" not in str(check)
+    assert "it fails nowhere beyond chance" in str(check)
+
+
+def test_what_is_said_where_no_view_fails_follows_from_the_verdict():
+    truth = al.parse_model("N(N=0.01)+SIN(f=2.5,A=0.01)")
+    fit = al.AngleRandomWalk().fit(truth.simulate(duration=300, rate=10, seed=1))
+    check = fit.check()
+    assert not check.adequate
+    assert "significantly missing" in check.nowhere
+    bare = replace(check, suggestions=())
+    assert bare.adequate or "whole curve" in bare.nowhere

@@ -159,3 +159,16 @@ def test_conversions_are_reciprocal_and_spelling_does_not_matter(terms, times):
     assert conversion(first, thousand) * conversion(thousand, first) == pytest.approx(
         1.0, rel=1e-12
     )
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["m/s2", "m/s**2", "m/s/s", "m s^-2", "m s-2", "m·s⁻²", "m/sec2", "m/s²", "mps2", "mpss"],
+)
+def test_an_acceleration_as_headers_write_it(text):
+    assert parse_unit(text).name == "m/s^2"
+
+
+@pytest.mark.parametrize("text", ["dps", "deg/sec", "degps", "°/s", "deg s^-1", "deg s-1"])
+def test_a_rate_as_headers_write_it(text):
+    assert parse_unit(text).name == "deg/s"

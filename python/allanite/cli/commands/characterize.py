@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,10 +10,11 @@ import click
 
 from allanite.cli.commands.improve import Percent
 from allanite.cli.options import LogOptions, log_options, model_option, plot_option
-from allanite.export import TARGETS
+from allanite.export import ANY_SENSOR, TARGETS
 
 if TYPE_CHECKING:
     from allanite.axes import Characterization
+    from allanite.recording import Recording
 
 
 @click.command("characterize")
@@ -58,7 +60,8 @@ def command(
 
     parsed = parse_model(model)
     _check(plot, report, save, target, output)
-    recording = recording_of(log, options)
+    suits = None if target is None else partial(_refuse, target)
+    recording = recording_of(log, options, suits)
     with out.progress_of_axes(len(recording.columns), options) as on_progress:
         found = characterize(recording, parsed, on_progress, tolerance=tolerance)
     written = []
@@ -77,7 +80,7 @@ def command(
     if options.as_json:
         click.echo(out.dumps(found.to_dict()))
         return
-    click.echo(found.table())
+    click.echo(found.table(out.width()))
     if written and not options.quiet:
         click.echo(f"\nwritten: {', '.join(written)}")
 
@@ -108,10 +111,46 @@ def _check(
         raise InputError(f"--output {output}: --export all writes into a folder that exists")
 
 
+def _refuse(target: str, recording: Recording) -> None:
+    """Refuse columns that the target has no place for before minutes are spent on their models."""
+    from allanite.common.errors import InputError
+    from allanite.common.units import FREQUENCY, parse_unit
+    from allanite.effects.files import model_to_dict, parse_model
+    from allanite.export import export
+    from allanite.export._axis import axes_of
+    from allanite.readers.sensor_names import sensor_kind
+    from allanite.readers.unit_names import remedy_of
+    from allanite.recording.findings import named
+
+    pairs = list(zip(recording.columns, recording.units, strict=True))
+    bare = [c for c, unit in pairs if sensor_kind(c) and parse_unit(unit).kind == FREQUENCY]
+    if bare and target not in ANY_SENSOR:
+        raise InputError(
+            f"{named(bare)} {'have' if len(bare) > 1 else 'has'} no unit, which {target} needs",
+            missing="unit",
+            remedy=": " + remedy_of(bare),
+        )
+    if target == "all":
+        return
+    # What the target says of a model of white noise it will say of any.
+    model = model_to_dict(parse_model("N(N=1)+K(K=1)"))
+    tried = (
+        {**model, "recording": {"column": c, "unit": unit, "rate_hz": recording.rate}}
+        for c, unit in pairs
+    )
+    export(axes_of(tried), target)
+
+
 def _export(found: Characterization, target: str, output: Path, overbound: bool) -> list[str]:
     """Write one target, or all that have a place for these axes."""
     from allanite.common.errors import InputError
     from allanite.common.files import whole_file
+    from allanite.export._axis import warning_of
+
+    for name, study in found.studies.items():
+        warning = warning_of(study.fit.body(searched=False))
+        if warning:
+            click.echo(f"! {name}: {warning}", err=True)
 
     if target != "all":
         with whole_file(output) as draft:

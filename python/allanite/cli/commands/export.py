@@ -64,6 +64,9 @@ def command(
         names = [axis.name for axis in axes]
         axes = [axes[find_column(name, names)] for name in column]
     text = export(axes, target, rate, overbound=overbound, until=until)
+    for axis in axes:
+        if axis.warning:
+            click.echo(f"! {axis.name}: {axis.warning}; improve the model first", err=True)
     if output is None:
         click.echo(text, nl=False)
         return

@@ -58,9 +58,14 @@ def command(
         output.show(results, options)
         return
     from allanite.fit.several.many import of_fits
+    from allanite.readers import kind_of_sensor
 
-    units = dict.fromkeys(c.unit for c in columns)
-    groups = [[fit for fit in fits if fit.recording.unit == unit] for unit in units]
+    # A gyroscope and an accelerometer in the same unit are still two sensors: both may have come without one.
+    sensors = [(c.unit, kind_of_sensor(c.columns[0], c.unit)) for c in columns]
+    groups = [
+        [fit for fit, own in zip(fits, sensors, strict=True) if own == sensor]
+        for sensor in dict.fromkeys(sensors)
+    ]
     together = [of_fits(group) for group in groups if len(group) > 1]
     if options.as_json:
         documents = [result.to_dict() for result in results]
@@ -73,4 +78,4 @@ def command(
         return
     output.show(results, options)
     for many in together:
-        click.echo(f"\n{many}")
+        click.echo(output.wrapped(f"\n{many}"))

@@ -25,4 +25,6 @@ def command(log: str, options: LogOptions) -> None:
         found = inspect(file, **options.reading())
     if log == PIPE:
         found = replace(found, path=NAME)
-    click.echo(output.dumps(found.to_dict()) if options.as_json else found.worded(WORDS))
+    click.echo(
+        output.dumps(found.to_dict()) if options.as_json else output.wrapped(found.worded(WORDS))
+    )

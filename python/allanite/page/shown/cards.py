@@ -8,7 +8,6 @@ import numpy as np
 
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
-from allanite.common.units import parse_unit
 from allanite.effects import Effect, Periodic, find
 from allanite.page.edits import shown_unit
 from allanite.plots.curves import parts
@@ -99,13 +98,12 @@ def cards(check: Check) -> list[dict[str, Any]]:
 
 
 def _card(fit: Fit, place: int, s: Suggestion, top: float) -> dict[str, Any]:
-    kind = parse_unit(fit.recording.unit).kind
     rivals = [cls.title for k in s.rivals if (cls := find(k)) is not None]
     chance = "p < 10⁻⁹⁹" if s.log10_p < -99 else f"p = {number(s.p_value, 1)}"
     return {
         "number": place,
         "kind": s.kind,
-        "name": s.effect.name_for(kind),
+        "name": fit.display_name(s.effect),
         "significant": s.significant,
         "sentence": _sentence(s),
         "physics": s.effect.physics,

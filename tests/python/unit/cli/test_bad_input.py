@@ -127,3 +127,38 @@ def test_bad_input_is_one_line_and_writes_nothing(run, tmp_path, command, name):
 )
 def test_bad_models_point_at_the_place(run, log, command, model, words):
     refused(run(command, log, "--model", model), 2, words)
+
+
+@pytest.fixture
+def rows():
+    return [f"{k},{k % 7 / 8},{k % 5 / 8}" for k in range(200)]
+
+
+def test_inspect_names_the_file_and_the_cell(run, tmp_path, rows):
+    refused(run("inspect", tmp_path / "absent.csv"), 2, "absent.csv: no such file")
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["time,gx,gy", *rows, "1,2"]))
+    refused(run("inspect", path), 2, "log.csv: row 202 has 2 columns, the others 3")
+    path.write_text("\n".join(["time,gx,gy", *rows, "200,ERR,0"]))
+    code, out, _ = run("inspect", path)
+    assert code == 0
+    assert '! gx: row 202, column 2 (gx): "ERR" is not a number' in out
+
+
+def test_inspect_refuses_what_is_no_unit(run, tmp_path, rows):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["time,gx,gy", *rows]))
+    refused(run("inspect", path, "--unit", "dgs/s"), 2, "log.csv: unknown unit 'dgs/s'")
+
+
+def test_a_decimal_comma_between_commas_is_asked_for(run, tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("time,gx,gy\n" + "".join(f"{k},0,{k % 7},1,{k % 5}\n" for k in range(99)))
+    for command in ("inspect", "fit"):
+        refused(run(command, path), 2, "log.csv: row 2 has 5 columns", "a decimal comma?")
+
+
+def test_a_column_that_is_nearly_one_is_asked_for(run, tmp_path, rows):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["time,GyrX,GyrY", *rows]))
+    refused(run("fit", path, "--column", "GryX"), 2, "'GryX': did you mean GyrX?")

@@ -120,3 +120,18 @@ def test_an_interrupt_ends_it_at_once(tmp_path):
         assert time.monotonic() - before < 10
     assert process.returncode == 130
     assert err.decode().strip().endswith("interrupted")
+
+
+@pytest.mark.parametrize("target", ["kalibr", "all"])
+def test_columns_without_a_unit_are_refused_before_anything_is_computed(run, tmp_path, target):
+    path = tmp_path / "log.csv"
+    rows = "".join(f"{k / 100},{k % 7},{k % 5},{k % 3}\n" for k in range(200))
+    path.write_text("time [s],GyrX,GyrY,AccX\n" + rows)
+    output = tmp_path if target == "all" else tmp_path / "imu.yaml"
+    given = run("characterize", path, "--export", target, "--output", output)
+    refused(given, 2, "GyrX, GyrY, AccX have no unit", "give --unit deg/s,m/s^2")
+
+
+def test_what_a_target_has_no_place_for_is_refused_at_once(run, log, tmp_path):
+    given = run("characterize", log, "--export", "kfgins", "--output", tmp_path / "k.yaml")
+    refused(given, 2, "kfgins needs a model of a gyroscope and one of an accelerometer")

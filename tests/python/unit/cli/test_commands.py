@@ -122,6 +122,28 @@ def test_a_saved_fit_goes_everywhere(run, log, tmp_path):
     assert run("fit", log, "--model", model)[0] == 0
 
 
+def test_a_model_that_is_not_adequate_is_said_by_fit_and_export(run, tmp_path):
+    white = RNG.standard_normal(20_000)
+    log, model = tmp_path / "filtered.npz", tmp_path / "model.json"
+    np.savez(log, data=np.convolve(white, np.ones(8) / 8), rate_hz=100.0, unit="deg/s")
+    code, out, _ = run("fit", log, "--save", model)
+    assert code == 0
+    assert (
+        "limits and intervals are those of a wrong model; improve adds what is missing"
+        in " ".join(out.split())
+    )
+    assert "improve adds" not in run("check", log)[1]
+    saved = strict(model.read_text())
+    assert saved["adequate"] is False
+    worst = saved["error"]["adev_worst"]
+    code, out, err = run("export", model, "--format", "kalibr")
+    assert code == 0
+    assert "the fit is not adequate" in err
+    assert err.count("\n") == 1
+    assert f"at {worst['tau_s']:.3g} s" in err
+    assert "WARNING: the fit is not adequate" in out
+
+
 def test_check_strict(run, tmp_path):
     needs("deviation")
     t = np.arange(20_000) / 100
@@ -206,3 +228,19 @@ def test_a_digit_that_is_no_number_is_refused(run, log):
     refused(run("adev", log, "--taus", "²"), 2, "²", "octave")
     refused(run("adev", log, "--taus", "-1"), 2, "-1", "octave")
     refused(run("adev", log, "--taus", "0"), 2, "0 averaging times")
+
+
+def test_sensors_without_a_unit_are_no_clocks(run, tmp_path):
+    path = tmp_path / "log.csv"
+    x = RNG.standard_normal((500, 2))
+    path.write_text("gyro_x,acc_x\n" + "".join(f"{a:.6f},{b:.6f}\n" for a, b in x))
+    code, out, err = run("fit", path, "--rate", 100, "--model", "N")
+    assert code == 0
+    assert "no unit given for gyro_x, acc_x: values are shown as dimensionless" in err
+    assert "give --unit deg/s,m/s^2" in err
+    assert "angle random walk" in out
+    assert "velocity random walk" in out
+    assert "white FM" not in out
+    # A gyroscope and an accelerometer are not pooled.
+    assert "recordings" not in out
+    assert run("fit", path, "--rate", 100, "--model", "N", "--quiet")[2] == ""

@@ -1,0 +1,85 @@
+"""What names of columns say of units: a suffix of the name, the unit that a sensor usually has."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
+from allanite.readers.sensor_names import role_of, sensor_kind
+from allanite.recording.findings import Finding, named
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+__all__ = ["not_understood", "remedy_of", "unit_in_name", "unitless", "usual_units"]
+
+#: What loggers write most, in the order of an option.
+USUAL = {ANGULAR_RATE: "deg/s", ACCELERATION: "m/s^2"}
+#: Suffix of a name → unit. Letters alone: a name has no slash and no power.
+SUFFIXES = {
+    "dps": "deg/s", "degps": "deg/s", "degs": "deg/s", "deg_s": "deg/s", "deg_per_s": "deg/s",
+    "deg_sec": "deg/s", "mdps": "mdeg/s", "dph": "deg/h", "degph": "deg/h", "deg_h": "deg/h",
+    "radps": "rad/s", "rads": "rad/s", "rad_s": "rad/s", "rad_per_s": "rad/s", "rad_sec": "rad/s",
+    "mrad_s": "mrad/s", "mps2": "m/s^2", "mpss": "m/s^2", "ms2": "m/s^2", "m_s2": "m/s^2",
+    "m_per_s2": "m/s^2", "m_s_2": "m/s^2", "mm_s2": "mm/s^2", "g": "g", "mg": "mg", "ug": "ug",
+}  # fmt: skip
+_SUFFIX = re.compile(rf"_({'|'.join(sorted(SUFFIXES, key=len, reverse=True))})$")
+
+
+def unit_in_name(name: str) -> str | None:
+    """``GyrX_dps`` → ``deg/s``; only where the name says a sensor of that kind, as ``_g`` may be anything."""
+    kind = sensor_kind(name)
+    match = _SUFFIX.search(re.sub(r"[\s.\-]+", "_", name.strip().lower()))
+    if kind is None or match is None:
+        return None
+    unit = SUFFIXES[match[1]]
+    return unit if parse_unit(unit).kind == kind else None
+
+
+def usual_units(names: Iterable[str]) -> str:
+    """``deg/s,m/s^2`` of a gyroscope and an accelerometer; empty where a name does not say which it is."""
+    kinds = [sensor_kind(name) for name in names]
+    return "" if None in kinds else ",".join(unit for kind, unit in USUAL.items() if kind in kinds)
+
+
+def remedy_of(names: Sequence[str]) -> str:
+    """What to give, in the words of a remedy."""
+    usual = usual_units(names)
+    return f"give {{this_unit:{usual}}}, or what they are in" if usual else "give {unit}"
+
+
+def unitless(names: Sequence[str]) -> list[Finding]:
+    """Tell that columns have no unit, and so pass for dimensionless, which only a clock's frequency is."""
+    if not names:
+        return []
+    inertial = any(sensor_kind(name) for name in names)
+    return [
+        Finding(
+            "no_unit",
+            "warning" if inertial else "info",
+            f"no unit given for {named(names)}: values are shown as dimensionless (of a clock: fractional frequency)",
+            values={"count": len(names)},
+            remedy="; " + remedy_of(names),
+        )
+    ]
+
+
+def not_understood(names: Sequence[str], units: Sequence[str | None]) -> list[Finding]:
+    """Tell which columns are left out because their unit is not one of a sensor."""
+    left = [
+        f"{name} ({unit})"
+        for name, unit in zip(names, units, strict=True)
+        if unit is not None and role_of(name, None) == "sensor" and role_of(name, unit) == "other"
+    ]
+    if not left:
+        return []
+    return [
+        Finding(
+            "unknown_unit",
+            "warning",
+            f"left out, as the unit is not understood: {', '.join(left)}",
+            values={"count": len(left)},
+            remedy="; naming it with {column} and {unit} takes it",
+        )
+    ]
