@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
 import sys
 from contextlib import contextmanager
@@ -80,7 +81,12 @@ def width() -> int:
 
 
 def wrapped(text: str) -> str:
-    """Sentences broken at the terminal's width, below where they begin; rows of a table stay whole."""
+    """Sentences broken at the terminal's width, below where they begin; rows of a table stay whole.
+
+    What another program reads keeps its lines, unless COLUMNS is set.
+    """
+    if not sys.stdout.isatty() and "COLUMNS" not in os.environ:
+        return text
     limit = width()
     out = []
     for line in text.splitlines():
