@@ -106,10 +106,10 @@ def notes(columns: Sequence[Recording | Stream], options: LogOptions) -> None:
     """Print what the audit found, each remark once; JSON carries it in the document instead."""
     if options.as_json or options.quiet:
         return
-    from allanite.cli.options import EARLY
+    from allanite.cli.options import said_early
     from allanite.recording.findings import merged
 
-    found = (f for column in columns for f in column.audit if f.kind not in EARLY)
+    found = (f for column in columns for f in column.audit if not said_early(f))
     said = merged(found)
     for finding in said:
         mark = "!" if finding.severity == "warning" else "·"
