@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use allanite::accumulator::{Accumulator, Grid};
 use allanite::averaging;
-use allanite::deviation::allan::{Means, overlapping};
+use allanite::deviation::allan::{Execution, overlapping};
 use allanite::deviation::family::{Kind, variances};
 use allanite::machine::processor::Width;
 use allanite::parallel::default_threads;
@@ -55,8 +55,8 @@ fn allan(c: &mut Criterion) {
                 group.bench_function(format!("{name}, {threads} threads"), |b| {
                     b.iter(|| {
                         let record = Record::new(Series::new(&x), Quantity::Rate, threads, &stop);
-                        let means = Means { threads, width: Width::best(), stop: &stop };
-                        record.and_then(|record| overlapping(&record, &factors, means)).is_ok()
+                        let execution = Execution { threads, width: Width::best(), stop: &stop };
+                        record.and_then(|record| overlapping(&record, &factors, execution)).is_ok()
                     });
                 });
             }
@@ -77,9 +77,9 @@ fn family(c: &mut Criterion) {
     {
         group.bench_function(format!("{kind:?}"), |b| {
             b.iter(|| {
-                let means = Means { threads: 1, width: Width::best(), stop: &stop };
+                let execution = Execution { threads: 1, width: Width::best(), stop: &stop };
                 let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop);
-                record.and_then(|record| variances(&record, kind, &even, means)).is_ok()
+                record.and_then(|record| variances(&record, kind, &even, execution)).is_ok()
             });
         });
     }

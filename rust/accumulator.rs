@@ -14,7 +14,7 @@ use crate::{Error, Result};
 const TOP: usize = 32;
 /// Blocks that the longest term spans.
 const SPAN: usize = 2 * (TOP - 1);
-/// Blocks that one pass takes.
+/// Blocks that one pass takes: about 32 KiB of phase, which all factors of a level read from the first-level cache.
 const PASS: usize = 4096;
 
 /// Factors of one octave: 16 ≤ q < 32, and those below 16 on the first level.

@@ -8,9 +8,9 @@
 #![expect(clippy::doc_markdown, reason = "formulas read better plain")]
 
 mod differences;
+mod distribution;
 mod exponential;
 mod lags;
-mod law;
 pub mod ordinates;
 mod plain;
 mod powers;

@@ -29,13 +29,13 @@ const STRIDE: usize = 4;
 
 /// `WIDTH` bins at one scale, node by node.
 struct Block {
-    /// k of each gamma law.
+    /// k of each gamma distribution.
     shape: [[f64; WIDTH]; NODES],
     /// ln of its weight and norm less the norm at δ = 0.
     norm: [[f64; WIDTH]; NODES],
 }
 
-/// The law of bins with these degrees of freedom.
+/// Distribution of bins with these degrees of freedom.
 pub struct Likelihood {
     count: Vec<f64>,
     /// First bin of each cell, and the end of the last.

@@ -30,8 +30,8 @@ const PLANS: usize = 4;
 static FORWARD: Mutex<Vec<(usize, Arc<dyn RealToComplex<f64>>)>> = Mutex::new(Vec::new());
 static INVERSE: Mutex<Vec<(usize, Arc<dyn ComplexToReal<f64>>)>> = Mutex::new(Vec::new());
 
-/// The plan of length `n`, made where it is not kept. A forked process must not wait for a lock that nobody will
-/// give back: where the list is in use the plan is made anew.
+/// The plan of length `n`, made where it is not kept. A fork may inherit a locked list whose owner does not exist in
+/// the child: where the list is in use the plan is made anew.
 fn planned<T: ?Sized>(
     kept: &Mutex<Vec<(usize, Arc<T>)>>,
     n: usize,

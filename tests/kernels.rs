@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use allanite::averaging::{Grid, factors};
-use allanite::deviation::allan::{Means, adjacent, overlapping};
+use allanite::deviation::allan::{Execution, adjacent, overlapping};
 use allanite::deviation::family::{Kind, variances};
 use allanite::deviation::loops::sums;
 use allanite::deviation::{identify, naive};
@@ -73,8 +73,8 @@ fn groups_equal_single_factors() {
     }
 }
 
-fn means(stop: &AtomicBool, threads: usize) -> Means<'_> {
-    Means { threads, width: Width::best(), stop }
+fn execution(stop: &AtomicBool, threads: usize) -> Execution<'_> {
+    Execution { threads, width: Width::best(), stop }
 }
 
 /// Factors of which a record of n samples has a term: of Theo1 the even ones.
@@ -95,8 +95,8 @@ fn every_estimator_is_its_definition() {
         let angles = Record::new(Series::new(&theta), Quantity::Angle, 1, &stop).unwrap();
         for (_, kind) in Kind::NAMED {
             let all = tried(kind, n);
-            let (found, counts, _) = variances(&record, kind, &all, means(&stop, 1)).unwrap();
-            let (again, _, _) = variances(&angles, kind, &all, means(&stop, 3)).unwrap();
+            let (found, counts, _) = variances(&record, kind, &all, execution(&stop, 1)).unwrap();
+            let (again, _, _) = variances(&angles, kind, &all, execution(&stop, 3)).unwrap();
             for (i, m) in all.iter().enumerate() {
                 let (expected, count) = naive::variance(kind, &theta, *m);
                 assert!(close(found[i], expected, 1e-9), "{kind:?} n = {n} m = {m}: {} {expected}", found[i]);
@@ -121,7 +121,7 @@ fn long_stretches_are_their_definition() {
         let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
         let all = [23, 24, 25, 31, 40, 64, 65, 101, 150, 201, 233];
         for kind in [Kind::ModifiedTotal, Kind::HadamardTotal] {
-            let (found, _, _) = variances(&record, kind, &all, means(&stop, 1)).unwrap();
+            let (found, _, _) = variances(&record, kind, &all, execution(&stop, 1)).unwrap();
             for (m, value) in all.into_iter().zip(found) {
                 let (expected, _) = naive::variance(kind, &theta, m);
                 assert!(close(value, expected, 1e-9), "{kind:?} m = {m}: {value} {expected}");
@@ -138,7 +138,7 @@ fn blocks_join_without_a_seam() {
     let theta = naive::phase(&centred, Quantity::Rate);
     let record = Record::new(Series::new(&x), Quantity::Rate, 2, &stop).unwrap();
     for kind in [Kind::Hadamard, Kind::Modified, Kind::Parabolic, Kind::Total] {
-        let (found, _, _) = variances(&record, kind, &[3, 300, 5000], means(&stop, 2)).unwrap();
+        let (found, _, _) = variances(&record, kind, &[3, 300, 5000], execution(&stop, 2)).unwrap();
         for (m, value) in [3, 300, 5000].into_iter().zip(found) {
             assert!(close(value, naive::variance(kind, &theta, m).0, 1e-8), "{kind:?} {m}");
         }
@@ -159,13 +159,13 @@ proptest! {
         for quantity in [Quantity::Rate, Quantity::Angle] {
             let record = Record::new(Series::new(&x), quantity, 1, &stop).unwrap();
             let all = factors(Grid::All, n / 2).unwrap();
-            let (terms, _) = overlapping(&record, &all, means(&stop, 1)).unwrap();
+            let (terms, _) = overlapping(&record, &all, execution(&stop, 1)).unwrap();
             for (i, m) in all.iter().enumerate() {
                 let (sum, count) = naive::second_differences(&x, quantity, *m);
                 prop_assert_eq!(terms.count[i], count);
                 prop_assert!(close(terms.sum[i], sum, 1e-10));
             }
-            let (terms, _) = adjacent(&record, &all, means(&stop, 1)).unwrap();
+            let (terms, _) = adjacent(&record, &all, execution(&stop, 1)).unwrap();
             prop_assert!(terms.count.iter().zip(&all).all(|(c, m)| *c as usize <= n / m));
         }
     }
@@ -181,7 +181,7 @@ proptest! {
             let record = Record::new(Series::new(&x), quantity, 1, &stop).unwrap();
             for (_, kind) in Kind::NAMED {
                 let all = tried(kind, n);
-                let (found, counts, _) = variances(&record, kind, &all, means(&stop, 1)).unwrap();
+                let (found, counts, _) = variances(&record, kind, &all, execution(&stop, 1)).unwrap();
                 for (i, m) in all.iter().enumerate() {
                     let (expected, count) = naive::variance_with_gaps(kind, &x, quantity, *m);
                     prop_assert_eq!(counts[i], count, "{:?} of {:?}, m = {}", kind, quantity, m);
@@ -214,7 +214,7 @@ fn noise_types_are_named() {
     let steps: Vec<f64> = white.windows(2).map(|w| w[1] - w[0]).collect();
     for (x, expected) in [(steps, 2.0), (white, 0.0), (walk, -2.0)] {
         let record = Record::new(Series::new(&x), Quantity::Rate, 1, &stop).unwrap();
-        let (_, theta) = overlapping(&record, &[4, 16, 64], means(&stop, 1)).unwrap();
+        let (_, theta) = overlapping(&record, &[4, 16, 64], execution(&stop, 1)).unwrap();
         for alpha in identify::laws(&record, &theta, &[4, 16, 64]) {
             assert!((alpha - expected).abs() < 0.4, "{alpha} for {expected}");
         }
@@ -236,8 +236,8 @@ fn doubling_runs_of_long_factors_equal_the_definition() {
         let stop = AtomicBool::new(false);
         let record = Record::new(Series::new(&theta), Quantity::Angle, 1, &stop).unwrap();
         let run: Vec<usize> = (0..24).map(|t| first << t).take_while(|m| 2 * m < n).collect();
-        let (found, _) = overlapping(&record, &run, means(&stop, 1)).unwrap();
-        assert_eq!(found, overlapping(&record, &run, means(&stop, 3)).unwrap().0);
+        let (found, _) = overlapping(&record, &run, execution(&stop, 1)).unwrap();
+        assert_eq!(found, overlapping(&record, &run, execution(&stop, 3)).unwrap().0);
         for ((m, sum), count) in run.iter().zip(found.sum).zip(found.count) {
             assert_eq!(count as usize, n - 2 * m);
             let expected = definition(&theta, *m, n - 2 * m);

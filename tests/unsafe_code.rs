@@ -4,7 +4,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use allanite::deviation::allan::{Means, overlapping};
+use allanite::deviation::allan::{Execution, overlapping};
 use allanite::deviation::family::{Kind, variances};
 use allanite::deviation::loops::sums;
 use allanite::deviation::naive;
@@ -47,19 +47,19 @@ fn sums_end_with_their_buffer() {
 #[test]
 fn phases_and_estimators_end_with_their_buffer() {
     let stop = AtomicBool::new(false);
-    let means = Means { threads: 1, width: Width::best(), stop: &stop };
+    let execution = Execution { threads: 1, width: Width::best(), stop: &stop };
     for n in [3, 4, 9, 20, 37] {
         let x = values(n);
         for quantity in [Quantity::Rate, Quantity::Angle] {
             let record = Record::new(Series::new(&x), quantity, 1, &stop).unwrap();
-            let (terms, _) = overlapping(&record, &[1], means).unwrap();
+            let (terms, _) = overlapping(&record, &[1], execution).unwrap();
             assert_eq!(terms.count[0] as usize, record.points() - 2);
             for kind in [Kind::Hadamard, Kind::Modified, Kind::Total, Kind::ModifiedTotal, Kind::Theo1] {
                 let m = if n > 12 { 4 } else { 2 };
                 if record.points() <= 3 * m {
                     continue;
                 }
-                let (found, _, _) = variances(&record, kind, &[m], means).unwrap();
+                let (found, _, _) = variances(&record, kind, &[m], execution).unwrap();
                 let (expected, _) = naive::variance_with_gaps(kind, &x, quantity, m);
                 assert!((found[0] / expected - 1.0).abs() < 1e-9, "{kind:?}, n = {n}");
             }
@@ -67,7 +67,7 @@ fn phases_and_estimators_end_with_their_buffer() {
         let data = values(3 * n);
         let strided = Series::strided(&data, 3 * n - 1, -3, n).unwrap();
         let record = Record::new(strided, Quantity::Rate, 2, &stop).unwrap();
-        assert_eq!(overlapping(&record, &[1], means).unwrap().0.count, [n as u64 - 1]);
+        assert_eq!(overlapping(&record, &[1], execution).unwrap().0.count, [n as u64 - 1]);
     }
 }
 
@@ -80,9 +80,9 @@ fn threads_share_a_phase() {
     let record = Record::new(Series::new(&x), Quantity::Rate, 2, &stop).unwrap();
     let factors = [2100, 4200];
     let one =
-        overlapping(&record, &factors, Means { threads: 1, width: Width::best(), stop: &stop }).unwrap();
+        overlapping(&record, &factors, Execution { threads: 1, width: Width::best(), stop: &stop }).unwrap();
     let two =
-        overlapping(&record, &factors, Means { threads: 2, width: Width::best(), stop: &stop }).unwrap();
+        overlapping(&record, &factors, Execution { threads: 2, width: Width::best(), stop: &stop }).unwrap();
     assert_eq!(one.0, two.0);
 }
 

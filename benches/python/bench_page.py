@@ -17,7 +17,7 @@ import numpy as np
 from side_by_side import save
 
 from allanite import parse_model
-from allanite.page.server import Desk, make_app
+from allanite.page.server import Sessions, make_app
 from allanite.page.source import Source
 
 with warnings.catch_warnings():
@@ -52,7 +52,7 @@ class Bench:
         print(title)
         self.title, self.rows = title, []
         hosts = frozenset({HOST})
-        app = make_app(Desk([Source("log.npz", path)]), "token", hosts)
+        app = make_app(Sessions([Source("log.npz", path)]), "token", hosts)
         self.client = TestClient(app, base_url=f"http://{HOST}/token/")
         self.watch = Watch()
 

@@ -19,8 +19,8 @@ def write(path: Path) -> None:
 
 def skipped() -> tuple[float, float]:
     """N over the truth, of a 400 Hz record brought to 100 Hz by skipping and by averaging."""
-    fast = al.AngleRandomWalk(N=N).simulate(n=2**19, rate=400.0, seed=1)
-    thinned = al.Recording(fast.samples[::4], rate=100.0)
+    fast = al.AngleRandomWalk(N=N).simulate(n=2**19, rate=400.0, seed=1, unit="deg/s")
+    thinned = al.Recording(fast.samples[::4], rate=100.0, unit="deg/s")
     return tuple(
         float(al.AngleRandomWalk().fit(r)["N"].value / N) for r in (thinned, fast.decimate(4))
     )
@@ -52,10 +52,12 @@ def missing() -> tuple[int, int]:
 def page() -> str:
     """The page."""
     thinned, averaged = skipped()
-    white = al.AngleRandomWalk(N=N).simulate(duration=HOURS * 3600.0, rate=RATE, seed=2)
+    white = al.AngleRandomWalk(N=N).simulate(
+        duration=HOURS * 3600.0, rate=RATE, seed=2, unit="deg/s"
+    )
     curve = al.oadev(white, taus=8)
     fit = al.fit_model(white, "N+B+K")
-    short = al.oadev(al.Recording(white.samples[: white.n // 9], rate=RATE), taus=8)
+    short = al.oadev(al.Recording(white.samples[: white.n // 9], rate=RATE, unit="deg/s"), taus=8)
     bottom = [float(np.nanmin(c.deviation)) / 0.664 for c in (short, curve)]
     naive, scatter, ours = error_bars()
     theirs_nan, ours_nan = missing()
@@ -69,16 +71,16 @@ numbers are those of `docs/site/compared.py`, which runs whenever this site is b
 | mistake | truth | with the mistake | allanite |
 |---|---|---|---|
 | A 400 Hz log brought to 100 Hz by keeping every fourth sample: N | 1 | {thinned:.3f} | {averaged:.3f} (`recording.decimate(4)` averages) |
-| A line of slope +½ laid over the whole curve of white noise: K | 0 | {forced_line(curve):.2g} | {fit["K"]} |
-| The lowest point of the curve, over 0.664, called B; {HOURS:g} h of white noise | 0 | {bottom[1]:.2g} | {fit["B"]} |
-| The same on a ninth of the record | 0 | {bottom[0]:.2g} | |
+| A line of slope +½ laid over the whole curve of white noise: K | 0 | {forced_line(curve):.2g} {fit["K"].unit} | {fit["K"]} |
+| The lowest point of the curve, over 0.664, called B; {HOURS:g} h of white noise | 0 | {bottom[1]:.3g} deg/s | {fit["B"]} |
+| The same on a ninth of the record | 0 | {bottom[0]:.3g} deg/s | |
 | Error bars of deviation/√n, white noise, n = 1000, m = 100 | ± {scatter:.0f} % | ± {naive:.1f} % (allantools) | ± {ours:.0f} % |
 | One NaN in 10 000 samples: averaging times with a value | {ours_nan} | {theirs_nan} (allantools `oadev`) | {ours_nan} |
 | A data sheet's 0.03 °/s/√Hz (one-sided) taken for N in °/√h | {one_sided:.3g} | 0.03 or 1.8 | {one_sided:.3g} (units say `one-sided`) |
 
 * **Skipping samples** folds the noise of the whole band below the new Nyquist frequency: N rises by √4 = 2. Averages keep it.
 * **A forced line** finds whatever coefficient it is asked for. A coefficient that the record cannot tell from zero is reported as not detected, with a 95 % upper limit.
-* **The lowest point** of white noise is where the record ends: lower, the longer the record (by √9 on average here). It says nothing of flicker noise.
+* **The lowest point** of white noise is where the record ends: lower, the longer the record (for nine times the length by √9 on average; {bottom[0] / bottom[1]:.1f} in this run). It says nothing of flicker noise.
 * **deviation/√n** treats overlapping averages as independent. The truth here is the scatter of 2000 simulated records.
 * **One missing sample** spoils every later point of a running sum. Here it costs the terms that touch it; the result counts them.
 

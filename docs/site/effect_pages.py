@@ -13,6 +13,7 @@ from reference_pages import markdown
 import allanite as al
 from allanite.common.units import parse_unit
 from allanite.effects import Modifier, Stochastic
+from allanite.effects._documented import INTRODUCTION, unit_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 RATE, LENGTH = 100.0, 2**16
 #: The effect's Allan deviation is at most this times that of the white noise beside it.
 HEIGHT = 3.0
+#: A limit up to this only keeps a parameter from 0.
+SMALL = 1e-6
 SENSORS = {"gyroscope": "rad/s", "accelerometer": "m/s^2", "clock": "1"}
 
 
@@ -113,26 +116,25 @@ def picture(kind: type[Effect], path: Path) -> Effect:
     return effect
 
 
-def unit_of(effect: Effect, p: object) -> str:
-    """The unit of a parameter, as a page prints it."""
-    if isinstance(p.unit, str):
-        return p.unit
-    powers = {0.5: "U·s^½", -0.5: "U/s^½", 1.0: "U·s", -1.0: "U/s", 0.0: "U"}
-    return powers.get(p.unit, f"U·s^{p.unit:g}")
-
-
 def parameters(effect: Effect) -> str:
     """The table of parameters."""
     rows = ["| name | also | unit | range | role | what it is |", "|---|---|---|---|---|---|"]
     for p in effect.parameters:
         also = ", ".join(dict.fromkeys([*p.aliases, p.symbol])).strip(", ")
-        limits = f"{p.low:g} … {p.high:g}" if p.role != "choice" else ""
-        limits = limits.replace("inf", "∞")
+        limits = limits_of(p)
         what = p.description.replace("|", "\\|")
-        rows.append(
-            f"| `{p.name}` | {also} | {unit_of(effect, p)} | {limits} | {p.role} | {what} |"
-        )
+        rows.append(f"| `{p.name}` | {also} | {unit_of(p)} | {limits} | {p.role} | {what} |")
     return "\n".join(rows)
+
+
+def limits_of(p: object) -> str:
+    """The range of a parameter; a floor that only keeps it from 0, and no end, are not numbers to read."""
+    if p.role == "choice":
+        return ""
+    if p.low <= SMALL and np.isinf(p.high):
+        return "> 0" if p.low > 0.0 else "≥ 0" if p.low == 0.0 else "any"
+    low = "0" if 0.0 <= p.low <= SMALL else f"{p.low:g}".replace("inf", "∞")
+    return f"≥ {low}" if np.isinf(p.high) else f"{low} … {p.high:g}"
 
 
 def page(kind: type[Effect], folder: Path) -> None:
@@ -141,8 +143,12 @@ def page(kind: type[Effect], folder: Path) -> None:
     titles = {s: effect.name_for(parse_unit(u).kind) for s, u in SENSORS.items()}
     other = [f"{name} ({sensor})" for sensor, name in titles.items() if name != kind.title]
     title = kind.title[0].upper() + kind.title[1:]
-    formula, _, code = markdown(kind).partition("**Examples**")
-    rivals = ", ".join(f"[{r.replace('_', ' ')}]({r}.md)" for r in kind.rivals)
+    # The parameters stand in a table of their own, with more than a docstring shows.
+    before, _, code = markdown(kind).partition("**Examples**")
+    formula = before.partition(INTRODUCTION)[0]
+    source = before.partition("**References**")[2].strip()
+    others = {other.kind: other.title for other in al.CATALOGUE}
+    rivals = ", ".join(f"[{others[r]}]({r}.md)" for r in kind.rivals)
     text = f"""# {title}
 
 `{kind.short}` in model strings, `{kind.kind}` in files, `al.{kind.__name__}` in Python.{" Also called " + ", ".join(other) + "." if other else ""}
@@ -170,7 +176,7 @@ U is the unit of the samples. Values of `coefficient`s are fitted by likelihood,
 ## Example
 
 {code.strip()}
-"""
+{f"{chr(10)}Source: {source}{chr(10)}" if source else ""}"""
     (folder / f"{kind.kind}.md").write_text(text, encoding="utf-8")
 
 

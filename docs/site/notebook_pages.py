@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import tempfile
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import nbformat
 from nbclient import NotebookClient
 from nbconvert import MarkdownExporter
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from traitlets.config import Config
 
 
 def write(notebooks: Path, pages: Path) -> None:
@@ -18,8 +16,15 @@ def write(notebooks: Path, pages: Path) -> None:
     pages.mkdir()
     for path in sorted(notebooks.glob("*.ipynb")):
         notebook = nbformat.read(path, as_version=4)
-        with tempfile.TemporaryDirectory() as folder:
-            client = NotebookClient(notebook, resources={"metadata": {"path": folder}}, timeout=300)
+        with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as sockets:
+            # TCP is not encrypted, and the kernel warns of it. The path is absolute: the kernel runs in another folder.
+            ipc = {"transport": "ipc", "ip": str(Path(sockets) / "kernel")}
+            client = NotebookClient(
+                notebook,
+                resources={"metadata": {"path": folder}},
+                timeout=300,
+                config=Config({"KernelManager": ipc}),
+            )
             client.execute()
         text, resources = MarkdownExporter().from_notebook_node(notebook)
         for name, figure in resources["outputs"].items():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 import re
+from importlib import import_module
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
@@ -15,19 +16,57 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 #: Pages by the room in which a name lives; every other room has a page of its own name.
-ROOMS = {"common": "errors and numbers", "axes": "all axes", "deviation": "deviations"}
+ROOMS = {
+    "_kernels": "memory",
+    "axes": "all axes",
+    "common": "errors and numbers",
+    "deviation": "deviations",
+}
+#: What the pages send the reader to, and what `allanite` itself does not offer: they stand under their full names.
+EXTRA = (
+    "allanite.effects.Deterministic",
+    "allanite.effects.Modifier",
+    "allanite.effects.Parameter",
+    "allanite.effects.Periodic",
+    "allanite.effects.Stochastic",
+    "allanite.plots.Figure",
+    "allanite.plots.plot_check",
+    "allanite.plots.plot_compare",
+    "allanite.plots.plot_deviation",
+    "allanite.plots.plot_dynamic",
+    "allanite.plots.plot_fit",
+    "allanite.plots.plot_recording",
+    "allanite.plots.plot_study",
+    "allanite.scale.summarise",
+    "allanite.simulate.simulate",
+    "allanite.simulate.simulate_chunks",
+    "allanite.statespace.state_space",
+    "allanite.suggestion.check_fit",
+    "allanite.testing.check_effect",
+)
+
+
+def named() -> dict[str, object]:
+    """What has an entry, by the name under which a program calls it."""
+    ours = {f"al.{name}": getattr(al, name) for name in al.__all__}
+    things = {name: thing for name, thing in ours.items() if callable(thing) and not _kind(thing)}
+    for name in EXTRA:
+        module, _, last = name.rpartition(".")
+        things[name] = getattr(import_module(module), last)
+    return things
+
+
+def _kind(thing: object) -> bool:
+    """Whether it is an effect of the catalogue: those have pages of their own."""
+    return isinstance(thing, type) and issubclass(thing, Effect) and thing is not Effect
 
 
 def write(pages: Path) -> None:
     """A page for each room of the package, and one of the schemas."""
-    rooms: dict[str, list[str]] = {}
-    for name in al.__all__:
-        thing = getattr(al, name)
-        if callable(thing) and not (
-            isinstance(thing, type) and issubclass(thing, Effect) and thing is not Effect
-        ):
-            room = thing.__module__.split(".")[1]
-            rooms.setdefault(ROOMS.get(room, room), []).append(name)
+    rooms: dict[str, dict[str, object]] = {}
+    for name, thing in named().items():
+        room = thing.__module__.split(".")[1]
+        rooms.setdefault(ROOMS.get(room, room), {})[name] = thing
     folder = pages / "api"
     folder.mkdir()
     index = [
@@ -36,21 +75,43 @@ def write(pages: Path) -> None:
         "The examples begin with `import allanite as al` and `import numpy as np`. The classes of effects have [pages of their own](../effects/index.md).",
         "",
     ]
-    for room in sorted(rooms):
+    texts, places = {}, {}
+    for room, things in sorted(rooms.items()):
         file = room.replace(" ", "-") + ".md"
-        names = sorted(rooms[room], key=lambda n: (n[0].isupper(), n))
-        links = ", ".join(f"[`al.{n}`]({file}#{n.lower()})" for n in names)
+        names = sorted(things, key=lambda n: (n.count("."), n.rpartition(".")[2][0].isupper(), n))
+        links = ", ".join(f"[`{n}`]({file}#{n})" for n in names)
         index.append(f"* **{room}**: {links}")
-        parts = [described(n, getattr(al, n)) for n in names]
-        text = f"# {room[0].upper()}{room[1:]}\n\n" + "\n\n".join(parts) + "\n"
-        (folder / file).write_text(text, encoding="utf-8")
+        parts = [described(n, things[n]) for n in names]
+        texts[file] = f"# {room[0].upper()}{room[1:]}\n\n" + "\n\n".join(parts) + "\n"
+        places |= dict.fromkeys(re.findall(r"^##+ .* \{#(.*)\}$", texts[file], re.M), file)
+    for file, text in texts.items():
+        (folder / file).write_text(linked(text, places), encoding="utf-8")
     (folder / "index.md").write_text("\n".join(index) + "\n", encoding="utf-8")
     (pages / "schemas.md").write_text(schemas(pages), encoding="utf-8")
 
 
+def linked(text: str, places: dict[str, str]) -> str:
+    """The text with a link where it names something that has an entry: `Model.fit`, `allanite.psd`."""
+
+    def link(found: re.Match[str]) -> str:
+        name = found[1]
+        target = next((n for n in (name, f"al.{name}") if n in places), None)
+        short = f"al.{name.removeprefix('allanite.')}"
+        target = target or (short if short in places else None)
+        return f"[`{name}`]({places[target]}#{target})" if target else found[0]
+
+    # A word without a dot is a parameter, whatever function has its name.
+    parts = re.split(r"(^```.*?^```)", text, flags=re.M | re.S)
+    return "".join(
+        part if i % 2 else re.sub(r"(?<!`)`([A-Za-z]\w*(?:\.\w+)+)`(?!`)", link, part)
+        for i, part in enumerate(parts)
+    )
+
+
 def described(name: str, thing: object) -> str:
     """One public name: its call, its docstring, and the methods of a class."""
-    parts = [f"## {name} {{#{name.lower()}}}", call(f"al.{name}", thing), markdown(thing)]
+    title = name.removeprefix("al.")
+    parts = [f"## {title} {{#{name}}}", call(name, thing), markdown(thing)]
     if inspect.isclass(thing):
         for method, member in sorted(vars(thing).items()):
             raw = member.__func__ if isinstance(member, (classmethod, staticmethod)) else member
@@ -61,7 +122,7 @@ def described(name: str, thing: object) -> str:
                 or not (callable(raw) or isinstance(raw, property))
             ):
                 continue
-            parts.append(f"### .{method} {{#{name.lower()}-{method.lower()}}}")
+            parts.append(f"### .{method} {{#{name}.{method}}}")
             if callable(raw):
                 parts.append(call(f".{method}", raw))
             parts.append(markdown(raw))
@@ -74,7 +135,7 @@ def call(name: str, thing: object) -> str:
         signature = inspect.signature(thing)
     except (TypeError, ValueError):
         return ""
-    names = [p for p in signature.parameters.values() if p.name != "self"]
+    names = [p for p in signature.parameters.values() if p.name not in {"self", "cls"}]
     plain = [p.replace(annotation=inspect.Parameter.empty) for p in names]
     text = str(signature.replace(parameters=plain, return_annotation=inspect.Signature.empty))
     return f"```python\n{name}{text}\n```"

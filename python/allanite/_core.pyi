@@ -1,4 +1,4 @@
-"""The compiled core. Never imported by users: `_kernels.py` is the one door."""
+"""The compiled core. Never imported by users: only `_kernels.py` imports it."""
 
 from collections.abc import Sequence
 from os import PathLike
@@ -7,7 +7,7 @@ from typing import Any, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-# -- doorway
+# -- gil
 def version() -> str: ...
 
 # -- spectrum

@@ -1,8 +1,9 @@
-"""The one door to the compiled core: array conversion and argument order, nothing else."""
+"""Bindings of the compiled core: array conversion and argument order, nothing else."""
 
 from __future__ import annotations
 
 from allanite import _core
+from allanite.common.memory import forget
 
 __all__ = [
     "Accumulator",
@@ -56,17 +57,15 @@ def release() -> int:
 
     At most two arrays stay for the next call, a simulated record and the phase of one, each of less than twice the
     bytes that its last user took and of at most 256 MiB: fresh memory costs more than the sums made in it. So do plans of
-    the transforms of the last four lengths up to 2²¹, which are not counted. Arrays in use are not touched.
+    the transforms of the last four lengths up to 2²¹, and spectra of the effects of fitted models, which are not counted.
+    Arrays in use are not touched; a fit made before still works and computes anew what it needs.
 
     Returns
     -------
     int
         Bytes given back.
 
-    Raises
-    ------
-    None
-        There is nothing to refuse.
+    Raises nothing.
 
     Examples
     --------
@@ -74,6 +73,7 @@ def release() -> int:
     >>> al.release()
     0
     """
+    forget()
     return _core.release()
 
 

@@ -95,7 +95,8 @@ def _generator(term: Term) -> tuple[str, list[float]]:
 def _section(terms: tuple[Term, ...]) -> tuple[str, list[float]]:
     if sum(1 + bool(complex(t.phi).imag) for t in terms if isinstance(t, Exponential)) > 2:
         raise InputError(
-            "an effect of more than two lags, one of them negative, has no samples: declare its generator"
+            "an effect of more than two lags, one with a negative density at some frequency, cannot be simulated:"
+            " declare its `generator`"
         )
     gain, b, a = arma(terms)
     return "filtered", [gain, *b, *[0.0] * (3 - len(b)), *a, *[0.0] * (2 - len(a))]
@@ -225,7 +226,7 @@ class _Source:
         # What is filtered begins before the record, by what the filters remember.
         self.before = sum(f.settling for f in self.filters)
         total = self.n + self.before
-        aside = (*self.levels, *model.filters)
+        aside = (*self.levels, *(e for e in model.modifiers if e.whole is not None))
         steady = Model(tuple(e for e in model if e not in aside))
         generators: list[tuple[str, list[float]]] = []
         for number, effect in enumerate(model.stochastic):

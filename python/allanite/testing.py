@@ -29,7 +29,6 @@ from allanite.effects import (
     white_noise,
 )
 from allanite.effects._base import SCREENS
-from allanite.effects._filter import Filter
 from allanite.effects.gauss_markov import GaussMarkov
 from allanite.simulate import simulate
 from allanite.spectrum import bins_of
@@ -261,7 +260,7 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
     columns, kind = dict(covariates or {}), effect.kind
     beside, model = Model((GaussMarkov(q_c=2.0, correlation_time=0.5),)), _as_model(effect)
     # What filters the whole signal would filter that beside it, too.
-    alone = isinstance(effect, Filter)
+    alone = isinstance(effect, Modifier) and effect.whole is not None
 
     def run(what: Model, seed: int) -> Array:
         found = simulate(what, n=LENGTH, rate=RATE, seed=seed, covariates=columns)

@@ -8,6 +8,8 @@ use faer::c64;
 
 use super::differences::binomial;
 
+/// Terms in ε²: for |ε| < ½, with the poles at ±2πi, each is some hundred times smaller than the one before, so that twelve
+/// reach rounding.
 const SERIES: usize = 12;
 
 /// One exponential, summed `level` times.

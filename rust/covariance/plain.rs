@@ -3,7 +3,7 @@
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-use super::law;
+use super::distribution;
 use super::process::{Kind, Process, Spaced, Term};
 use crate::parallel::pooled;
 use crate::{Error, Result};
@@ -80,9 +80,11 @@ pub fn quantiles(
     let slow: Vec<Term> = terms.iter().filter(|(name, _)| name != "blue").cloned().collect();
     let eigenvalues = if slow.is_empty() { Vec::new() } else { weights(&slow, n, factor, kind)? };
     if eigenvalues.is_empty() {
-        return Err(Error::Input("the law of a variance needs a process slower than quantization".into()));
+        return Err(Error::Input(
+            "the distribution of a variance needs a process slower than quantization".into(),
+        ));
     }
-    Ok(law::stretched(&eigenvalues, relative, probabilities))
+    Ok(distribution::stretched(&eigenvalues, relative, probabilities))
 }
 
 /// Eigenvalues, of sum 1, of the covariance of evenly chosen differences.
@@ -99,6 +101,6 @@ fn weights(terms: &[Term], n: usize, factor: usize, kind: Kind) -> Result<Vec<f6
     let mut found = matrix
         .self_adjoint_eigenvalues(Side::Lower)
         .map_err(|_| Error::Input("the eigenvalues of the model's covariance did not converge".into()))?;
-    law::normalise(&mut found);
+    distribution::normalise(&mut found);
     Ok(found)
 }

@@ -10,7 +10,7 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 
 use super::process::{Kind, Process, Term};
-use super::{law, plain};
+use super::{distribution, plain};
 use crate::parallel::pooled;
 use crate::{Error, Result};
 
@@ -161,7 +161,9 @@ pub fn quantiles(terms: &[Term], n: usize, factor: usize, probabilities: &[f64])
     }
     let rest = slow(terms);
     if rest.is_empty() {
-        return Err(Error::Input("the law of a variance needs a process slower than quantization".into()));
+        return Err(Error::Input(
+            "the distribution of a variance needs a process slower than quantization".into(),
+        ));
     }
     let process = Process::new(&rest, n, Kind::Total)?;
     let centres = differences(n, factor, OWN);
@@ -172,6 +174,6 @@ pub fn quantiles(terms: &[Term], n: usize, factor: usize, probabilities: &[f64])
     let mut eigenvalues = matrix
         .self_adjoint_eigenvalues(Side::Lower)
         .map_err(|_| Error::Input("the eigenvalues of the model's covariance did not converge".into()))?;
-    law::normalise(&mut eigenvalues);
-    Ok(law::stretched(&eigenvalues, variance[0] / (mean[0] * mean[0]), probabilities))
+    distribution::normalise(&mut eigenvalues);
+    Ok(distribution::stretched(&eigenvalues, variance[0] / (mean[0] * mean[0]), probabilities))
 }

@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use super::loops::sums::{self, Group};
 use super::loops::tiles;
 use crate::Result;
-use crate::machine::pages::Buffer;
+use crate::machine::buffer_pool::Buffer;
 use crate::machine::processor::Width;
 use crate::parallel::for_each;
 use crate::phase::{self, BLOCK, LOCAL, Quantity, Record, Sample};
@@ -64,7 +64,7 @@ impl Terms {
 
 /// How to compute; the result does not depend on `threads`.
 #[derive(Clone, Copy)]
-pub struct Means<'a> {
+pub struct Execution<'a> {
     /// Worker threads, at least one.
     pub threads: usize,
     /// Vector unit.
@@ -77,24 +77,24 @@ pub struct Means<'a> {
 pub fn overlapping<T: Sample>(
     record: &Record<'_, T>,
     factors: &[usize],
-    means: Means<'_>,
+    execution: Execution<'_>,
 ) -> Result<(Terms, Buffer)> {
-    terms(record, factors, means, false)
+    terms(record, factors, execution, false)
 }
 
 /// The same of adjacent averages only: every m-th term.
 pub fn adjacent<T: Sample>(
     record: &Record<'_, T>,
     factors: &[usize],
-    means: Means<'_>,
+    execution: Execution<'_>,
 ) -> Result<(Terms, Buffer)> {
-    terms(record, factors, means, true)
+    terms(record, factors, execution, true)
 }
 
 fn terms<T: Sample>(
     record: &Record<'_, T>,
     factors: &[usize],
-    means: Means<'_>,
+    execution: Execution<'_>,
     adjacent: bool,
 ) -> Result<(Terms, Buffer)> {
     let placed: Vec<_> = factors.iter().copied().enumerate().collect();
@@ -102,10 +102,10 @@ fn terms<T: Sample>(
     let (near, far) = placed.split_at(split);
     let points = record.points();
     let mut theta = Buffer::new(if far.is_empty() { 0 } else { points });
-    let pass = Pass { record, factors, means, adjacent, blocks: points.div_ceil(BLOCK) };
+    let pass = Pass { record, factors, execution, adjacent, blocks: points.div_ceil(BLOCK) };
     let mut terms = pass.near(near, &mut theta)?;
     let (runs, rest) = if pass.whole() { sums::doubling(far) } else { (Vec::new(), far.to_vec()) };
-    for run in tiles::parts(means.width, &theta, &runs) {
+    for run in tiles::parts(execution.width, &theta, &runs) {
         pass.doubling(&run, &mut terms)?;
     }
     let mut rest = rest.as_slice();
@@ -123,7 +123,7 @@ fn terms<T: Sample>(
 struct Pass<'a, 'r, T: Sample> {
     record: &'a Record<'r, T>,
     factors: &'a [usize],
-    means: Means<'a>,
+    execution: Execution<'a>,
     adjacent: bool,
     blocks: usize,
 }
@@ -165,7 +165,7 @@ impl<T: Sample> Pass<'_, '_, T> {
         let (segments, size) = self.segments();
         let mut chunks = theta.chunks_mut(size * BLOCK);
         let items = (0..segments).map(|segment| (segment, chunks.next().unwrap_or_default()));
-        let parts = for_each(threads, items, self.means.stop, Vec::new, |phase, (segment, theta)| {
+        let parts = for_each(threads, items, self.execution.stop, Vec::new, |phase, (segment, theta)| {
             let mut part = Terms::new(self.factors.len());
             let mut chunks = theta.chunks_mut(BLOCK);
             for block in segment * size..((segment + 1) * size).min(self.blocks) {
@@ -185,7 +185,7 @@ impl<T: Sample> Pass<'_, '_, T> {
 
     fn near(&self, factors: &[(usize, usize)], theta: &mut [f64]) -> Result<Terms> {
         let points = self.record.points();
-        let groups = sums::groups(self.means.width, factors);
+        let groups = sums::groups(self.execution.width, factors);
         let halo = factors.last().map_or(0, |(_, m)| 2 * m);
         let runs = self.runs();
         let work = points * (1 + factors.len());
@@ -204,7 +204,7 @@ impl<T: Sample> Pass<'_, '_, T> {
 
     fn far(&self, factors: &[(usize, usize)], span: usize, theta: &[f64], terms: &mut Terms) -> Result<()> {
         let points = self.record.points();
-        let groups: Vec<Group> = sums::groups(self.means.width, factors);
+        let groups: Vec<Group> = sums::groups(self.execution.width, factors);
         let batches: Vec<(&[(usize, usize)], &[Group])> = if self.adjacent || self.masked() {
             factors.chunks(BATCH).map(|part| (part, [].as_slice())).collect()
         } else {
@@ -222,7 +222,7 @@ impl<T: Sample> Pass<'_, '_, T> {
         let parts: Vec<Found> = for_each(
             self.threads_for(points * factors.len()),
             0..points.div_ceil(span) * batches.len(),
-            self.means.stop,
+            self.execution.stop,
             || Terms::new(self.factors.len()),
             |all, item| {
                 let from = item / batches.len() * span;
@@ -243,7 +243,7 @@ impl<T: Sample> Pass<'_, '_, T> {
         let threads = self.threads_for(self.record.points());
         let places: Vec<usize> = run.factors().iter().map(|(place, _)| *place).collect();
         let parts: Vec<Found> =
-            for_each(threads, 0..run.items(), self.means.stop, Vec::new, |tile, item| {
+            for_each(threads, 0..run.items(), self.execution.stop, Vec::new, |tile, item| {
                 let mut sums = vec![0.0; places.len()];
                 run.add(item, tile, &mut sums);
                 sums.into_iter().map(|sum| (sum, 0)).collect()
@@ -264,15 +264,15 @@ impl<T: Sample> Pass<'_, '_, T> {
         if self.adjacent {
             sums::add_adjacent(theta, span, runs, factors, &mut part.sum, &mut part.count);
         } else if self.masked() {
-            sums::add_with_gaps(self.means.width, theta, span, factors, &mut part.sum, &mut part.count);
+            sums::add_with_gaps(self.execution.width, theta, span, factors, &mut part.sum, &mut part.count);
         } else {
-            sums::add(self.means.width, theta, span, runs, groups, &mut part.sum);
+            sums::add(self.execution.width, theta, span, runs, groups, &mut part.sum);
         }
     }
 
     /// Threads pay from about a quarter of a millisecond of work.
     fn threads_for(&self, work: usize) -> usize {
-        if work < 1 << 20 { 1 } else { self.means.threads }
+        if work < 1 << 20 { 1 } else { self.execution.threads }
     }
 
     fn count(&self, terms: &mut Terms) {

@@ -2,10 +2,10 @@
 
 use std::sync::atomic::Ordering;
 
-use super::allan::{Means, Terms};
+use super::allan::{Execution, Terms};
 use super::{Piece, allan, hadamard, modified, modified_total, theo, tie, total};
 use crate::Result;
-use crate::machine::pages::Buffer;
+use crate::machine::buffer_pool::Buffer;
 use crate::parallel::for_each;
 use crate::phase::{BLOCK, LOCAL, Quantity, Record, Sample, add_to};
 
@@ -118,9 +118,9 @@ pub fn variances<T: Sample>(
     record: &Record<'_, T>,
     kind: Kind,
     factors: &[usize],
-    means: Means<'_>,
+    execution: Execution<'_>,
 ) -> Result<(Vec<f64>, Vec<u64>, Buffer)> {
-    let mut theta = global_phase(record, means)?;
+    let mut theta = global_phase(record, execution)?;
     if matches!(kind, Kind::TieRms | Kind::Mtie) && record.quantity() == Quantity::Rate {
         remove_slope(&mut theta);
     }
@@ -129,15 +129,15 @@ pub fn variances<T: Sample>(
     let (begun, factors) = if kind == Kind::Total && record.quantity() == Quantity::Rate && record.gaps() == 0
     {
         let near = factors.partition_point(|&m| m <= LOCAL && 2 * m < points);
-        (begin(record, &theta, &factors[..near], means)?, &factors[near..])
+        (begin(record, &theta, &factors[..near], execution)?, &factors[near..])
     } else {
         (Terms::default(), factors)
     };
     let local = record.quantity() == Quantity::Rate && !kind.global();
     let plan = Plan::new(kind, factors, points, local);
-    let threads = if plan.cost() < 1 << 20 { 1 } else { means.threads };
+    let threads = if plan.cost() < 1 << 20 { 1 } else { execution.threads };
     let make = || (Vec::new(), Vec::new());
-    let parts = for_each(threads, plan.batches(), means.stop, make, |(near, work), batch| {
+    let parts = for_each(threads, plan.batches(), execution.stop, make, |(near, work), batch| {
         let Some(from) = batch.first().map(|item: &Item| item.from) else { return Vec::new() };
         let (phase, origin) = if local && batch[0].m <= LOCAL {
             let end = batch.iter().map(|i| i.to + replaced(kind, i.m).reach(i.m)).max().unwrap_or(from);
@@ -150,13 +150,13 @@ pub fn variances<T: Sample>(
         let mut found = Vec::with_capacity(batch.len());
         for item in &batch {
             let kind = replaced(kind, item.m);
-            if means.stop.load(Ordering::Relaxed) {
+            if execution.stop.load(Ordering::Relaxed) {
                 break;
             }
             let (sum, count) = if kind == Kind::Total || kind == Kind::Mtie {
-                whole(kind, record, (phase, means), (item.from, item.to), item.m, work)
+                whole(kind, record, (phase, execution), (item.from, item.to), item.m, work)
             } else {
-                between_gaps(kind, (phase, origin), &runs, item, means, work)
+                between_gaps(kind, (phase, origin), &runs, item, execution, work)
             };
             found.push((item.place, sum, count));
         }
@@ -183,13 +183,13 @@ fn begin<T: Sample>(
     record: &Record<'_, T>,
     theta: &[f64],
     factors: &[usize],
-    means: Means<'_>,
+    execution: Execution<'_>,
 ) -> Result<Terms> {
-    let mut terms = allan::overlapping(record, factors, means)?.0;
+    let mut terms = allan::overlapping(record, factors, execution)?.0;
     let (points, whole) = (theta.len(), [(0, theta.len() - 1)]);
     for (i, &m) in factors.iter().enumerate() {
         for span in [(1, m), (points - m, points - 1)] {
-            let (sum, count) = total::reflected(means.width, theta, &whole, span, m);
+            let (sum, count) = total::reflected(execution.width, theta, &whole, span, m);
             terms.sum[i] += sum;
             terms.count[i] += count;
         }
@@ -280,7 +280,7 @@ fn between_gaps(
     (phase, origin): (&[f64], usize),
     runs: &[(usize, usize)],
     item: &Item,
-    means: Means<'_>,
+    execution: Execution<'_>,
     work: &mut Vec<f64>,
 ) -> (f64, u64) {
     let m = item.m;
@@ -291,7 +291,7 @@ fn between_gaps(
         let (from, to) = (item.from.max(start), item.to.min((end + 1).saturating_sub(touched)));
         if from < to {
             let theta = &phase[from - origin..to + touched - origin];
-            let Means { width, stop, .. } = means;
+            let Execution { width, stop, .. } = execution;
             let piece = Piece { theta, first: from, n: to - from, m, width, stop };
             let found = one(kind, &piece, work);
             sum += found.0;
@@ -335,15 +335,15 @@ fn one(kind: Kind, piece: &Piece<'_>, work: &mut Vec<f64>) -> (f64, u64) {
 fn whole<T: Sample>(
     kind: Kind,
     record: &Record<'_, T>,
-    (theta, means): (&[f64], Means<'_>),
+    (theta, execution): (&[f64], Execution<'_>),
     span: (usize, usize),
     m: usize,
     work: &mut Vec<f64>,
 ) -> (f64, u64) {
     if kind == Kind::Mtie {
-        return tie::largest_range(theta, &point_runs(record, false), m, work, means.stop);
+        return tie::largest_range(theta, &point_runs(record, false), m, work, execution.stop);
     }
-    total::reflected(means.width, theta, &point_runs(record, true), span, m)
+    total::reflected(execution.width, theta, &point_runs(record, true), span, m)
 }
 
 /// Runs of finite phase points as (first, last); `pointwise`: of a phase with gaps, everything.
@@ -356,13 +356,13 @@ fn point_runs<T: Sample>(record: &Record<'_, T>, pointwise: bool) -> Vec<(usize,
 }
 
 /// The phase of the whole record.
-pub fn global_phase<T: Sample>(record: &Record<'_, T>, means: Means<'_>) -> Result<Buffer> {
+pub fn global_phase<T: Sample>(record: &Record<'_, T>, execution: Execution<'_>) -> Result<Buffer> {
     let points = record.points();
     let mut theta = Buffer::new(points);
-    let threads = if points < 1 << 20 { 1 } else { means.threads };
+    let threads = if points < 1 << 20 { 1 } else { execution.threads };
     let make = || vec![0.0; BLOCK];
     let chunks = theta.chunks_mut(BLOCK).enumerate();
-    for_each(threads, chunks, means.stop, make, |local, (block, out)| {
+    for_each(threads, chunks, execution.stop, make, |local, (block, out)| {
         let local = &mut local[..out.len()];
         let slope = record.local(block * BLOCK, local);
         record.global(block, local, slope, out);

@@ -7,6 +7,7 @@ use crate::machine::processor::Width;
 ///
 /// A strip whose sum is a number has no NaN in it; only the others are gone through term by term.
 pub fn overlapping(piece: &Piece<'_>) -> (f64, u64) {
+    // Four streams of 32 KiB stay in the second-level cache while a strip with gaps is read again.
     const STRIP: usize = 4096;
     let (mut sum, mut count) = (0.0, 0);
     for from in (0..piece.n).step_by(STRIP) {

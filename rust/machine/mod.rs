@@ -1,5 +1,5 @@
-//! What the machine offers, below everything else: vector units, large buffers, what a program says of files cut under it.
+//! The machine, below everything else: vector units, the buffer pool, what a program says of files cut under it.
 
+pub mod buffer_pool;
 pub mod maps;
-pub mod pages;
 pub mod processor;

@@ -14,9 +14,10 @@ use crate::parallel::{default_threads, for_each};
 use crate::rng::{Stream, StreamKey};
 use crate::{Error, Result};
 
-/// Samples of a block, each drawn from its own stream.
+/// Samples of a block, each block drawn from its own stream. Another length would make another record of
+/// the same seed. 32 KiB fit a first-level cache, and so many deviates outweigh the start of a stream.
 pub const BLOCK: usize = 4096;
-/// Samples made at a time where nobody waits: with a copy for the sum they fill half of a first-level cache.
+/// Samples made at a time where no other block waits: with a copy for the sum they fill half of a first-level cache.
 const PART: usize = 1024;
 /// Blocks of an item of work: handing a recursion from processor to processor takes time.
 const ITEM: usize = 4;
@@ -58,7 +59,7 @@ impl Voice {
         stop: &AtomicBool,
         mut give: impl FnMut(usize, &[f64]),
     ) -> bool {
-        // Whoever holds the recursion has its turn.
+        // The recursion is free and this block is next.
         let mine = self.recursion.try_lock().ok().filter(|recursion| recursion.turn == first);
         let ahead = mine.is_none();
         let mut recursion = if let Some(recursion) = mine {

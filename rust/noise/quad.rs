@@ -94,7 +94,7 @@ mod x86 {
     #[derive(Clone, Copy)]
     pub struct Avx2(__m256d);
 
-    // SAFETY: every function needs AVX2 and FMA, which a wide `Width` proves to whoever calls them.
+    // SAFETY: every function needs AVX2 and FMA, which the caller proves by a wide `Width`.
     unsafe impl super::Quad for Avx2 {
         #[inline(always)]
         unsafe fn splat(value: f64) -> Self {

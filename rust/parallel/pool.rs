@@ -8,6 +8,8 @@ use std::sync::atomic::{AtomicPtr, Ordering};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use super::default_threads;
+
 struct Owned {
     process: u32,
     pool: ThreadPool,
@@ -40,14 +42,15 @@ fn pool() -> &'static ThreadPool {
     {
         return &owned.pool;
     }
-    let pool = ThreadPoolBuilder::new().build().expect("the system gives threads");
+    let pool =
+        ThreadPoolBuilder::new().num_threads(default_threads()).build().expect("the system gives threads");
     let made = Box::into_raw(Box::new(Owned { process, pool }));
     match POOL.compare_exchange(known, made, Ordering::AcqRel, Ordering::Acquire) {
         // SAFETY: made above and never freed. What was there belongs to the parent: its threads are not here to be
         // joined, so it is left alone.
         Ok(_) => unsafe { &(*made).pool },
         Err(other) => {
-            // SAFETY: another thread of this process was quicker; this one was seen by nobody.
+            // SAFETY: another thread of this process was quicker; no other thread has seen this pool.
             drop(unsafe { Box::from_raw(made) });
             // SAFETY: as above: not null, for it has just been put there, and never freed.
             unsafe { &(*other).pool }

@@ -4,7 +4,7 @@ use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::machine::pages::Buffer;
+use crate::machine::buffer_pool::Buffer;
 use crate::phase::{Sample, Series};
 
 /// Owner of an array's memory, which the next call gets when the array is gone.
@@ -17,7 +17,7 @@ struct Owner {
 pub fn from_buffer(py: Python<'_>, mut buffer: Buffer) -> PyResult<Bound<'_, PyArray1<f64>>> {
     let (data, len) = (buffer.as_mut_ptr(), buffer.len());
     let owner = Bound::new(py, Owner { _buffer: buffer })?;
-    // SAFETY: `len` doubles lie at `data`; nobody else has them, and moving the buffer did not move them.
+    // SAFETY: `len` doubles lie at `data`; nothing else refers to them, and moving the buffer did not move them.
     let view = unsafe { ArrayView1::from_shape_ptr(len, data) };
     // SAFETY: the owner keeps them, in place, as long as the array lives, and never looks at them.
     Ok(unsafe { PyArray1::borrow_from_array(&view, owner.into_any()) })

@@ -1,10 +1,10 @@
-//! Doors of the covariance across averaging factors.
+//! Bindings of the covariance across averaging factors.
 
 use faer::c64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use super::doorway::run_short;
+use super::gil::run_short;
 use crate::covariance::{Kind, Term, covariance, ordinates, quantiles, variances};
 use crate::{Error, Result};
 

@@ -10,10 +10,10 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::arrays::with_series;
-use super::doorway::{run, run_short};
+use super::gil::{run, run_short};
 use crate::accumulator::{self, Accumulator, State};
 use crate::averaging::{Grid, factors as grid_factors};
-use crate::deviation::allan::{Means, adjacent, overlapping};
+use crate::deviation::allan::{Execution, adjacent, overlapping};
 use crate::deviation::family::{Kind, variances};
 use crate::deviation::identify::laws;
 use crate::machine::processor::Width;
@@ -88,11 +88,12 @@ pub fn family_variance(
     with_series!(samples, series => {
         let work = |stop: &AtomicBool| {
             let record = Record::new(series, quantity(angle), threads, stop)?;
-            let means = Means { threads, width: Width::best(), stop };
-            let (variance, count, theta) = variances(&record, kind, &factors, means)?;
+            let execution = Execution { threads, width: Width::best(), stop };
+            let (variance, count, theta) = variances(&record, kind, &factors, execution)?;
             Ok((variance, count, laws(&record, &theta, &factors), record.gaps()))
         };
         let (variance, count, noise, gaps) =
+            // A short record stays on the caller's thread: to start another takes longer than most of its sums.
             if series.len() > 4096 { run(py, work)? } else { run_short(py, || work(&AtomicBool::new(false)))? };
         let count = count.into_iter().map(|n| n as i64).collect::<Vec<_>>();
         Ok((
@@ -118,9 +119,9 @@ fn allan(
     with_series!(samples, series => {
         let work = |stop: &AtomicBool| {
             let record = Record::new(series, kind, threads, stop)?;
-            let means = Means { threads, width: Width::best(), stop };
+            let execution = Execution { threads, width: Width::best(), stop };
             let (terms, theta) =
-                if every { adjacent(&record, &factors, means)? } else { overlapping(&record, &factors, means)? };
+                if every { adjacent(&record, &factors, execution)? } else { overlapping(&record, &factors, execution)? };
             let noise = laws(&record, &theta, &factors);
             Ok((terms.variance(&factors, kind), terms.count, noise, record.gaps()))
         };

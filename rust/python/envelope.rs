@@ -1,9 +1,9 @@
-//! Door of the envelope.
+//! Bindings of the envelope.
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use super::doorway::run_short;
+use super::gil::run_short;
 use crate::envelope;
 
 /// `envelope::envelope`: smallest and largest sample of each stretch.

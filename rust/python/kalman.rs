@@ -1,10 +1,10 @@
-//! Doors of the Kalman filter.
+//! Bindings of the Kalman filter.
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use super::doorway::run;
 use super::errors::to_python;
+use super::gil::run;
 use crate::kalman::{self, System};
 
 type Matrix<'py> = PyReadonlyArray2<'py, f64>;

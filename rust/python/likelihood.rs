@@ -1,4 +1,4 @@
-//! Doors of the likelihood with a discrepancy.
+//! Bindings of the likelihood with a discrepancy.
 
 use numpy::ndarray::ArrayView2;
 use numpy::{
@@ -6,8 +6,8 @@ use numpy::{
 };
 use pyo3::prelude::*;
 
-use super::doorway::{run, run_short};
 use super::errors::to_python;
+use super::gil::{run, run_short};
 use crate::likelihood::{self, Judged, Problem};
 
 type Array<'py> = Bound<'py, PyArray1<f64>>;
@@ -21,7 +21,7 @@ fn columns(array: ArrayView2<'_, f64>) -> Vec<f64> {
     array.reversed_axes().iter().copied().collect()
 }
 
-/// The law of bins with these degrees of freedom, at these scales of discrepancy.
+/// Distribution of bins with these degrees of freedom, at these scales of discrepancy.
 #[pyclass(frozen, module = "allanite._core")]
 pub struct Likelihood(likelihood::Likelihood);
 

@@ -1,9 +1,9 @@
-//! Door of the non-negative generalised least squares.
+//! Bindings of the non-negative generalised least squares.
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use super::doorway::run_short;
+use super::gil::run_short;
 use crate::lstsq;
 
 type Fitted<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, f64);

@@ -1,17 +1,17 @@
-//! Doors of what the machine offers.
+//! Bindings of the machine.
 
 use pyo3::prelude::*;
 
 use super::errors::to_python;
+use crate::machine::buffer_pool;
 use crate::machine::maps;
-use crate::machine::pages;
 use crate::machine::processor::{self, Width};
 
-/// `spectrum::release` and `machine::pages::release`: bytes of buffers given back.
+/// `spectrum::release` and `machine::buffer_pool::release`: bytes of buffers given back.
 #[pyfunction]
 pub fn release() -> usize {
     crate::spectrum::release();
-    pages::release()
+    buffer_pool::release()
 }
 
 /// `machine::maps::end_with`: the last line of a program whose mapped file becomes shorter.

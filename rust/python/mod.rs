@@ -1,13 +1,13 @@
-//! The doors into the core: one thin file a part. Nothing is computed here.
+//! Bindings of the core: one thin file a part. Nothing is computed here.
 //!
 //! A new function is written in its part's file and exported here by name.
 
 mod arrays;
 mod covariance;
 mod deviation;
-mod doorway;
 mod envelope;
 mod errors;
+mod gil;
 mod kalman;
 mod likelihood;
 mod lstsq;
@@ -21,7 +21,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
-    use super::doorway::version;
+    use super::gil::version;
 
     // deviation
     #[pymodule_export]

@@ -1,4 +1,4 @@
-//! Doors of the noise generator.
+//! Bindings of the noise generator.
 
 use std::sync::Mutex;
 
@@ -6,8 +6,8 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use super::arrays::from_buffer;
-use super::doorway::run;
-use crate::machine::pages::Buffer;
+use super::gil::run;
+use crate::machine::buffer_pool::Buffer;
 use crate::noise::Generator;
 use crate::{Error, Result};
 

@@ -1,9 +1,9 @@
-//! Doors of the spectrum.
+//! Bindings of the spectrum.
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use super::doorway::run;
+use super::gil::run;
 use crate::spectrum;
 
 /// `spectrum::cosine_transform`.

@@ -1,4 +1,4 @@
-//! Doors of the text reader.
+//! Bindings of the text reader.
 
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -8,7 +8,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::doorway::run;
+use super::gil::run;
 use crate::text::{Meta, Options, Reader};
 use crate::{Error, Result};
 

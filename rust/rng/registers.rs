@@ -113,7 +113,7 @@ mod x86 {
     /// AVX2 with FMA, of which a register holds half of the lanes.
     pub struct Avx2;
 
-    // SAFETY: every function needs what a `Width` of this unit proves to whoever calls them.
+    // SAFETY: every function needs this vector unit, which the caller proves by its `Width`.
     unsafe impl Registers for Avx2 {
         const WIDTH: usize = 4;
         type Words = __m256i;
@@ -144,7 +144,7 @@ mod x86 {
     /// AVX-512F.
     pub struct Avx512;
 
-    // SAFETY: every function needs what a `Width` of this unit proves to whoever calls them.
+    // SAFETY: every function needs this vector unit, which the caller proves by its `Width`.
     unsafe impl Registers for Avx512 {
         const WIDTH: usize = 8;
         type Words = __m512i;

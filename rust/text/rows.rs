@@ -176,7 +176,7 @@ impl Rows {
     /// wrong.
     fn slow(&self, line: &[u8], row: &mut [f64]) -> std::result::Result<usize, Bad> {
         self.cells(line, row).or_else(|bad| {
-            // What looks like a comment may be text in a column that nobody asked for: not cut unless it must be.
+            // What looks like a comment may be text in a column that is not read: it is cut only if the row cannot be read whole.
             before_comment(line).and_then(|before| self.cells(before, row).ok()).ok_or(bad)
         })
     }

@@ -194,7 +194,7 @@ fn standard_input() -> std::io::Result<File> {
     Ok(File::from(std::io::stdin().as_handle().try_clone_to_owned()?))
 }
 
-/// Waits a tenth of a second at most, so that Ctrl-C is heard while nobody writes.
+/// Waits a tenth of a second at most, so that Ctrl-C is answered while no data arrive.
 #[cfg(unix)]
 fn readable(file: &File) -> bool {
     use std::os::fd::AsRawFd;

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use allanite::deviation::allan::{Means, overlapping};
+use allanite::deviation::allan::{Execution, overlapping};
 use allanite::machine::processor::Width;
 use allanite::phase::{Quantity, Record, Sample, Series, add_to};
 
@@ -44,6 +44,6 @@ pub fn exact(samples: &[f64], m: usize) -> f64 {
 pub fn ours<T: Sample>(samples: &[T], factors: &[usize], threads: usize) -> Vec<f64> {
     let stop = AtomicBool::new(false);
     let record = Record::new(Series::new(samples), Quantity::Rate, threads, &stop).unwrap();
-    let means = Means { threads, width: Width::best(), stop: &stop };
-    overlapping(&record, factors, means).unwrap().0.sum
+    let execution = Execution { threads, width: Width::best(), stop: &stop };
+    overlapping(&record, factors, execution).unwrap().0.sum
 }

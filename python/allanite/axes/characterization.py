@@ -132,7 +132,7 @@ class Characterization:
         }
 
     def save(self, path: str | Path) -> None:
-        """Write `to_dict` as JSON, which `allanite simulate`, `export`, `compare` and `predict` read back."""
+        """Write `to_dict` as JSON to `path`, which `allanite simulate`, `export`, `compare` and `predict` read back."""
         import json
 
         text = json.dumps(self.to_dict(), indent=1, ensure_ascii=False)

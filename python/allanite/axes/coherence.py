@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.parameters import NORMAL
 from allanite.fit.likelihood.stop_band import mostly_empty
 from allanite.fit.likelihood.whitened import ends_of, whitened_ordinates
 
@@ -30,7 +31,6 @@ __all__ = ["CrossBand", "CrossSpectrum", "cross_spectra"]
 FEWEST = 16
 #: False alarms of all bands of all pairs together.
 LEVEL = 0.01
-NORMAL = 1.959964
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,10 @@ if TYPE_CHECKING:
 __all__ = ["NamedModel", "is_model_file", "models_of"]
 
 
+#: PATH_MAX of Linux: longer text is no path, and the system would refuse to look it up.
+LONGEST = 4096
+
+
 @dataclass(frozen=True, slots=True)
 class NamedModel:
     """A model with what its file says of the recording it was fitted to."""
@@ -24,7 +28,7 @@ class NamedModel:
 
 def is_model_file(text: str) -> bool:
     """Tell a file from a sum of effects."""
-    return text.endswith(".json") or (len(text) < 4096 and Path(text).is_file())
+    return text.endswith(".json") or (len(text) < LONGEST and Path(text).is_file())
 
 
 def models_of(text: str) -> list[NamedModel]:

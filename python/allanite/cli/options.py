@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from allanite.recording import Recording
+    from allanite.recording.findings import Finding
 
 __all__ = [
     "DEFAULT_MODEL",
@@ -30,11 +31,10 @@ __all__ = [
     "log_options",
     "model_option",
     "recording_of",
+    "said_early",
 ]
 
 DEFAULT_MODEL = "N+B+K"
-#: Findings that are said before anything is computed: an option is missing, or did something.
-EARLY = ("other_kind", "no_unit", "quiet_stretch")
 SHORTEST = 16  # samples below which no command has anything to say
 
 model_option = click.option(
@@ -203,12 +203,21 @@ def recording_of(
     return recording
 
 
+def said_early(finding: Finding) -> bool:
+    """Whether a finding is said before anything is computed: an option is missing, or did something.
+
+    That nothing says the unit of a column which may be a clock's is a remark among others.
+    """
+    kinds = ("other_kind", "quiet_stretch")
+    return finding.kind in kinds or (finding.kind, finding.severity) == ("no_unit", "warning")
+
+
 def _say_motion(recording: Recording, options: LogOptions) -> None:
     """Say what is left out and that the sensor moves before anything is computed; JSON carries it in the audit."""
     from allanite.recording.at_rest import finding_of
 
     if not (options.quiet or options.as_json):
-        left = (finding for finding in recording.told if finding.kind in EARLY)
+        left = filter(said_early, recording.told)
         for finding in (*left, *finding_of(recording)):
             mark = "!" if finding.severity == "warning" else "·"
             click.echo(f"{mark} {finding.worded(WORDS)}", err=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
 import sys
 from contextlib import contextmanager
@@ -80,7 +81,12 @@ def width() -> int:
 
 
 def wrapped(text: str) -> str:
-    """Sentences broken at the terminal's width, below where they begin; rows of a table stay whole."""
+    """Sentences broken at the terminal's width, below where they begin; rows of a table stay whole.
+
+    What another program reads keeps its lines, unless COLUMNS is set.
+    """
+    if not sys.stdout.isatty() and "COLUMNS" not in os.environ:
+        return text
     limit = width()
     out = []
     for line in text.splitlines():
@@ -100,10 +106,10 @@ def notes(columns: Sequence[Recording | Stream], options: LogOptions) -> None:
     """Print what the audit found, each remark once; JSON carries it in the document instead."""
     if options.as_json or options.quiet:
         return
-    from allanite.cli.options import EARLY
+    from allanite.cli.options import said_early
     from allanite.recording.findings import merged
 
-    found = (f for column in columns for f in column.audit if f.kind not in EARLY)
+    found = (f for column in columns for f in column.audit if not said_early(f))
     said = merged(found)
     for finding in said:
         mark = "!" if finding.severity == "warning" else "·"

@@ -11,6 +11,7 @@ WORDS = {
     "quantity": "--quantity {}",
     "column": "--column",
     "piece": "--piece",
+    "topic": "--topic NAME",
     "time_column": "--time-column",
     "to": "--output-unit UNIT",
     "decimate": "--decimate {}",

@@ -22,6 +22,7 @@ CALL: Mapping[str, str] = {
     "quantity": "quantity={}",
     "column": "column=",
     "piece": "piece=",
+    "topic": "topic=",
     "time_column": "time_column=",
     "to": ".to(unit)",
     "decimate": ".decimate({})",

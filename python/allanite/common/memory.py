@@ -1,19 +1,26 @@
-"""A budget of memory, looked at before anything large is made."""
+"""A budget of memory, looked at before anything large is made; and what is kept between calls."""
 
 from __future__ import annotations
 
 import math
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from allanite.common.errors import InputError
 
-__all__ = ["VARIABLE", "free_memory", "require"]
+if TYPE_CHECKING:
+    from functools import _lru_cache_wrapper
+
+__all__ = ["VARIABLE", "forget", "free_memory", "released", "require"]
+
+Kept = TypeVar("Kept", bound="_lru_cache_wrapper[Any]")
 
 #: Environment variable that sets the budget: a number of bytes, or with K, M, G, T.
 VARIABLE = "ALLANITE_MEMORY"
 #: Of the free memory, where nothing is set.
 SHARE = 0.5
+_CACHES: list[_lru_cache_wrapper[Any]] = []
 
 
 def free_memory() -> float:
@@ -23,6 +30,18 @@ def free_memory() -> float:
         return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvail"))
     except (OSError, StopIteration, ValueError, IndexError):
         return math.inf
+
+
+def released(kept: Kept) -> Kept:
+    """Let `allanite.release` empty this cache. Put it above `lru_cache`; only modules in use have caches to empty."""
+    _CACHES.append(kept)
+    return kept
+
+
+def forget() -> None:
+    """Empty the caches of fitted models."""
+    for kept in _CACHES:
+        kept.cache_clear()
 
 
 def require(size: float, what: str) -> None:

@@ -68,7 +68,7 @@ def chance_text(log10_p: float) -> str:
 
 
 def trials_text(trials: float) -> str:
-    """How many trials a p-value accounts for; a number that nobody can picture is said to be large."""
+    """How many trials a p-value accounts for; beyond 10¹⁵ only that it is."""
     most = 15
     if trials >= 10.0**most:
         return f"more than 10{str(most).translate(_DIGITS)} trials"

@@ -7,7 +7,10 @@ from typing import Any
 
 from allanite.common.units import conversion
 
-__all__ = ["Estimate"]
+__all__ = ["NORMAL", "Estimate"]
+
+#: 97.5 % point of the normal distribution: a 95 % interval reaches so many standard errors to each side.
+NORMAL = 1.959964
 
 
 class Estimate(float):

@@ -21,7 +21,16 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from types import TracebackType
 
-__all__ = ["Ended", "Pool", "computing", "go_on", "results", "side_by_side", "while_wanted"]
+__all__ = [
+    "Ended",
+    "Pool",
+    "computing",
+    "go_on",
+    "processors",
+    "results",
+    "side_by_side",
+    "while_wanted",
+]
 
 T = TypeVar("T")
 
@@ -31,6 +40,13 @@ NAME = "allanite column"
 _wanted: contextvars.ContextVar[Callable[[], bool] | None] = contextvars.ContextVar(
     "wanted", default=None
 )
+
+
+def processors() -> int:
+    """Processors that this process may use; macOS and Windows tell only those of the machine."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 class Ended(BaseException):
@@ -110,7 +126,7 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
             except BaseException as error:  # raised again where it is waited for
                 done.put((place, error))
 
-    for _ in range(min(WORKERS, os.cpu_count() or 1, len(tasks))):
+    for _ in range(min(WORKERS, processors(), len(tasks))):
         # What was set for the caller (units of tables) holds for its workers.
         context = contextvars.copy_context()
         threading.Thread(target=context.run, args=(work,), daemon=True, name=NAME).start()

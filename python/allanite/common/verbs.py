@@ -29,28 +29,28 @@ if TYPE_CHECKING:
 
 
 def recording_oadev(self: Recording, **options: Any) -> Deviation | Any:
-    """Overlapping Allan deviation, of several columns `Deviations`; see `allanite.oadev`."""
+    """Overlapping Allan deviation, of several columns `Deviations`; `options` as of `allanite.oadev`."""
     from allanite.deviation import oadev
 
     return oadev(self, **options)
 
 
 def recording_psd(self: Recording, **options: Any) -> Spectrum:
-    """Power spectral density; see `allanite.psd`."""
+    """Power spectral density; `options` as of `allanite.psd`."""
     from allanite.spectrum import psd
 
     return psd(self, **options)
 
 
 def recording_plot(self: Recording, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """Samples over time, a panel a column; see `allanite.plots.plot_recording`."""
+    """Samples over time, a panel a column; `path` and `theme` as of `allanite.plots.plot_recording`."""
     from allanite.plots import plot_recording
 
     return plot_recording(self, path, theme)
 
 
 def deviation_plot(self: Deviation, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """Figure of the deviation with its interval; see `allanite.plots.plot_deviation`."""
+    """Figure of the deviation with its interval; `path` and `theme` as of `allanite.plots.plot_deviation`."""
     from allanite.plots import plot_deviation
 
     return plot_deviation(self, path, theme)
@@ -59,7 +59,7 @@ def deviation_plot(self: Deviation, path: str | Path | None = None, theme: str =
 def deviations_plot(
     self: Deviations, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """The curves of all columns in one figure, a panel a kind of sensor."""
+    """The curves of all columns in one figure, a panel a kind of sensor; `path` and `theme` as of `Deviation.plot`."""
     from allanite.comparison.curves import of_deviations
     from allanite.plots import plot_compare
 
@@ -69,49 +69,57 @@ def deviations_plot(
 def dynamic_plot(
     self: DynamicDeviation, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """Figure of the deviations over time; see `allanite.plots.plot_dynamic`."""
+    """Figure of the deviations over time; `path` and `theme` as of `allanite.plots.plot_dynamic`."""
     from allanite.plots import plot_dynamic
 
     return plot_dynamic(self, path, theme)
 
 
 def model_fit(self: Model, recording: Recording, **options: Any) -> Fit | Any:
-    """Fit the model to a recording, of several columns `Fits`: `allanite.fit_model`."""
+    """Fit the model to a recording, of several columns `Fits`; `options` (``method=``) as of `allanite.fit_model`."""
     from allanite.fit import fit_model
 
     return fit_model(recording, self, **options)
 
 
 def model_save(self: Model, path: str) -> None:
-    """Write the model as JSON (schema ``allanite/model/1``)."""
+    """Write the model to `path` as JSON (schema ``allanite/model/1``)."""
     from allanite.effects.files import save_model
 
     save_model(self, path)
 
 
 def model_simulate(self: Model, **options: Any) -> Recording:
-    """Samples of the model: `allanite.simulate.simulate`."""
+    """Samples of the model.
+
+    `options` as of `allanite.simulate.simulate`: ``duration=`` s or ``n=``, ``rate=`` Hz, ``seed=``, ``unit=``,
+    ``covariates=``.
+    """
     from allanite.simulate import simulate
 
     return simulate(self, **options)
 
 
 def model_simulate_chunks(self: Model, **options: Any) -> Iterator[Recording]:
-    """The same samples in consecutive pieces of `size`: `allanite.simulate.simulate_chunks`."""
+    """The same samples in consecutive pieces of ``size=``; `options` as of `allanite.simulate.simulate_chunks`."""
     from allanite.simulate import simulate_chunks
 
     return simulate_chunks(self, **options)
 
 
 def model_state_space(self: Model, rate: float, **options: Any) -> StateSpace:
-    """F, Q, H, R, P0 of the random part: `allanite.statespace.state_space` (``states=8`` reduces it)."""
+    """F, Q, H, R, P0 of the random part at `rate` Hz.
+
+    `options` as of `allanite.statespace.state_space`: ``states=8`` reduces it, ``duration=`` s is how long it has to
+    be right.
+    """
     from allanite.statespace import state_space
 
     return state_space(self, rate, **options)
 
 
 def fits_check(self: Fits, **options: Any) -> Several[Check]:
-    """The criticism of each column's fit: `allanite.suggestion.check_fit`."""
+    """The criticism of each column's fit; `options` as of `allanite.suggestion.check_fit`."""
     from allanite.common.several import Several
     from allanite.suggestion import check_fit
 
@@ -119,7 +127,7 @@ def fits_check(self: Fits, **options: Any) -> Several[Check]:
 
 
 def fit_check(self: Fit, **options: Any) -> Check:
-    """Where the model fails and what is missing: `allanite.suggestion.check_fit`."""
+    """Where the model fails and what is missing; `options` as of `allanite.suggestion.check_fit`."""
     from allanite.suggestion import check_fit
 
     return check_fit(self, **options)
@@ -133,7 +141,7 @@ def fit_plot(self: Fit, path: str | Path | None = None) -> Figure:
 
 
 def check_plot(self: Check, path: str | Path | None = None) -> Figure:
-    """As `Fit.plot`, with the failing ranges shaded."""
+    """As `Fit.plot`, with the failing ranges shaded; written to `path` (SVG, PNG, PDF) if given."""
     from allanite.plots import plot_check
 
     return plot_check(self, path)
@@ -149,7 +157,10 @@ def study_plot(self: Study, path: str | Path | None = None) -> Figure:
 def characterization_plot(
     self: Characterization, path: str | Path | None = None, theme: str = "light"
 ) -> Figure:
-    """Measured and modelled Allan deviation of every axis in one figure, a panel a kind of sensor."""
+    """Measured and modelled Allan deviation of every axis in one figure, a panel a kind of sensor.
+
+    Written to `path` (SVG, PNG, PDF) if given, in the `theme` ``light`` or ``dark``.
+    """
     from allanite.comparison.curves import of_studies
     from allanite.plots import plot_compare
 

@@ -148,6 +148,11 @@ def compare(
     unit : str, optional
         Unit of models that have none; the first log's if left out.
 
+    Returns
+    -------
+    Curves
+        Of each item in its own unit, in the order given; models at the τ of the first log.
+
     Raises
     ------
     InputError

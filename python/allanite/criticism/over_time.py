@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["TimeMap", "overdispersion", "time_map"]
 
+#: Segments of the record: a change that lasts 3 % of it fills one, and the slow octaves still have a few values in each.
 SEGMENTS = 32
 #: A cell with fewer values than this is not judged.
 FEWEST = 4

@@ -50,6 +50,10 @@ class Accumulator:
     InputError
         A rate, grid or quantity that cannot be used.
 
+    References
+    ----------
+    Riley, W. & Howe, D. (2008). Handbook of frequency stability analysis. NIST SP 1065, eq. 11.
+
     Examples
     --------
     The two halves of a record, each in a process of its own:

@@ -30,7 +30,8 @@ MODIFIED_TOTAL = {
 }
 #: edf = (T/τ)/(b0 + b1 τ/T); NIST SP 1065 table 11.
 HADAMARD_TOTAL = {0: (0.559, 1.004), -1: (0.868, 1.140), -2: (0.938, 1.696)}
-#: Variance of the estimator over the true one: total 1 − a τ/T, the others a factor.
+#: Variance of the estimator over the true one: total 1 − a τ/T, the others a factor. NIST SP 1065: the bias functions of
+#: TOTVAR and MTOT; of the Hadamard total variance −0.5, −14.9 and −22.9 % (Howe et al. 2000).
 TOTAL_BIAS = {-1: 1.0 / (3.0 * np.log(2.0)), -2: 0.75}
 MODIFIED_TOTAL_BIAS = {2: 0.94, 1: 0.83, 0: 0.73, -1: 0.70, -2: 0.69}
 HADAMARD_TOTAL_BIAS = {0: 0.995, -1: 0.851, -2: 0.771}

@@ -1,8 +1,9 @@
 """The catalogue of physical effects, one a file, and their sums."""
 
-from allanite.effects._base import Effect, Modifier, Parameter, Stochastic, StraightLine
+from allanite.effects._base import Effect, Parameter, Stochastic, StraightLine
 from allanite.effects._known import Deterministic, Periodic
 from allanite.effects._level import Level
+from allanite.effects._modifier import Modifier
 from allanite.effects.files import model_from_dict, model_to_dict, parse_model
 from allanite.effects.model import Model
 from allanite.effects.registry import CATALOGUE, find, register, standard, white_noise

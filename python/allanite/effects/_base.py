@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common.errors import InputError
 from allanite.common.validation import LARGEST
 from allanite.effects._declared import SCREENS, Parameter, StraightLine
-from allanite.effects.terms import Term, White
+from allanite.effects._documented import document
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
+    from allanite.effects.terms import Term
     from allanite.recording import Recording
 
-__all__ = ["SCREENS", "Effect", "Modifier", "Parameter", "Stochastic", "StraightLine"]
+__all__ = ["SCREENS", "Effect", "Parameter", "Stochastic", "StraightLine"]
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,10 @@ class Effect:
     (-0.5, 24)
     >>> al.GaussMarkov.may_be(al.BurstNoise), len(al.GaussMarkov.candidates(al.parse_model("N"), {}))
     (True, 1)
-    >>> len(lag.variants()), lag.extended(), lag.errors(10.0), lag.shape_error("q_c", 1e-4, 1000.0)
-    (1, (), {}, None)
+    >>> len(lag.variants()), lag.extended(), lag.otherwise(), lag.shape_error("q_c", 1e-4, 1000.0)
+    (1, (), (), None)
+    >>> lag.errors(10.0)
+    {}
     >>> al.HighPass(cutoff=1.0).shows(al.parse_model("N(N=1)+HP(f=1,order=1)"), 100.0, 600.0)
     True
     """
@@ -81,6 +84,10 @@ class Effect:
 
     #: Names of parameters that a fit must not change.
     hold: tuple[str, ...] = field(default=(), kw_only=True)
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        document(cls)
 
     def __post_init__(self) -> None:
         for parameter in self.parameters:
@@ -127,12 +134,12 @@ class Effect:
 
     @classmethod
     def may_be(cls, other: Effect | type[Effect]) -> bool:
-        """Whether a short record may confuse the two: one kind, or declared rivals."""
+        """Whether a short record may confuse it with an `other` effect: one kind, or declared rivals."""
         return cls.kind == other.kind or cls.kind in other.rivals or other.kind in cls.rivals
 
     @classmethod
     def parameter(cls, name: str) -> Parameter:
-        """The declaration of a parameter."""
+        """The declaration of the parameter of this JSON `name`."""
         return next(p for p in cls.parameters if p.name == name)
 
     @classmethod
@@ -149,7 +156,7 @@ class Effect:
 
         By default one without values; none where the effect is `single` and the model has it.
 
-        `columns` are the other columns of the recording by name, shape (n,) each.
+        `model` is the one that was fitted; `columns` are the other columns of the recording by name, shape (n,) each.
         """
         return () if cls.single and any(e.kind == cls.kind for e in model) else (cls(),)
 
@@ -161,8 +168,12 @@ class Effect:
         """Richer forms to try from the fitted values where a discrepancy remains; by default none."""
         return ()
 
+    def otherwise(self) -> tuple[Effect, ...]:
+        """Other forms with as many numbers to try from the fitted values; by default none."""
+        return ()
+
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Values of a shape parameter to try on n samples at `rate` Hz.
+        """Values of the shape parameter `name` to try on n samples at `rate` Hz.
 
         By default times run from two samples to half the record and frequencies from 4/T to Nyquist, 8 a decade.
         """
@@ -173,18 +184,21 @@ class Effect:
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Standard errors of values that the spectrum does not determine; by default none."""
+        """Standard errors of values that the spectrum does not determine, at `rate` Hz; by default none."""
         return {}
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
-        """Standard error of a shape whose likelihood is not smooth; by default None: Fisher's information serves.
+        """Standard error of the shape `name` whose likelihood is not smooth; by default None: Fisher's information serves.
 
         `variance` is that of the first amplitude, `duration` that of the record in s.
         """
         return None
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
-        """Whether a fitted model that ends with it has the mark by which it is told from others; by default True."""
+        """True if the fitted effect, the last of `model`, shows the feature that distinguishes it from its rivals.
+
+        The record is of `duration` s at `rate` Hz.
+        """
         return True
 
     @property
@@ -211,11 +225,11 @@ class Effect:
         return None
 
     def with_values(self, **values: Any) -> Self:
-        """A copy with other values."""
+        """A copy with other `values`, by their JSON names."""
         return replace(self, **values)
 
     def name_for(self, kind: str = "") -> str:
-        """Display name for a kind of sensor: an accelerometer's N is its velocity random walk."""
+        """Display name for a `kind` of sensor: an accelerometer's N is its velocity random walk."""
         return self.titles.get(kind, self.title)
 
     def __add__(self, other: Effect | Model) -> Model:
@@ -238,23 +252,23 @@ class Effect:
         return Model((self,))
 
     def fit(self, recording: Recording, **options: Any) -> Any:
-        """Fit this effect alone; see `Model.fit`."""
+        """Fit this effect alone to a recording; `options` as of `Model.fit`."""
         return self._model().fit(recording, **options)
 
     def simulate(self, **options: Any) -> Recording:
-        """Samples of this effect alone; see `Model.simulate`."""
+        """Samples of this effect alone; `options` as of `Model.simulate`."""
         return self._model().simulate(**options)
 
     def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
-        """The same samples in consecutive pieces; see `Model.simulate_chunks`."""
+        """The same samples in consecutive pieces; `options` as of `Model.simulate_chunks`."""
         return self._model().simulate_chunks(**options)
 
     def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
-        """Two-sided density in U²/Hz; see `Model.psd`."""
+        """Two-sided density in U²/Hz at the frequencies `f`, Hz, of samples at `rate` Hz; see `Model.psd`."""
         return self._model().psd(f, rate)
 
     def allan_variance(self, tau: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
-        """Allan variance in U²; see `Model.allan_variance`."""
+        """Allan variance in U² at the averaging times `tau`, s, of samples at `rate` Hz; see `Model.allan_variance`."""
         return self._model().allan_variance(tau, rate)
 
 
@@ -283,11 +297,11 @@ class Stochastic(Effect):
     wanders: ClassVar[bool] = False
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
-        """Primitive terms (see `effects.terms`) at this shape, with the coefficient equal to 1."""
+        """Primitive terms (see `effects.terms`) at this shape and `rate` (Hz), with the coefficient equal to 1."""
         raise NotImplementedError
 
     def terms(self, rate: float) -> tuple[Term, ...]:
-        """Primitive terms at this shape and coefficient."""
+        """Primitive terms at this shape, coefficient and `rate` (Hz)."""
         value = getattr(self, self.coefficient)
         if value is None:
             raise InputError(
@@ -297,104 +311,19 @@ class Stochastic(Effect):
 
     @classmethod
     def like(cls, other: Effect) -> Self | None:
-        """The effect of the same spectrum as another one with values; by default None: there is none."""
+        """The effect of the same spectrum as an `other` one with values; by default None: there is none."""
         return None
 
     @classmethod
     def pieces(cls, n: int, rate: float) -> tuple[Self, ...]:
-        """Simple forms of which a fit puts an effect without values together; by default none."""
+        """Simple forms of which a fit to n samples at `rate` Hz puts an effect without values together; by default none."""
         return ()
 
     @classmethod
     def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
-        """One effect of such pieces, each with this squared coefficient."""
+        """One effect of such `pieces`; `variances` are their squared coefficients."""
         raise NotImplementedError
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:
-        """The core's generator of samples that are not normal; by default None: the terms suffice."""
+        """The core's generator of samples at `rate` Hz that are not normal; by default None: the terms suffice."""
         return None
-
-
-@dataclass(frozen=True)
-class Modifier(Effect):
-    """Changes the white part of the model instead of adding a process.
-
-    Examples
-    --------
-    >>> louder = al.NoiseLevelChange(start=50.0, end=100.0, factor=2.0)
-    >>> louder.gain(np.array([10.0, 60.0])), float(louder.mean_power(0.0, 100.0))
-    (array([1., 2.]), 2.5)
-    >>> louder.missing(2, 10.0), louder.generators(1.0, 10.0)
-    (array([False, False]), None)
-    >>> al.NoiseLevelChange.during(50.0, 100.0, 2.0) == louder, al.NoiseLevelChange.at([1.0])
-    (True, None)
-    >>> al.Outliers.at([1.0, 7.0]).moments
-    (1.0, 7.0)
-    >>> louder.modify(1.0, 10.0, (0.0, 100.0))  # white noise of variance 1 over the whole record
-    (White(variance=2.5),)
-    """
-
-    #: Whether it acts at times of its own, and on the spectrum by its mean over the record.
-    passing: ClassVar[bool] = False
-    #: Whether it takes samples out of the record (`missing`).
-    removes: ClassVar[bool] = False
-
-    @classmethod
-    def candidates(
-        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
-    ) -> tuple[Self, ...]:
-        """None where the model has no white part to change."""
-        return super().candidates(model, columns) if model.white is not None else ()
-
-    @classmethod
-    def at(cls, times: Sequence[float]) -> Self | None:
-        """The effect at samples that stand out, where a check of single samples looks for it; by default None."""
-        return None
-
-    @classmethod
-    def during(cls, start: float, end: float, factor: float) -> Self | None:
-        """The effect where the white level is `factor` times the rest, where a check looks for that; by default None."""
-        return None
-
-    @property
-    def moments(self) -> tuple[float, ...]:
-        """Times of the single samples that it names, s; by default none."""
-        return ()
-
-    def modify(
-        self, white: float, rate: float, span: tuple[float, float] | None = None
-    ) -> tuple[Term, ...]:
-        """Terms that stand for white noise of this variance per sample once the effect acts on it; by default itself.
-
-        `span` is the first and last time of the record in s, where that matters.
-        """
-        return (White(white),)
-
-    def generators(self, white: float, rate: float) -> list[tuple[str, list[float]]] | None:
-        """The core's generators of white noise of this variance once the effect acts on it.
-
-        By default None: the terms suffice.
-        """
-        return None
-
-    def gain(
-        self, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]] | None = None
-    ) -> NDArray[np.float64]:
-        """By what the white samples at these times (s) are multiplied, where it is `passing`.
-
-        `columns` are the other columns of the recording at these times.
-        """
-        return np.ones(time.shape)
-
-    def mean_power(
-        self,
-        start: ArrayLike,
-        end: ArrayLike,
-        columns: Mapping[str, NDArray[np.float64]] | None = None,
-    ) -> NDArray[np.float64]:
-        """Mean of the squared `gain` between these times, s, where other columns have these means."""
-        return np.ones(np.shape(start))
-
-    def missing(self, n: int, rate: float) -> NDArray[np.bool_]:
-        """Mask of the n samples that it takes out."""
-        return np.zeros(n, dtype=bool)

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.effects._base import Modifier
+from allanite.common.memory import released
+from allanite.effects._modifier import Modifier
 from allanite.effects.terms import (
     Blue,
     Exponential,
@@ -115,8 +116,13 @@ class Filter(Modifier):
     #: Whether nothing of frequency zero passes, and so no drift.
     blocks: ClassVar[bool] = False
 
+    @property
+    def whole(self) -> Filter:
+        """Itself."""
+        return self
+
     def response(self, rate: float) -> Response:
-        """The filter at this rate."""
+        """The filter at this `rate`, Hz."""
         raise NotImplementedError
 
     def modify(
@@ -126,11 +132,12 @@ class Filter(Modifier):
         return self.passed((White(white),), rate)
 
     def passed(self, terms: tuple[Term, ...], rate: float) -> tuple[Term, ...]:
-        """What is left of the terms of an effect."""
+        """What is left of the `terms` of an effect at `rate` Hz."""
         response = _response(self, rate)
         return _merged([part for term in terms for part in _passed(term, response)])
 
 
+@released
 @lru_cache(maxsize=64)
 def _response(passing: Filter, rate: float) -> Response:
     """The response of a filter, which all effects of a model pass one after the other."""
@@ -159,6 +166,7 @@ def _merged(terms: list[Term]) -> tuple[Term, ...]:
     return (*rest, White(white)) if white else tuple(rest)
 
 
+@released
 @lru_cache(maxsize=8192)
 def _passed(term: Term, response: Response) -> tuple[Term, ...]:
     if isinstance(term, Blue):

@@ -48,11 +48,14 @@ class Deterministic(Effect):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Shape (n, k): the functions whose amplitudes are fitted, at this shape; `time` in s from 0."""
+        """Shape (n, k): the functions whose amplitudes are fitted, at this shape.
+
+        `time` is in s from 0; `covariates` are the other columns by name, shape (n,) each.
+        """
         raise NotImplementedError
 
     def seen_between(self, start: float, end: float) -> tuple[float, float] | None:
-        """Lowest and highest frequency that it has between two times, Hz, where it is not `low` and not `Periodic`."""
+        """Lowest and highest frequency (Hz) from `start` to `end` (s), where it is not `low` and not `Periodic`."""
         return None
 
     @property
@@ -67,7 +70,7 @@ class Deterministic(Effect):
         return any(p.role == "coefficient" and p.name in self.held for p in self.parameters)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """A copy whose values have these k fitted amplitudes."""
+        """A copy whose values have these k fitted `amplitudes`."""
         raise NotImplementedError
 
     def amplitudes(self) -> NDArray[np.float64]:
@@ -77,13 +80,15 @@ class Deterministic(Effect):
     def signal(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """Shape (n,): what this effect adds to the samples, U."""
+        """Shape (n,): what this effect adds to the samples at each `time`, U; `covariates` as of `regressors`."""
         return np.asarray(self.regressors(time, covariates) @ self.amplitudes())
 
     def sampler(
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
         """A function (first, last) → what this effect adds to samples first … last − 1 of a record of n, U.
+
+        `rate` is in Hz; `covariates` are the other columns by name, shape (n,) each.
 
         By default the whole record is computed once. Where a sample depends on its own time alone, `_pointwise`
         computes only those asked for.
@@ -101,15 +106,15 @@ class Deterministic(Effect):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64] | None:
-        """Cosine transform of the one regressor of each point at ordinates j, shape (points, ordinates).
+        """Cosine transform of the one regressor of each effect of `points` at ordinates j, shape (points, ordinates).
 
         By default None: there is no closed form, and the regressor is transformed. `start` is the time of the
-        first of n samples, s.
+        first of n samples at `rate` Hz, s.
         """
         return None
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """Allan variance at averaging factors m, U²; by default 0: it depends on the record."""
+        """Allan variance at averaging factors m of samples at `rate` Hz, U²; by default 0: it depends on the record."""
         return np.zeros(np.shape(m))
 
 
@@ -133,7 +138,7 @@ class Periodic(Deterministic):
 
     @classmethod
     def at(cls, frequency: float, multiples: Sequence[int]) -> Self | None:
-        """The effect at a line found in a spectrum whose harmonics at these `multiples` (1 among them) stand out.
+        """The effect at a line of this `frequency` (Hz) whose harmonics at these `multiples` (1 among them) stand out.
 
         None, for an effect that has places of its own, where it is none of its lines.
         """

@@ -7,6 +7,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.memory import released
+
 __all__ = [
     "allan_of_lags",
     "exponential_allan",
@@ -66,6 +68,7 @@ def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
     return out
 
 
+@released
 @lru_cache(maxsize=256)
 def power_law_lags(exponent: float, count: int) -> Array:
     """Variogram r(0) − r(h) of the spectrum (2 sin(w/2))^a, h = 0…count−1.
@@ -115,6 +118,7 @@ def power_law_allan(exponent: float, m: Array) -> Array:
     return out
 
 
+@released
 @lru_cache(maxsize=256)
 def power_law_ends(exponent: float, n: int) -> Array:
     """E c_j²/s(w_j) of a power law at j = 1…64 of n ordinates: what the ends of the record do to it."""

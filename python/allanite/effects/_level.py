@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Modifier
+from allanite.effects._modifier import Modifier
 from allanite.effects.terms import Term, White
 
 __all__ = ["Level"]
@@ -43,16 +43,16 @@ class Level(Modifier):
 
     @classmethod
     def switched(cls, times: tuple[float, ...], factors: tuple[float, ...]) -> Self | None:
-        """The effect where the level changes at these times, to these factors of that at the start; by default None."""
+        """The effect where the level changes at `times` (s), to these `factors` of that at the start; by default None."""
         return None
 
     @classmethod
     def gated(cls, period: float, start: float, share: float, factor: float) -> Self | None:
-        """The effect where a share of every period from `start` on has another level; by default None."""
+        """The effect where a `share` of each `period` from `start` on (s) has `factor` times the level; by default None."""
         return None
 
     def following(self, values: NDArray[np.float64], coefficient: float) -> Self | None:
-        """The effect where ln of the level is a line of this column; by default None: it follows none."""
+        """The effect where ln of the level is a line of slope `coefficient` over a column's `values`; by default None."""
         return None
 
     @property
@@ -61,5 +61,5 @@ class Level(Modifier):
         return (), ()
 
     def switching_at(self, times: tuple[float, ...]) -> Self:
-        """The same with other times of its changes."""
+        """The same with other `times` of its changes, s."""
         return self

@@ -13,6 +13,10 @@ from allanite.effects.terms import Term, White
 class AngleRandomWalk(Stochastic):
     """S(f) = N² (two-sided); σ²(τ) = N²/τ. Slope −½. A data sheet's one-sided density is √2·N.
 
+    References
+    ----------
+    IEEE 952-1997, C.1.1.
+
     Examples
     --------
     >>> noise = al.AngleRandomWalk(N=0.1)

@@ -1,4 +1,4 @@
-"""Bandwidth: the white part has passed a low-pass."""
+"""Bandwidth: the white part, or all that is random, has passed a low-pass."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.effects import lowpass
-from allanite.effects._base import Modifier, Parameter
+from allanite.effects._base import Parameter
+from allanite.effects._low_pass import LowPass
+from allanite.effects._modifier import Modifier
 from allanite.effects.terms import White
 
 if TYPE_CHECKING:
@@ -32,6 +34,9 @@ class Bandwidth(Modifier):
 
     What is rounded or picked up after the filter is white again: `floor` is its density over N, none where it is not given.
 
+    `acts_on` is ``white`` or, of the designs with poles (the first four), ``all``: a filter behind the sensor takes from
+    its flicker noise what it takes from its white noise. A record in which only the white noise is seen there cannot tell.
+
     Examples
     --------
     >>> model = al.AngleRandomWalk(N=0.1) + al.Bandwidth(cutoff=10.0)
@@ -43,10 +48,11 @@ class Bandwidth(Modifier):
     order: float | None = None
     design: str | None = None
     floor: float | None = None
+    acts_on: str | None = None
 
     kind: ClassVar[str] = "bandwidth"
     short: ClassVar[str] = "BW"
-    title: ClassVar[str] = "bandwidth"
+    title: ClassVar[str] = "low-pass filter"
     family: ClassVar[str] = "filter"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
@@ -70,6 +76,7 @@ class Bandwidth(Modifier):
             high=0.95,
             optional=True,
         ),
+        Parameter("acts_on", "text", "white, all: what passes it", "choice", optional=True),
     )
     single: ClassVar[bool] = True
     physics: ClassVar[str] = (
@@ -89,6 +96,15 @@ class Bandwidth(Modifier):
             raise InputError(
                 f"bandwidth: design {self.design!r} (known: {', '.join(lowpass.DESIGNS)})"
             )
+        if self.acts_on not in (None, "white", "all"):
+            raise InputError(f"bandwidth: acts_on {self.acts_on!r} (known: white, all)")
+        if self.acts_on == "all" and self.design not in (None, *lowpass.RECURSIVE):
+            raise InputError(
+                f"bandwidth: a filter of design {self.design} acts on the white noise alone"
+                f" (on all: {', '.join(lowpass.RECURSIVE)})"
+            )
+        if self.acts_on == "all" and self.floor is not None:
+            raise InputError("bandwidth: a floor is that of a filter of the white noise alone")
         orders = lowpass.DESIGNS.get(self.design or "", self._orders)
         if self.order is not None and self.order not in orders:
             raise InputError(
@@ -107,9 +123,20 @@ class Bandwidth(Modifier):
 
     def extended(self) -> tuple[Bandwidth, ...]:
         """With white noise after the filter."""
-        if self.floor is not None or "floor" in self.held:
+        if self.floor is not None or "floor" in self.held or self.acts_on == "all":
             return ()
         return (self.with_values(floor=FLOOR),)
+
+    def otherwise(self) -> tuple[Bandwidth, ...]:
+        """As a filter of all that is random: of the same design, or of the two simplest where that has no poles."""
+        if self.acts_on is not None or self.floor is not None or "design" in self.held:
+            return ()
+        if self.design in lowpass.RECURSIVE:
+            return (self.with_values(acts_on="all"),)
+        return tuple(
+            self.with_values(design=design, order=float(order), acts_on="all")
+            for design, order in (("sampled", 1), ("digital", 2))
+        )
 
     def variants(self) -> tuple[Bandwidth, ...]:
         """The designs to try: all that agree with what is given."""
@@ -123,6 +150,7 @@ class Bandwidth(Modifier):
             self.with_values(design=design, order=float(order))
             for design, order in tried
             if self.design in (None, design) and self.order in (None, order)
+            if self.acts_on != "all" or design in lowpass.RECURSIVE
         )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
@@ -134,6 +162,11 @@ class Bandwidth(Modifier):
             # A shorter one has no lower cutoff.
             low = max(low, 0.7 / (self.order or 64.0))
         return rate * np.geomspace(low, lowpass.HIGHEST[design], 24)
+
+    @property
+    def whole(self) -> LowPass | None:
+        """The filter, where it acts on all that is random."""
+        return LowPass(*self._at(1.0)) if self.acts_on == "all" else None
 
     def modify(
         self,

@@ -15,6 +15,10 @@ from allanite.effects.terms import Flicker, Term
 class BiasInstability(Stochastic):
     """S(f) = B²τ0/(2 sin(πfτ0)) → B²/(2πf); plateau σ = √(2 ln2/π) B = 0.6643 B, 20 % above it at m = 1.
 
+    References
+    ----------
+    IEEE 952-1997, C.1.3. Discrete form: Kasdin, N. J. (1995). Proc. IEEE 83, 802.
+
     Examples
     --------
     >>> floor = al.BiasInstability(B=1.0).allan_variance([100.0], rate=10)

@@ -61,7 +61,7 @@ class BiasStep(Event):
         return None if self.time is None else (self.time, self.time)
 
     def extended(self) -> tuple[Event, ...]:
-        """What comes back to where it was: at one other time, before or after, or little by little."""
+        """Forms in which the bias returns: at a second time (excursion) or by decay (transient)."""
         from allanite.effects.excursion import Excursion
         from allanite.effects.transient import Transient
 
@@ -73,10 +73,10 @@ class BiasStep(Event):
         """A thousand times over the record."""
         return np.linspace(0.0, n / rate, 1026)[1:-1]
 
-    def shape_error(self, name: str, height_variance: float, duration: float) -> float:
+    def shape_error(self, name: str, variance: float, duration: float) -> float:
         """Standard error of the time, s, in noise of the density S of which the height has the variance S·T/(t(T−t))."""
         t = min(max(self.time or 0.0, 0.01 * duration), 0.99 * duration)
-        density = height_variance * t * (duration - t) / duration
+        density = variance * t * (duration - t) / duration
         return self._edge_error(density)
 
     def regressors(

@@ -16,6 +16,10 @@ from allanite.effects.terms import Exponential, Term
 class BurstNoise(Stochastic):
     """Two levels ±A, mean dwell time D in each; r(t) = A² e^{−2t/D}: the spectrum of a Gauss-Markov of T = D/2.
 
+    References
+    ----------
+    Machlup, S. (1954). Noise in semiconductors: spectrum of a two-parameter random signal. J. Appl. Phys. 25, 341.
+
     Examples
     --------
     >>> x = al.BurstNoise(amplitude=0.5, dwell_time=2.0).simulate(duration=100, rate=10, seed=1).samples

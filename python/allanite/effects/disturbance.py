@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects._base import Modifier, Parameter
+from allanite.effects._base import Parameter
+from allanite.effects._modifier import Modifier
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -61,12 +62,12 @@ class Disturbance(Modifier):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Whatever the model is made of, and beside others of its kind."""
+        """Offered beside any model, also one without white noise or with other disturbances."""
         return (cls(),)
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self:
-        """The stretch; by how much it is louder is no matter."""
+        """A disturbance over this interval; `factor` is not used."""
         return cls(start=start, end=end)
 
     @property

@@ -79,7 +79,7 @@ class DriftingLine(Deterministic):
 
     @property
     def occupies(self) -> tuple[float, float] | None:
-        """The frequency at the first sample: how far it goes from there the length of the record says."""
+        """Frequency at the first sample, twice; the drift is not included."""
         return None if self.frequency is None else (self.frequency, self.frequency)
 
     def _angle(self, time: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -75,12 +75,12 @@ class Excursion(Event):
             times = times[times > self.start]
         return times if times.size > 1 else np.array([0.0, whole])
 
-    def shape_error(self, name: str, height_variance: float, duration: float) -> float:
+    def shape_error(self, name: str, variance: float, duration: float) -> float:
         """Standard error of either edge, s: that of a bias step's time."""
         assert self.start is not None
         assert self.end is not None
         length = min(max(self.end - self.start, 1e-3 * duration), 0.999 * duration)
-        density = height_variance * length * (duration - length) / duration
+        density = variance * length * (duration - length) / duration
         return self._edge_error(density)
 
     def regressors(

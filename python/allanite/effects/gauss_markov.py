@@ -16,6 +16,10 @@ from allanite.effects.terms import Exponential, Term
 class GaussMarkov(Stochastic):
     """r(h) = σ² φ^h, φ = e^{−τ0/T}, σ² = q_c² T/2. Allan peak 0.4365 q_c √T at τ = 1.8926 T.
 
+    References
+    ----------
+    IEEE 952-1997, C.1.6.
+
     Examples
     --------
     The Allan deviation has its maximum, 0.437 q_c √T, at τ = 1.89 T:

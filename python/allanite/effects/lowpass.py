@@ -10,9 +10,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.memory import released
+from allanite.effects._filter import Response
 from allanite.effects.terms import Exponential, Lags, Term, White
 
-__all__ = ["DESIGNS", "HIGHEST", "SCANNED", "generators", "terms"]
+__all__ = ["DESIGNS", "HIGHEST", "RECURSIVE", "SCANNED", "generators", "response", "terms"]
 
 Array = NDArray[np.float64]
 Poles = NDArray[np.complex128]
@@ -27,6 +29,8 @@ DESIGNS: dict[str, tuple[int, ...]] = {
     "moving_average": (1, 2, 3),
     "fir": (8, 12, 16, 24, 32, 48, 64),
 }
+#: Designs with poles, which can act on all that is random.
+RECURSIVE = ("sampled", "digital", "cascaded", "smoothed")
 #: (design, order) in the order in which they are tried; the simpler first.
 SCANNED = (
     ("sampled", 1),
@@ -66,6 +70,7 @@ MEANS = {1: 0.442947, 2: 0.318936, 3: 0.261672}
 PHASES = 4
 
 
+@released
 @lru_cache(maxsize=8192)
 def terms(design: str, order: int, cutoff: float) -> tuple[Term, ...]:
     """Autocovariance of white noise of variance 1 behind the filter."""
@@ -101,14 +106,23 @@ def generators(design: str, order: int, cutoff: float, white: float) -> Generato
         taps = _taps(design, order, _bounded(cutoff))
         gain = np.sqrt(white / sum(float(t.sum()) ** 2 for t in taps))
         return [("finite", [float(gain * c) for c in t]) for t in taps]
+    return [("filtered", [float(np.sqrt(white)), *_sections(*_roots(design, order, cutoff))])]
+
+
+def response(design: str, order: int, cutoff: float) -> Response:
+    """A filter of a recursive design, of gain 1 at frequency zero."""
+    poles, zeros = _roots(design, order, cutoff)
+    gain = np.prod(1.0 - poles) / np.prod(1.0 - zeros)
+    return Response(float(gain.real), tuple(map(complex, zeros)), tuple(map(complex, poles)))
+
+
+def _roots(design: str, order: int, cutoff: float) -> tuple[Poles, Poles]:
+    """Poles and zeros of a recursive design."""
     if design == "sampled":
-        continuous = 2.0 * np.pi * cutoff * _butterworth(order)
-        poles = np.exp(continuous)
-        zeros = _sampled_zeros(order, cutoff, poles)
-    else:
-        poles = _digital_poles(design, order, cutoff)
-        zeros = np.full(order, 0.0 if design == "smoothed" else -1.0, dtype=complex)
-    return [("filtered", [float(np.sqrt(white)), *_sections(poles, zeros)])]
+        poles = np.exp(2.0 * np.pi * cutoff * _butterworth(order))
+        return poles, _sampled_zeros(order, cutoff, poles)
+    zeros = np.full(order, 0.0 if design == "smoothed" else -1.0, dtype=complex)
+    return _digital_poles(design, order, cutoff), zeros
 
 
 def _bounded(cutoff: float) -> float:
@@ -212,6 +226,7 @@ def _sections(poles: Poles, zeros: Poles) -> list[float]:
     return out
 
 
+@released
 @lru_cache(maxsize=4096)
 def _taps(design: str, order: int, cutoff: float) -> tuple[Array, ...]:
     """Impulse response at `PHASES` times the rate, one array for each phase of it."""

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.common import verbs
 from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate
-from allanite.effects._base import Effect, Modifier, Stochastic
+from allanite.effects._base import Effect, Stochastic
 from allanite.effects._filter import Filter
 from allanite.effects._known import Deterministic
+from allanite.effects._modifier import Modifier
 from allanite.effects.terms import Term, White
 
 __all__ = ["Model"]
@@ -108,10 +109,10 @@ class Model:
     @property
     def filters(self) -> tuple[Filter, ...]:
         """What all random processes have passed."""
-        return tuple(e for e in self.effects if isinstance(e, Filter))
+        return tuple(f for e in self.modifiers if isinstance(f := e.whole, Filter))
 
     def missing(self, n: int, rate: float) -> NDArray[np.bool_] | None:
-        """Mask of the samples that its effects take out of a record of n; None where none of them takes any."""
+        """Mask of the samples that its effects take out of n at `rate` Hz; None where none of them takes any."""
         masks = [e.missing(n, rate) for e in self.modifiers if e.removes]
         return np.logical_or.reduce(masks) if masks else None
 
@@ -123,12 +124,12 @@ class Model:
     def unit_terms(
         self, effect: Stochastic, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:
-        """Terms of one effect at coefficient 1, behind the model's modifiers."""
+        """Terms of one effect at coefficient 1 and `rate` Hz, behind all modifiers; `span` as of `Modifier.modify`."""
         out = effect.unit_terms(rate)
         if effect.white:
             # A level scales what a bandwidth leaves as it scales what comes in, of which one term is white.
             for modifier in sorted(self.modifiers, key=lambda m: not m.passing):
-                if isinstance(modifier, Filter):
+                if modifier.whole is not None:
                     continue
                 out = tuple(
                     changed
@@ -170,7 +171,7 @@ class Model:
         Returns
         -------
         ndarray
-            U²/Hz, shape of `f` (METHODS: white level N²).
+            U²/Hz, shape of `f`; the level of white noise is N² (`docs/methods.md`).
         """
         frequency = np.atleast_1d(np.asarray(f, dtype=float))
         fs = self._rate(rate, 1.0 / (2e3 * frequency.max(initial=1e-30)))

@@ -53,16 +53,16 @@ class NoiseLevelChange(Level):
 
     @classmethod
     def during(cls, start: float, end: float, factor: float) -> Self:
-        """The interval and its factor."""
+        """The effect over this interval with this factor."""
         return cls(start=start, end=end, factor=factor)
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Into the interval and out of it."""
+        """Times (s) and factors of its two changes, into the interval and out of it."""
         return ((), ()) if self.when is None else (self.when, (self.factor or 1.0, 1.0))
 
     def switching_at(self, times: tuple[float, ...]) -> Self:
-        """Another interval."""
+        """A copy with its changes at these times, s."""
         return self.with_values(start=times[0], end=times[1])
 
     @property

@@ -78,16 +78,16 @@ class NoiseLevels(Level):
 
     @classmethod
     def switched(cls, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
-        """These times and factors."""
+        """The effect with these times, s, and factors."""
         return cls(times=times, factors=factors)
 
     @property
     def switches(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Times and factors."""
+        """Times (s) and factors of its changes."""
         return self.times or (), self.factors or ()
 
     def switching_at(self, times: tuple[float, ...]) -> Self:
-        """Other times."""
+        """A copy with its changes at these times, s."""
         return self.with_values(times=times)
 
     @property

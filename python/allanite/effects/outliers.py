@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.effects._base import Modifier, Parameter
+from allanite.effects._base import Parameter
+from allanite.effects._modifier import Modifier
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -64,12 +65,12 @@ class Outliers(Modifier):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Whatever the model is made of: a wrong sample needs no white part beside it."""
+        """Offered beside any model without outliers, also one without white noise."""
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     @classmethod
     def at(cls, times: Sequence[float]) -> Self:
-        """All of them."""
+        """An `Outliers` effect at these times, s."""
         return cls(count=float(len(times)), times=tuple(map(float, times)))
 
     @property

@@ -57,7 +57,7 @@ class PeriodicNoiseLevel(Level):
 
     @classmethod
     def gated(cls, period: float, start: float, share: float, factor: float) -> Self:
-        """These values."""
+        """The effect with this period, start, share and factor."""
         return cls(period=period, start=start, share=share, factor=factor)
 
     def gain(

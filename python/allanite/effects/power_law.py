@@ -17,6 +17,10 @@ from allanite.effects.terms import Term
 class PowerLaw(Stochastic):
     """S(f) = L² (2πf)^a, by fractional differences; a = 2, 0, −1, −2 are Q, N, B, K with L that coefficient.
 
+    References
+    ----------
+    Hosking, J. R. M. (1981). Fractional differencing. Biometrika 68, 165. Kasdin, N. J. (1995). Proc. IEEE 83, 802.
+
     Examples
     --------
     >>> flicker = al.PowerLaw(exponent=-1.0, level=0.01)

@@ -15,6 +15,10 @@ from allanite.effects.terms import Blue, Term
 class Quantization(Stochastic):
     """S(f) = (4Q²/τ0) sin²(πfτ0); σ²(τ) = 3Q²/τ², exact at every m. Slope −1.
 
+    References
+    ----------
+    IEEE 952-1997, C.1.2; IEEE 647-2006.
+
     Examples
     --------
     >>> print(np.sqrt(al.Quantization(Q=1e-4).allan_variance(2.0, rate=100)).round(7))  # √3 Q/τ

@@ -17,6 +17,10 @@ from allanite.effects._known import Deterministic
 class RateRamp(Deterministic):
     """x(t) = R t; σ²(τ) = R²τ²/2. Slope +1.
 
+    References
+    ----------
+    IEEE 952-1997, C.1.5.
+
     Examples
     --------
     >>> print(np.sqrt(al.RateRamp(R=1e-3).allan_variance(10.0, rate=100)).round(5))  # R τ/√2

@@ -13,6 +13,10 @@ from allanite.effects.terms import RandomWalk, Term
 class RateRandomWalk(Stochastic):
     """S(f) = K²τ0²/(4 sin²(πfτ0)) → (K/2πf)²; σ²(m) = K²τ(2m²+1)/(6m²) → K²τ/3. Slope +½.
 
+    References
+    ----------
+    IEEE 952-1997, C.1.4.
+
     Examples
     --------
     >>> print(np.sqrt(al.RateRandomWalk(K=1e-3).allan_variance(300.0, rate=100)).round(4))  # K √(τ/3)

@@ -48,7 +48,15 @@ E = TypeVar("E", bound=type[Effect])
 
 
 class Catalogue:
-    """Every effect, in the order in which models are written: ours, then those of installed packages and of `register`."""
+    """Every effect, in the order in which models are written: ours, then those of installed packages and of `register`.
+
+    Examples
+    --------
+    >>> al.CATALOGUE.find("GM") is al.GaussMarkov, al.CATALOGUE[0].title, len(al.CATALOGUE) >= 29
+    (True, 'quantization noise', True)
+    >>> [effect.short for effect in al.CATALOGUE if "1/f" in effect.physics]
+    ['B']
+    """
 
     def __init__(self, ours: tuple[type[Effect], ...]) -> None:
         self._effects = list(ours)

@@ -22,6 +22,10 @@ RESOLVED = 2.0
 class Resonance(Stochastic):
     """r(t) = rms² e^{−ζω0t}(cos ω_d t + ζω0/ω_d sin ω_d t), ω_d = ω0 √(1−ζ²).
 
+    References
+    ----------
+    Wang, M. C. & Uhlenbeck, G. E. (1945). On the theory of the Brownian motion II. Rev. Mod. Phys. 17, 323.
+
     Examples
     --------
     >>> mount = al.Resonance(frequency=20.0, damping=0.05, rms=0.1)

@@ -20,6 +20,10 @@ class Sinusoid(Periodic):
 
     `overtones` are (multiple, amplitude, phase) of each harmonic, one after the other: 2, A₂, φ₂, 3, A₃, φ₃ …
 
+    References
+    ----------
+    IEEE 952-1997, C.1.7.
+
     Examples
     --------
     >>> fan = al.Sinusoid(frequency=7.3, amplitude=0.02)

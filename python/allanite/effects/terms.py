@@ -353,5 +353,5 @@ class Lags(Term):
 
     @property
     def generator(self) -> None:
-        """Its filter is known to who made it."""
+        """None: the caller supplies the filter."""
         return

@@ -81,13 +81,13 @@ class Transient(Event):
             return np.linspace(0.0, n / rate, 1026)[1:-1]
         return np.geomspace(n / 500.0, n / 4.0, 15) / rate
 
-    def shape_error(self, name: str, height_variance: float, duration: float) -> float | None:
+    def shape_error(self, name: str, variance: float, duration: float) -> float | None:
         """Standard error of the time, s: that of a bias step's; the time constant is smooth."""
         if name != "time":
             return None
         assert self.time_constant is not None
         # Of e^{−t/T} half a time constant counts.
-        density = height_variance * min(0.5 * self.time_constant, duration)
+        density = variance * min(0.5 * self.time_constant, duration)
         return self._edge_error(density)
 
     def regressors(

@@ -73,7 +73,7 @@ class WarmUp(Deterministic):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """None beside another one: what is left of it is its shape, not a second one."""
+        """None if the model already has a warm-up."""
         return () if any(e.kind == cls.kind for e in model) else (cls(),)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""The smallest N with K, or N with a lag, that no τ and no frequency of use finds below the model's upper limits."""
+"""Smallest N and K (or N and a lag) above the model's upper limits at every τ and frequency of use."""
 
 from __future__ import annotations
 

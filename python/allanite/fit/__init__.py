@@ -51,6 +51,10 @@ def fit_model(
     TooShortError
         Fewer than 32 samples, or constant ones.
 
+    References
+    ----------
+    Whittle, P. (1953). Estimation and information in stationary time series. Arkiv för Matematik 2, 423.
+
     Examples
     --------
     >>> truth = al.parse_model("N(N=0.1)+K(K=0.01)")

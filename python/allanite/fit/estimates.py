@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common.parameters import Estimate
+from allanite.common.parameters import NORMAL, Estimate
 from allanite.common.units import coefficient_unit, column_unit
 from allanite.fit.likelihood.covariance import joint_covariance, shape_widening, told
 from allanite.fit.likelihood.heavy import widened_by_tails
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 __all__ = ["estimates", "free_parameters", "widened"]
 
-NORMAL = 1.959964
 #: A coefficient is detected where leaving it out costs this much logL: 1 % of ½χ²₁.
 DETECTED = 2.706
 #: The same for an effect that brings a shape or a phase of its own: 1 % of χ²₂.

@@ -1,4 +1,4 @@
-"""What fitted functions of time owe to having been fitted to the record that they are scored on.
+"""Corrects predictive losses for functions of time that were fitted to the scored record.
 
 A function of time is fitted to the other blocks of the record and predicts the one left out *given its neighbours* under
 the fitted noise (Burman, Chow & Nolan 1994); nothing is extrapolated. What the block loses against the amplitudes of the

@@ -228,7 +228,7 @@ class Fit:
     check = verbs.fit_check
 
     def add(self, addition: Any) -> Fit:
-        """Refit with an effect (or a suggestion's effect) added.
+        """Refit with an `addition`: an effect, or the effect of a suggestion.
 
         Values of the effect are starting values; coefficients are fitted anew with the rest, from the values that a
         suggestion of this fit found for them.
@@ -253,18 +253,18 @@ class Fit:
         return fit_model(self.recording, model, method=self.method)
 
     def simulate(self, **options: Any) -> Recording:
-        """Samples of the fitted model at the recording's rate and unit (`duration=` s, `seed=`)."""
+        """Samples of the fitted model at the recording's rate and unit; `options` as of `Model.simulate`."""
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
         return self.model.simulate(**options)
 
     def state_space(self, **options: Any) -> StateSpace:
-        """F, Q, H, R, P0 of the fitted model at the recording's rate, for its duration; see `Model.state_space`."""
+        """F, Q, H, R, P0 of the fitted model at the recording's rate and duration; `options` as of `Model.state_space`."""
         options.setdefault("duration", self.recording.duration)
         return self.model.state_space(self.recording.rate, **options)
 
     def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
-        """The same samples in consecutive pieces of `size`; see `Model.simulate_chunks`."""
+        """The same samples in consecutive pieces of ``size=``; `options` as of `Model.simulate_chunks`."""
         options.setdefault("rate", self.recording.rate)
         options.setdefault("unit", self.recording.unit)
         return self.model.simulate_chunks(**options)
@@ -352,7 +352,7 @@ class Fit:
         }
 
     def save(self, path: str | Path) -> None:
-        """Write the fit as JSON, which `allanite simulate`, `compare` and ``--model`` read back."""
+        """Write the fit as JSON to `path`, which `allanite simulate`, `compare` and ``--model`` read back."""
         with whole_file(path) as draft:
             draft.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
 

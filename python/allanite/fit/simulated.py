@@ -119,7 +119,7 @@ def simulate_check(
         raise InputError(f"{n} replicates: at least 1, and 200 for a p-value of two digits")
     removing = [e for e in fit.model.modifiers if e.removes]
     if removing:
-        raise InputError(f"{removing[0].kind} have no law to be simulated from: remove them first")
+        raise InputError(f"{removing[0].kind} cannot be simulated: remove it from the model first")
     recording, data = fit.recording, fit.data
     missing = np.isnan(np.asarray(recording.rate_samples(), dtype=np.float64))
     gaps = bool(missing.any())

@@ -332,5 +332,5 @@ class Bench:
 
 
 def look(fit: Fit) -> None:
-    """Make what the page shows of a fit at once: found here, it is at hand for every request."""
+    """Compute and cache what the page shows of a fit."""
     _ = fit.estimates, fit.misfit, fit.band, fit.discrepancy

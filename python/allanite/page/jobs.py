@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError
-from allanite.common.threads import Ended, while_wanted
+from allanite.common.threads import Ended, processors, while_wanted
 from allanite.page.words import WORDS
 
 if TYPE_CHECKING:
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["Job"]
 
 #: Searches at a time, over all tabs: what else the server is asked is then answered at once.
-TURNS = threading.BoundedSemaphore(max(1, (os.cpu_count() or 2) - 1))
+TURNS = threading.BoundedSemaphore(max(1, processors() - 1))
 
 
 class Job:

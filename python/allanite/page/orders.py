@@ -138,7 +138,7 @@ def _rate(tab: Tab, order: dict[str, Any]) -> None:
     if source is None or tab.place_of_source is None or rate is None:
         raise InputError("Give a rate, in Hz")
     if source.recording is not None:
-        raise InputError("The recording was given with its rate: give it another there")
+        raise InputError("The rate was set in Python: change it in `al.Recording(…, rate=…)`")
     tab.open(tab.place_of_source, replace(source.reading, rate=rate))
 
 

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from allanite.common.errors import AllaniteError, InputError
-from allanite.page.desk import GRACE, Desk
 from allanite.page.guard import Guard
 from allanite.page.orders import act
+from allanite.page.sessions import GRACE, Sessions
 from allanite.page.shown import documents
 from allanite.page.shown.parts import part
 from allanite.page.shown.views import finite, view
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.responses import Response
 
-__all__ = ["Desk", "Page", "make_app"]
+__all__ = ["Page", "Sessions", "make_app"]
 
 #: Largest body of an action (a study of many steps).
 MOST_ACTION = 4_000_000
@@ -48,12 +48,12 @@ def _plotly() -> bytes:
     return str(get_plotlyjs()).encode()
 
 
-def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
+def make_app(sessions: Sessions, token: str, hosts: frozenset[str]) -> Guard:
     """Build the guarded ASGI application.
 
     Parameters
     ----------
-    desk : Desk
+    sessions : Sessions
         Logs given at the start (the first is opened by every new tab), tabs, uploads.
     token : str
         First part of every path.
@@ -97,24 +97,24 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
         return Plain(await run_in_threadpool(_plotly), media_type="text/javascript; charset=utf-8")
 
     async def open_tab(_request: Request) -> Any:
-        return {"tab": await run_in_threadpool(desk.open)}
+        return {"tab": await run_in_threadpool(sessions.open)}
 
     async def close_tab(request: Request) -> Any:
-        await run_in_threadpool(desk.close, request.path_params["tab"])
+        await run_in_threadpool(sessions.close, request.path_params["tab"])
         return {}
 
     async def leave_tab(request: Request) -> Any:
-        desk.leave(request.path_params["tab"])
+        sessions.leave(request.path_params["tab"])
         loop = asyncio.get_running_loop()
-        loop.call_later(GRACE + 1.0, lambda: loop.run_in_executor(None, desk.sweep))
+        loop.call_later(GRACE + 1.0, lambda: loop.run_in_executor(None, sessions.sweep))
         return {}
 
     async def resume_tab(request: Request) -> Any:
-        await run_in_threadpool(desk.resume, request.path_params["tab"])
+        await run_in_threadpool(sessions.resume, request.path_params["tab"])
         return {}
 
     async def get_state(request: Request) -> Any:
-        tab = desk.tab(request)
+        tab = sessions.tab(request)
         if request.query_params.get("seen") == str(tab.version):
             return work(tab)
         return await run_in_threadpool(state, tab)
@@ -123,34 +123,34 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
         return {k: v[:80] for k, v in request.query_params.items()}
 
     async def get_view(request: Request) -> Any:
-        tab, name = desk.tab(request), request.path_params["name"]
+        tab, name = sessions.tab(request), request.path_params["name"]
         options = asked(request)
         return await run_in_threadpool(view, tab, name, options.pop("theme", "light"), options)
 
     async def get_part(request: Request) -> Any:
         name = request.path_params["name"]
-        return await run_in_threadpool(part, desk.tab(request), name, asked(request))
+        return await run_in_threadpool(part, sessions.tab(request), name, asked(request))
 
     async def post_act(request: Request) -> Any:
-        tab = desk.tab(request)
+        tab = sessions.tab(request)
         await run_in_threadpool(act, tab, _order(await _bounded(request, MOST_ACTION)))
         return await run_in_threadpool(state, tab)
 
     async def upload(request: Request) -> Any:
-        tab = desk.tab(request)
+        tab = sessions.tab(request)
         name = check_name(request.query_params.get("name", ""))
         said = request.headers.get("content-length", "0")
-        if said.isdigit() and int(said) > desk.most_bytes:
-            return reply({"error": _too_large(name, desk.most_bytes)}, 413)
-        path = desk.uploads.place(name)
+        if said.isdigit() and int(said) > sessions.most_bytes:
+            return reply({"error": _too_large(name, sessions.most_bytes)}, 413)
+        path = sessions.uploads.place(name)
         size = 0
         try:
             with path.open("wb") as file:
                 async for piece in request.stream():
                     size += len(piece)
-                    if size > desk.most_bytes:
+                    if size > sessions.most_bytes:
                         path.unlink()
-                        return reply({"error": _too_large(name, desk.most_bytes)}, 413)
+                        return reply({"error": _too_large(name, sessions.most_bytes)}, 413)
                     await run_in_threadpool(file.write, piece)
             source = Source(name, path)
             await run_in_threadpool(
@@ -162,7 +162,7 @@ def make_app(desk: Desk, token: str, hosts: frozenset[str]) -> Guard:
         return await run_in_threadpool(state, tab)
 
     async def download(request: Request) -> Response:
-        tab, name = desk.tab(request), request.path_params["name"]
+        tab, name = sessions.tab(request), request.path_params["name"]
         options = asked(request)
         theme = options.pop("theme", "light")
         made = await run_in_threadpool(documents.make, tab, name, theme, options)
@@ -204,7 +204,7 @@ def _order(body: bytes) -> Any:
     except RecursionError:
         raise InputError("An action is nested too deeply") from None
     except UnicodeError:
-        raise InputError("An action holds half a character (a lone surrogate)") from None
+        raise InputError("The request contains an invalid character") from None
     except ValueError:
         raise InputError("An action must be JSON") from None
     return order
@@ -253,8 +253,8 @@ class Page:
         token = secrets.token_urlsafe(18)
         hosts = frozenset({f"127.0.0.1:{port}", f"localhost:{port}"})
         self.url = f"http://127.0.0.1:{port}/{token}/"
-        self._desk = Desk(sources)
-        app = make_app(self._desk, token, hosts)
+        self._sessions = Sessions(sources)
+        app = make_app(self._sessions, token, hosts)
         config = uvicorn.Config(
             app, log_level="critical", access_log=False, lifespan="off", ws="none"
         )
@@ -266,7 +266,7 @@ class Page:
         try:
             self._server.run([self._socket])
         finally:
-            self._desk.uploads.close()
+            self._sessions.uploads.close()
             self._socket.close()
 
     def start(self) -> Page:

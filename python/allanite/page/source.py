@@ -93,7 +93,7 @@ class Source:
     def inspect(self, reading: Reading) -> dict[str, Any]:
         """What is understood of each column, as `allanite.readers.inspection` says it, with spark lines."""
         if self.path is None:
-            raise InputError(f"{self.name} was given as a recording: nothing is left to be read")
+            raise InputError(f"{self.name} was passed as a recording: there is no file to inspect")
         found: dict[str, Any] = self._ask("inspect", reading, None)
         text = str(self.path)
         problem = found["problem"]

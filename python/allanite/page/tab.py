@@ -70,9 +70,8 @@ class Tab(Bench):
     def _add(self, effect: Effect) -> None:
         fit = self.step.fit
         if type(effect).single and any(e.kind == effect.kind for e in fit.model):
-            raise InputError(
-                f"The model has its {fit.display_name(effect)}; a second one is the same"
-            )
+            name = fit.display_name(effect)
+            raise InputError(f"The model already has {'an' if name[0] in 'aeiou' else 'a'} {name}")
         name = fit.display_name(effect)
         self._refit(f"+ {name}", f"Adding {name}", lambda: Rung(fit.add(effect), effect))
 
@@ -148,7 +147,7 @@ class Tab(Bench):
                 helped = self._improve(job, column, before)
                 if columns is None and not helped:
                     raise InputError(
-                        "Nothing of the catalogue helps without raising an error or predicting worse"
+                        "No effect lowers the error without predicting unseen data worse"
                     )
 
         self.run("Improving", work)

@@ -11,6 +11,7 @@ WORDS = {
     "quantity": "the quantity {}",
     "column": "the column",
     "piece": "another piece",
+    "topic": "the topic",
     "time_column": "the time column",
     "to": "another unit",
     "decimate": "averaging {} samples",

@@ -76,7 +76,7 @@ class Power:
     standard_errors: Mapping[str, float]
 
     def value(self, name: str) -> float:
-        """The true value of one of the numbers in `standard_errors`.
+        """The true value of the number `name`, one of those in `standard_errors`.
 
         Raises
         ------
@@ -97,7 +97,7 @@ class Power:
         raise InputError(f"{name}: the model has no such number (it has: {known})")
 
     def relative(self, name: str) -> float:
-        """Standard error of a number as a share of its value."""
+        """Standard error of the number `name` (``K``, ``GM.correlation_time``) as a share of its value."""
         return self.standard_errors[name] / abs(self.value(name)) if self.value(name) else np.inf
 
     def to_dict(self) -> dict[str, Any]:
@@ -179,12 +179,17 @@ def power(
     TooShortError
         Fewer samples than any fit needs.
 
+    References
+    ----------
+    Cowan, G., Cranmer, K., Gross, E. & Vitells, O. (2011). Asymptotic formulae for likelihood-based tests of new physics.
+    Eur. Phys. J. C 71, 1554: the expected record ("Asimov data set").
+
     Examples
     --------
-    >>> line = al.Sinusoid(frequency=7.3, amplitude=4e-3)
+    >>> line = al.Sinusoid(frequency=7.3, amplitude=6e-3)
     >>> found = al.power("N(N=0.01)", line, duration=600, rate=100)
     >>> bool(found.probability > 0.9)
-    False
+    True
     """
     base = as_model(model)
     added = None if effect is None else as_effect(effect)

@@ -147,6 +147,11 @@ def plan(
         None or several of `find`, `know` and `tell`, numbers out of range, or a question that ten years of record do not
         answer.
 
+    References
+    ----------
+    Cowan, G., Cranmer, K., Gross, E. & Vitells, O. (2011). Asymptotic formulae for likelihood-based tests of new physics.
+    Eur. Phys. J. C 71, 1554: the expected record ("Asimov data set").
+
     Examples
     --------
     >>> found = al.plan("N(N=0.01)+K(K=1e-4)", know="K", to=0.2, rate=1.0)

@@ -17,7 +17,7 @@ __all__ = ["log_odds", "two_of"]
 
 
 def two_of(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
-    """The model with values, and the one in which the other effect stands for the one that it has.
+    """The true model, and the same with the other effect in its place.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ def two_of(base: Model, names: tuple[str, str]) -> tuple[Model, Model]:
     own, other = (given[0], given[1]) if held[0] else (given[1], given[0])
     if isinstance(other, Deterministic):
         raise InputError(
-            f"tell = {', '.join(names)}: what {other.short} would be in such a record depends on chance;"
-            f" give the model with {other.short} and its values, and {own.short} as what it might be taken for"
+            f"tell = {', '.join(names)}: a {other.short} cannot be predicted from a {own.short}; swap them: put"
+            f" {other.short} with values in the model and tell it from {own.short}"
         )
     place = next(i for i, e in enumerate(base) if e.kind == own.kind)
     return base, Model((*base.effects[:place], *base.effects[place + 1 :], other))

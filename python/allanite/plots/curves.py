@@ -87,9 +87,7 @@ def allan_panels(
     for part, values in zip(parts(fit), curve.components.values(), strict=True):
         marks.append(Line(curve.tau, values, part.color, part.label, 1.2, part.dash))
     marks.append(Line(curve.tau, curve.model, "model", "model", 2.2))
-    marks.append(
-        Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high)
-    )
+    marks.append(Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high))
     x = log_axis(TAU, curve.tau)
     # Effects may lie decades below: the curve decides what is shown.
     sure = curve.edf >= 2.0
@@ -155,7 +153,7 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
             frequency,
             measured,
             "measured",
-            "measured, 95 % interval",
+            "measured ± 95 %",
             measured * low,
             measured * high,
             3.0,

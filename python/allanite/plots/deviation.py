@@ -48,7 +48,7 @@ def plot_deviation(
     kept = np.isfinite(values) & (values > 0)
     words = estimator_named(deviation.kind).title
     known = bool(np.isfinite(low[kept]).any())
-    label = "estimate, 95 % interval" if known else "estimate"
+    label = "estimate ± 95 %" if known else "estimate"
     ends = (low[kept], high[kept]) if known else (None, None)
     marks = (
         Line(tau[kept], values[kept], "c1", width=1.4),

@@ -114,9 +114,7 @@ def _before_after(study: Study, column: int) -> Panel:
     if len(study.ladder) > 1:
         marks.append(Line(first.curve.tau, first.curve.model, "model", before, 2.0, "dash"))
     marks.append(Line(curve.tau, curve.model, "c1", after, 2.2))
-    marks.append(
-        Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high)
-    )
+    marks.append(Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high))
     sure = curve.edf >= 2.0
     y = log_axis(
         in_unit("Allan deviation", study.recording.unit),

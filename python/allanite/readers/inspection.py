@@ -176,6 +176,11 @@ def inspect(path: Any, **options: Any) -> Inspection:
     **options
         Those of `allanite.read`.
 
+    Returns
+    -------
+    Inspection
+        A table when printed; `columns`, `rate`, `findings`, and `problem`: why it cannot be read yet, or None.
+
     Raises
     ------
     InputError

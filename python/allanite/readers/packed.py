@@ -89,7 +89,9 @@ def _one(logs: dict[str, str], topics: Sequence[str]) -> str:
     if topics:
         if len(topics) > 1 or topics[0] not in logs:
             raise InputError(
-                f"no log {', '.join(topics)} in it: give one of {listed} (naming it reads it)"
+                f"no log {', '.join(topics)} in it, but {listed}",
+                missing="topic",
+                remedy="; choose one with {topic}",
             )
         return topics[0]
     for word in ("gyro", "acc", "linear"):
@@ -97,7 +99,9 @@ def _one(logs: dict[str, str], topics: Sequence[str]) -> str:
         if found:
             return min(found, key=len)
     if len(logs) != 1:
-        raise InputError(f"several logs in it: {listed} (naming one reads it)")
+        raise InputError(
+            f"several logs in it: {listed}", missing="topic", remedy="; choose one with {topic}"
+        )
     return next(iter(logs))
 
 

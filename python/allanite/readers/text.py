@@ -59,8 +59,10 @@ def read(path: Path, pick: Picker) -> Table:
     """
     with path.open("rb") as stream:
         if b"\0" in stream.read(4096):
+            from allanite.readers import FORMATS
+
             raise InputError(
-                "not a text log but binary data; known are text, NPY, NPZ, MAT, bag, ULog"
+                f"binary data, not a text log; if its suffix is wrong, rename it (known: {' '.join(FORMATS)})"
             )
     with of_core(str(path)):
         return _read(path, pick)

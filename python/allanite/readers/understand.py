@@ -23,6 +23,8 @@ __all__ = ["clocks_of", "kind_of", "understand"]
 
 #: Rows looked at, and rows below which numbers tell nothing.
 ROWS, FEWEST = 20_000, 20
+#: Largest less smallest value of a counter that begins anew: of two to four decimal digits, or of 7, 8, 12 or 16 bits.
+SPANS = (99, 127, 255, 999, 4095, 9999, 65535)
 
 
 # A step beyond doubles, or beside ones near their smallest, is like no other.
@@ -57,7 +59,7 @@ def kind_of(values: NDArray[Any]) -> str | None:
     alike = float(np.mean(np.abs(steps[rising] / usual - 1) < 0.5))
     if rising.mean() > 0.9 and alike > 0.8:
         again = steps < 0
-        if usual == 1 and again.any() and np.ptp(x) in (99, 127, 255, 999, 4095, 9999, 65535):
+        if usual == 1 and again.any() and np.ptp(x) in SPANS:
             return "counter"
         # A sensor that warms up rises too, but comes back within its noise now and then.
         return "clock" if rising.mean() > 0.98 or again.mean() < 0.02 else None

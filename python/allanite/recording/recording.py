@@ -84,9 +84,9 @@ class Recording:
     (12, True, (6000,), 6000)
     >>> recording.in_units({"gx": "rad/s"}).units, recording.called("a.csv").path
     (('rad/s', 'deg/s'), 'a.csv')
-    >>> from allanite.recording.findings import Finding
-    >>> gx.told_of([Finding("reader", "info", "read by hand")]).audit[0].message
-    'read by hand'
+    >>> found = al.Recording([*x[:, 0], 9.0], rate=100, unit="deg/s").audit
+    >>> gx.told_of(found).audit[0].kind
+    'outliers'
     >>> figure = recording.plot("samples.svg")
     """
 
@@ -290,7 +290,7 @@ class Recording:
         return quiet(self)
 
     def half(self, which: int) -> Recording:
-        """First (0) or second (1) half of the record."""
+        """First (`which` = 0) or second (1) half of the record."""
         middle = self.n // 2
         return self._rows(slice(0, middle) if which == 0 else slice(middle, None))
 
@@ -318,7 +318,7 @@ class Recording:
         return self._with(**new, told=(*self.told, *told), covariates=MappingProxyType(extra))
 
     def called(self, path: str) -> Recording:
-        """Return the recording under another name of its file."""
+        """Return the recording with `path` as the name of its file."""
         return self._with(path=path)
 
     def to(self, unit: str) -> Recording:

@@ -55,7 +55,11 @@ def numbers_of(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | N
         _refuse(np.isnat(t), t)
         return t.astype(f"{t.dtype.kind}8[ns]").astype(np.int64), "ns"
     if t.dtype.kind not in "iufb":
-        raise InputError(f"the time column holds {t.dtype}: give rate= and leave the column out")
+        raise InputError(
+            f"the time column holds {t.dtype}",
+            missing="rate",
+            remedy=": give {rate} and leave the column out",
+        )
     if t.dtype.kind == "f":
         _refuse(~np.isfinite(t), t)
         return t.astype(np.float64), unit

@@ -42,7 +42,11 @@ def usual_step(steps: NDArray[np.float64]) -> float:
     """
     forward = steps[steps > 0]
     if forward.size == 0:
-        raise InputError("the time column does not advance; give rate= and leave the column out")
+        raise InputError(
+            "the time column does not advance",
+            missing="rate",
+            remedy="; give {rate} and leave the column out",
+        )
     middle = float(np.median(forward))
     rounded = _rounded(steps, middle)
     if rounded:

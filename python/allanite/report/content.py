@@ -23,6 +23,7 @@ from allanite.report.blocks import (
     Table,
 )
 from allanite.report.words import (
+    COMPLETED,
     data_sheet_value,
     exact,
     many,
@@ -115,11 +116,7 @@ def _curve(entry: Entry) -> list[Block]:
         "residual in standard deviations; dashed at 2, dotted at 3.5 (about 1 % for the worst of a curve)."
     )
     if fit.data.missing is not None:
-        # The fit sees the completed record; a table of terms that exist, as `adev` prints, is another curve.
-        caption += (
-            " Samples are missing: the points are of the record completed under the model, while the plain Allan "
-            "deviation has only the terms whose samples are all there."
-        )
+        caption += f" {COMPLETED}"
     return [Heading("The curve"), Picture(_bare(plot_fit(fit)), caption, "curve", 6.0)]
 
 

@@ -140,7 +140,7 @@ class Report:
         return text(self, figures)
 
     def save(self, path: str | Path, interactive: bool = False) -> Path:
-        """Write HTML or Markdown, by the suffix of `path`.
+        """Write HTML or Markdown, by the suffix of `path`; `interactive` as of `to_html`.
 
         The figures of a Markdown file are put beside it, in a folder of its name ending in ``_figures``.
 

@@ -9,6 +9,7 @@ from allanite.axes.rows import convention, legend, rows
 from allanite.axes.words import in_common, remarks
 from allanite.common.numbers import tidy
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
+from allanite.report.words import COMPLETED
 
 if TYPE_CHECKING:
     from allanite.axes import Characterization
@@ -38,6 +39,8 @@ def overview(found: Characterization) -> list[Block]:
         out.append(Bullets(tuple(tidy(str(line)) for line in found.common.lines)))
     figure = replace(found.plot(), title="", subtitle="")
     caption = "Allan deviation of every axis: measured, with 95 % intervals, and its last model."
+    if any(study.fit.data.missing is not None for study in found.studies.values()):
+        caption += f" {COMPLETED}"
     out.append(Picture(figure, caption, "axes", 5.4))
     doubts = tuple(_sentence(text) for text in remarks(found))
     if doubts:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from allanite.effects import Parameter
 
 __all__ = [
+    "COMPLETED",
     "data_sheet_value",
     "exact",
     "many",
@@ -25,6 +26,13 @@ __all__ = [
     "verdict",
     "with_unit",
 ]
+
+
+#: Of a figure of a fit with missing samples: a table of the terms that exist, as `adev` prints, is another curve.
+COMPLETED = (
+    "Samples are missing: the points are of the record completed under the model, while the plain Allan deviation has only "
+    "the terms whose samples are all there."
+)
 
 
 def exact(value: float | None, place: str, figures: int = 3) -> Cell:

@@ -19,6 +19,7 @@ from allanite.common.errors import AllaniteError, InputError
 from allanite.common.files import check_target, whole_file
 from allanite.common.parameters import Estimate
 from allanite.common.plain import plain
+from allanite.common.threads import processors
 
 if TYPE_CHECKING:
     from allanite.study import Study
@@ -265,7 +266,7 @@ def _run(
             for task in as_completed(list(paths)):
                 yield paths[task], task.result()
         return
-    workers = min(len(todo), len(os.sched_getaffinity(0)))
+    workers = min(len(todo), processors())
     if workers < 2:
         for path in todo:
             yield path, rows_of(path, *options)

@@ -183,6 +183,10 @@ def fleet(table: str | Path | Sequence[dict[str, Any]]) -> Fleet:
     TooShortError
         No row with numbers.
 
+    References
+    ----------
+    Benjamini, Y. & Hochberg, Y. (1995). Controlling the false discovery rate. J. R. Stat. Soc. B 57, 289.
+
     Examples
     --------
     The last of eleven units has five times the noise (value, 95 % interval, standard error):

@@ -104,6 +104,11 @@ class Watch:
     InputError
         A model without values.
 
+    References
+    ----------
+    Ville, J. (1939). Étude critique de la notion de collectif. Paris: a test that may be looked at all the time.
+    Ramdas, A. et al. (2023). Game-theoretic statistics and safe anytime-valid inference. Statistical Science 38, 576.
+
     Examples
     --------
     >>> model = al.AngleRandomWalk(N=0.1)
@@ -175,7 +180,7 @@ class Watch:
         return float(self._kept + np.exp(np.minimum(self._stake, 700.0)).mean())
 
     def update(self, chunk: Any) -> Alarm | None:
-        """Take the next samples; returns the alarm if it is raised by them."""
+        """Take the next samples, a `chunk` of shape (n,); returns the alarm if it is raised by them."""
         x = np.asarray(chunk, dtype=np.float64).ravel()
         if x.size == 0:
             return None
@@ -256,7 +261,7 @@ class Watch:
     # -- restarts --------------------------------------------------------------------------------
 
     def save(self, path: str | Path) -> None:
-        """Write the state, and the summary of the samples beside it (``.summary``)."""
+        """Write the state to `path`, and the summary of the samples beside it (``.summary``)."""
         state = {
             "schema": "allanite/watch-state/1",
             "model": str(self.model),
@@ -274,7 +279,7 @@ class Watch:
                 summary.save(_beside(Path(path)))
 
     def restore(self, path: str | Path) -> None:
-        """Go on from a state that `save` has written.
+        """Go on from a state that `save` has written to `path`.
 
         Raises
         ------
@@ -295,7 +300,7 @@ class Watch:
                 raise InputError("damaged, or no state of a watch") from None
             if (state["model"], state["rate"]) != (str(self.model), self.rate):
                 raise InputError(
-                    f"it is of the model {state['model']} at {state['rate']:g} Hz: begin anew with another file"
+                    f"saved for model {state['model']} at {state['rate']:g} Hz: use another state file"
                 )
             self.segments, self.taken, self._kept = state["segments"], state["taken"], state["kept"]
             self.alarm = None if state["alarm"] is None else Alarm(**state["alarm"])

@@ -21,6 +21,7 @@ from allanite.common.validation import positive_rate
 
 __all__ = ["Bins", "Spectrum", "bins_of", "bridge_gaps", "cells_of", "psd"]
 
+#: Cells of a decade, each 10 % wide: a corner or a peak of a physical effect covers several.
 PER_DECADE = 24
 #: Bins are judged in wider groups: physical effects are broad on a logarithmic axis, and χ² is the more
 #: powerful the fewer numbers it sums.
@@ -280,6 +281,11 @@ def psd(x: Any, rate: float | None = None) -> Spectrum:
         A rate that is not positive, or a record of several columns.
     TooShortError
         Fewer than 8 samples.
+
+    References
+    ----------
+    Makhoul, J. (1980). A fast cosine transform in one and two dimensions. IEEE Trans. ASSP 28, 27: the transform
+    (DCT-II), which a record that does not return to its beginning does not disturb.
 
     Examples
     --------

@@ -207,6 +207,10 @@ def innovations(
     TooShortError
         Fewer than two samples are there.
 
+    References
+    ----------
+    Durbin, J. & Koopman, S. J. (2012). Time series analysis by state space methods, 2nd edition. Oxford.
+
     Examples
     --------
     With half of the noise the filter trusts itself too much:
@@ -227,7 +231,7 @@ def innovations(
     for effect in model.modifiers:
         if effect.passing:
             raise InputError(
-                f"{effect.kind}: a filter with constant R cannot describe it: trim the recording to one side of it"
+                f"{effect.kind} changes R during the record: trim the recording to before or after the change"
             )
         if effect.removes:
             samples[effect.missing(n, rate)] = np.nan

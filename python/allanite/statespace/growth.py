@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 __all__ = ["Growth", "Measured", "measured_growth", "predict"]
 
 Array = NDArray[np.float64]
-GRAVITY = 9.80665  # m/s²
+#: Standard gravity, m/s² (CGPM 1901).
+GRAVITY = 9.80665
 #: Samples beyond which variograms no longer fit into memory.
 LONGEST = 2**24
 #: Weights that are correlated; longer records are averaged in groups.
@@ -92,7 +93,7 @@ class Growth:
         return ("deg", 180.0 / np.pi) if self.unit == "rad" else (self.unit, 1.0)
 
     def table(self, measured: Measured | None = None) -> str:
-        """Standard deviation over time, in all and by effect; beside it what a recording shows."""
+        """Standard deviation over time, in all and by effect; beside it what a recording shows (`measured`)."""
         unit, factor = self.shown
         head = ["after / s", "total", *self.budget]
         columns = [self.tau, factor * self.total, *(factor * v for v in self.budget.values())]
@@ -243,6 +244,11 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
         One column. Segments with missing samples are left out.
     growth : Growth
         Of a model of this sensor.
+
+    Returns
+    -------
+    Measured
+        Root mean square in the unit of `growth` at its τ, and the share of segments within its 95 %.
 
     Raises
     ------

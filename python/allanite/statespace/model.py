@@ -12,7 +12,6 @@ from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate
 from allanite.effects import Model
 from allanite.effects._base import Effect, Stochastic
-from allanite.effects._filter import Filter
 from allanite.effects._known import Deterministic, Periodic
 from allanite.statespace.sections import Section, is_line, line, of_terms
 
@@ -280,7 +279,8 @@ def _filtered(model: Model, rate: float, states: int | None, duration: float | N
     from allanite.statespace.filtered import behind
 
     known = tuple(e for e in model.deterministic if not isinstance(e, Periodic))
-    noise = Model(tuple(e for e in model if not isinstance(e, (Deterministic, Filter))))
+    aside = [e for e in model.modifiers if e.whole is not None]
+    noise = Model(tuple(e for e in model if not isinstance(e, Deterministic) and e not in aside))
     more = sum(len(f.response(rate).poles) for f in model.filters) + 1
     lines = Model(tuple(e for e in model.deterministic if isinstance(e, Periodic)))
     turning = state_space(lines, rate, duration=duration) if len(lines) else None

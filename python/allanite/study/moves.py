@@ -28,6 +28,8 @@ KEEP, NEEDLESS = 0.5, 0.5
 #: One effect takes the place of another if they can be told apart; one that is less clearly better, by this much of logL
 #: for each number more, does if it leaves no more than this of the logarithm of the Allan error.
 HARDLY, NEARER = 3.0, 0.8
+#: How often what chance alone gives the Allan error of a model must be, that another may be nearer.
+CHANCE = 2.0
 #: A line this near to a band, in units of 1/T, may be the band's.
 NEAR = 10.0
 #: Two bands are about as wide within this factor.
@@ -79,7 +81,7 @@ def pruned(
 
 
 def _may_come(effect: Effect) -> bool:
-    """Whether an effect may take another's place unasked: what happens once, filters and a last resort are suggested."""
+    """True if a swap may add this effect; one-off events, filters and X are only suggested."""
     once = isinstance(effect, Deterministic) and effect.happens_once
     return not (once or effect.last_resort or isinstance(effect, Modifier))
 
@@ -169,16 +171,16 @@ def one_thing(one: Effect, other: Effect, fit: Fit) -> bool:
 
 
 def _absent(effect: Effect) -> bool:
-    """Whether nothing of an effect is left: what would stand in its place is a suggestion."""
+    """True if the coefficient is zero: the fit found none of the effect."""
     return isinstance(effect, Stochastic) and not effect.values[effect.coefficient]
 
 
 def _nearer(new: Fit, old: Fit) -> bool:
-    """Whether the Allan curve is clearly nearer to the measured one."""
+    """Whether the Allan curve is clearly nearer to a measured one that is farther away than chance leads."""
     a, b = new.curve.rms_percent, old.curve.rms_percent
-    return (
-        a is not None and b is not None and bool(np.log1p(a / 100.0) < NEARER * np.log1p(b / 100.0))
-    )
+    if a is None or b is None or b < CHANCE * (old.curve.chance_percent or 0.0):
+        return False
+    return bool(np.log1p(a / 100.0) < NEARER * np.log1p(b / 100.0))
 
 
 def swapped(
@@ -186,7 +188,8 @@ def swapped(
 ) -> tuple[Fit, str, Effect] | None:
     """The fit in which another kind stands clearly better where an effect stands, the kind that left, and the new effect.
 
-    One that is little better takes the place if its Allan curve is clearly nearer to the measured one.
+    One that is little better takes the place if its Allan curve is clearly nearer to a measured one that chance does not
+    explain.
 
     `places` are looked at; `tried` remembers (kind, kind that took its place): no swap is taken back. Kinds that are
     `barred` take no place.

@@ -164,7 +164,7 @@ def _louder(solution: Solution, data: Data) -> float:
 
 
 def _of_one(gain: float) -> float:
-    """The gain of one amplitude that chance reaches as rarely as this one of two, e^−gain."""
+    """Gain of one amplitude with the same p-value, e^−gain, as this gain of two."""
     from scipy.special import ndtri_exp
 
     return float(0.5 * ndtri_exp(-gain - np.log(2.0)) ** 2) if gain > 0.0 else gain

@@ -39,6 +39,8 @@ CLEAR, HIGHEST = 8.0, 12
 PULSES, STRONGEST, MOST_OF = 64, 32, 0.6
 #: Ordinates to each side in which a line's width is looked for.
 WIDE = 256
+#: Median of χ²₁: that of the squared ordinates of white noise over their variance.
+MEDIAN = 0.4549
 
 
 def _over_level(power: NDArray[np.float64], floor: float) -> list[tuple[int, float]]:
@@ -156,7 +158,7 @@ def _wander(top: int, solution: Solution, data: Data, level: float) -> tuple[int
     """
     j = np.arange(max(1, top - WIDE), min(solution.ordinates.size, top + WIDE), dtype=np.int64)
     z = solution.ordinates[j] ** 2 / solution.noise(data).variance(j)
-    z /= max(float(np.median(z)) / 0.4549, 1.0) if level > 1.0 else 1.0
+    z /= max(float(np.median(z)) / MEDIAN, 1.0) if level > 1.0 else 1.0
     best = (0, -np.inf)
     for half in (1, 2, 4, 8, 16, 32, 64):
         shape = 1.0 / (1.0 + ((j[:, None] - top) / half) ** 2)

@@ -21,7 +21,7 @@ from allanite.fit.likelihood.data import column_of
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import climb_many
 from allanite.fit.shapes.polish import polish
-from allanite.fit.shapes.scan import added, simplest, worth_polishing
+from allanite.fit.shapes.scan import ALIKE, added, other_form, simplest, worth_polishing
 from allanite.fit.shapes.shape import free_places
 from allanite.suggestion.evidence import arc_length
 
@@ -240,6 +240,13 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
         for found, model in worth_polishing(scanned)
     ]
     model, best = simplest(ends, last)
+    if best.log_likelihood > base.best.log_likelihood + WORTH:
+        top = sorted(ends, key=lambda end: -end[1].log_likelihood)[:DESIGNS]
+        others = [other_form(plain, last, start, part) for plain, start in top]
+        model, best = max(
+            [(model, best), *others],
+            key=lambda end: end[1].log_likelihood + ALIKE * (end[0] is model),
+        )
     model, best = _extended(ends, model, best, part)
     model, best = _redesigned(model, best, part)
     # Steps and lines are found again beside the best.

@@ -109,7 +109,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
 
 
 def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
-    """Whether what comes back with a period is the same each time: lines describe that, it is no level of noise."""
+    """True if the periodic change has a fixed waveform, which is a line, not a noise level."""
     effect = candidate.effect
     assert isinstance(effect, Modifier)
     samples, lag = whitened.samples, round(effect.values["period"] * data.rate)
@@ -127,7 +127,7 @@ def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
 
 
 def _dithered(data: Data) -> bool:
-    """Whether the samples hardly ever leave their code: how often they do says where between two codes the bias is."""
+    """True if the samples rarely change code, so the noise level depends on the bias."""
     seen = data.samples if data.missing is None else data.samples[~data.missing]
     return coarse_step(seen) > 0.0 and float(np.mean(np.diff(seen) != 0.0)) < DITHERED
 

@@ -120,7 +120,7 @@ class Summary:
 
     @property
     def whole(self) -> bool:
-        """Whether all samples are kept: then it is read as the recording that it is of."""
+        """True if all samples are kept; the summary then behaves like the recording."""
         every = all(level.whole for one in self.stretches for level in one.levels)
         return every and self.n <= 2 * KEEP
 
@@ -156,7 +156,7 @@ class Summary:
         return (self.column(i) for i in range(len(self.columns)))
 
     def merge(self, *others: Summary) -> Summary:
-        """Join with pieces of the same stream, in any order; adjacent ones become one.
+        """Join with `others`, pieces of the same stream, in any order; adjacent ones become one.
 
         Raises
         ------
@@ -333,12 +333,12 @@ class Summary:
         }
 
     def save(self, path: str | Path) -> None:
-        """Write the summary as one file, which `load` reads back; the name is kept as it is."""
+        """Write the summary to `path` as one file, which `load` reads back; the name is kept as it is."""
         storage.save(self, path)
 
     @classmethod
     def load(cls, path: str | Path) -> Summary:
-        """Read a summary that `save` has written.
+        """Read a summary that `save` has written to `path`.
 
         Raises
         ------

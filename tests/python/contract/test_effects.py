@@ -140,7 +140,7 @@ def test_what_only_together_is_a_process_is_simulated_together():
 
 def test_more_of_them_need_a_generator(monkeypatch):
     monkeypatch.setattr(InRow, "parts", ((3.0, 1.0), (-3.0, 2.0), (1.0, 3.0)))
-    with pytest.raises(InputError, match="declare its generator"):
+    with pytest.raises(InputError, match="declare its `generator`"):
         InRow().simulate(n=100, rate=10.0)
 
 

@@ -195,12 +195,12 @@ def sheet(path):
 
 def page():
     """Requests of a page on a short log."""
-    from allanite.page.server import Desk
+    from allanite.page.server import Sessions
     from allanite.page.source import Source
-    from page_desk import client_of, opened, send
+    from page_sessions import client_of, opened, send
 
     recording = al.Recording(SAMPLES[:, :1], rate=100, unit="deg/s", columns=["gx"], path="x.npz")
-    client = client_of(Desk([Source("x.npz", recording=recording)], most_bytes=1_000_000))
+    client = client_of(Sessions([Source("x.npz", recording=recording)], most_bytes=1_000_000))
     tab, _ = opened(client, checked=False)
     paths = [
         b"tabs",

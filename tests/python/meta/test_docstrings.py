@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import doctest
+import importlib
 import inspect
+import re
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ import allanite as al
 #: Public, and neither a class nor a function.
 VALUES = {"CATALOGUE", "__version__"}
 CLASSES = [n for n in al.__all__ if inspect.isclass(getattr(al, n))]
+FUNCTIONS = [n for n in al.__all__ if n not in VALUES and n not in CLASSES]
 PARSER = doctest.DocTestParser()
 
 
@@ -22,7 +25,7 @@ def ours(cls):
     return [c for c in cls.__mro__ if c.__module__.startswith("allanite")]
 
 
-THINGS = [getattr(al, name) for name in al.__all__ if name not in VALUES]
+THINGS = [getattr(al, name) for name in al.__all__ if name not in VALUES] + [type(al.CATALOGUE)]
 #: Each docstring once, by the name of what it describes: classes that others build on are read by their heirs, too.
 DESCRIBED = {
     thing.__qualname__: inspect.getdoc(thing) or ""
@@ -53,6 +56,10 @@ def test_every_public_name_has_an_example(name):
     assert EXAMPLES[getattr(al, name).__qualname__], f"al.{name}: add Examples to its docstring"
 
 
+def test_the_catalogue_has_an_example():
+    assert EXAMPLES[type(al.CATALOGUE).__qualname__]
+
+
 @pytest.mark.parametrize("name", CLASSES)
 def test_every_method_is_described_and_in_an_example(name):
     """In that of its class, or of the class that it comes from."""
@@ -72,15 +79,104 @@ def test_every_property_is_described(name):
     assert not mute
 
 
-@pytest.mark.parametrize("name", [n for n in al.__all__ if n not in VALUES and n not in CLASSES])
-def test_parameters_and_errors_of_a_function_are_described(name):
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_result_and_errors_of_a_function_are_described(name):
     function = getattr(al, name)
     text = DESCRIBED[function.__qualname__]
-    if "Parameters as of" not in text:
-        entries = text.partition("Parameters\n---")[2].partition("\n\n")[0]
-        for parameter in inspect.signature(function).parameters:
-            assert f"{parameter}" in entries, f"al.{name}: describe {parameter}"
-    assert "Raises\n------" in text, f"al.{name}: say which errors it raises"
+    if inspect.signature(function).return_annotation not in {None, "None"}:
+        assert "Returns\n-------" in text, f"al.{name}: say what it returns"
+    assert "Raises\n------" in text or "Raises nothing." in text, (
+        f"al.{name}: say which errors it raises"
+    )
+
+
+def callables():
+    """Every public function and method by its name, those of base classes under the class that defines them."""
+    found = {name: getattr(al, name) for name in FUNCTIONS}
+    for cls in {one for name in CLASSES for one in ours(getattr(al, name))}:
+        for name, member in methods(cls).items():
+            if name in vars(cls):
+                found[f"{cls.__name__}.{name}"] = getattr(member, "__func__", member)
+    return found
+
+
+CALLABLES = callables()
+
+
+def named(parameter, text):
+    return re.search(rf"(?<![\w]){re.escape(parameter)}(?!\w)", text) is not None
+
+
+def referred(text):
+    """The docstrings that a docstring names for its parameters."""
+    for name in re.findall(r"(?:[Aa]s of|see)\s+`([\w.]+)`", text):
+        known = CALLABLES.get(name) or CALLABLES.get(name.removeprefix("allanite."))
+        if known is None:
+            module, _, last = name.rpartition(".")
+            known = getattr(importlib.import_module(module), last)
+        yield inspect.getdoc(known) or ""
+
+
+@pytest.mark.parametrize("name", sorted(CALLABLES))
+def test_every_parameter_is_named(name):
+    """In the docstring, or in that to which it sends the reader."""
+    function = CALLABLES[name]
+    text = inspect.getdoc(function) or ""
+    parameters = [p for p in inspect.signature(function).parameters if p not in {"self", "cls"}]
+    missing = [p for p in parameters if not named(p, text)]
+    if missing:
+        others = list(referred(text))
+        missing = [p for p in missing if not any(named(p, other) for other in others)]
+    assert not missing, f"{name}: say in its docstring what {missing} are"
+
+
+@pytest.mark.parametrize("effect", list(al.CATALOGUE), ids=lambda e: e.short)
+def test_help_of_an_effect_shows_what_it_declares(effect):
+    text = inspect.getdoc(effect)
+    for section in ("Parameters", "Raises"):
+        assert text.count(f"\n{section}\n---") == 1
+    for p in effect.parameters:
+        assert f"\n{p.name} : " in text
+        assert p.description in text
+    assert text.index("\nParameters\n") < text.index("\nExamples\n")
+
+
+def test_what_help_says_of_a_parameter():
+    text = inspect.getdoc(al.Bandwidth)
+    assert "cutoff : Hz\n    −3 dB frequency; range 1e-12 … ∞." in text
+    assert "floor : 1, optional\n" in text
+    assert "design : a choice\n" in text
+    assert "sigma : U, derived\n" in inspect.getdoc(al.GaussMarkov)
+    assert inspect.getdoc(al.BiasStep.grid).endswith("Parameters as of `Effect.grid`.")
+
+
+#: What a method is from, by the name of what uses it.
+SOURCES = {
+    "Accumulator": "SP 1065",
+    "AngleRandomWalk": r"952-1997, C\.1\.1",
+    "BiasInstability": r"952-1997, C\.1\.3",
+    "BurstNoise": r"Machlup.*1954",
+    "GaussMarkov": r"952-1997, C\.1\.6",
+    "PowerLaw": r"Hosking.*1981",
+    "Quantization": r"952-1997, C\.1\.2",
+    "RateRamp": r"952-1997, C\.1\.5",
+    "RateRandomWalk": r"952-1997, C\.1\.4",
+    "Resonance": r"Uhlenbeck.*1945",
+    "Sinusoid": r"952-1997, C\.1\.7",
+    "Watch": r"Ville.*1939",
+    "fit_many": r"Hartung.*2001(.|\n)*Mandel.*1982",
+    "fit_model": r"Whittle.*1953",
+    "fleet": r"Benjamini.*1995",
+    "innovations": r"Koopman.*2012",
+    "plan": r"Cowan.*2011",
+    "power": r"Cowan.*2011",
+    "psd": r"Makhoul.*1980",
+}
+
+
+@pytest.mark.parametrize("name", sorted(SOURCES))
+def test_the_source_is_named(name):
+    assert re.search(SOURCES[name], inspect.getdoc(getattr(al, name)))
 
 
 @pytest.mark.parametrize("name", sorted(n for n, examples in EXAMPLES.items() if examples))

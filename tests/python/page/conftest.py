@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from allanite import Recording
-from allanite.page.server import Desk
+from allanite.page.server import Sessions
 from allanite.page.source import Source
 from generators import gauss_markov, sinusoid, walk, white
 from page_browser import BROWSERS, launched
-from page_desk import client_of, opened
+from page_sessions import client_of, opened
 
 RATE, N = 20.0, 40_000
 
@@ -23,24 +23,24 @@ def hidden():
 
 
 @pytest.fixture
-def desk(hidden):
-    desk = Desk([Source("hidden.npz", recording=hidden)], most_bytes=1_000_000)
-    yield desk
-    desk.uploads.close()
+def sessions(hidden):
+    sessions = Sessions([Source("hidden.npz", recording=hidden)], most_bytes=1_000_000)
+    yield sessions
+    sessions.uploads.close()
 
 
 @pytest.fixture
-def client(desk):
-    return client_of(desk)
+def client(sessions):
+    return client_of(sessions)
 
 
 @pytest.fixture(scope="module")
 def looked(hidden):
-    """Client, desk and a tab whose work is done, for what changes nothing: (client, desk, tab, state)."""
-    desk = Desk([Source("hidden.npz", recording=hidden)], most_bytes=1_000_000)
-    client = client_of(desk)
-    yield client, desk, *opened(client)
-    desk.uploads.close()
+    """Client, sessions and a tab whose work is done, for what changes nothing: (client, sessions, tab, state)."""
+    sessions = Sessions([Source("hidden.npz", recording=hidden)], most_bytes=1_000_000)
+    client = client_of(sessions)
+    yield client, sessions, *opened(client)
+    sessions.uploads.close()
 
 
 @pytest.fixture(scope="module", params=BROWSERS)

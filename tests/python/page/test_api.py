@@ -15,7 +15,7 @@ from allanite.page.shown.views import finite, view
 from allanite.page.source import Source
 from allanite.page.tab import Tab
 from allanite.study import Rung
-from page_desk import act, opened, send, until, wait
+from page_sessions import act, opened, send, until, wait
 
 
 def test_the_loop(client):
@@ -176,11 +176,11 @@ def test_where_nothing_is_new_only_the_work_is_told(looked):
     assert "ladder" in client.get(f"tabs/{tab}?seen=-1").json()
 
 
-def test_a_closed_tab_is_forgotten(client, desk):
+def test_a_closed_tab_is_forgotten(client, sessions):
     tab = client.post("tabs").json()["tab"]
-    work = desk.tabs[tab].job
+    work = sessions.tabs[tab].job
     assert client.post(f"tabs/{tab}/close").status_code == 200
-    assert desk.tabs == {}
+    assert sessions.tabs == {}
     work.wait(30)
     assert "reload" in client.get(f"tabs/{tab}").json()["error"]
 

@@ -11,10 +11,10 @@ import pytest
 
 import allanite as al
 from allanite.page import child
-from allanite.page.desk import MOST_TABS, SILENT
 from allanite.page.ladder import Work
+from allanite.page.sessions import MOST_TABS, SILENT
 from allanite.page.shown.deviations import deviation_figure
-from page_desk import act, opened, send, until, wait
+from page_sessions import act, opened, send, until, wait
 
 DEEP = "[" * 100_000 + "]" * 100_000
 
@@ -67,7 +67,7 @@ def test_views_and_parts_refuse_nonsense(looked):
         assert answer.status_code in (400, 404), path
 
 
-def test_a_reader_that_dies_takes_nothing_with_it(client, desk, monkeypatch, tmp_path):
+def test_a_reader_that_dies_takes_nothing_with_it(client, sessions, monkeypatch, tmp_path):
     """A process that aborts in the middle of a file says nothing: the page does."""
     tab, before = opened(client, checked=False)
     broken = tmp_path / "allanite_page_child_dies.py"
@@ -81,17 +81,17 @@ def test_a_reader_that_dies_takes_nothing_with_it(client, desk, monkeypatch, tmp
     assert answer.status_code == 400
     assert "crash.mat" in answer.json()["error"]
     assert "damaged" in answer.json()["error"]
-    assert desk.uploads.files() == []
+    assert sessions.uploads.files() == []
     assert client.get(f"tabs/{tab}").json()["log"] == before["log"]
 
 
 def test_a_damaged_matlab_file_is_one_line(looked):
-    client, desk, tab, _ = looked
+    client, sessions, tab, _ = looked
     body = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + b"\x0e\x00\x00\x00\xff\xff\xff\x7f"
     answer = send(client, tab, "damaged.mat", body + b"\x00" * 64)
     assert answer.status_code == 400
     assert "damaged.mat" in answer.json()["error"]
-    assert desk.uploads.files() == []
+    assert sessions.uploads.files() == []
 
 
 def test_a_reader_can_be_ended(tmp_path):
@@ -108,21 +108,21 @@ def test_a_reader_can_be_ended(tmp_path):
         child.ask("read", path, {}, watch)
 
 
-def test_a_page_that_is_loaded_again_goes_on(client, desk):
+def test_a_page_that_is_loaded_again_goes_on(client, sessions):
     tab, state = opened(client)
     act(client, tab, do="add", number=state["cards"][0]["number"])
     assert client.post(f"tabs/{tab}/leave").status_code == 200
-    assert desk.tabs[tab].busy is False
+    assert sessions.tabs[tab].busy is False
     assert client.post(f"tabs/{tab}/resume").status_code == 200
     assert len(client.get(f"tabs/{tab}").json()["ladder"]) == 2
     # Nobody else takes up a tab that is in use.
     assert client.post(f"tabs/{tab}/resume").status_code == 400
 
 
-def test_work_ends_when_the_page_is_left_and_is_taken_up_again(client, desk):
+def test_work_ends_when_the_page_is_left_and_is_taken_up_again(client, sessions):
     tab = client.post("tabs").json()["tab"]
     until(client, tab, lambda s: s["ladder"])
-    job = desk.tabs[tab].job
+    job = sessions.tabs[tab].job
     client.post(f"tabs/{tab}/leave")
     job.wait(5.0)
     assert not job.busy
@@ -130,22 +130,22 @@ def test_work_ends_when_the_page_is_left_and_is_taken_up_again(client, desk):
     assert wait(client, tab)["checked"] is True
 
 
-def test_what_is_left_is_forgotten(client, desk, monkeypatch):
+def test_what_is_left_is_forgotten(client, sessions, monkeypatch):
     tab, _ = opened(client, checked=False)
     client.post(f"tabs/{tab}/leave")
-    desk.tabs[tab].heard -= SILENT
-    desk.sweep()
-    assert desk.tabs == {}
+    sessions.tabs[tab].heard -= SILENT
+    sessions.sweep()
+    assert sessions.tabs == {}
 
 
 @pytest.mark.long
-def test_many_tabs_leave_no_threads_behind(client, desk):
+def test_many_tabs_leave_no_threads_behind(client, sessions):
     """Twice as many tabs as are kept: what is closed ends its thread."""
     before = threading.active_count()
     for _ in range(2 * MOST_TABS):
         client.post("tabs")
-    assert len(desk.tabs) == MOST_TABS
-    for key in list(desk.tabs):
+    assert len(sessions.tabs) == MOST_TABS
+    for key in list(sessions.tabs):
         client.post(f"tabs/{key}/close")
     end = time.monotonic() + 30.0
     while threading.active_count() > before + 4 and time.monotonic() < end:

@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
-from page_desk import BASE, HOST, TOKEN, send
+from page_sessions import BASE, HOST, TOKEN, send
 
 
 @pytest.mark.parametrize(
@@ -22,13 +22,13 @@ from page_desk import BASE, HOST, TOKEN, send
         (f"http://{HOST}/{TOKEN}x/tabs", {}, "token"),
     ],
 )
-def test_strangers_are_refused(client, desk, path, headers, words):
+def test_strangers_are_refused(client, sessions, path, headers, words):
     for method in (client.get, client.post):
         answer = method(path, headers=headers)
         assert answer.status_code == 403
         assert words in answer.text
         assert "\n" not in answer.text.strip()
-    assert desk.tabs == {}
+    assert sessions.tabs == {}
 
 
 def test_the_page_forbids_everything_from_outside(client):
@@ -39,14 +39,14 @@ def test_the_page_forbids_everything_from_outside(client):
 
 
 def test_five_gigabytes_are_refused_before_they_are_read(looked):
-    client, desk, tab, _ = looked
+    client, sessions, tab, _ = looked
     answer = send(client, tab, "huge.csv", b"1\n", headers={"content-length": "5000000000"})
     assert answer.status_code == 413
     assert "allanite explore huge.csv" in answer.json()["error"]
-    assert desk.uploads.files() == []
+    assert sessions.uploads.files() == []
 
 
-def test_an_endless_stream_is_cut_off(client, desk):
+def test_an_endless_stream_is_cut_off(client, sessions):
     tab = client.post("tabs").json()["tab"]
     sent = 0
 
@@ -57,7 +57,7 @@ def test_an_endless_stream_is_cut_off(client, desk):
             yield b"1.0\n" * 16384
 
     limit = 20_000_000
-    desk.most_bytes = limit
+    sessions.most_bytes = limit
 
     def bounded():
         for piece in endless():
@@ -67,7 +67,7 @@ def test_an_endless_stream_is_cut_off(client, desk):
 
     answer = send(client, tab, "endless.csv", bounded())
     assert answer.status_code == 413
-    assert desk.uploads.files() == []
+    assert sessions.uploads.files() == []
 
 
 class Bomb:
@@ -77,7 +77,7 @@ class Bomb:
 
 @pytest.mark.parametrize("suffix", ["npy", "npz"])
 def test_a_pickle_is_refused(looked, suffix):
-    client, desk, tab, before = looked
+    client, sessions, tab, before = looked
     file = io.BytesIO()
     objects = np.array([{"a": 1}, None], dtype=object)
     if suffix == "npy":
@@ -88,15 +88,15 @@ def test_a_pickle_is_refused(looked, suffix):
     assert answer.status_code == 400
     assert "pickled objects" in answer.json()["error"]
     assert f"bomb.{suffix}" in answer.json()["error"]
-    assert desk.uploads.files() == []
+    assert sessions.uploads.files() == []
     assert client.get(f"tabs/{tab}").json()["logs"] == before["logs"]
 
 
 def test_a_bare_pickle_is_refused(looked):
-    client, desk, tab, _ = looked
+    client, sessions, tab, _ = looked
     answer = send(client, tab, "bomb.npy", pickle.dumps({"a": 1}))
     assert answer.status_code == 400
-    assert desk.uploads.files() == []
+    assert sessions.uploads.files() == []
 
 
 @pytest.mark.parametrize(
@@ -104,11 +104,11 @@ def test_a_bare_pickle_is_refused(looked):
     ["../../etc/passwd", "/etc/passwd", "a\\b.csv", "C:x.csv", ".hidden", "", "a\x00b.csv", ".."],
 )
 def test_a_path_in_a_file_name_is_refused(looked, name):
-    client, desk, tab, _ = looked
+    client, sessions, tab, _ = looked
     answer = send(client, tab, name, b"1\n2\n")
     assert answer.status_code == 400
     assert "file name" in answer.json()["error"]
-    assert desk.uploads.files() == []
+    assert sessions.uploads.files() == []
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 from allanite import InputError, Recording, parse_model
 from allanite.page.shown.samples import samples_figure
 from allanite.page.source import joined, kept, part_of
-from page_desk import act, opened
+from page_sessions import act, opened
 
 
 def log(n=2000, dtype=float):

@@ -64,7 +64,7 @@ def test_an_interval_is_only_spoken_of_where_there_is_one(kind, tmp_path):
     assert ("no interval is known" in str(curve)) != known
     figure = curve.plot(tmp_path / "figure.svg")
     svg = (tmp_path / "figure.svg").read_text()
-    assert ("95 % interval" in svg) == known
+    assert ("± 95 %" in svg) == known
     assert figure.panels[0].y.label.endswith("(°/s)" if kind == "oadev" else "(°)")
 
 

@@ -6,6 +6,10 @@ from pathlib import Path
 
 import pytest
 
+import allanite as al
+from allanite.effects import lowpass
+from allanite.fit.likelihood import data
+
 pytestmark = pytest.mark.skipif(
     not Path("/proc/self/stat").exists(), reason="ru_maxrss is in bytes elsewhere"
 )
@@ -33,3 +37,16 @@ def test_every_averaging_time():
     assert int(said[0]) == 36_000
     # 27 MB are the points of the document; pages of the allocator and of threads come to it.
     assert int(said[1]) < 80_000
+
+
+def test_release_empties_the_caches_of_fitted_models():
+    recording = al.parse_model("N(N=0.1)+K(K=1e-3)+BW(cutoff=20)").simulate(
+        n=4000, rate=100, seed=1
+    )
+    fit = al.fit_model(recording, "N+K+BW")
+    caches = (data._column, data._behind, data._open, lowpass.terms)
+    assert all(cache.cache_info().currsize for cache in caches)
+    al.release()
+    assert not any(cache.cache_info().currsize for cache in caches)
+    again = al.fit_model(recording, "N+K+BW")
+    assert again.to_dict() == fit.to_dict()

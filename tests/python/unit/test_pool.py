@@ -1,13 +1,14 @@
 """An interrupt of a pool of threads: nothing that waits begins, and what is at work ends at its next step."""
 
 import contextvars
+import os
 import threading
 import time
 
 import pytest
 
 from allanite.common.errors import InputError
-from allanite.common.threads import Ended, Pool, computing, go_on, while_wanted
+from allanite.common.threads import Ended, Pool, computing, go_on, processors, while_wanted
 
 NUMBER = 2
 #: Seconds after which a thread gives up: only where a test fails.
@@ -83,3 +84,12 @@ def test_a_task_knows_what_its_caller_knows():
         assert work.begun[0].wait(PATIENCE)
         wanted.clear()
         future.result()
+
+
+def test_processors_are_counted_on_every_system(monkeypatch):
+    """Only Linux tells those that a process may use; a fleet once failed on the others."""
+    assert 1 <= processors() <= (os.cpu_count() or 1)
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    assert processors() == os.cpu_count()
+    monkeypatch.setattr(os, "cpu_count", lambda: None)
+    assert processors() == 1

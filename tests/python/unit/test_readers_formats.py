@@ -219,7 +219,8 @@ def test_archives_of_telephones(tmp_path):
     assert (r.columns, r.rate) == (("z", "y", "x"), pytest.approx(50))
     assert al.read(path, topic="Accelerometer").n == N
     with pytest.raises(
-        InputError, match="no log Barometer in it: give one of Accelerometer, Gyroscope"
+        InputError,
+        match=r"no log Barometer in it, but Accelerometer, Gyroscope; choose one with topic=",
     ):
         al.read(path, topic="Barometer")
     raw = '"Time (s)","Gyroscope x (rad/s)","Gyroscope y (rad/s)"\n' + "".join(

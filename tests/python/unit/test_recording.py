@@ -9,7 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from allanite.cli import words as cli
 from allanite.common.errors import AllaniteError, InputError, TooShortError
+from allanite.page import words as page
 from allanite.recording import Recording
 
 
@@ -138,6 +140,14 @@ def test_refusals_are_one_line_and_name_the_thing(arguments, options, error, tex
         Recording(*arguments, **options)
     assert "\n" not in str(caught.value)
     assert isinstance(caught.value, AllaniteError)
+
+
+@pytest.mark.parametrize("time", [[1, 1], [1j, 2j]])
+def test_a_time_column_of_no_use_names_the_rate_as_it_is_given(time):
+    with pytest.raises(InputError, match="give rate= and leave the column out") as caught:
+        Recording([1.0, 2.0], time=time)
+    assert "give --rate HZ and" in caught.value.worded(cli.WORDS)
+    assert "give the rate and" in caught.value.worded(page.WORDS)
 
 
 def test_unknown_column_lists_the_known():

@@ -15,7 +15,7 @@ from allanite.cli import main
 from allanite.common.numbers import tidy, with_interval
 from allanite.report import make_report
 from allanite.report.svg import _dark, inline
-from allanite.report.words import data_sheet_value, resolved
+from allanite.report.words import COMPLETED, data_sheet_value, resolved
 
 pytest.importorskip("matplotlib")
 
@@ -336,3 +336,13 @@ def test_report_on_a_real_recording(data, name, run, tmp_path):
     expected = json.loads(out)
     assert expected["ladder"] == document["improve"]["ladder"]
     assert expected["recording"] == document["recording"]
+
+
+def test_the_figure_of_a_record_with_holes_says_what_its_points_are():
+    white = al.AngleRandomWalk(N=0.01).simulate(duration=300, rate=20, seed=1, unit="m/s^2")
+    assert COMPLETED not in make_report(white, "N").to_markdown()
+    holes = white.samples.copy()
+    holes[np.random.default_rng(1).permutation(holes.size)[:60]] = np.nan
+    page = make_report(al.Recording(holes, rate=20, unit="m/s^2"), "N").to_markdown()
+    assert COMPLETED in page
+    assert "The fit uses every sample that is there" in page

@@ -233,7 +233,7 @@ def test_a_watch_survives_a_restart(tmp_path):
     assert second.to_dict() == whole.to_dict()
     # The curve's sums are of differences about another origin after a restart.
     same(second.summary, whole.summary, rounding=1e-12)
-    with pytest.raises(al.InputError, match="it is of the model"):
+    with pytest.raises(al.InputError, match="saved for model"):
         Watch(al.parse_model("N(N=1)"), RATE).restore(tmp_path / "state")
     with pytest.raises(al.InputError, match="has no value"):
         Watch(al.parse_model("N"), RATE)

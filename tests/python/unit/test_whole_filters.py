@@ -10,6 +10,17 @@ import generators as g
 RATE = 100.0
 N, B, K = 0.0126, 0.002, 9.07e-5
 FILTERS = ["NOTCH(f=25,Q=5)", "NOTCH(f=3,Q=1,left=0.3)", "HP(f=0.1,order=1)", "HP(f=1,order=2)"]
+LOW_PASSES = [
+    f"BW(f={cutoff},order={order},design={design},acts_on=all)"
+    for cutoff, order, design in [
+        (5, 1, "sampled"),
+        (20, 2, "sampled"),
+        (20, 2, "digital"),
+        (30, 4, "digital"),
+        (10, 2, "cascaded"),
+        (10, 3, "smoothed"),
+    ]
+]
 SOURCES = [
     "N(N=1)",
     "Q(Q=1)",
@@ -37,8 +48,15 @@ def test_a_high_pass_near_half_of_the_nyquist_frequency_forgets_at_once():
     )
 
 
-@pytest.mark.parametrize("source", SOURCES)
-@pytest.mark.parametrize("name", FILTERS)
+@pytest.mark.parametrize(
+    ("name", "source"),
+    [
+        (name, source)
+        for name in [*FILTERS, *LOW_PASSES]
+        for source in SOURCES
+        if not ("BW" in name and "BW" in source)  # a model has one
+    ],
+)
 def test_the_spectrum_behind_a_filter(name, source):
     """|H|² of the declared difference equation times the spectrum before it: poles exact, cuts to 0.2 % of it."""
     before, behind = al.parse_model(source), al.parse_model(f"{source}+{name}")
@@ -69,6 +87,53 @@ def test_the_filters_are_those_of_the_textbook():
         )
 
 
+@pytest.mark.parametrize("name", LOW_PASSES)
+def test_white_noise_behind_a_low_pass_of_all_is_that_behind_one_of_the_white_part(name):
+    f = np.geomspace(0.01, 49.0, 60)
+    one = al.parse_model(f"N(N=1)+{name.replace('all', 'white')}").psd(f, RATE)
+    np.testing.assert_allclose(
+        al.parse_model(f"N(N=1)+{name}").psd(f, RATE), one, rtol=2e-3, atol=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("BW(f=20,design=fir,order=16,acts_on=all)", "acts on the white noise alone"),
+        ("BW(f=20,floor=0.1,acts_on=all)", "a floor is that of"),
+        ("BW(f=20,acts_on=some)", "known: white, all"),
+    ],
+)
+def test_a_low_pass_of_all_that_is_none_is_refused(name, said):
+    with pytest.raises(al.InputError, match=said):
+        al.parse_model(f"N(N=1)+{name}")
+
+
+@pytest.mark.parametrize(("order", "cutoff"), [(1, 20.0), (2, 20.0), (4, 30.0)])
+def test_a_low_pass_behind_the_sensor_leaves_b_what_it_is(order, cutoff):
+    """Flicker of a corner at 0.1 Hz passes it like white noise; B had been "not detected (< 0.00027)", or a lag."""
+    rng, n, flicker = np.random.default_rng(11), 120_000, 0.01
+    x = g.white(rng, n, RATE, N) + g.flicker(rng, n, RATE, flicker)
+    b, a = signal.butter(order, cutoff, fs=RATE)
+    record = al.Recording(signal.lfilter(b, a, x)[2000:], rate=RATE, unit="rad/s")
+    study = al.improve(record, "N+B+K")
+    assert [rung.added.kind for rung in study.ladder[1:]] == ["bandwidth"], study
+    assert study.fit["BW.acts_on"] == "all"
+    assert study.fit["BW.cutoff"].value == pytest.approx(cutoff, rel=0.01)
+    assert study.fit["N"].value == pytest.approx(N, rel=0.02)
+    low, high = study.fit["B"].interval
+    assert low < flicker < high
+    assert study.adequate, study
+
+
+def test_a_filter_of_which_nothing_tells_what_it_acts_on_is_one_of_the_white_part():
+    rng = np.random.default_rng(12)
+    b, a = signal.butter(2, 20.0, fs=RATE)
+    x = signal.lfilter(b, a, g.white(rng, 62_000, RATE, N))[2000:]
+    fit = al.fit_model(al.Recording(x, rate=RATE, unit="rad/s"), "N+BW")
+    assert fit["BW.acts_on"] is None
+
+
 def test_a_random_walk_behind_a_high_pass_is_a_lag():
     tau = np.geomspace(0.01, 100.0, 20)
     walk = al.parse_model("K(K=0.3)+HP(f=0.1,order=1)").allan_variance(tau, RATE)
@@ -87,7 +152,9 @@ def test_pieces_of_a_filtered_record_are_the_record():
     assert np.std(np.array(starts)[:, :5]) == pytest.approx(np.std(whole.samples), rel=0.1)
 
 
-@pytest.mark.parametrize("name", ["HP(f=0.5,order=1)", "HP(f=0.5,order=2)", "NOTCH(f=20,Q=3)"])
+@pytest.mark.parametrize(
+    "name", ["HP(f=0.5,order=1)", "HP(f=0.5,order=2)", "NOTCH(f=20,Q=3)", LOW_PASSES[2]]
+)
 def test_the_state_space_of_what_is_filtered(name):
     """Its own density, and innovations that are white and of the variance it says."""
     model = al.parse_model(f"N(N=0.1)+B(B=0.02)+K(K=0.02)+{name}+SIN(f=7,A=0.1)")

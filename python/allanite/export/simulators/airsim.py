@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["render"]
 
+#: Standard gravity, m/s² (CGPM 1901): AirSim counts acceleration in mg.
 GRAVITY = 9.80665
 #: Only BiasStability/√Tau enters; any time does, s.
 TAU = 500.0

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 __all__ = ["interval"]
 
 TAIL = 0.025
+#: Rounds in which the other coefficients and the covariance that they imply are found from each other, unless they
+#: settle before.
 ROUNDS = 6
 #: Added to the unit diagonal of the correlation, the smallest that makes it positive definite.
 JITTERS = (1e-9, 1e-7, 1e-5, 1e-3)

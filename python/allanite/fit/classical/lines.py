@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.parameters import NORMAL
 from allanite.effects import standard
 
 if TYPE_CHECKING:
@@ -214,8 +215,8 @@ def _read(
             where,
             present=True,
             value=float(np.exp(at)),
-            low=float(np.exp(at - 1.959964 * error)),
-            high=float(np.exp(at + 1.959964 * error)),
+            low=float(np.exp(at - NORMAL * error)),
+            high=float(np.exp(at + NORMAL * error)),
             tau_low_s=float(tau[windows[low]][0]),
             tau_high_s=float(tau[windows[high]][-1]),
         )

@@ -108,7 +108,7 @@ def _claimed(solution: Solution, slopes: NDArray[np.float64]) -> NDArray[np.floa
 
 
 def told(solution: Solution, own: Process, data: Data) -> float:
-    """What a unit of logL tells of a coefficient: the variance that the likelihood claims for it over that it has."""
+    """Variance that the likelihood claims for a coefficient over its sandwich variance."""
     if data.gain is None:
         return 1.0
     beside = [other.column for other in solution.processes if other.theta > 0.0 and other != own]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.memory import released
 from allanite.common.showing import brief
 from allanite.common.threads import go_on
 from allanite.deviation import oadev
@@ -323,12 +324,14 @@ def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float6
     return own if data.mixing is None else data.mixing @ own
 
 
+@released
 @lru_cache(maxsize=8192)
 def _open(effect: Stochastic) -> Stochastic:
     """The effect without its coefficient, on which its column does not depend."""
     return effect.with_values(**{effect.coefficient: None, "hold": ()})
 
 
+@released
 @lru_cache(maxsize=8192)
 def _behind(
     effect: Stochastic,
@@ -341,6 +344,7 @@ def _behind(
     return _column(Model((*acting, effect)).unit_terms(effect, rate, span), n)
 
 
+@released
 @lru_cache(maxsize=8192)
 def _column(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
     bins = bins_of(n)

@@ -47,6 +47,8 @@ Array = NDArray[np.float64]
 EVIDENCE = 3.0
 #: Scales tried, 16 a decade: within one step the likelihood falls by less than 0.05.
 SCALES = np.geomspace(1e-3, 3.0, 57)
+#: ½·3.841, half of the 95 % point of χ²₁: a profile likelihood falls by so much at the ends of its interval.
+HALF_CHI2 = 1.9207
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,11 +161,11 @@ def scale_interval(
     """95 % interval of the scale at this spectrum, from its profile likelihood; from 0 where 0 is inside."""
     values = profile(power, count, spectrum)
     plain = judge(power, count, spectrum, None).log_likelihood
-    inside = values > max(float(values.max()), plain) - 1.9207
+    inside = values > max(float(values.max()), plain) - HALF_CHI2
     if not inside.any():
         return 0.0, float(SCALES[0])
     at = SCALES[inside]
-    low = 0.0 if scale is None or plain > float(values.max()) - 1.9207 else float(at[0])
+    low = 0.0 if scale is None or plain > float(values.max()) - HALF_CHI2 else float(at[0])
     return low, float(at[-1])
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.parameters import NORMAL
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.recording.tails import CENSORED, Tail, coarse_step, tail_of
 
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 __all__ = ["widened_by_tails"]
 
 Array = NDArray[np.float64]
-NORMAL = 1.959964
 #: Draws of a sum of squares, largest samples drawn one by one, and steps of the integral over the others.
 DRAWS, LARGEST, STEPS = 1000, 400, 2000
 #: Largest 1/ν of which a variance is spoken.

@@ -12,7 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.likelihood.discrepancy import EVIDENCE, best_scale, likelihood, linearised
+from allanite.fit.likelihood.discrepancy import (
+    EVIDENCE,
+    HALF_CHI2,
+    best_scale,
+    likelihood,
+    linearised,
+)
 
 __all__ = [
     "Maximum",
@@ -29,7 +35,7 @@ __all__ = [
 Array = NDArray[np.float64]
 #: Half the 95 % point of χ²₁. Limits beside 0 use it too: one-sided ones (1.3528), where the data themselves choose
 #: between limit and interval, miss 5 % above and 2.5 % below, and K of a short N+B+K would be covered by 88 %.
-LEVEL = 1.9207
+LEVEL = HALF_CHI2
 #: Most degrees of freedom of a bin in the fit that gives each about one vote.
 VOTES = 10.0
 #: Degrees of freedom below which nothing was seen.

@@ -49,7 +49,7 @@ def cost(own: Fitted, solution: Solution) -> float:
 
 
 def of_number(square: float) -> float:
-    """What a number costs that is known to a share of 1/√square; one that is not there has still been looked for."""
+    """Cost of a number with relative error 1/√square."""
     return float(np.log(RANGE * np.sqrt(max(square, 1.0) / (2.0 * np.pi))))
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.parameters import NORMAL
 from allanite.effects import Stochastic
 from allanite.fit.likelihood.whittle import LEVEL, climb
 from allanite.fit.several.many_table import aligned, many_table
@@ -31,7 +32,6 @@ __all__ = ["ManyFits", "Pooled", "by_errors", "fit_many", "of_fits"]
 
 #: Below this p-value recordings are inconsistent, and a random-effects mean is reported.
 DIFFER = 0.05
-NORMAL = 1.959964
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,6 +147,11 @@ def fit_many(
     ------
     InputError
         No recordings, or of different units.
+
+    References
+    ----------
+    Hartung, J. & Knapp, G. (2001). Statistics in Medicine 20, 1771: the interval of a mean over recordings that differ.
+    Paule, R. C. & Mandel, J. (1982). J. Res. Natl. Bur. Stand. 87, 377: the spread between them.
 
     Examples
     --------

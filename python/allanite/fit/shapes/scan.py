@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from allanite.effects import Model, Stochastic
 from allanite.fit.likelihood.whittle import VOTES, Maximum, climb_many, first_guess
+from allanite.fit.shapes.polish import polish
 from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
     from allanite.fit.likelihood.random_part import RandomPart
 
-__all__ = ["added", "simplest", "worth_polishing"]
+__all__ = ["added", "other_form", "simplest", "worth_polishing"]
 
 Array = NDArray[np.float64]
 
@@ -187,6 +188,18 @@ def simplest(ends: list[tuple[Model, Maximum]], place: int) -> tuple[Model, Maxi
         return ranks.get(_design(end[0].effects[place]), len(ranks)), -end[1].log_likelihood
 
     return min(alike, key=order)
+
+
+def other_form(model: Model, place: int, best: Maximum, part: RandomPart) -> tuple[Model, Maximum]:
+    """The model with another form of the effect at `place` (`Effect.otherwise`), where that explains more than it."""
+    found = model, best
+    for effect in model.effects[place].otherwise():
+        other = Model((*model.effects[:place], effect, *model.effects[place + 1 :]))
+        places = [(place, name) for name in effect.free_shapes]
+        tried = polish(other, places, part.maximise(other, best), part, roughly=True)
+        if tried[1].log_likelihood > max(found[1].log_likelihood, best.log_likelihood + ALIKE):
+            found = tried
+    return found
 
 
 def _design(effect: Effect) -> tuple[object, ...]:

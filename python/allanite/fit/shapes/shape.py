@@ -23,7 +23,7 @@ from allanite.fit.shapes.drifting import polish_drifting
 from allanite.fit.shapes.joined import put_together, unformed
 from allanite.fit.shapes.matched import grid_points, matched_gains, regressor_ordinates
 from allanite.fit.shapes.polish import polish
-from allanite.fit.shapes.scan import simplest, worth_polishing
+from allanite.fit.shapes.scan import other_form, simplest, worth_polishing
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data, Noise
@@ -103,6 +103,8 @@ def fit_shapes(
                 for found, m in worth_polishing(tried, place)
             ]
         chosen, start = simplest(ends, place)
+        if polished:
+            chosen, start = other_form(chosen, place, start, part)
         model = _with(model, place, chosen.effects[place])
     for place in unformed(model, part):
         model, start = put_together(model, place, part), None

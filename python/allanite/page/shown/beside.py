@@ -38,7 +38,7 @@ def two_models(ladder: Ladder, other: Step) -> Figure:
     marks: tuple[Mark, ...] = (
         Line(there.tau, there.model, "before", second, 2.2, "dash"),
         Line(curve.tau, curve.model, "model", first, 2.2),
-        Points(curve.tau, curve.measured, "measured", "measured, 95 % interval", low, high),
+        Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high),
     )
     x = log_axis(TAU, curve.tau)
     label = in_unit("Allan deviation", one.recording.unit)

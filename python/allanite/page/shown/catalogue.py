@@ -10,8 +10,9 @@ import numpy as np
 
 from allanite.common.errors import AllaniteError
 from allanite.effects import CATALOGUE, Model, white_noise
-from allanite.effects._base import Modifier, Stochastic
+from allanite.effects._base import Stochastic
 from allanite.effects._known import Deterministic
+from allanite.effects._modifier import Modifier
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -60,7 +60,7 @@ def deviation_figure(
     there = np.isfinite(found.deviation) & (np.asarray(found.deviation) > 0)
     low, high = np.asarray(found.low)[there], np.asarray(found.high)[there]
     known = bool(np.isfinite(low).any())
-    label = "measured, 95 % interval" if known else "measured"
+    label = "measured ± 95 %" if known else "measured"
     marks.append(Points(tau, values, "measured", label, *((low, high) if known else (None, None))))
     title = estimator_named(kind).title
     title = title[0].upper() + title[1:]

@@ -238,7 +238,7 @@ def _report(tab: Tab) -> Made:
         found = Study(log, tuple(s.rung for s in steps), last, ending)
         entries.append(Entry(found, first, log.oadev()))
     if not entries:
-        raise InputError("A report says what is missing: let the search end first")
+        raise InputError("The report needs the finished search: wait until it ends")
     notes = [_missing(tab), f"Without {', '.join(open_)}: not searched yet" if open_ else ""]
     body = Report(tuple(entries)).to_html().encode()
     name = f"{_stem(tab)}-report.html"

@@ -69,7 +69,7 @@ def _columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, list[A
     if isinstance(mark, Band):
         found = [(f"{name}, from", mark.low), (f"{name}, to", mark.high)]
     else:
-        found = [(name.removesuffix(", 95 % interval"), mark.y)]
+        found = [(name.removesuffix(" ± 95 %"), mark.y)]
         if isinstance(mark, Points) and mark.low is not None and mark.high is not None:
             found += [("95 % from", mark.low), ("95 % to", mark.high)]
     return [(n, [_plain(v) for v in values[:MOST]]) for n, values in found]

@@ -58,7 +58,7 @@ export function offer() {
 }
 // A server that has forgotten this page is asked for a new tab.
 export async function again(message) {
-  if (!/not known any more/.test(message)) return false;
+  if (!/session has ended/.test(message)) return false;
   sessionStorage.removeItem("allanite:tab");
   say("The page was asleep and goes on in a new tab");
   await openTab();

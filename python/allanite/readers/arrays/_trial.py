@@ -63,4 +63,4 @@ def tried(path: Path) -> None:
     if sys.platform != "win32" and ended == -signal.SIGXCPU:
         raise InputError(ENDLESS)
     if ended < 0 or ended > 255:
-        raise InputError("damaged: the HDF5 library dies of it")
+        raise InputError("damaged: the HDF5 library crashes on this file")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from allanite.page.jobs import Job
 
-__all__ = ["GRACE", "Desk"]
+__all__ = ["GRACE", "Sessions"]
 
 MOST_TABS = 32
 #: Seconds for which a tab that was left is kept: a page that is loaded again takes it up where it was.
@@ -32,7 +32,7 @@ SILENT = 900.0
 ARENA_MAX = -8
 
 
-class Desk:
+class Sessions:
     """All tabs and uploads of one server; `most_bytes` is the largest upload."""
 
     def __init__(self, sources: Sequence[Source], most_bytes: int = MOST_BYTES) -> None:
@@ -105,7 +105,7 @@ class Desk:
         """The tab that a request speaks of."""
         found = self.tabs.get(request.path_params["tab"])
         if found is None:
-            raise InputError("This tab is not known any more: reload the page")
+            raise InputError("This session has ended: reload the page")
         found.heard = time.monotonic()
         return found
 

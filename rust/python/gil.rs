@@ -1,4 +1,4 @@
-//! The one doorway for long calls: releases the interpreter, maps errors, hears Ctrl-C.
+//! Releases the GIL for long calls, maps errors and answers Ctrl-C.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;

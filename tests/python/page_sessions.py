@@ -14,8 +14,8 @@ TOKEN, HOST = "secret-token", "127.0.0.1:4711"
 BASE = f"http://{HOST}/{TOKEN}/"
 
 
-def client_of(desk):
-    return TestClient(make_app(desk, TOKEN, frozenset({HOST})), base_url=BASE)
+def client_of(sessions):
+    return TestClient(make_app(sessions, TOKEN, frozenset({HOST})), base_url=BASE)
 
 
 def until(client, tab, holds, seconds=60.0):

@@ -81,9 +81,9 @@ pub fn zeroed(len: usize) -> Vec<f64> {
 
 #[derive(Clone, Copy)]
 enum Advice {
-    /// Large pages, please.
+    /// Ask for huge pages.
     Large,
-    /// What is in it is not needed.
+    /// The content is not needed.
     Free,
 }
 
@@ -100,7 +100,7 @@ fn advise(buffer: &[f64], advice: Advice) {
             Advice::Free => libc::MADV_FREE,
         };
         // SAFETY: the range lies inside of the buffer. The first advice changes how it is backed, the second may turn
-        // its doubles, which nobody reads before writing them, into zeros. A refusal costs only speed.
+        // its doubles, which are written before they are read, into zeros. A refusal costs only speed.
         unsafe { libc::madvise(first as *mut libc::c_void, last - first, advice) };
     }
 }
