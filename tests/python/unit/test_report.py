@@ -340,9 +340,9 @@ def test_report_on_a_real_recording(data, name, run, tmp_path):
 
 def test_the_figure_of_a_record_with_holes_says_what_its_points_are():
     white = al.AngleRandomWalk(N=0.01).simulate(duration=300, rate=20, seed=1, unit="m/s^2")
-    assert COMPLETED not in make_report(white, "N").to_markdown()
+    assert COMPLETED not in make_report(white, "N").to_html()
     holes = white.samples.copy()
     holes[np.random.default_rng(1).permutation(holes.size)[:60]] = np.nan
-    page = make_report(al.Recording(holes, rate=20, unit="m/s^2"), "N").to_markdown()
+    page = make_report(al.Recording(holes, rate=20, unit="m/s^2"), "N").to_html()
     assert COMPLETED in page
     assert "The fit uses every sample that is there" in page
