@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
 import sys
 from contextlib import contextmanager
@@ -83,9 +82,9 @@ def width() -> int:
 def wrapped(text: str) -> str:
     """Sentences broken at the terminal's width, below where they begin; rows of a table stay whole.
 
-    What another program reads keeps its lines, unless COLUMNS is set.
+    What another program reads keeps its lines.
     """
-    if not sys.stdout.isatty() and "COLUMNS" not in os.environ:
+    if not sys.stdout.isatty():
         return text
     limit = width()
     out = []

@@ -139,9 +139,11 @@ def test_the_ends_of_an_interval_are_different_numbers():
 
 
 def test_sentences_are_wrapped_and_tables_are_not(monkeypatch):
-    monkeypatch.setenv("COLUMNS", "70")
     row = "  angle random walk  N  " + "1" * 80
     text = f"{row}\n  2. {'word ' * 30}"
+    monkeypatch.setenv("COLUMNS", "70")
+    assert wrapped(text) == text  # no terminal: another program reads it
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     lines = wrapped(text).splitlines()
     assert lines[0] == row
     assert max(map(len, lines[1:])) <= 70
