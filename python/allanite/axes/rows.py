@@ -52,18 +52,10 @@ def legend(studies: Mapping[str, Study]) -> str:
 
 
 def convention(fits: Iterable[Fit]) -> str:
-    """How N and B compare with the numbers of a data sheet, which are others; empty of clocks."""
-    shown = {
-        effect.short
-        for fit in fits
-        if parse_unit(fit.recording.unit).kind in SI
-        for effect in fit.model
-    }
-    words = {
-        "N": "N is two-sided, a data sheet's one-sided density is √2·N",
-        "B": "B is the coefficient, a data sheet's bias instability is 0.664·B",
-    }
-    return "; ".join(text for short, text in words.items() if short in shown)
+    """How coefficients compare with the numbers of a data sheet, which are others; empty of clocks."""
+    inertial = (fit for fit in fits if parse_unit(fit.recording.unit).kind in SI)
+    said = dict.fromkeys(effect.on_sheets for fit in inertial for effect in fit.model)
+    return "; ".join(filter(None, said))
 
 
 _Cell = tuple["Effect", "Parameter", Any]

@@ -69,9 +69,8 @@ def chance_text(log10_p: float) -> str:
 
 def trials_text(trials: float) -> str:
     """How many trials a p-value accounts for; beyond 10¹⁵ only that it is."""
-    most = 15
-    if trials >= 10.0**most:
-        return f"more than 10{str(most).translate(_DIGITS)} trials"
+    if trials >= 1e15:
+        return "more than 10¹⁵ trials"
     return f"{number(trials, 2)} trials"
 
 

@@ -76,6 +76,8 @@ class Effect:
     standard: ClassVar[StraightLine | None] = None
     #: Why its detection cannot be planned from a spectrum, and what to plan instead; empty where it can.
     unplanned: ClassVar[str] = ""
+    #: How its coefficient compares with the number that data sheets print; empty where it is the same.
+    on_sheets: ClassVar[str] = ""
     #: Names by kind of sensor (``units.Unit.kind``: "acceleration", "fractional frequency"); `title` is the gyroscope's.
     title: ClassVar[str]
     titles: ClassVar[Mapping[str, str]] = {}

@@ -15,7 +15,7 @@ _TIME = re.compile(
     r"^(t|time|times|timestamps?|time_?stamps?|stamp|sec|secs|seconds|epoch|date_?time|mjd|uptime|"
     r"(seconds|sec|s|time|millis|ms|micros|us|nanos|ns)_?elapsed|elapsed(_?(time|s|sec|seconds|ms|us))?|"
     r"millis|micros|zeit(stempel)?|temps|tiempo|i?tow|gps_?(time|tow)|sampletimefine|timestartup|"
-    r"\\w*timestamp|"
+    r"\w*timestamp|"
     r"(sample|unix|utc|system|sensor)_?time(stamp)?(_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))?|"
     r"(t|time|timestamp|stamp)_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))$"
 )

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.suggestion.suggest import Suggestion
 
-__all__ = ["added_to", "one_thing", "pruned", "swapped"]
+__all__ = ["CHANCE", "added_to", "one_thing", "pruned", "swapped"]
 
 #: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
 #: showed once, while it explains more than what is not there does by chance.
@@ -28,7 +28,8 @@ KEEP, NEEDLESS = 0.5, 0.5
 #: One effect takes the place of another if they can be told apart; one that is less clearly better, by this much of logL
 #: for each number more, does if it leaves no more than this of the logarithm of the Allan error.
 HARDLY, NEARER = 3.0, 0.8
-#: How often what chance alone gives the Allan error of a model must be, that another may be nearer.
+#: An Allan error within so many times its expected scatter is chance, as is such a rise on a rung: points at long τ move
+#: together.
 CHANCE = 2.0
 #: A line this near to a band, in units of 1/T, may be the band's.
 NEAR = 10.0

@@ -15,7 +15,7 @@ from allanite.fit.prediction import compare, worse
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
 from allanite.study.ladder import Rung, Study
-from allanite.study.moves import added_to, one_thing, pruned, swapped
+from allanite.study.moves import CHANCE, added_to, one_thing, pruned, swapped
 from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
 from allanite.suggestion import check_fit
@@ -34,11 +34,9 @@ __all__ = ["LIMIT", "full", "improve", "next_rung"]
 
 #: No sensor record supports more additions than this, beside lines and stretches that are left out; no more of these.
 LIMIT, ALONE = 8, 32
-#: How often what chance alone gives the Allan error may rise by on a rung: its points at long τ move together.
-CHANCE = 2.0
 #: An Allan error that is none: half a per cent.
 LITTLE = 0.005
-#: Part of the rise of logL beside the checked model that is found beside another line.
+#: Least part of a suggestion's rise of logL that is still there beside the lines before it.
 AS_FOUND = 0.8
 #: Share of the power of a bin from which a process is seen there.
 VISIBLE = 0.05
@@ -281,12 +279,8 @@ def _bins_moved(before: Fit, after: Fit) -> NDArray[np.bool_]:
     old, new = before.solution.spectrum, after.solution.spectrum
     if old.size != new.size:
         return np.ones(new.size, dtype=bool)
-    return np.asarray(np.abs(np.log(new / old)) > _scatter(after))
-
-
-def _scatter(fit: Fit) -> NDArray[np.float64]:
-    """Standard deviation of the power of each bin, as a share of it."""
-    return np.sqrt(2.0 / np.maximum(fit.solution.weight, 1e-9))
+    scatter = np.sqrt(2.0 / np.maximum(after.solution.weight, 1e-9))
+    return np.asarray(np.abs(np.log(new / old)) > scatter)
 
 
 def _touched(places: set[int], ladder: Sequence[Rung], better: Fit) -> set[int]:
@@ -305,7 +299,7 @@ def _touched(places: set[int], ladder: Sequence[Rung], better: Fit) -> set[int]:
         for place, own in enumerate(solution.effects)
         if isinstance(own, Process) and not (own.power[moved] > least).any()
     }
-    return places - stay | places & {len(better.model) - 1}
+    return (places - stay) | (places & {len(better.model) - 1})
 
 
 def _with_another(before: Fit, better: Fit, check: Check) -> tuple[Fit, Effect] | None:

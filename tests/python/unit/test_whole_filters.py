@@ -126,6 +126,17 @@ def test_a_low_pass_behind_the_sensor_leaves_b_what_it_is(order, cutoff):
     assert study.adequate, study
 
 
+def test_a_lag_takes_no_place_because_chance_bends_the_allan_curve():
+    """Its logL is hardly better here, and its curve nearer to one that is within its scatter: B had given way."""
+    rng, n = np.random.default_rng(3), 64_000
+    flicker = N * np.sqrt(2.0 * np.pi * 0.05)
+    x = g.white(rng, n, RATE, N) + g.flicker(rng, n, RATE, flicker) + g.walk(rng, n, RATE, K)
+    filtered = signal.lfilter(*signal.butter(2, 20.0, fs=RATE), x)[4000:]
+    study = al.improve(al.Recording(filtered, rate=RATE, unit="rad/s"), "N+B+K")
+    assert study.fit.model.name == "N+B+K+BW", study
+    assert study.adequate, study
+
+
 def test_a_filter_of_which_nothing_tells_what_it_acts_on_is_one_of_the_white_part():
     rng = np.random.default_rng(12)
     b, a = signal.butter(2, 20.0, fs=RATE)
