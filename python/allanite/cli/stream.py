@@ -113,6 +113,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     from allanite.readers._choice import Request, choose
     from allanite.readers._split_time import in_one, is_split
     from allanite.readers._table import Table, time_unit_of
+    from allanite.readers.unit_names import unitless
     from allanite.recording.findings import of_stamps
 
     request = Request(
@@ -165,6 +166,8 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     stamps = None if clock is None else clock.stamps()
     rate = request.rate or (stamps.rate if stamps else 0.0)
     audit = tuple(of_stamps(stamps, rate)) if stamps else ()
+    if request.unit is None and columns[0].quantity == "rate":
+        audit += tuple(unitless([names[i] for i in choice.samples if units[i] is None]))
     return [column.result(rate, audit) for column in columns]
 
 
