@@ -113,7 +113,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     from allanite.readers._choice import Request, choose
     from allanite.readers._split_time import in_one, is_split
     from allanite.readers._table import Table, time_unit_of
-    from allanite.readers.unit_names import unitless
+    from allanite.readers.unit_names import unit_in_name, unitless
     from allanite.recording.findings import of_stamps
 
     request = Request(
@@ -126,6 +126,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     )
     name = NAME if log == PIPE else log
     (names, units), named, rows = _opened(log)
+    units = tuple(unit or unit_in_name(name) for name, unit in zip(names, units, strict=True))
     wanted = list(range(len(names)))
     choice = None
     if named:

@@ -122,6 +122,15 @@ def test_a_stream_sees_the_gaps_of_its_time_column(run, tmp_path):
     refused(piped(text, "adev", "-"), 2, "time column", "row 100")
 
 
+def test_a_stream_reads_the_unit_in_a_name(run, tmp_path):
+    path = tmp_path / "dps.csv"
+    x = np.random.default_rng(3).standard_normal(60)
+    path.write_text("GyrX_dps\n" + "".join(f"{v}\n" for v in x))
+    stream = strict(piped(path.read_bytes(), "adev", "-", "--rate", 10, "--json")[1])
+    assert stream["recording"]["unit"] == "deg/s"
+    assert not stream["recording"]["audit"]
+
+
 def test_what_a_stream_does_not_need_may_be_text(run, tmp_path):
     path = tmp_path / "notes.csv"
     x = np.random.default_rng(3).standard_normal(60)
