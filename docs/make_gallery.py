@@ -103,7 +103,7 @@ def section(record: Record, path: Path) -> str:
     picture(plot_check(first), FOLDER / first_png)
     picture(plot_study(study), FOLDER / ladder_png)
     expected = record.expect(recording, first, study)
-    _, words = verdict(study)
+    _, words = verdict(study, first)
     out = [
         f"## {record.title}",
         f"{record.what} *Source: {record.source}.*",
