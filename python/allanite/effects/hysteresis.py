@@ -115,7 +115,9 @@ def play(values: NDArray[np.float64], width: float) -> NDArray[np.float64]:
     low = np.ascontiguousarray((padded - width).reshape(rows, length).T)
     high = low + 2.0 * width
     for k in range(1, length):
-        low[k], high[k] = np.clip([low[k - 1], high[k - 1]], low[k], high[k])
+        floor, ceiling = low[k].copy(), high[k]
+        np.minimum(np.maximum(low[k - 1], floor), ceiling, out=low[k])
+        np.minimum(np.maximum(high[k - 1], floor), ceiling, out=high[k])
     start, last = np.empty(rows), float(values[0])
     for row in range(rows):
         start[row] = last

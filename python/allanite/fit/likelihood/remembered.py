@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,18 +24,30 @@ class Remembered:
 
     most: int
     _kept: dict[Hashable, NDArray[np.float64]] = field(default_factory=dict, repr=False)
+    _bytes: int = field(default=0, repr=False)
+    _lock: Lock = field(default_factory=Lock, repr=False)
 
     def get(self, key: Hashable, make: Callable[[], NDArray[np.float64]]) -> NDArray[np.float64]:
         """What stands under a key, made where it does not; threads may ask at once, and then make it twice."""
-        found = self._kept.pop(key, None)
-        if found is None:
-            found = make()
-        if found.nbytes <= self.most:
+        with self._lock:
+            found = self._kept.pop(key, None)
+            if found is not None:
+                self._kept[key] = found
+                return found
+        found = make()
+        if found.nbytes > self.most:
+            return found
+        with self._lock:
+            other = self._kept.pop(key, None)
+            self._bytes += found.nbytes - (0 if other is None else other.nbytes)
             self._kept[key] = found
-        while sum(a.nbytes for a in list(self._kept.values())) > self.most:
-            for oldest in list(self._kept)[:1]:
-                self._kept.pop(oldest, None)
+            while self._bytes > self.most:
+                self._bytes -= self._kept.pop(next(iter(self._kept))).nbytes
         return found
+
+    def __reduce__(self) -> tuple[type[Remembered], tuple[int]]:
+        """What crosses to another process is found again there."""
+        return Remembered, (self.most,)
 
     def holds(self, size: int) -> bool:
         """Whether something of this many bytes is worth keeping: three of it have room."""

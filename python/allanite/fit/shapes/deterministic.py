@@ -38,6 +38,8 @@ __all__ = [
 
 #: Ordinates in which slow functions are regressed, and half the window about a line.
 LOW, WINDOW = 8192, 512
+#: Part of the largest eigenvalue of normal equations below which regressors are each other's.
+INDEPENDENT = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -193,7 +195,10 @@ def regress(
     norm[norm == 0.0] = 1.0
     unit = white / norm
     normal = unit.T @ unit
-    inverse = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
+    # What others do as well has no part of its own.
+    strength, axes = np.linalg.eigh(normal)
+    own = strength > INDEPENDENT * strength[-1]
+    inverse = (axes[:, own] / strength[own]) @ axes[:, own].T
     score = unit.T @ (values * root)
     solution = inverse @ score
     leverage = ((unit @ inverse) * unit).sum(axis=1)
