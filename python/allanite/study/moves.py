@@ -176,12 +176,16 @@ def _absent(effect: Effect) -> bool:
     return isinstance(effect, Stochastic) and not effect.values[effect.coefficient]
 
 
-def _nearer(new: Fit, old: Fit) -> bool:
-    """Whether the Allan curve is clearly nearer to a measured one that is farther away than chance leads."""
+def _nearer(new: Fit, old: Fit, place: int) -> bool:
+    """Whether the Allan curve is clearly nearer to a measured one that is farther away than chance leads.
+
+    What stands at `place` gives way within chance too, where the record does not show it.
+    """
     a, b = new.curve.rms_percent, old.curve.rms_percent
-    if a is None or b is None or b < CHANCE * (old.curve.chance_percent or 0.0):
+    if a is None or b is None or np.log1p(a / 100.0) > NEARER * np.log1p(b / 100.0):
         return False
-    return bool(np.log1p(a / 100.0) < NEARER * np.log1p(b / 100.0))
+    chance = old.curve.chance_percent or 0.0
+    return b > CHANCE * chance or (b > chance and not shown(old, place))
 
 
 def swapped(
@@ -190,7 +194,7 @@ def swapped(
     """The fit in which another kind stands clearly better where an effect stands, the kind that left, and the new effect.
 
     One that is little better takes the place if its Allan curve is clearly nearer to a measured one that chance does not
-    explain.
+    explain, or if the record does not show what stands there.
 
     `places` are looked at; `tried` remembers (kind, kind that took its place): no swap is taken back. Kinds that are
     `barred` take no place.
@@ -207,7 +211,7 @@ def swapped(
                 continue
             risen = found.solution.log_likelihood - fit.solution.log_likelihood
             enough = risen >= HARDLY * max(1, found.effect.numbers - effect.numbers)
-            if found.evidence >= RIVAL or (enough and _nearer(_of(fit, found.solution), fit)):
+            if found.evidence >= RIVAL or (enough and _nearer(_of(fit, found.solution), fit, place)):
                 best = found.evidence, found, effect.kind
     if best is None:
         return None
