@@ -161,7 +161,8 @@ pub struct Spaced<'a> {
     order: usize,
     /// Short against the time constant: work with φ^h without its first powers.
     reduced: bool,
-    /// For x ≥ reach: amplitude × (φ^x without its first powers) + slope·x + constant.
+    /// For x ≥ reach: amplitude × φ^(x − reach) + constant; reduced, amplitude × (φ^x without its first powers) + slope·x +
+    /// constant.
     amplitude: c64,
     slope: c64,
     constant: c64,
@@ -175,6 +176,7 @@ impl<'a> Spaced<'a> {
         let reduced = w.norm() < 1.0;
         let mut out = Self { kernel, i, order, reduced, amplitude: zero, slope: zero, constant: zero };
         if !reduced {
+            out.amplitude = kernel.c * exp_without(w, 1).powu(order as u32);
             out.constant = kernel.beside[1] * if order == 3 { 6.0 * i.powi(3) } else { 0.0 };
             return out;
         }
@@ -210,25 +212,25 @@ impl<'a> Spaced<'a> {
             };
             self.amplitude * exp_without(lambda * x, removed) + self.slope * x + self.constant
         } else {
-            let step = exp_without(lambda * self.i, 1);
-            self.kernel.c * (lambda * (x - reach)).exp() * step.powu(self.order as u32) + self.constant
+            self.amplitude * (lambda * (x - reach)).exp() + self.constant
         };
         value * sign
     }
 
-    /// Cross-covariance of differences at spacings i and j ≥ i whose centres are `t` ≥ 0 apart.
-    pub fn cross(&self, j: usize, t: f64) -> f64 {
-        let (j, o) = (j as f64, self.order as f64);
+    /// Cross-covariance of differences at spacings i and j ≥ i, by the distance t ≥ 0 of their centres.
+    pub fn with(&self, j: usize) -> impl Fn(f64) -> f64 {
+        let (j, o, lambda) = (j as f64, self.order as f64, self.kernel.lambda);
         let sign = if self.order == 3 { -1.0 } else { 1.0 };
-        let lambda = self.kernel.lambda;
         let reach = o * (self.i + j) / 2.0;
-        if t >= reach {
-            let (a, b) = (exp_without(lambda * self.i, 1), exp_without(lambda * j, 1));
-            let value = self.kernel.c * (lambda * (t - reach)).exp() * (a * b).powu(self.order as u32);
-            return sign * value.re;
+        let both = exp_without(lambda * self.i, 1) * exp_without(lambda * j, 1);
+        let far = self.kernel.c * both.powu(self.order as u32) * sign;
+        move |t| {
+            if t >= reach {
+                return (far * (lambda * (t - reach)).exp()).re;
+            }
+            let start = t - j * o / 2.0;
+            let parts = binomial(self.order).iter().enumerate();
+            sign * parts.map(|(b, c)| c * self.at(start + b as f64 * j).re).sum::<f64>()
         }
-        let start = t - j * o / 2.0;
-        let parts = binomial(self.order).iter().enumerate();
-        sign * parts.map(|(b, c)| c * self.at(start + b as f64 * j).re).sum::<f64>()
     }
 }

@@ -104,3 +104,40 @@ fn weights(terms: &[Term], n: usize, factor: usize, kind: Kind) -> Result<Vec<f6
     distribution::normalise(&mut found);
     Ok(found)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::lags::Wave;
+    use super::*;
+
+    #[test]
+    fn narrow_lines_are_summed_as_lag_by_lag() {
+        let n = 6000;
+        let line = |rms: f64, angle: f64, damping: f64| {
+            let phi = (-damping * angle).exp();
+            ("exponential".into(), vec![rms * rms, 0.0, phi * angle.cos(), phi * angle.sin()])
+        };
+        let smooth: [Term; 3] =
+            [("white".into(), vec![1.0]), ("flicker".into(), vec![0.01]), ("random_walk".into(), vec![1e-6])];
+        let lines = [
+            line(1.0, 0.0355, 0.002),
+            line(0.5, 0.106, 0.001),
+            line(0.7, 0.63, 0.05),
+            line(0.2, 0.111, 0.002),
+        ];
+        let factors = [1, 3, 7, 10, 32, 75, 133, 422, 1000, 1900];
+        // Panels of no width: every lag.
+        let every = [Wave { decay: 0.0, angle: 10.0 }];
+        for some in [&lines[..1], &lines[1..2], &lines[..]] {
+            let terms = [&smooth[..], some].concat();
+            let (_, found) = variances(&terms, n, &factors, Kind::Allan).unwrap();
+            let process = Process::new(&terms, n, Kind::Allan).unwrap();
+            for (&m, found) in factors.iter().zip(found) {
+                let (spaced, count) = (process.spaced(m, 2), Kind::Allan.count(n, m));
+                let sum = spaced.mean_square(&spaced, (count, count), &process.kinks, &every);
+                let exact = 2.0 * sum / Kind::Allan.scale(m).powi(2);
+                assert!((found / exact - 1.0).abs() < 1e-5, "{} lines, m = {m}: {found} {exact}", some.len());
+            }
+        }
+    }
+}

@@ -167,10 +167,8 @@ impl Spaced<'_> {
     /// R_ij(t) for t ≥ 0, j ≥ i.
     pub fn with(&self, j: usize) -> impl Fn(f64) -> f64 {
         let powers: Vec<_> = self.powers.iter().map(|p| p.with(j)).collect();
-        move |t| {
-            powers.iter().map(|p| p.at(t)).sum::<f64>()
-                + self.exponentials.iter().map(|e| e.cross(j, t)).sum::<f64>()
-        }
+        let exponentials: Vec<_> = self.exponentials.iter().map(|e| e.with(j)).collect();
+        move |t| powers.iter().map(|p| p.at(t)).sum::<f64>() + exponentials.iter().map(|e| e(t)).sum::<f64>()
     }
 
     /// Distances between centres at which some pair of points meets.
