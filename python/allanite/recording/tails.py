@@ -67,22 +67,28 @@ def _quantile(inverse: float, chance: float) -> float:
     return float(-(ndtri(p) if inverse == 0.0 else stdtrit(1.0 / inverse, p)))
 
 
-def tail_of(magnitudes: NDArray[np.float64], censored: float) -> Tail | None:
-    """The law of magnitudes of which the largest share `censored` counts by its number; None of hardly any."""
+def tail_of(
+    magnitudes: NDArray[np.float64], censored: float, *, ordered: bool = False
+) -> Tail | None:
+    """The law of magnitudes of which the largest share `censored` counts by its number; None of hardly any.
+
+    They may be given in order, the lowest first.
+    """
     from scipy.special import ndtr, stdtr
 
     n = magnitudes.size
     keep = int(n * (1.0 - censored))
     if keep < 50:
         return None
-    median, top = np.partition(magnitudes, [n // 2, keep - 1])[[n // 2, keep - 1]]
+    rising = magnitudes if ordered else np.sort(magnitudes)
+    median, top = rising[n // 2], rising[keep - 1]
     if not 0.0 < median < top:
         return None
     wide = min(2.0 * median, 0.999 * top)
     edges = np.unique(np.append(np.linspace(0.0, wide, 14)[:-1], np.geomspace(wide, top, 12)))
-    inside = magnitudes[magnitudes <= top]
-    count, _ = np.histogram(inside, edges)
-    beyond = n - inside.size
+    places = np.searchsorted(rising, edges)
+    places[-1] = inside = int(np.searchsorted(rising, top, side="right"))
+    count, beyond = np.diff(places), n - inside
     # The median of magnitudes is known to 0.79/√n of itself.
     spread = np.exp(np.linspace(-REACH, REACH, SCALES) * 1.2 / np.sqrt(n))
     value = np.empty(INVERSE.size)
@@ -121,25 +127,26 @@ def outlier_limit(magnitudes: NDArray[np.float64], chance: float, step: float = 
     if step > 0.0:
         spread = np.random.default_rng(0).uniform(-0.5 * step, 0.5 * step, magnitudes.size)
         magnitudes = np.abs(magnitudes + spread)
-    tails = [tail_of(magnitudes, share) for share in CENSORED]
+    magnitudes = np.sort(magnitudes)
+    tails = [tail_of(magnitudes, share, ordered=True) for share in CENSORED]
     limits = [t.reach(chance) for t in tails if t is not None]
     return min([*limits, *_powers(magnitudes, chance)], default=np.inf) + 0.5 * step
 
 
-def _powers(magnitudes: NDArray[np.float64], chance: float) -> list[float]:
-    """The same from the largest values alone: a power law through those of some ranks, carried on to where none is left.
+def _powers(rising: NDArray[np.float64], chance: float) -> list[float]:
+    """The same from the largest of values in order alone: a power law through those of some ranks, carried on to where none is left.
 
     Its exponent is Hill's (1975) with the very largest left out. Tails become no heavier outwards than a power law.
     """
     from scipy.special import pdtrc
 
-    n = magnitudes.size
+    n = rising.size
     out: list[float] = []
     for left_out in (20, 100, 500, 2000):
         last = SPAN * left_out
         if 4 * last > n:
             break
-        top = np.sort(np.partition(magnitudes, n - last)[n - last :])[::-1]
+        top = rising[n - last :][::-1]
         edge = float(top[left_out - 1])
         if not top[-1] > 0.0:
             break
