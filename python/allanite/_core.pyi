@@ -115,9 +115,14 @@ def allan_law(
     probabilities: Sequence[float],
     kind: str = "oadev",
 ) -> NDArray[np.float64]: ...
-def exponential_ordinates(
-    a: tuple[float, float], phi: tuple[float, float], j: NDArray[np.int64], n: int
-) -> NDArray[np.float64]: ...
+
+@final
+class Ordinates:
+    def __new__(cls, j: NDArray[np.int64], n: int) -> Self: ...
+    def variance(self, terms: Sequence[tuple[str, Sequence[float]]]) -> NDArray[np.float64]: ...
+    def means(
+        self, terms: Sequence[tuple[str, Sequence[float]]], owner: NDArray[np.int64]
+    ) -> NDArray[np.float64]: ...
 
 # -- likelihood
 @final

@@ -8,6 +8,7 @@ from allanite.common.memory import forget
 __all__ = [
     "Accumulator",
     "Likelihood",
+    "Ordinates",
     "Simulator",
     "TextReader",
     "adjacent_allan",
@@ -18,7 +19,6 @@ __all__ = [
     "cosine_transform",
     "end_with_line",
     "envelope",
-    "exponential_ordinates",
     "family_variance",
     "gls_nonnegative",
     "inverse_cosine_transform",
@@ -89,10 +89,10 @@ TextReader = _core.TextReader
 read_text = _core.read_text
 
 # -- covariance
+Ordinates = _core.Ordinates
 allan_covariance = _core.allan_covariance
 allan_law = _core.allan_law
 allan_variances = _core.allan_variances
-exponential_ordinates = _core.exponential_ordinates
 
 # -- likelihood
 Likelihood = _core.Likelihood

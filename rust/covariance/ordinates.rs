@@ -1,35 +1,145 @@
-//! Expectation of the squared cosine ordinates of r(h) = Re(a φ^|h|).
+//! Expectation of the squared cosine ordinates c_j of n samples of a sum of primitive processes.
 //!
-//! E c_j² = Re a[1 + (2/n)(C − D/sin w)], w = πj/n, C = Σ_{h=1}^{n−1} (n − h) φ^h cos hw, D = Σ φ^h sin hw: geometric sums of
-//! z = φe^{±iw}, whose last power is (−1)^j φ^n.
+//! With w = πj/n and s = 4 sin²(w/2), white noise and random walks have their spectrum; to all others the ends of the record
+//! add a little: an autocovariance contributes r(0) + (2/n) Σ_h r(h)[(n − h) cos hw − sin hw/sin w], h = 1 … n − 1. Of
+//! r(h) = φ^h these are geometric sums of z = φe^{±iw}, together
+//!
+//! (1 − φ)/q · [1 + φ − (φ/n)(1 − (−1)^j φ^n)(1 − φ)(4 − s)/q],  q = (1 − φ)² + φs = (1 − φe^{iw})(1 − φe^{−iw}),
+//!
+//! which keeps its digits for φ → 1 and w → 0, and takes nothing of a node but s and whether j is odd.
 
 use std::f64::consts::PI;
 
 use faer::c64;
 
-/// E c_j² at each j in 1…n−1.
-pub fn exponential(a: c64, phi: c64, ordinates: &[i64], n: usize) -> Vec<f64> {
-    let count = n as f64;
-    let last = if phi.norm() > 0.0 { (phi.ln() * count).exp() } else { c64::new(0.0, 0.0) };
-    let real = phi.im == 0.0;
-    let one = c64::new(1.0, 0.0);
-    let sums = |z: c64, end: c64| {
-        let inverse = one / (one - z);
-        let plain = (z - end) * inverse;
-        let weighted = (z - end * count + end * z * (count - 1.0)) * inverse * inverse;
-        (plain, weighted)
-    };
-    let value = |j: &i64| {
-        let (sin, cos) = (PI * *j as f64 / count).sin_cos();
-        let end = if j % 2 == 0 { last } else { -last };
-        let up = sums(phi * c64::new(cos, sin), end);
-        // Of a real φ the other is its conjugate.
-        let down = if real { (up.0.conj(), up.1.conj()) } else { sums(phi * c64::new(cos, -sin), end) };
-        let cosines = (up.0 + down.0) * (0.5 * count) - (up.1 + down.1) * 0.5;
-        let sines = (up.0 - down.0) * c64::new(0.0, -0.5);
-        (a * (one + (cosines - sines / sin) * (2.0 / count))).re
-    };
-    ordinates.iter().map(value).collect()
+use super::process::{Term, unknown};
+use crate::{Error, Result};
+
+/// Nodes that a recurrence takes at once.
+const LANES: usize = 8;
+
+/// Ordinates at which expectations are asked for: what depends on them alone.
+pub struct Ordinates {
+    n: f64,
+    j: Vec<f64>,
+    /// 4 sin²(w/2), the power of a difference.
+    s: Vec<f64>,
+    /// (−1)^j.
+    sign: Vec<f64>,
+}
+
+impl Ordinates {
+    /// Ordinates j in 1 … n−1 of `n` samples.
+    pub fn new(j: impl Iterator<Item = i64>, n: usize) -> Self {
+        let mut out = Self { n: n as f64, j: Vec::new(), s: Vec::new(), sign: Vec::new() };
+        for j in j {
+            let step = 2.0 * (PI * j as f64 / (2.0 * out.n)).sin();
+            out.j.push(j as f64);
+            out.s.push(step * step);
+            out.sign.push(if j % 2 == 0 { 1.0 } else { -1.0 });
+        }
+        out
+    }
+
+    /// E c_j² of the sum of `terms`; a flicker and a power law bring E c_j² over their spectrum at j = 1, 2, … as well.
+    pub fn variance(&self, terms: &[Term]) -> Result<Vec<f64>> {
+        let mut total = vec![0.0; self.j.len()];
+        for (name, values) in terms {
+            match (name.as_str(), values.as_slice()) {
+                ("white", &[v]) => total.iter_mut().for_each(|sum| *sum += v),
+                ("blue", &[v]) => self.add(&mut total, |s| v * (s + (4.0 - s) / self.n)),
+                ("random_walk", &[v]) => self.add(&mut total, |s| v / s),
+                ("flicker", [v, ends @ ..]) if !ends.is_empty() => self.power_law(&mut total, -1.0, *v, ends),
+                ("power_law", [a, v, ends @ ..]) if !ends.is_empty() => {
+                    self.power_law(&mut total, *a, *v, ends);
+                }
+                ("exponential", &[re, im, phi_re, phi_im]) => {
+                    self.exponential(&mut total, c64::new(re, im), c64::new(phi_re, phi_im));
+                }
+                ("lags", lags) if !lags.is_empty() => self.lags(&mut total, lags),
+                _ => return Err(unknown(name, values.len())),
+            }
+        }
+        Ok(total)
+    }
+
+    /// The same as means over bins: `owner` names the bin of each ordinate, those of a bin beside each other.
+    pub fn means(&self, terms: &[Term], owner: &[i64]) -> Result<Vec<f64>> {
+        let values = self.variance(terms)?;
+        if owner.len() != values.len() {
+            return Err(Error::Input(format!("{} ordinates have {} owners", values.len(), owner.len())));
+        }
+        let mut rest = values.as_slice();
+        let mean = |bin: &[i64]| {
+            let (own, after) = rest.split_at(bin.len());
+            rest = after;
+            own.iter().sum::<f64>() / own.len() as f64
+        };
+        Ok(owner.chunk_by(|a, b| a == b).map(mean).collect())
+    }
+
+    fn add(&self, total: &mut [f64], spectrum: impl Fn(f64) -> f64) {
+        for (sum, s) in total.iter_mut().zip(&self.s) {
+            *sum += spectrum(*s);
+        }
+    }
+
+    /// What the ends do beyond the ordinates of which it is known falls as 1/j.
+    fn power_law(&self, total: &mut [f64], exponent: f64, level: f64, ends: &[f64]) {
+        let (known, last) = (ends.len() as f64, ends[ends.len() - 1]);
+        for ((sum, s), j) in total.iter_mut().zip(&self.s).zip(&self.j) {
+            let ratio =
+                ends.get((*j as usize).wrapping_sub(1)).copied().unwrap_or(1.0 + (last - 1.0) * known / j);
+            *sum += level * s.powf(0.5 * exponent) * ratio;
+        }
+    }
+
+    fn exponential(&self, total: &mut [f64], a: c64, phi: c64) {
+        let rest = 1.0 - phi;
+        let last = if phi.norm() > 0.0 { (phi.ln() * self.n).exp() } else { c64::new(0.0, 0.0) };
+        let (square, main, ends) = (rest * rest, a * rest * (1.0 + phi), a * rest * rest * phi / self.n);
+        let odd = ends * last;
+        let nodes = total.iter_mut().zip(&self.s).zip(&self.sign);
+        if phi.im == 0.0 {
+            for ((sum, s), sign) in nodes {
+                let inverse = 1.0 / (square.re + phi.re * s);
+                *sum += inverse * (main.re - (ends.re - sign * odd.re) * (4.0 - s) * inverse);
+            }
+            return;
+        }
+        for ((sum, s), sign) in nodes {
+            let (re, im) = (square.re + phi.re * s, square.im + phi.im * s);
+            let norm = 1.0 / (re * re + im * im);
+            let inverse = (re * norm, -im * norm);
+            let end = ((ends.re - sign * odd.re) * (4.0 - s), (ends.im - sign * odd.im) * (4.0 - s));
+            let re = main.re - (end.0 * inverse.0 - end.1 * inverse.1);
+            let im = main.im - (end.0 * inverse.1 + end.1 * inverse.0);
+            *sum += re * inverse.0 - im * inverse.1;
+        }
+    }
+
+    /// Σ r(h) cos hw and Σ r(h) sin(hw)/sin(w) by Clenshaw's recurrence, as Reinsch wrote it: differences keep the digits
+    /// of small w.
+    fn lags(&self, total: &mut [f64], lags: &[f64]) {
+        let lags = &lags[..lags.len().min(self.n as usize)];
+        for (total, nodes) in total.chunks_mut(LANES).zip(self.s.chunks(LANES)) {
+            let mut s = [0.0; LANES];
+            s[..nodes.len()].copy_from_slice(nodes);
+            let [mut cosines, mut rise, mut sines, mut slope] = [[0.0; LANES]; 4];
+            for (h, r) in lags.iter().enumerate().skip(1).rev() {
+                let twice = 2.0 * r * (1.0 - h as f64 / self.n);
+                for k in 0..LANES {
+                    rise[k] += twice - s[k] * cosines[k];
+                    cosines[k] += rise[k];
+                    slope[k] += r - s[k] * sines[k];
+                    sines[k] += slope[k];
+                }
+            }
+            for (k, sum) in total.iter_mut().enumerate() {
+                *sum += lags[0] + rise[k] - 0.5 * s[k] * cosines[k] - 2.0 / self.n * sines[k];
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -37,25 +147,89 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The double sum over lags of cos(w(k+½)) cos(w(l+½)).
-    fn naive(a: c64, phi: c64, j: usize, n: usize) -> f64 {
-        let w = PI * j as f64 / n as f64;
-        let c = |k: usize| (w * (k as f64 + 0.5)).cos();
-        let pairs = (0..n).flat_map(|k| (0..n).map(move |l| (k, l)));
-        let sum: f64 = pairs.map(|(k, l)| (a * phi.powu(k.abs_diff(l) as u32)).re * c(k) * c(l)).sum();
-        2.0 / n as f64 * sum
+    /// The double sum over pairs of samples of r(k, l) cos(w(k+½)) cos(w(l+½)).
+    fn naive(r: impl Fn(usize, usize) -> f64, n: usize) -> Vec<f64> {
+        let at = |j: usize| {
+            let w = PI * j as f64 / n as f64;
+            let c = |k: usize| (w * (k as f64 + 0.5)).cos();
+            let pairs = (0..n).flat_map(|k| (0..n).map(move |l| (k, l)));
+            2.0 / n as f64 * pairs.map(|(k, l)| r(k, l) * c(k) * c(l)).sum::<f64>()
+        };
+        (1..n).map(at).collect()
+    }
+
+    fn found(terms: &[(&str, Vec<f64>)], n: usize) -> Vec<f64> {
+        let terms: Vec<Term> = terms.iter().map(|(name, values)| ((*name).into(), values.clone())).collect();
+        Ordinates::new(1..n as i64, n).variance(&terms).unwrap()
+    }
+
+    fn check(found: &[f64], expected: &[f64], within: f64) {
+        let size = expected.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < within * size, "{found} {expected}");
+        }
     }
 
     proptest! {
         #[test]
-        fn equals_the_double_sum(radius in 0.0..0.999_f64, angle in 0.0..3.0_f64, tilt in -0.5..0.5_f64, n in 4_usize..40) {
+        fn an_exponential_is_the_double_sum(
+            rate in -6.0..0.5_f64, angle in 0.0..3.0_f64, turns in any::<bool>(), tilt in -0.5..0.5_f64, n in 4_usize..40
+        ) {
+            let radius = (-10_f64.powf(rate)).exp();
+            let angle = if turns { angle } else { 0.0 };
             let (a, phi) = (c64::new(1.0, tilt), c64::new(radius * angle.cos(), radius * angle.sin()));
-            let j: Vec<i64> = (1..n as i64).collect();
-            for (j, found) in j.iter().zip(exponential(a, phi, &j, n)) {
-                let expected = naive(a, phi, *j as usize, n);
-                // Differences of sums of up to n terms, over (1 − z)² ≥ 1e-6.
-                prop_assert!((found - expected).abs() < 1e-8 * n as f64, "{found} {expected}");
+            // Without the constant, which no ordinate sees.
+            let r = |k: usize, l: usize| (a * (phi.powu(k.abs_diff(l) as u32) - 1.0)).re;
+            check(&found(&[("exponential", vec![a.re, a.im, phi.re, phi.im])], n), &naive(r, n), 1e-9);
+        }
+
+        #[test]
+        fn a_sum_is_the_double_sum(
+            v in 0.1..3.0_f64, u in 0.1..3.0_f64, walk in 0.0..1.0_f64, n in 4_usize..40,
+            lags in prop::collection::vec(-1.0..1.0_f64, 1..12)
+        ) {
+            let terms =
+                [("white", vec![v]), ("blue", vec![u]), ("random_walk", vec![walk]), ("lags", lags.clone())];
+            let r = |k: usize, l: usize| {
+                let h = k.abs_diff(l);
+                [v + 2.0 * u, -u].get(h).unwrap_or(&0.0) + walk * k.min(l) as f64 + lags.get(h).unwrap_or(&0.0)
+            };
+            check(&found(&terms, n), &naive(r, n), 1e-11);
+        }
+    }
+
+    #[test]
+    fn a_power_law_is_its_spectrum_times_what_the_ends_do() {
+        let ends = [0.5, 0.75];
+        let n = 6;
+        for (name, before, a) in [("flicker", vec![2.0], -1.0), ("power_law", vec![0.4, 2.0], 0.4)] {
+            let values = [before.as_slice(), &ends].concat();
+            for (k, found) in found(&[(name, values)], n).iter().enumerate() {
+                let j = k as f64 + 1.0;
+                let ratio = [0.5, 0.75].get(k).copied().unwrap_or(1.0 - 0.25 * 2.0 / j);
+                let expected = 2.0 * (2.0 * (PI * j / 12.0).sin()).powf(a) * ratio;
+                assert!((found / expected - 1.0).abs() < 1e-14, "{name} {j}: {found} {expected}");
             }
+        }
+    }
+
+    #[test]
+    fn bins_have_the_means_of_their_ordinates() {
+        let at = Ordinates::new([1, 2, 3, 7, 9].into_iter(), 20);
+        let terms = [("random_walk".to_string(), vec![1.0]), ("white".to_string(), vec![0.3])];
+        let single = at.variance(&terms).unwrap();
+        let expected = [single[0], (single[1] + single[2] + single[3]) / 3.0, single[4]];
+        assert_eq!(at.means(&terms, &[0, 1, 1, 1, 2]).unwrap(), expected);
+        assert!(at.means(&terms, &[0, 1]).is_err());
+    }
+
+    #[test]
+    fn what_is_no_term_is_refused() {
+        for (name, values) in
+            [("white", 2), ("flicker", 1), ("power_law", 2), ("exponential", 3), ("lags", 0)]
+        {
+            let terms = [(name.to_string(), vec![0.5; values])];
+            assert!(Ordinates::new(1..4, 5).variance(&terms).is_err(), "{name}");
         }
     }
 }

@@ -66,6 +66,14 @@ const NEAR: usize = 20;
 /// A named primitive process with its numbers per sample.
 pub type Term = (String, Vec<f64>);
 
+/// What is said of a term that is none.
+pub fn unknown(name: &str, values: usize) -> Error {
+    Error::Input(format!(
+        "term {name:?} with {values} values is unknown; known are white 1, blue 1, random_walk 1, flicker 1, power_law 2, \
+         exponential 4, lags 1 or more"
+    ))
+}
+
 /// Everything about the process that the differences need.
 pub struct Process {
     pub powers: Vec<Powers>,
@@ -130,13 +138,7 @@ impl Process {
                 self.kinks.extend((NEAR..lags.len()).step_by(NEAR));
                 self.kinks.push(lags.len());
             }
-            _ => {
-                return Err(Error::Input(format!(
-                    "term {name:?} with {} values is unknown; known are white 1, blue 1, random_walk 1, flicker 1, \
-                     power_law 2, exponential 4, lags 1 or more",
-                    values.len()
-                )));
-            }
+            _ => return Err(unknown(name, values.len())),
         }
         Ok(())
     }

@@ -1,9 +1,9 @@
 //! Bindings of the covariance across averaging factors.
 
-use faer::c64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
+use super::errors::to_python;
 use super::gil::run_short;
 use crate::covariance::{Kind, Term, covariance, ordinates, quantiles, variances};
 use crate::{Error, Result};
@@ -72,17 +72,29 @@ pub fn allan_law<'py>(
     Ok(found.into_pyarray(py))
 }
 
-/// E c_j² (k,) of r(h) = Re(a φ^h) at ordinates j of n samples.
-#[expect(clippy::needless_pass_by_value, reason = "extracted from Python objects")]
-#[pyfunction]
-pub fn exponential_ordinates<'py>(
-    py: Python<'py>,
-    a: (f64, f64),
-    phi: (f64, f64),
-    j: PyReadonlyArray1<'py, i64>,
-    n: usize,
-) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let j = j.as_slice()?;
-    let found = ordinates::exponential(c64::new(a.0, a.1), c64::new(phi.0, phi.1), j, n);
-    Ok(found.into_pyarray(py))
+/// Ordinates j (k,) of n samples at which expectations are asked for.
+#[pyclass(frozen, module = "allanite._core")]
+pub struct Ordinates(ordinates::Ordinates);
+
+#[pymethods]
+impl Ordinates {
+    #[new]
+    fn new(j: PyReadonlyArray1<'_, i64>, n: usize) -> Self {
+        Self(ordinates::Ordinates::new(j.as_array().iter().copied(), n))
+    }
+
+    /// E c_j² (k,) of a sum of terms. It keeps the interpreter: microseconds, in which nothing else would get on.
+    fn variance<'py>(&self, py: Python<'py>, terms: Vec<Term>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(self.0.variance(&terms).map_err(to_python)?.into_pyarray(py))
+    }
+
+    /// Its means (bins,) over bins, of which `owner` (k,) names that of each ordinate.
+    fn means<'py>(
+        &self,
+        py: Python<'py>,
+        terms: Vec<Term>,
+        owner: PyReadonlyArray1<'py, i64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(self.0.means(&terms, owner.as_slice()?).map_err(to_python)?.into_pyarray(py))
+    }
 }

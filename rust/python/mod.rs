@@ -46,7 +46,7 @@ mod _core {
     use super::text::{TextReader, read_text};
     // covariance
     #[pymodule_export]
-    use super::covariance::{allan_covariance, allan_law, allan_variances, exponential_ordinates};
+    use super::covariance::{Ordinates, allan_covariance, allan_law, allan_variances};
 
     // envelope
     #[pymodule_export]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from math import prod
 from typing import ClassVar
 
 import numpy as np
@@ -78,8 +79,8 @@ class Response:
 
     def power(self, z: complex) -> complex:
         """G(z) = H(z)H(1/z)."""
-        top = np.prod([(z - q) * (1.0 - q * z) for q in self.zeros])
-        bottom = np.prod([(z - p) * (1.0 - p * z) for p in self.poles])
+        top = prod((z - q) * (1.0 - q * z) for q in self.zeros)
+        bottom = prod((z - p) * (1.0 - p * z) for p in self.poles)
         return complex(self.gain**2 * top / bottom)
 
     @cached_property
@@ -91,19 +92,23 @@ class Response:
     @cached_property
     def lag_zero(self) -> float:
         """What white noise keeps at lag 0 beyond its exponentials: G(0)."""
-        return float((self.gain**2 * np.prod(self.zeros) / np.prod(self.poles)).real)
+        return complex(self.gain**2 * prod(self.zeros) / prod(self.poles)).real
 
     @cached_property
-    def weights(self) -> tuple[complex, ...]:
-        """Residue of G(z)/z at each pole: its exponential behind white noise of variance 1."""
+    def modes(self) -> tuple[tuple[complex, complex], ...]:
+        """Exponentials behind white noise of variance 1: each pole and the residue of G(z)/z there.
+
+        Of a conjugate pair one, with twice its residue.
+        """
         out = []
-        for k, p in enumerate(self.poles):
-            top = np.prod([(p - q) * (1.0 - q * p) for q in self.zeros])
-            others = np.prod([p - o for i, o in enumerate(self.poles) if i != k])
-            out.append(
-                self.gain**2 * top / (p * others * np.prod([1.0 - o * p for o in self.poles]))
-            )
-        return tuple(map(complex, out))
+        for p in self.poles:
+            if p.imag < 0.0:
+                continue
+            top = prod((p - q) * (1.0 - q * p) for q in self.zeros)
+            others = prod(p - o for o in self.poles if o != p)
+            bottom = p * others * prod(1.0 - o * p for o in self.poles)
+            out.append((p, (2.0 if p.imag > 0.0 else 1.0) * self.gain**2 * top / bottom))
+        return tuple(out)
 
 
 @dataclass(frozen=True)
@@ -183,35 +188,33 @@ def _passed(term: Term, response: Response) -> tuple[Term, ...]:
 def _of_pieces(pieces: list[Term], response: Response, less: float) -> list[Term]:
     """Rational terms behind the filter, less a part of themselves."""
     out: list[Term] = []
-    spectra = np.zeros(len(response.poles), dtype=complex)
-    poles = np.array(response.poles)
+    # Spectra at the poles of the filter. These are few, and so mostly are the pieces: arrays would cost more than they save.
+    spectra = [0.0j] * len(response.modes)
     white = 0.0
     for piece in pieces:
         if isinstance(piece, White):
             white += piece.variance
-            spectra += piece.variance
         elif isinstance(piece, RandomWalk):
-            spectra += piece.variance / ((1.0 - poles) * (1.0 - 1.0 / poles))
+            for k, (p, _) in enumerate(response.modes):
+                spectra[k] += piece.variance / ((1.0 - p) * (1.0 - 1.0 / p))
             left = response.at_zero - less
             out += [piece.scaled(left)] if left else []
         else:
             assert isinstance(piece, Exponential)
             a, phi = complex(piece.a), _apart(complex(piece.phi), response)
-            for amount, at in ((0.5 * a, phi), (0.5 * a.conjugate(), phi.conjugate())):
-                spectra += amount * (1.0 - at**2) / ((1.0 - at * poles) * (1.0 - at / poles))
+            sides = (
+                ((0.5 * a, phi), (0.5 * a.conjugate(), phi.conjugate()))
+                if phi.imag
+                else ((complex(a.real), phi),)
+            )
+            for k, (p, _) in enumerate(response.modes):
+                for amount, at in sides:
+                    spectra[k] += amount * (1.0 - at * at) / ((1.0 - at * p) * (1.0 - at / p))
             out.append(Exponential(a * (response.power(phi) - less), phi))
-    out += _modes(np.array(response.weights) * spectra, response)
+    for (p, weight), spectrum in zip(response.modes, spectra, strict=True):
+        out.append(Exponential(weight * (spectrum + white), p))
     kept = white * (response.lag_zero - less)
-    return [*out, White(float(kept))] if kept else out
-
-
-def _modes(weights: NDArray[np.complex128], response: Response) -> list[Term]:
-    """Σ weight·pole^h, of a conjugate pair one with twice its weight."""
-    return [
-        Exponential(complex(w * (2.0 if p.imag > 0.0 else 1.0)), p)
-        for w, p in zip(weights, response.poles, strict=True)
-        if p.imag >= 0.0
-    ]
+    return [*out, White(kept)] if kept else out
 
 
 def _apart(phi: complex, response: Response) -> complex:
@@ -266,10 +269,7 @@ def _of_lags(covariance: Array, response: Response) -> list[Term]:
     both = np.concatenate([covariance[:0:-1], covariance])
     out: list[Term] = []
     finite = response.lag_zero * covariance
-    for w, p in zip(response.weights, response.poles, strict=True):
-        if p.imag < 0.0:
-            continue
-        w *= 2.0 if p.imag > 0.0 else 1.0
+    for p, w in response.modes:
         slow = -last * np.log(abs(p)) < np.log(DIVIDED)  # |p|⁻ᵏ of a fast pole is beyond doubles
         reach = last + (0 if slow else int(np.ceil(GONE / -np.log(abs(p)))))
         own = p ** np.arange(reach + last + 1)

@@ -13,8 +13,8 @@ __all__ = [
     "allan_of_lags",
     "exponential_allan",
     "power_law_allan",
+    "power_law_ends",
     "power_law_lags",
-    "power_law_ratio",
 ]
 
 Array = NDArray[np.float64]
@@ -120,34 +120,21 @@ def power_law_allan(exponent: float, m: Array) -> Array:
 
 @released
 @lru_cache(maxsize=256)
-def power_law_ends(exponent: float, n: int) -> Array:
-    """E c_j²/s(w_j) of a power law at j = 1…64 of n ordinates: what the ends of the record do to it."""
+def power_law_ends(exponent: float, n: int) -> tuple[float, ...]:
+    """E c_j²/s(w_j) of a power law at j = 1…64 of n ordinates: what the ends of the record do to it.
+
+    It depends on j alone once n is large: 2048 samples show it to 1e-4.
+    """
+    n = min(n, 2048)
     j = np.arange(1, min(n, 65))
-    lags = power_law_lags(exponent, n)
+    own = _cosine_weights(n) @ power_law_lags(exponent, n)[1:]
+    return tuple((-(2.0 / n) * own / (2 * np.sin(np.pi * j / (2 * n))) ** exponent).tolist())
+
+
+@released
+@lru_cache(maxsize=4)
+def _cosine_weights(n: int) -> Array:
+    """Weights of the lags 1 … n − 1 in the ordinates 1 … 64 of n samples, shape (64, n − 1)."""
     h = np.arange(1, n)
-    angle = np.pi * j[:, None] / n
-    weights = (n - h) * np.cos(angle * h) - np.sin(angle * h) / np.sin(angle)
-    return np.asarray(
-        -(2.0 / n) * (weights @ lags[1:]) / (2 * np.sin(np.pi * j / (2 * n))) ** exponent
-    )
-
-
-def power_law_ratio(exponent: float, j: NDArray[np.int64], n: int) -> Array:
-    """E c_j²/s(w_j); what the ends do depends on j alone once n is large: 2048 samples show it to 1e-4."""
-    ends = power_law_ends(exponent, min(n, 2048))
-    ratio = np.interp(j, np.arange(1, ends.size + 1), ends)
-    beyond = j > ends.size
-    ratio[beyond] = 1.0 + (ends[-1] - 1.0) * ends.size / j[beyond]
-    return np.asarray(ratio)
-
-
-def lags_cosine(lags: Array, w: Array, n: int) -> Array:
-    """Expectation of c_j² of an autocovariance that ends, r(0), r(1), …, at w = πj/n."""
-    c = np.cos(w)
-    h = np.arange(1, lags.size)
-    series = np.concatenate([lags[:1], 2.0 * lags[1:] * (1.0 - h / n)])
-    # Σ r(h) sin(hw)/sin(w): polynomials of the second kind, by Clenshaw's recurrence.
-    here, after = np.zeros(c.shape), np.zeros(c.shape)
-    for r in lags[:0:-1]:
-        here, after = r + 2.0 * c * here - after, here
-    return np.asarray(np.polynomial.chebyshev.chebval(c, series) - (2.0 / n) * here)
+    angle = np.pi * np.arange(1, min(n, 65))[:, None] / n
+    return np.asarray((n - h) * np.cos(angle * h) - np.sin(angle * h) / np.sin(angle))

@@ -28,10 +28,9 @@ from allanite import _kernels
 from allanite.effects._lags import (
     allan_of_lags,
     exponential_allan,
-    lags_cosine,
     power_law_allan,
+    power_law_ends,
     power_law_lags,
-    power_law_ratio,
 )
 
 __all__ = [
@@ -82,13 +81,17 @@ class Term:
         """Exact Allan variance at integer averaging factors `m`; shape of `m`."""
         raise NotImplementedError
 
+    def at_ordinates(self, n: int) -> tuple[str, list[float]]:
+        """What crosses into the core for the ordinates of n samples."""
+        return self.kernel
+
     def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
-        """Exact expectation of the squared cosine-transform ordinate c_j of n samples; shape of `j`.
+        """Exact expectation of the squared cosine-transform ordinates c_j, j = 1 … n − 1, of n samples; shape of `j`.
 
         For white noise and random walks this *is* the spectrum at w = πj/n. For the others the ends of the record
         add a little: r(h) contributes r(0) + (2/n) Σ_h r(h)[(n−h) cos(ah) − sin(ah)/sin(a)], a = πj/n.
         """
-        return self.spectrum(np.pi * j / n)
+        return _kernels.Ordinates(j, n).variance([self.at_ordinates(n)])
 
     def variogram(self, count: int) -> Array:
         """½ E(x(k+h) − x(k))² at h = 0 … count − 1, shape (count,)."""
@@ -167,11 +170,6 @@ class Blue(_Sized):
         """3v/m²."""
         return 3.0 * self.variance / m**2
 
-    def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
-        """What the ends of the record add falls as 1/n."""
-        w = np.pi * j / n
-        return self.spectrum(w) + self.variance * (4.0 / n) * np.cos(w / 2) ** 2
-
     def variogram(self, count: int) -> Array:
         """3v at lag 1, 2v beyond."""
         h = np.arange(count)
@@ -209,9 +207,9 @@ class Flicker(_Sized):
         """B² times that of the power law −1."""
         return self.variance * power_law_allan(-1.0, m)
 
-    def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
-        """The spectrum, corrected for the ends of the record."""
-        return self.spectrum(np.pi * j / n) * power_law_ratio(-1.0, j, n)
+    def at_ordinates(self, n: int) -> tuple[str, list[float]]:
+        """The variance, and what the ends of the record do."""
+        return self.name, [self.variance, *power_law_ends(-1.0, n)]
 
     def variogram(self, count: int) -> Array:
         """B² times that of the power law −1."""
@@ -244,9 +242,9 @@ class PowerLaw(Term):
         """Exact for short m, its two leading powers beyond."""
         return self.level * power_law_allan(self.exponent, m)
 
-    def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
-        """The spectrum, corrected for the ends of the record."""
-        return self.spectrum(np.pi * j / n) * power_law_ratio(round(self.exponent, 6), j, n)
+    def at_ordinates(self, n: int) -> tuple[str, list[float]]:
+        """Exponent, level², and what the ends of the record do."""
+        return self.name, [*self.numbers, *power_law_ends(round(self.exponent, 6), n)]
 
     def variogram(self, count: int) -> Array:
         """In closed form (Hosking 1981)."""
@@ -290,11 +288,6 @@ class Exponential(Term):
     def allan_variance(self, m: Array) -> Array:
         """Exact lag sums for small m, the closed form above."""
         return exponential_allan(complex(self.a), complex(self.phi), m)
-
-    def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
-        """Geometric sums over the lags."""
-        a_real, a_imag, phi_real, phi_imag = self.numbers
-        return _kernels.exponential_ordinates((a_real, a_imag), (phi_real, phi_imag), j, n)
 
     def variogram(self, count: int) -> Array:
         """Re a(1 − φ^h), free of cancellation."""
@@ -342,10 +335,6 @@ class Lags(Term):
         """From its few lags."""
         covariance = np.array(self.covariance)
         return np.array([allan_of_lags(covariance, int(k)) for k in m])
-
-    def cosine_variance(self, j: NDArray[np.int64], n: int) -> Array:
-        """Without the ends the zeros of the filter would be deeper than any record shows them."""
-        return lags_cosine(np.array(self.covariance[:n]), np.pi * j / n, n)
 
     def variogram(self, count: int) -> Array:
         """R(0) − r(h)."""

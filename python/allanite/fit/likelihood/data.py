@@ -304,8 +304,9 @@ def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
 def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArray[np.float64]:
     """Expected bin power of each effect at coefficient 1, shape (bins, effects)."""
     out = np.empty((len(effects), data.bins.count.size))
+    modifiers, filters = model.modifiers, model.filters
     for row, effect in zip(out, effects, strict=True):
-        row[:] = column_of(model, effect, data)
+        row[:] = _own(effect, modifiers if effect.white else filters, data)
     return out.T
 
 
@@ -318,8 +319,12 @@ def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
 
 def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float64]:
     """Expected bin power of one effect of a model at coefficient 1, shape (bins,)."""
+    return _own(effect, model.modifiers if effect.white else model.filters, data)
+
+
+def _own(effect: Stochastic, acting: tuple[Modifier, ...], data: Data) -> NDArray[np.float64]:
+    """`column_of` an effect on which these modifiers act."""
     go_on()
-    acting = model.modifiers if effect.white else model.filters
     own = _behind(_open(effect), acting, data.rate, data.span, data.n)
     return own if data.mixing is None else data.mixing @ own
 
@@ -347,19 +352,20 @@ def _behind(
 @released
 @lru_cache(maxsize=8192)
 def _column(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
-    bins = bins_of(n)
-    total = np.zeros(bins.nodes.size)
-    for term in terms:
-        total += term.cosine_variance(bins.nodes, n)
-    out = bins.mean(total)
+    out = _nodes(n).means([term.at_ordinates(n) for term in terms], bins_of(n).owner)
     out.flags.writeable = False
     return out
+
+
+@released
+@lru_cache(maxsize=32)
+def _nodes(n: int) -> _kernels.Ordinates:
+    """The nodes of the bins of n samples, in the core."""
+    return _kernels.Ordinates(bins_of(n).nodes, n)
 
 
 def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> NDArray[np.float64]:
     """Expected squared ordinates at single j."""
     go_on()
-    total = np.zeros(ordinates.size)
-    for term in terms:
-        total += term.cosine_variance(ordinates, n)
-    return np.maximum(total, 1e-300)
+    found = _kernels.Ordinates(ordinates, n).variance([term.at_ordinates(n) for term in terms])
+    return np.maximum(found, 1e-300)
