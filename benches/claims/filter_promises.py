@@ -70,7 +70,9 @@ def main() -> None:
             f"overbound, {len(bounds)} records: above the truth at every tau in {100 * holds.mean():.1f} %,"
             f" {np.median(ratio):.2f} times the tightest (95 % of records below {np.quantile(ratio, 0.95):.2f})"
         )
-    for tau, share, ratio in zip(TAU, np.mean(inside, axis=0), np.mean(ratios, axis=0), strict=True):
+    for tau, share, ratio in zip(
+        TAU, np.mean(inside, axis=0), np.mean(ratios, axis=0), strict=True
+    ):
         print(
             f"growth over {tau:g} s, {len(inside)} records: {100 * share:.1f} % of held-out segments"
             f" inside, measured over predicted {ratio:.3f}"

@@ -134,7 +134,7 @@ def outlier_limit(magnitudes: NDArray[np.float64], chance: float, step: float = 
 
 
 def _powers(rising: NDArray[np.float64], chance: float) -> list[float]:
-    """The same from the largest of values in order alone: a power law through those of some ranks, carried on to where none is left.
+    """The same from the largest of values in order alone: a power law through some ranks, carried on to where none is left.
 
     Its exponent is Hill's (1975) with the very largest left out. Tails become no heavier outwards than a power law.
     """

@@ -211,7 +211,9 @@ def swapped(
                 continue
             risen = found.solution.log_likelihood - fit.solution.log_likelihood
             enough = risen >= HARDLY * max(1, found.effect.numbers - effect.numbers)
-            if found.evidence >= RIVAL or (enough and _nearer(_of(fit, found.solution), fit, place)):
+            if found.evidence >= RIVAL or (
+                enough and _nearer(_of(fit, found.solution), fit, place)
+            ):
                 best = found.evidence, found, effect.kind
     if best is None:
         return None
