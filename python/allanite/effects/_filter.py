@@ -188,7 +188,7 @@ def _passed(term: Term, response: Response) -> tuple[Term, ...]:
 def _of_pieces(pieces: list[Term], response: Response, less: float) -> list[Term]:
     """Rational terms behind the filter, less a part of themselves."""
     out: list[Term] = []
-    # Spectra at the poles of the filter, of which there are few, as mostly of pieces: arrays would cost more than they save.
+    # Spectra at the poles of the filter, of which there are few, as of pieces: arrays would cost more than they save.
     spectra = [0.0j] * len(response.modes)
     white = 0.0
     for piece in pieces:
