@@ -197,7 +197,7 @@ def regress(
     normal = unit.T @ unit
     # What others do as well has no part of its own.
     strength, axes = np.linalg.eigh(normal)
-    own = strength > INDEPENDENT * strength[-1]
+    own = strength > INDEPENDENT * strength.max(initial=0.0)
     inverse = (axes[:, own] / strength[own]) @ axes[:, own].T
     score = unit.T @ (values * root)
     solution = inverse @ score
