@@ -10,7 +10,7 @@ from generators import gauss_markov, sinusoid, walk, white
 from page_browser import BROWSERS, launched
 from page_sessions import client_of, opened
 
-RATE, N = 20.0, 40_000
+RATE, N = 20.0, 20_000
 
 
 @pytest.fixture(scope="session")

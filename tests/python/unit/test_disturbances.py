@@ -7,7 +7,7 @@ import pytest
 
 import allanite as al
 
-RATE, N = 50.0, 120_000
+RATE, N = 25.0, 60_000
 MODEL = "N+B+K"
 
 

@@ -310,6 +310,9 @@ COLUMNS = {
     "clock_tic_noisefloor_phase.npz": {"quantity": "angle", "unit": "1"},
 }
 
+#: A gyroscope and a clock, whose ladder is climbed a second time by the other command.
+CLIMBED = ("phone_gyro_b.npz", "clock_tic_noisefloor_phase.npz")
+
 
 @pytest.mark.long
 @pytest.mark.data
@@ -332,6 +335,8 @@ def test_report_on_a_real_recording(data, name, run, tmp_path):
     assert_numbers_are_those_of(page, document, 80)
     code, out, _ = run("adev", data(name), *shared, "--json")
     assert json.loads(out)["points"] == document["adev"]["points"]
+    if name not in CLIMBED:
+        return
     code, out, _ = run("improve", data(name), *shared, "--json")
     expected = json.loads(out)
     assert expected["ladder"] == document["improve"]["ladder"]

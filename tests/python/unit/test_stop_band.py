@@ -9,7 +9,7 @@ from scipy import signal
 import allanite as al
 import generators as g
 
-RATE, LENGTH = 100.0, 180_000
+RATE, LENGTH = 100.0, 90_000
 N, B, K = 0.0126, 0.002, 9.07e-5
 
 

@@ -46,6 +46,8 @@ def test_it_is_rounded_cut_and_about_the_mean_of_the_record(sensor):
     assert abs(ratio - 1.0) < 0.02
 
 
+# As long as the other one of this sensor, so that it is characterised once.
+@pytest.mark.long
 def test_what_is_left_out_is_said(sensor):
     _, document = sensor
     made = twin(document, n=1000, seed=3)
