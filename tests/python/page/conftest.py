@@ -34,7 +34,7 @@ def client(sessions):
     return client_of(sessions)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def looked(hidden):
     """Client, sessions and a tab whose work is done, for what changes nothing: (client, sessions, tab, state)."""
     sessions = Sessions([Source("hidden.npz", recording=hidden)], most_bytes=1_000_000)

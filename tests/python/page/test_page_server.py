@@ -111,7 +111,7 @@ def test_a_reader_can_be_ended(tmp_path):
 
 def test_a_page_that_is_loaded_again_goes_on(client, sessions):
     tab, state = opened(client)
-    act(client, tab, do="add", number=state["cards"][0]["number"])
+    act(client, tab, checked=False, do="add", number=state["cards"][0]["number"])
     assert client.post(f"tabs/{tab}/leave").status_code == 200
     assert sessions.tabs[tab].busy is False
     assert client.post(f"tabs/{tab}/resume").status_code == 200
