@@ -57,7 +57,7 @@ def test_what_is_left_out_is_said(sensor):
 
 
 def test_the_same_seed_is_the_same_twin_and_axes_are_independent():
-    found = al.characterize(six_axes(5000, models=("N(N=0.01)",) * 3 + ("N(N=0.001)",) * 3), "N")
+    found = al.characterize(six_axes(2000, models=("N(N=0.01)",) * 3 + ("N(N=0.001)",) * 3), "N")
     one, same, other = (found.simulate(seed=s) for s in (1, 1, 2))
     assert np.array_equal(one.samples, same.samples)
     assert not np.array_equal(one.samples, other.samples)
