@@ -122,6 +122,7 @@ def test_a_study_is_saved_and_opened(client):
     assert again["ladder"][1]["chi2"] == pytest.approx(added["ladder"][1]["chi2"], rel=1e-2)
 
 
+@pytest.mark.long
 def test_files(looked):
     client, _, tab, _ = looked
     assert client.get(f"tabs/{tab}/file/allan.svg").content.lstrip().startswith(b"<?xml")
