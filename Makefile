@@ -37,7 +37,7 @@ screenshots: $(VENV)/.developed ## photograph the page in both themes (needs chr
 
 test: test-rust test-python ## everything but what is long (minutes)
 
-test-all: test test-long ## with it: every statistical claim at its full number of records, the page in every view
+test-all: test test-long ## with it: every statistical claim on few records (all: benches/claims/full_counts.py), the page in every view
 
 test-rust: ## the core's own tests, no interpreter needed
 	cargo test --quiet --locked

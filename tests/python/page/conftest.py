@@ -10,7 +10,7 @@ from generators import gauss_markov, sinusoid, walk, white
 from page_browser import BROWSERS, launched
 from page_sessions import client_of, opened
 
-RATE, N = 20.0, 40_000
+RATE, N = 20.0, 20_000
 
 
 @pytest.fixture(scope="session")
@@ -34,7 +34,7 @@ def client(sessions):
     return client_of(sessions)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def looked(hidden):
     """Client, sessions and a tab whose work is done, for what changes nothing: (client, sessions, tab, state)."""
     sessions = Sessions([Source("hidden.npz", recording=hidden)], most_bytes=1_000_000)

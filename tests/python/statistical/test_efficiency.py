@@ -7,10 +7,11 @@ import allanite as al
 import generators as g
 from allanite.effects.terms import RandomWalk, White
 from allanite.fit.classical.gls import fit_gls, gls_factors
+from counts import records
 from information import bound
 
 pytestmark = pytest.mark.statistical
-N_SAMPLES, RATE, RECORDS = 2048, 1.0, 600
+N_SAMPLES, RATE, RECORDS = 2048, 1.0, records(300, 600)
 CASES = {
     "N+K": (
         (1.0, 0.1),
@@ -50,8 +51,9 @@ def test_whittle_is_within_ten_per_cent_of_the_bound(name):
         logs.append([np.log(fit[key]) for key in NAMES[name]])
     best = np.diag(bound(name, values, N_SAMPLES, RATE))
     ratio = np.var(logs, axis=0) / best
-    # 600 records know a variance to √(2/600) = 5.8 %: 10 % and two of these. (benches/claims/efficiency.py takes more.)
-    assert np.all(ratio < 1.1 + 2 * 0.058), ratio
+    # 300 records know a variance to √(2/300) = 8.2 %, 600 to 5.8: 10 % and two of these. Half as much again as the bound
+    # fails in 97 % of such tests. (benches/claims/efficiency.py takes more.)
+    assert np.all(ratio < 1.1 + 2 * np.sqrt(2 / RECORDS)), ratio
     assert np.all(np.abs(np.mean(logs, axis=0) - np.log(values)) < 0.5 * np.sqrt(best))
 
 

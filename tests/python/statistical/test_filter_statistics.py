@@ -8,6 +8,7 @@ from allanite.effects.files import parse_model
 from allanite.export._axis import axes_of
 from allanite.export._choice import choose
 from allanite.statespace import innovations
+from counts import records
 
 pytestmark = pytest.mark.statistical
 TRUTH = "N(N=0.01)+B(B=0.004)+K(K=2e-4)"
@@ -39,7 +40,8 @@ def test_nis_covers_held_out_halves(fits):
 def test_overbound_holds_at_every_tau(fits):
     truth = parse_model(TRUTH)
     holds, size = [], []
-    for fit, _ in fits:
+    count = records(20, 30)
+    for fit, _ in fits[:count]:
         (axis,) = axes_of([fit.to_dict()])
         bound = choose(axis, overbound=True).model
         tau = axis.taus
@@ -49,8 +51,9 @@ def test_overbound_holds_at_every_tau(fits):
         tightest = choose(known, overbound=True).model
         ratio = bound.allan_variance(tau, RATE) / tightest.allan_variance(tau, RATE)
         size.append(float(np.sqrt(ratio).mean()))
-    # 95 % of 30 is 28.5; 27 or more with a probability of 0.94.
-    assert np.sum(holds) >= 26
+    # 95 % of 20 is 19; 17 or more with a probability of 0.98, at 80 % of 0.41, at 70 % of 0.11. (Of 30, 26 or more with
+    # 0.98, 0.26 and 0.03.)
+    assert np.sum(holds) >= records(17, 26)
     assert np.median(size) < 1.3
 
 

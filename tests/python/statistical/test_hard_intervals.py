@@ -5,6 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
+from counts import records
 
 pytestmark = pytest.mark.statistical
 
@@ -33,7 +34,7 @@ def _share(inside):
 @pytest.mark.parametrize("times", [1.0, 10.0], ids=["K not seen", "K seen"])
 def test_a_ramp_beside_flicker_and_random_walk(times):
     covered, at_the_fit = [], []
-    for seed in range(200):
+    for seed in range(records(80, 200)):
         rng = np.random.default_rng([seed, 31])
         fit = _fit(_noise(rng, times * K) + g.ramp(LENGTH, RATE, RAMP), "N+B+K+R")
         low, high = fit["R"].interval
@@ -43,13 +44,15 @@ def test_a_ramp_beside_flicker_and_random_walk(times):
         at_the_fit.append(abs(ramp.amplitudes[0] - RAMP) <= 1.959964 * error)
     share, slack = _share(covered)
     told = f"covered {share:.3f}, at the fitted coefficients {np.mean(at_the_fit):.3f}"
-    # 200 records know 95 % to 1.5 %. More is allowed: where K is hidden, K might be anything below what is seen, and
-    # the average over it gives 99 %.
+    # 80 records know 95 % to 2.4 %, so that 72 are enough: a true 90 % fails in 41 % of such tests, 85 % in 87 %; 200 know
+    # it to 1.5 % and find 90 % in 72 % of them. More is allowed: where K is hidden, K might be anything below what is seen,
+    # and the average over it gives 99 %.
     assert share >= 0.95 - slack, told
     if times == 1.0:
-        # What the average is for: with K and B held at their fit, which K = 0 often is, 89 %. The same records miss.
+        # What the average is for: with K and B held at their fit, which K = 0 often is, 89 %. The same records miss, of 80
+        # about 8 ± 3 more; without the average none.
         misses = np.sum(~np.array(at_the_fit)) - np.sum(~np.array(covered))
-        assert misses >= 8, told
+        assert misses >= records(3, 8), told
 
 
 def test_quantization_beside_three_others():

@@ -2,18 +2,17 @@
 
 2 h at 100 Hz, N = 0.0126, B = 0.002, K = 9.07e-5 (rad/s); the hidden effect is worth ΔlogL of about 30 or more over
 the model without it. Ten seeds each; the counts asked for (9 named, 8 inside the 95 % interval) fail by chance for a
-true rate of 99 % and 95 % in 0.4 % and 1.2 %.
+true rate of 99 % and 95 % in 0.4 % and 1.2 %. Where the first five are all named and four of them inside, they are enough:
+a true rate of 70 % of names passes in 23 % instead of 15, one of 50 % in 4 % (1 %); intervals that hold 70 % of truths
+pass in 58 % (38 %), 50 % in 20 % (5 %). How many they hold is counted in hundreds by test_coefficient_intervals.py.
 """
-
-import functools
 
 import numpy as np
 import pytest
 
 import allanite as al
 import generators as g
-
-pytestmark = pytest.mark.statistical
+from counts import halves
 
 RATE, LENGTH, SEEDS = 100.0, 720_000, range(10)
 N, B, K = 0.0126, 0.002, 9.07e-5
@@ -48,16 +47,29 @@ TRUTH = {
 }
 
 
-@functools.cache
-def studies(kind):
-    """Ladders of ten records."""
-    out = []
-    for seed in SEEDS:
-        rng = np.random.default_rng([seed, *kind.encode()])
-        samples = _rest(rng, kind) + HIDDEN[kind](rng)
-        recording = al.Recording(samples, rate=RATE, unit="rad/s")
-        out.append(al.improve(recording, START.get(kind, "N+B+K")))
-    return out
+def _study(kind, seed):
+    """The ladder of one record."""
+    rng = np.random.default_rng([seed, *kind.encode()])
+    samples = _rest(rng, kind) + HIDDEN[kind](rng)
+    recording = al.Recording(samples, rate=RATE, unit="rad/s")
+    return al.improve(recording, START.get(kind, "N+B+K"))
+
+
+def _named(kind, found):
+    return sum(len(s.ladder) > 1 and s.ladder[1].added.kind == kind for s in found)
+
+
+def _outside(kind, found):
+    """Of every study whose intervals miss a true value: which, and by what."""
+    missed = {}
+    for seed, study in enumerate(found):
+        effects = dict(zip([e.kind for e in study.fit.model], study.fit.estimates, strict=True))
+        estimates = effects.get(kind, {})
+        for name, true in TRUTH[kind].items():
+            low, high = estimates[name].interval if estimates else (np.nan, np.nan)
+            if not low <= true <= high:
+                missed.setdefault(seed, []).append(f"{name} {low:.5g} … {high:.5g}, not {true:g}")
+    return missed
 
 
 def _told(study):
@@ -71,32 +83,18 @@ def _told(study):
     return f"added {rungs}; predictive {scores}; {study.stopped_because}; left {first}"
 
 
-kinds = pytest.mark.parametrize("kind", HIDDEN)
-# One worker does all tests of a kind: the ladders are climbed once.
-pytestmark = [pytest.mark.statistical, pytest.mark.xdist_group("hidden")]
+def _clean(kind, found):
+    return _named(kind, found) == len(found) and len(_outside(kind, found)) <= 1
 
 
-@pytest.mark.parametrize(
-    "kind", [pytest.param(k, marks=pytest.mark.xdist_group(k)) for k in HIDDEN]
-)
+@pytest.mark.statistical
+@pytest.mark.parametrize("kind", HIDDEN)
 def test_hidden_effect(kind):
-    found = studies(kind)
+    found = halves(lambda seed: _study(kind, seed), SEEDS, lambda first: _clean(kind, first))
     told = "\n".join(f"seed {i}: {_told(s)}" for i, s in enumerate(found))
-    named = [len(s.ladder) > 1 and s.ladder[1].added.kind == kind for s in found]
-    assert sum(named) >= 9, f"named first in {sum(named)} of 10\n{told}"
-    inside = 0
-    missed = []
-    for seed, study in enumerate(found):
-        effects = dict(zip([e.kind for e in study.fit.model], study.fit.estimates, strict=True))
-        estimates = effects.get(kind, {})
-        ok = bool(estimates)
-        for name, true in TRUTH[kind].items():
-            low, high = estimates[name].interval if estimates else (np.nan, np.nan)
-            if not low <= true <= high:
-                ok = False
-                missed.append(f"seed {seed}: {name} {low:.5g} … {high:.5g}, not {true:g}")
-        inside += ok
-    assert inside >= 8, f"inside the interval in {inside} of 10\n" + "\n".join(missed)
+    named, outside = _named(kind, found), _outside(kind, found)
+    assert named >= len(found) - 1, f"named first in {named} of {len(found)}\n{told}"
+    assert len(outside) <= 2, f"outside the interval: {outside}"
     assert all(s.adequate for s in found), told
     for study in found:
         scores = np.array([r.fit.error.predictive.score for r in study.ladder])

@@ -1,8 +1,9 @@
 """A level of the white noise that changes: several times, with a period, with a column, or by a factor of seven.
 
 Records of 100 000 samples at 50 Hz made by code of their own, four of each case: the effect is in every ladder, and
-nothing else in three of four at least (a check of a true model has 1 % false alarms, a ladder two or three of them). A
-strong change may be named as LEVELS of two times.
+nothing else in three of four at least (a check of a true model has 1 % false alarms, a ladder two or three of them). Two
+ladders with nothing else are enough: were there more in every second one, 38 % of cases would pass (31 % with four at
+once), and in all, as there was in strong changes, none. A strong change may be named as LEVELS of two times.
 """
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 import allanite as al
 import generators as g
+from counts import halves
 
 RATE, LENGTH, SEEDS = 50.0, 100_000, range(4)
 TIME = np.arange(LENGTH) / RATE
@@ -59,13 +61,15 @@ def _recording(make, seed):
 @pytest.mark.parametrize("case", CASES)
 def test_one_effect_and_nothing_else(case):
     make, kinds = CASES[case]
-    added = [
-        [rung.added.kind for rung in al.improve(_recording(make, seed), "N+B+K").ladder[1:]]
-        for seed in SEEDS
-    ]
+
+    def kinds_of(seed):
+        ladder = al.improve(_recording(make, seed), "N+B+K").ladder
+        return [rung.added.kind for rung in ladder[1:]]
+
+    added = halves(kinds_of, SEEDS, lambda first: all(len(names) == 1 for names in first))
     assert all(kinds & {*names} for names in added), added
     # A change of 7 made two to four resonances and excursions of each record, before it or in its place.
-    assert sum(len(names) == 1 for names in added) >= len(SEEDS) - 1, added
+    assert sum(len(names) == 1 for names in added) >= len(added) - 1, added
 
 
 @pytest.mark.statistical

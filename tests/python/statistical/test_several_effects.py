@@ -5,6 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
+from counts import halves, records
 
 pytestmark = pytest.mark.statistical
 
@@ -77,22 +78,24 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_the_ladder_finds_all_and_nothing_else(case):
     make, start, kinds = CASES[case]
-    told = []
-    for seed in range(10):
+
+    def told_of(seed):
         study = al.improve(make(np.random.default_rng([seed, *case.encode()])), start)
         # What one rung added may take another's place on a later one: the set that the ladder ends with counts.
         first = [e.kind for e in study.ladder[0].fit.model]
         found = sorted(e.kind for e in study.fit.model if e.kind not in first)
         right = found == kinds and study.adequate
-        told += [] if right else [f"seed {seed}: {study.fit.model.name}, {study.stopped_because}"]
-    # Asked for: 90 %. A true rate of 97 % gives more than one failure in ten in 3.5 % of the cases.
+        return "" if right else f"seed {seed}: {study.fit.model.name}, {study.stopped_because}"
+
+    # Asked for: 90 %, of ten or of the first five: `halves` says what that shows.
+    told = list(filter(None, halves(told_of, range(10), lambda first: not any(first))))
     assert len(told) <= 1, "\n".join(told)
 
 
 def test_a_temperature_that_has_nothing_to_do_with_it():
-    """Columns of noise, of a random walk of their own and of a smooth day, beside records that drift: 2 % of 200."""
-    false = []
-    for seed in range(200):
+    """Columns of noise, of a random walk of their own and of a smooth day, beside records that drift."""
+    false, count = [], records(75, 200)
+    for seed in range(count):
         rng = np.random.default_rng([seed, 4])
         n, rate = 20_000, 10.0
         samples = g.white(rng, n, rate, N) + g.flicker(rng, n, rate, B)
@@ -108,5 +111,6 @@ def test_a_temperature_that_has_nothing_to_do_with_it():
         )
         check = al.fit_model(recording, "N+B+K").check()
         false += [seed for s in check.significant if s.kind == "covariate"]
-    # 1 % of all checks are allowed a false alarm of any kind.
-    assert len(false) <= 4, false
+    # Eleven families of effects share the 1 % of a check: of 75 two or more would be found by chance in 0.3 % of cases, at
+    # 2 % for columns alone in 44 %, at 5 % in 89 %. (Of 200, four or more in 0.01, 57 and 99 %.)
+    assert len(false) <= records(1, 3), false

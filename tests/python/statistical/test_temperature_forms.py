@@ -1,7 +1,8 @@
 """Three hours at 10 Hz whose bias follows a temperature with play: named so at ΔlogL of about 25.
 
 Of 24 such records 23 were named play or two lags, of 12 with a line 12 a lag (docs/methods.md); of six, five or more would
-be in 97.6 % of the cases at 23 of 24. Seeds are fixed.
+be in 97.6 % of the cases at 23 of 24. The first three are enough where all are: half the records named would pass in 17 %
+of the cases (11 % with six at once). Seeds are fixed.
 """
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import allanite as al
 import generators as g
+from counts import halves
 
 RATE, N = 10.0, 108_000
 TIME = np.arange(N) / RATE
@@ -36,19 +38,27 @@ def _check(seed, form):
 
 @pytest.mark.statistical
 @pytest.mark.parametrize(
-    ("form", "kinds", "least"),
-    [("play", {"hysteresis", "two_lags"}, 5), ("line", {"covariate"}, 5)],
+    ("form", "kinds"),
+    [("play", {"hysteresis", "two_lags"}), ("line", {"covariate"})],
 )
-def test_a_form_is_named(form, kinds, least):
-    checks = [_check(seed, form) for seed in range(6)]
-    firsts = [c.suggestions[0] for c in checks]
-    assert sum(s.significant and s.kind in kinds for s in firsts) >= least, firsts
+def test_a_form_is_named(form, kinds):
+    def right(suggestion):
+        return suggestion.significant and suggestion.kind in kinds
+
+    firsts = halves(
+        lambda seed: _check(seed, form).suggestions[0],
+        range(6),
+        lambda first: all(map(right, first)),
+    )
+    assert sum(map(right, firsts)) >= len(firsts) - 1, firsts
 
 
 @pytest.mark.statistical
 def test_another_records_temperature_explains_nothing():
-    """1 % of checks at most raise anything: of six, one in 6 %, two in 0.15 %."""
-    followed = [
-        any(s.effect.follows for s in _check(seed, "none").significant) for seed in range(6)
-    ]
+    """1 % of checks at most raise anything: of six, one in 6 %, two in 0.15 %. Three without any are enough."""
+    followed = halves(
+        lambda seed: any(s.effect.follows for s in _check(seed, "none").significant),
+        range(6),
+        lambda first: not any(first),
+    )
     assert sum(followed) <= 1

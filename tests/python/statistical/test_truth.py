@@ -6,6 +6,7 @@ from scipy.stats import kstest
 
 import allanite as al
 import generators as g
+from counts import records
 
 RATE = 100.0
 
@@ -14,7 +15,8 @@ pytestmark = pytest.mark.statistical
 
 def test_white_noise_of_three_hours_is_white_noise_alone():
     inside = no_walk = no_flicker = silent = 0
-    for seed in range(10):
+    count = records(5, 10)
+    for seed in range(count):
         rng = np.random.default_rng([seed, 3])
         samples = g.white(rng, 1_080_000, RATE, 0.0126)
         fit = al.fit_model(al.Recording(samples, rate=RATE, unit="rad/s"), "N+B+K")
@@ -23,9 +25,10 @@ def test_white_noise_of_three_hours_is_white_noise_alone():
         no_walk += not fit["K"].detected
         no_flicker += not fit["B"].detected
         silent += not fit.check().significant
-    # 95 % intervals: two misses in ten have a chance of 9 %; detection and suggestion are at 1 %.
-    assert inside >= 8
-    assert min(no_walk, no_flicker, silent) >= 9
+    # 95 % intervals: two misses in five have a chance of 2 %, three in ten of 1.2 %; detection and suggestion are at 1 %,
+    # of which two in five have a chance of 0.1 % (where they were at 30 %, of 47 %).
+    assert inside >= records(4, 8)
+    assert min(no_walk, no_flicker, silent) >= count - 1
 
 
 TRUE = {
@@ -46,7 +49,7 @@ TRUE = {
         + g.gauss_markov(rng, n, RATE, 4e-3, 10.0)
     ),
 }
-RECORDS, CHECKED, LENGTH = 80, 16, 60_000
+RECORDS, CHECKED, LENGTH = records(40, 80), records(10, 16), 60_000
 
 
 def test_true_models_have_uniform_p_values_and_no_suggestions():
@@ -59,7 +62,9 @@ def test_true_models_have_uniform_p_values_and_no_suggestions():
             p_values.append(fit.misfit.p_value)
             if seed < CHECKED:
                 significant += [(name, seed, s.kind) for s in fit.check().significant]
-    # Kolmogorov–Smirnov at 1 % over all 400 records.
+    # Kolmogorov–Smirnov at 1 % over all 200 records: a χ² 10 % too large is found in 80 % of the cases where it has
+    # 20 degrees of freedom and in 99 % where it has 40 (by 400 records in all).
     assert kstest(p_values, "uniform").pvalue > 0.01
-    # 80 checks at a false-alarm rate of 1 %: more than three have a chance of 1 %.
-    assert len({s[:2] for s in significant}) <= 3, significant
+    # 50 checks at a false-alarm rate of 1 %: more than two have a chance of 1.4 %, at 5 % of 46 %, at 10 % of 89 %. (Of 80
+    # more than three: 0.9, 57 and 96 %.)
+    assert len({s[:2] for s in significant}) <= records(2, 3), significant

@@ -143,8 +143,7 @@ def test_exports_by_the_parser_of_their_target(name, target):
 
 @pytest.mark.long
 @pytest.mark.browser
-@pytest.mark.parametrize("interactive", [False, True])
-def test_reports_in_a_browser(interactive, tmp_path):
+def test_reports_in_a_browser(tmp_path):
     """As a browser parses and runs it: nothing asked for, nothing opened, and the name is to be read."""
     happened = []
     with launched("chromium") as browser:
@@ -154,9 +153,11 @@ def test_reports_in_a_browser(interactive, tmp_path):
         tab.on("pageerror", lambda error: happened.append(str(error)))
         for name in ("html", "markdown", "code", "formula", "terminal", "surrogate"):
             recording = named(NAMES[name])
-            path = tmp_path / f"{name}.html"
-            path.write_text(al.make_report(recording, MODEL).to_html(interactive), encoding="utf-8")
-            tab.goto(path.as_uri())
-            assert recording.columns[0].strip() in tab.inner_text("body")
-            assert happened.pop(0) == path.as_uri()
-            assert not happened
+            report = al.make_report(recording, MODEL)
+            for interactive in (False, True):
+                path = tmp_path / f"{name}-{interactive}.html"
+                path.write_text(report.to_html(interactive), encoding="utf-8")
+                tab.goto(path.as_uri())
+                assert recording.columns[0].strip() in tab.inner_text("body")
+                assert happened.pop(0) == path.as_uri()
+                assert not happened

@@ -9,7 +9,7 @@ import generators as g
 
 @pytest.mark.long
 def test_a_train_of_pulses_is_one_line_with_its_harmonics():
-    rate, n = 50.0, 30_000
+    rate, n = 50.0, 20_000
     rng = np.random.default_rng(5)
     samples = g.white(rng, n, rate, 0.0126) + g.walk(rng, n, rate, 9e-5)
     size = 3.0 * 0.0126 * np.sqrt(rate)

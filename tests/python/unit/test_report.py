@@ -24,9 +24,9 @@ HIDDEN = "N(N=0.01)+K(K=1e-4)+SIN(frequency=3.1,amplitude=0.004)"
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
-    """A quarter of an hour of a gyroscope that hears a fan."""
+    """Seven minutes of a gyroscope that hears a fan."""
     path = tmp_path_factory.mktemp("log") / "gyro.npz"
-    samples = al.parse_model(HIDDEN).simulate(duration=900, rate=20, seed=3, unit="rad/s").samples
+    samples = al.parse_model(HIDDEN).simulate(duration=450, rate=20, seed=3, unit="rad/s").samples
     np.savez(path, data=samples[:, None], rate_hz=20.0, channels=["gyro_x"], unit=["rad/s"])
     return path
 
@@ -215,7 +215,7 @@ def test_interactive_embeds_plotly_once(report, run, log, tmp_path):
 def test_several_columns_and_logs(log, tmp_path, run):
     other = tmp_path / "two.npz"
     rng = np.random.default_rng(5)
-    np.savez(other, data=rng.standard_normal((3000, 2)), rate_hz=10.0, channels=["a", "b"], unit=["g", "g"])  # fmt: skip
+    np.savez(other, data=rng.standard_normal((1000, 2)), rate_hz=10.0, channels=["a", "b"], unit=["g", "g"])  # fmt: skip
     code, out, _ = run("report", other, "--model", "N", "--json", "-o", tmp_path / "x.html")
     assert code == 0
     document = json.loads(out)
@@ -310,6 +310,9 @@ COLUMNS = {
     "clock_tic_noisefloor_phase.npz": {"quantity": "angle", "unit": "1"},
 }
 
+#: A gyroscope and a clock, whose ladder is climbed a second time by the other command.
+CLIMBED = ("phone_gyro_b.npz", "clock_tic_noisefloor_phase.npz")
+
 
 @pytest.mark.long
 @pytest.mark.data
@@ -332,6 +335,8 @@ def test_report_on_a_real_recording(data, name, run, tmp_path):
     assert_numbers_are_those_of(page, document, 80)
     code, out, _ = run("adev", data(name), *shared, "--json")
     assert json.loads(out)["points"] == document["adev"]["points"]
+    if name not in CLIMBED:
+        return
     code, out, _ = run("improve", data(name), *shared, "--json")
     expected = json.loads(out)
     assert expected["ladder"] == document["improve"]["ladder"]

@@ -9,7 +9,7 @@ from scipy import signal
 import allanite as al
 import generators as g
 
-RATE, LENGTH = 100.0, 180_000
+RATE, LENGTH = 100.0, 90_000
 N, B, K = 0.0126, 0.002, 9.07e-5
 
 
@@ -89,6 +89,7 @@ def test_few_samples_are_not_empty_by_chance():
         assert all(_seen(rng.standard_normal(size)) == [] for _ in range(20))
 
 
+@pytest.mark.long
 def test_lines_of_a_record_behind_a_filter_are_found_where_it_passes():
     samples = FILTERED["butterworth 4, 10 Hz"](5) + 0.01 * np.sin(2 * np.pi * 4.0 * _time())
     study = al.improve(al.Recording(samples, rate=RATE, unit="rad/s"), "N+B+K")

@@ -15,7 +15,7 @@ from six_axes import NAMES, six_axes, write_csv
 
 @pytest.fixture(scope="module")
 def six(tmp_path_factory):
-    log = six_axes(4000)
+    log = six_axes(2000)
     path = tmp_path_factory.mktemp("six") / "six.csv"
     warm = 20 + np.arange(log.n) * 1e-3
     return write_csv(log, path, temperature=warm)

@@ -18,10 +18,10 @@ READ = ("--rate", 50, "--unit", "rad/s", "--quiet", "--json")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Two columns of two minutes at 50 Hz, and a folder with one more log."""
+    """Two columns of 50 seconds at 50 Hz, and a folder with one more log."""
     folder = tmp_path_factory.mktemp("logs")
     both = [
-        SENSOR.simulate(duration=120, rate=50, seed=seed, unit="rad/s").samples for seed in (1, 2)
+        SENSOR.simulate(duration=50, rate=50, seed=seed, unit="rad/s").samples for seed in (1, 2)
     ]
     rows = "".join(f"{a:.9f},{b:.9f}\n" for a, b in zip(*both, strict=True))
     (folder / "two.csv").write_text(f"gyro_x,gyro_y\n{rows}")
