@@ -39,8 +39,8 @@ test: test-rust test-python ## everything but what is long (minutes)
 
 test-all: test test-long ## with it: every statistical claim on few records (all: benches/claims/full_counts.py), the page in every view
 
-test-rust: ## the core's own tests, no interpreter needed
-	cargo test --quiet --locked
+test-rust: ## the core's own tests, no interpreter needed (PROPTEST_RNG_SEED= looks for other examples)
+	PROPTEST_RNG_SEED=$(or $(PROPTEST_RNG_SEED),0) cargo test --quiet --locked
 
 test-python: $(VENV)/.developed ## the package's tests, warnings are errors
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'not statistical and not long'
