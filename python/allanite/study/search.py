@@ -15,6 +15,7 @@ from allanite.fit.prediction import compare, worse
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
 from allanite.study.ladder import Rung, Study
+from allanite.study.levels import one_level, several_levels
 from allanite.study.moves import CHANCE, added_to, one_thing, pruned, swapped
 from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
@@ -205,6 +206,11 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
             return None
         risen += pair[0].solution.log_likelihood - before
         return Rung(pair[0], added, risen=risen, brought=(pair[1],))
+    changes = several_levels(better, asked) if elsewhere else []
+    if changes:
+        one = one_level(better, changes)
+        kinds = tuple(e.kind for e in changes[:-1])
+        return one and Rung(one, one.model.effects[-1], (*gave_way, *kinds), risen)
     if with_it or (len(ladder) > 1 and not _moved(fit, better)):
         # What nothing has moved since it was looked at is as good as it was.
         return Rung(better, added, gave_way, risen, brought=with_it)

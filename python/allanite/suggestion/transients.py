@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "level_forms",
+    "level_series",
     "screen_levels",
     "screen_moments",
     "unsteady",
@@ -84,13 +85,9 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
 
     One interval, several, a period, or another column: what is told from the best is left for the next rung.
     """
-    power, share, freedom = white_power(solution, data, whitened)
-    if power is None or power.size < 64 or _dithered(data):
+    series = level_series(solution, data, whitened)
+    if series is None:
         return []
-    steady = with_normal_tails(whitened)
-    judged = power if steady is whitened else white_power(solution, data, steady)[0]
-    assert judged is not None
-    series = series_of(power, judged, freedom, share, data.span)
     cycle = screen_cycle(series, solution.model)
     if cycle is not None and _is_a_wave(cycle, data, whitened):
         cycle = None
@@ -99,13 +96,24 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     found += screen_several(series, solution.model)
     if not found:
         return []
-    price = 0.5 * np.log(max(series.freedom * power.size, 2.0))
+    price = 0.5 * np.log(max(series.freedom * series.power.size, 2.0))
     best = max(c.gain - price * c.parameters for c in found)
     kept = [c for c in found if c.gain - price * c.parameters > best - CLOSE]
     kept = [_refitted(_sharp(c, data, whitened), solution, data) for c in kept]
     if any(effect.passing for effect in solution.model.modifiers):
-        kept = [c for c in kept if _steadies(c, data, power, series.freedom)]
+        kept = [c for c in kept if _steadies(c, data, series)]
     return kept
+
+
+def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series | None:
+    """The power of the white noise over time; None where there is too little of it, or it depends on the bias."""
+    power, share, freedom = white_power(solution, data, whitened)
+    if power is None or power.size < 64 or _dithered(data):
+        return None
+    steady = with_normal_tails(whitened)
+    judged = power if steady is whitened else white_power(solution, data, steady)[0]
+    assert judged is not None
+    return series_of(power, judged, freedom, share, data.span)
 
 
 def _is_a_wave(candidate: Candidate, data: Data, whitened: Whitened) -> bool:
@@ -132,18 +140,19 @@ def _dithered(data: Data) -> bool:
     return coarse_step(seen) > 0.0 and float(np.mean(np.diff(seen) != 0.0)) < DITHERED
 
 
-def _steadies(candidate: Candidate, data: Data, power: NDArray[np.float64], freedom: float) -> bool:
+def _steadies(candidate: Candidate, data: Data, series: Series) -> bool:
     """Whether the power over time becomes steadier by half of what a change of level promises, or more.
 
     Beside other changes the model may know of this one, and what it leaves is not the white noise's.
     """
     assert candidate.solution is not None
     after = white_power(candidate.solution, data, whiten(candidate.solution, data))[0]
+    power = series.power
     if after is None or after.size != power.size:
         return True
     seen = (power > 0.0) & (after > 0.0)
     before, after = power[seen] / power[seen].mean(), after[seen] / after[seen].mean()
-    return bool(-0.5 * freedom * np.log(before / after).sum() >= 0.5 * candidate.gain)
+    return bool(-0.5 * series.freedom * np.log(before / after).sum() >= 0.5 * candidate.gain)
 
 
 def level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:

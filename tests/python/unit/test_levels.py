@@ -147,3 +147,24 @@ def test_a_level_scales_the_whole_of_what_a_bandwidth_leaves(design):
         np.testing.assert_allclose(
             sum(t.spectrum(w) for t in terms), share * whole, rtol=1e-9, atol=1e-12
         )
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [0, 1, 3, 4, 5])
+def test_a_level_that_wanders_is_one_effect(seed):
+    """A phone's recording ended with four: several levels, two intervals and a cycle."""
+    rng, n, rate = np.random.default_rng(seed), 36_000, 5.0
+    walk = np.cumsum(rng.standard_normal(n // 1800 + 1))
+    level = np.exp(0.15 * np.interp(np.arange(n) / 1800, np.arange(walk.size), walk))
+    x = g.white(rng, n, rate, 5e-4) * level + g.walk(rng, n, rate, 4e-6)
+    hit = rng.choice(n, 25, replace=False)
+    x[hit] += 6e-4 * rng.choice([-1.0, 1.0], 25) * rng.uniform(8.0, 20.0, 25)
+    study = al.improve(al.Recording(x, rate=rate, unit="rad/s"))
+    assert [e.short for e in study.fit.model if e.short != "OUT"] == ["N", "B", "K", "LEVELS"]
+    assert len(study.ladder) <= 4
+    assert study.adequate
+    [(times, factors)] = [e.switches for e in study.fit.model if e.short == "LEVELS"]
+    found = np.array([1.0, *factors])[np.searchsorted(times, np.arange(n) / rate, side="right")]
+    # The steps follow the level: what is left of its logarithm is less than half of what there was.
+    left, there = np.std(np.log(found / level)), np.std(np.log(level))
+    assert left < 0.5 * there, (left, there)
