@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::cells::{Delimiter, before_comment, is_comment, is_missing, number, split};
+use super::cells::{Delimiter, before_comment, is_comment, is_hexadecimal, is_missing, number, split};
 use super::{Meta, Options};
 use crate::{Error, Result};
 
@@ -82,7 +82,23 @@ impl Dialect {
             // word and a number before rows of another width ("Fs,100") are a preamble, whichever column is wanted.
             (words == 0 && (usual || plain)) || (numbers >= words && usual)
         };
-        let Some(first) = lines.iter().position(is_row) else { return Err(no_rows(name)) };
+        let first = lines.iter().position(is_row);
+        // One such line may be names; more of them would be samples that nobody misses.
+        let mut foreign = lines[..first.unwrap_or(lines.len())].iter().filter_map(|line| {
+            // Nothing says what separates cells of which none is a number.
+            let mut cells = line.text.split(|byte| b",;|\t ".contains(byte)).filter(|cell| !cell.is_empty());
+            let all = cells.clone().all(|cell| is_hexadecimal(cell) || number(cell).is_some());
+            let usual = usual == 0 || split(line.text, delimiter).len() == usual;
+            (usual && all)
+                .then(|| cells.find(|cell| is_hexadecimal(cell)))?
+                .map(|cell| (line.number, decoded(cell)))
+        });
+        if let (Some((row, cell)), Some(_)) = (foreign.next(), foreign.next()) {
+            return Err(Error::Input(format!(
+                "{name}: row {row} has {cell}: hexadecimal numbers are not read"
+            )));
+        }
+        let Some(first) = first else { return Err(no_rows(name)) };
         let rows: Vec<Vec<&[u8]>> = lines[first..].iter().map(|line| split(line.text, delimiter)).collect();
         let mut count = rows[0].len();
         let ends_empty =
