@@ -132,7 +132,8 @@ def test_a_bomb_of_any_format_is_refused(tmp_path, monkeypatch, form):
     PACKED[form](path, np.zeros(2_000_000))
     assert path.stat().st_size < 100_000
     monkeypatch.setenv(VARIABLE, "8M")
-    refused(path, "of memory, more than", "ALLANITE_MEMORY=8M", "to allow it")
+    said = refused(path, "of memory, more than", "ALLANITE_MEMORY=8M", "to allow it")
+    assert "damaged" not in said
     monkeypatch.setenv(VARIABLE, "80 MB")
     assert al.read(path, rate=1).n == 2_000_000
 

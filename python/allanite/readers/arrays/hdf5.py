@@ -92,6 +92,8 @@ def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]
         with h5py.File(path, "r") as file:
             attributes[""] = dict(file.attrs)
             file.visititems(visit)
+    except InputError:
+        raise
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise InputError(f"damaged or not an HDF5 file ({error})") from None
     return found, attributes

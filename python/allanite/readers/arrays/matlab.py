@@ -130,7 +130,6 @@ def _v73(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
 
     tried(path)
     found: list[tuple[str, NDArray[Any]]] = []
-
     size = 0
 
     def visit(name: str, item: object) -> None:
