@@ -109,8 +109,8 @@ def _models():
 
 
 SHEETS = [
-    """name = "gyro"\nbandwidth = "40 Hz"\n[figures]\nangle_random_walk = "0.3 deg/√h"\nnoise_density = "0.03 deg/s/√Hz two-sided"
-bias_instability = "5 deg/h"\n""".encode(),
+    """name = "gyro"\nbandwidth = "40 Hz"\n[figures]\nangle_random_walk = "0.3 deg/√h"
+noise_density = "0.03 deg/s/√Hz two-sided"\nbias_instability = "5 deg/h"\n""".encode(),
     json.dumps(
         {"name": "acc", "figures": {"vrw": "0.03 m/s/√h", "noise_density": "150 µg/√Hz"}}
     ).encode(),
