@@ -83,7 +83,7 @@ impl Dialect {
             (words == 0 && (usual || plain)) || (numbers >= words && usual)
         };
         let first = lines.iter().position(is_row);
-        // One such line may be names; more of them would be samples that nobody misses.
+        // One such line may be names; more of them are samples, which would not be missed.
         let mut foreign = lines[..first.unwrap_or(lines.len())].iter().filter_map(|line| {
             // Nothing says what separates cells of which none is a number.
             let mut cells = line.text.split(|byte| b",;|\t ".contains(byte)).filter(|cell| !cell.is_empty());

@@ -15,6 +15,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from allanite.common.errors import InputError
+from allanite.common.plain import plain
 
 __all__ = [
     "SAMPLE_UNITS",
@@ -88,6 +89,8 @@ _TOKEN = re.compile(
     r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<sqrt>sqrt\b|√|rt(?=[A-Za-z]))"
     r"|(?P<name>[A-Za-z][A-Za-z_]*0?)|(?P<op>\*\*|[*/·.^()\[\]-])|(?P<half>½))"
 )
+#: Letters of a unit; brackets within brackets are as deep at most.
+LONGEST = 80
 _SIDES = re.compile(r"[\s,(\[]*\b(one|single|two|double)[\s-]?sided\b[\s)\]]*", re.IGNORECASE)
 
 
@@ -152,6 +155,9 @@ class _Parser:
     """Recursive descent over: expression = factor {("*" | "/" | "·" | adjacency) factor}."""
 
     def __init__(self, text: str) -> None:
+        if len(text) > LONGEST:
+            raise ValueError(plain(text, 40))
+        text = _normalise(text)
         self.tokens: list[tuple[str, str]] = []
         at = 0
         while at < len(text):
@@ -172,9 +178,13 @@ class _Parser:
         self.at += 1
         return token
 
-    def end(self) -> None:
+    def whole(self) -> _Quantity:
+        result = self.expression()
         if self.at < len(self.tokens):
             raise ValueError(self.tokens[self.at][1])
+        if not 0.0 < result.scale < math.inf:
+            raise ValueError(f"{result.scale:g}")
+        return result
 
     def expression(self) -> _Quantity:
         result = self.factor()
@@ -224,7 +234,7 @@ class _Parser:
             return value
         if kind == "half":
             return Fraction(1, 2)
-        if kind == "number":
+        if kind == "number" and "e" not in text.lower():  # g^1e9999999 would take minutes
             if self.peek()[0] == "half":
                 self.take()
                 return Fraction(text) + Fraction(1, 2)
@@ -245,9 +255,7 @@ def _symbol(name: str) -> _Quantity:
 def _quantity(text: str) -> _Quantity:
     """Reduce a unit expression; `InputError` names the part not understood."""
     try:
-        parser = _Parser(_normalise(text))
-        result = parser.expression()
-        parser.end()
+        result = _Parser(text).whole()
     except (ValueError, ZeroDivisionError, OverflowError) as error:
         problem = str(error) or "its end"
     else:
@@ -381,7 +389,8 @@ def conversion(from_unit: str, to_unit: str) -> float:
 
 def _side(text: str) -> tuple[str, float]:
     """Split off a "one-sided" remark: the bare unit, and the factor on a two-sided density."""
-    match = _SIDES.search(text)
+    # What is longer is no unit, and many brackets would take long to search.
+    match = _SIDES.search(text) if len(text) <= 2 * LONGEST else None
     if match is None:
         return text, 1.0
     factor = math.sqrt(2) if match.group(1).lower() in ("one", "single") else 1.0

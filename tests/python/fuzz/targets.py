@@ -108,6 +108,7 @@ def _models():
     return [json.dumps(model_to_dict(al.parse_model(t))).encode() for t in texts]
 
 
+UNITS = ["deg/s", "m/s/sqrt(h)", "µg/√Hz one-sided", "(rad/s)/Hz^(1/2)", "deg/h^1.5", "m s-2"]
 SHEETS = [
     """name = "gyro"\nbandwidth = "40 Hz"\n[figures]\nangle_random_walk = "0.3 deg/√h"
 noise_density = "0.03 deg/s/√Hz two-sided"\nbias_instability = "5 deg/h"\n""".encode(),
@@ -180,6 +181,14 @@ def commanded(words, codes):
 def model_string(data, _folder):
     model = al.parse_model(data.decode("utf-8", "replace").replace("/", "").replace("\0", ""))
     al.parse_model(model.name)
+
+
+def unit(data, _folder):
+    from allanite.common.units import conversion, parse_unit
+
+    text = data.decode("utf-8", "replace")
+    conversion(text, text)
+    parse_unit(text)
 
 
 def parsed(suffix, parse):
@@ -272,6 +281,7 @@ def targets():
         "sentences": lambda: reader(".txt", logs.sentences(), True, rate=40),
         "gzip": lambda: reader(".csv.gz", logs.packed()),
         "archive": lambda: reader(".zip", logs.archive()),
+        "unit": lambda: ([one.encode() for one in UNITS], unit, True),
         "model string": lambda: ([m.encode() for m in MODELS], model_string, True),
         "model file": lambda: (_models(), parsed(".json", al.parse_model), True),
         "data sheet": lambda: (SHEETS[:1], parsed(".toml", sheet), True),

@@ -97,7 +97,7 @@ def test_bare_environments(log, tmp_path):
 
 
 def test_a_folder_that_may_not_be_written():
-    """Root writes everywhere: it becomes nobody once all is imported."""
+    """Root writes everywhere: it becomes another user once all is imported."""
     code = """
 import os
 import allanite.simulate, scipy.fft
@@ -108,7 +108,7 @@ if os.geteuid() == 0:
     os.setuid(65534)
 main()
 """
-    # Not below pytest's own folder, which nobody else may enter.
+    # Not below pytest's own folder, which no other user may enter.
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         folder.chmod(stat.S_IRUSR | stat.S_IXUSR | stat.S_IROTH | stat.S_IXOTH)
