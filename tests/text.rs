@@ -139,6 +139,27 @@ fn an_infinite_cell_is_named_by_row_and_column() {
 }
 
 #[test]
+fn rows_of_hexadecimal_numbers_are_no_header() {
+    for row in ["0x1.8p+0", "1,-0x1.8p-3,0x1F", "0x1F,0XAB"] {
+        let width = row.split(',').count();
+        let decimal = vec!["1.5"; width].join(",");
+        for text in
+            [[row; 100].join("\n"), format!("{}\n{}\n", [row; 100].join("\n"), [&*decimal; 9].join("\n"))]
+        {
+            let said = refusal(&text);
+            assert!(
+                said.contains("row 1 has ") && said.ends_with(": hexadecimal numbers are not read"),
+                "{said}"
+            );
+        }
+    }
+    assert!(refusal(&["1,-0x1.8p-3"; 100].join("\n")).contains("-0x1.8p-3"));
+    // Registers have such names.
+    assert_eq!(table("0x10,0x11\n1,2\n3,4\n").header.unwrap(), ["0x10", "0x11"]);
+    assert_eq!(table("id,0x1F\nx,y\n1,2\n3,4\n").meta.rows, 2);
+}
+
+#[test]
 fn a_comment_behind_the_numbers_costs_no_row() {
     for comment in ["# note", "#", "% moved, 3 mm", "// 12", "! see 7"] {
         let one = format!("0.5 {comment}\n1.5\n2.5\t{comment}\n3.5\n");

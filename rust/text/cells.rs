@@ -104,3 +104,11 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
     }
     fast_float2::parse(cell).ok().or_else(|| moment(cell))
 }
+
+/// Whether a cell is a hexadecimal number, as C and Python print them ("-0x1.8p+3"); none is read.
+pub(super) fn is_hexadecimal(cell: &[u8]) -> bool {
+    let unsigned = cell.strip_prefix(b"-").or(cell.strip_prefix(b"+")).unwrap_or(cell);
+    let [b'0', b'x' | b'X', digits @ ..] = unsigned else { return false };
+    let digit = |byte: &u8| byte.is_ascii_hexdigit() || b".pP+-".contains(byte);
+    digits.first().is_some_and(u8::is_ascii_hexdigit) && digits.iter().all(digit)
+}

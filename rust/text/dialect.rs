@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::cells::{Delimiter, before_comment, is_comment, is_missing, number, split};
+use super::cells::{Delimiter, before_comment, is_comment, is_hexadecimal, is_missing, number, split};
 use super::{Meta, Options};
 use crate::{Error, Result};
 
@@ -82,7 +82,7 @@ impl Dialect {
             // word and a number before rows of another width ("Fs,100") are a preamble, whichever column is wanted.
             (words == 0 && (usual || plain)) || (numbers >= words && usual)
         };
-        let Some(first) = lines.iter().position(is_row) else { return Err(no_rows(name)) };
+        let first = first_row(name, &lines, lines.iter().position(is_row), delimiter, usual, &number)?;
         let rows: Vec<Vec<&[u8]>> = lines[first..].iter().map(|line| split(line.text, delimiter)).collect();
         let mut count = rows[0].len();
         let ends_empty =
@@ -158,6 +158,31 @@ impl Dialect {
             rows: 0,
         }
     }
+}
+
+/// Place of the first row. Lines before it that are rows of hexadecimal numbers are refused: one may be names, as of
+/// registers; more of them are samples, which would not be missed.
+fn first_row(
+    name: &str,
+    lines: &[Line],
+    first: Option<usize>,
+    delimiter: Delimiter,
+    usual: usize,
+    number: &impl Fn(&[u8]) -> Option<f64>,
+) -> Result<usize> {
+    let before = &lines[..first.unwrap_or(lines.len())];
+    let mut foreign = before.iter().filter_map(|line| {
+        // Nothing says what separates cells of which none is a number.
+        let mut cells = line.text.split(|byte| b",;|\t ".contains(byte)).filter(|cell| !cell.is_empty());
+        let all = cells.clone().all(|cell| is_hexadecimal(cell) || number(cell).is_some());
+        let usual = usual == 0 || split(line.text, delimiter).len() == usual;
+        let found = cells.find(|cell| is_hexadecimal(cell))?;
+        (usual && all).then(|| (line.number, decoded(found)))
+    });
+    if let (Some((row, cell)), Some(_)) = (foreign.next(), foreign.next()) {
+        return Err(Error::Input(format!("{name}: row {row} has {cell}: hexadecimal numbers are not read")));
+    }
+    first.ok_or_else(|| no_rows(name))
 }
 
 /// How many cells most rows of nothing but numbers have; 0 where there are none.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-import tempfile
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from secrets import token_hex
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
@@ -43,14 +43,13 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     try:
         if replaced:
             _sweep(target)
-            descriptor, name = tempfile.mkstemp(
-                suffix=target.suffix, prefix=f".{target.stem}-{os.getpid()}-", dir=target.parent
-            )
-            os.close(descriptor)
-            draft = Path(name)
+            # Named before it is made: an interrupt as soon as it is there leaves none.
+            name = f".{target.stem}-{os.getpid()}-{token_hex(4)}{target.suffix}"
+            draft = target.with_name(name)
+            draft.touch(mode=0o600, exist_ok=False)
         yield draft
         if replaced:
-            # mkstemp makes the file private; a result is as readable as any other new file.
+            # The draft is private; a result is as readable as any other new file.
             mask = os.umask(0)
             os.umask(mask)
             draft.chmod(0o666 & ~mask)

@@ -12,7 +12,7 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from functools import _lru_cache_wrapper
 
-__all__ = ["VARIABLE", "forget", "free_memory", "released", "require"]
+__all__ = ["VARIABLE", "budget", "forget", "free_memory", "released", "require"]
 
 Kept = TypeVar("Kept", bound="_lru_cache_wrapper[Any]")
 
@@ -44,6 +44,12 @@ def forget() -> None:
         kept.cache_clear()
 
 
+def budget() -> float:
+    """Bytes that may be asked for: half of the free memory, or what ``ALLANITE_MEMORY`` says."""
+    said = os.environ.get(VARIABLE)
+    return SHARE * free_memory() if said is None else _bytes(said)
+
+
 def require(size: float, what: str) -> None:
     """Refuse what needs more than the budget.
 
@@ -59,12 +65,12 @@ def require(size: float, what: str) -> None:
     InputError
         More than half of the free memory, or than ``ALLANITE_MEMORY`` says.
     """
-    said = os.environ.get(VARIABLE)
-    budget = SHARE * free_memory() if said is None else _bytes(said)
-    if size > budget:
+    most = budget()
+    if size > most:
+        said = os.environ.get(VARIABLE)
         of = "half of what is free" if said is None else f"{VARIABLE}={said}"
         raise InputError(
-            f"{what} needs {_shown(size)} of memory, more than {_shown(budget)} ({of}):"
+            f"{what} needs {_shown(size)} of memory, more than {_shown(most)} ({of}):"
             f" set {VARIABLE}={math.ceil(size / 1e9)}G to allow it"
         )
 

@@ -15,6 +15,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from allanite.common.errors import InputError
+from allanite.common.plain import plain
 
 __all__ = [
     "SAMPLE_UNITS",
@@ -35,40 +36,19 @@ FREQUENCY = "fractional frequency"
 # symbol: (scale to SI, powers of angle, length, time)
 _DEGREE = math.pi / 180
 _SYMBOLS: dict[str, tuple[float, int, int, int]] = {
-    "rad": (1.0, 1, 0, 0),
-    "mrad": (1e-3, 1, 0, 0),
-    "urad": (1e-6, 1, 0, 0),
-    "nrad": (1e-9, 1, 0, 0),
-    "deg": (_DEGREE, 1, 0, 0),
-    "mdeg": (_DEGREE * 1e-3, 1, 0, 0),
-    "arcmin": (_DEGREE / 60, 1, 0, 0),
-    "arcsec": (_DEGREE / 3600, 1, 0, 0),
-    "rev": (2 * math.pi, 1, 0, 0),
-    "dps": (_DEGREE, 1, 0, -1),
-    "mdps": (_DEGREE * 1e-3, 1, 0, -1),
-    "radps": (1.0, 1, 0, -1),
-    "dph": (_DEGREE / 3600, 1, 0, -1),
-    "rpm": (2 * math.pi / 60, 1, 0, -1),
-    "m": (1.0, 0, 1, 0),
-    "cm": (1e-2, 0, 1, 0),
-    "mm": (1e-3, 0, 1, 0),
-    "um": (1e-6, 0, 1, 0),
-    "g": (STANDARD_GRAVITY, 0, 1, -2),
-    "mg": (STANDARD_GRAVITY * 1e-3, 0, 1, -2),
-    "ug": (STANDARD_GRAVITY * 1e-6, 0, 1, -2),
-    "ng": (STANDARD_GRAVITY * 1e-9, 0, 1, -2),
-    "mgal": (1e-5, 0, 1, -2),
-    "s": (1.0, 0, 0, 1),
-    "ms": (1e-3, 0, 0, 1),
-    "us": (1e-6, 0, 0, 1),
-    "ns": (1e-9, 0, 0, 1),
-    "min": (60.0, 0, 0, 1),
-    "h": (3600.0, 0, 0, 1),
-    "d": (86400.0, 0, 0, 1),
-    "Hz": (1.0, 0, 0, -1),
-    "ppm": (1e-6, 0, 0, 0),
+    "rad": (1.0, 1, 0, 0), "mrad": (1e-3, 1, 0, 0), "urad": (1e-6, 1, 0, 0),
+    "nrad": (1e-9, 1, 0, 0), "deg": (_DEGREE, 1, 0, 0), "mdeg": (_DEGREE * 1e-3, 1, 0, 0),
+    "arcmin": (_DEGREE / 60, 1, 0, 0), "arcsec": (_DEGREE / 3600, 1, 0, 0),
+    "rev": (2 * math.pi, 1, 0, 0), "dps": (_DEGREE, 1, 0, -1), "mdps": (_DEGREE * 1e-3, 1, 0, -1),
+    "radps": (1.0, 1, 0, -1), "dph": (_DEGREE / 3600, 1, 0, -1),
+    "rpm": (2 * math.pi / 60, 1, 0, -1), "m": (1.0, 0, 1, 0), "cm": (1e-2, 0, 1, 0),
+    "mm": (1e-3, 0, 1, 0), "um": (1e-6, 0, 1, 0), "g": (STANDARD_GRAVITY, 0, 1, -2),
+    "mg": (STANDARD_GRAVITY * 1e-3, 0, 1, -2), "ug": (STANDARD_GRAVITY * 1e-6, 0, 1, -2),
+    "ng": (STANDARD_GRAVITY * 1e-9, 0, 1, -2), "mgal": (1e-5, 0, 1, -2), "s": (1.0, 0, 0, 1),
+    "ms": (1e-3, 0, 0, 1), "us": (1e-6, 0, 0, 1), "ns": (1e-9, 0, 0, 1), "min": (60.0, 0, 0, 1),
+    "h": (3600.0, 0, 0, 1), "d": (86400.0, 0, 0, 1), "Hz": (1.0, 0, 0, -1), "ppm": (1e-6, 0, 0, 0),
     "ppb": (1e-9, 0, 0, 0),
-}
+}  # fmt: skip
 _ALIASES = {
     "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad", "sec": "s", "second": "s",
     "seconds": "s", "hr": "h", "hour": "h", "hours": "h", "hz": "Hz", "asec": "arcsec",
@@ -88,6 +68,8 @@ _TOKEN = re.compile(
     r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<sqrt>sqrt\b|√|rt(?=[A-Za-z]))"
     r"|(?P<name>[A-Za-z][A-Za-z_]*0?)|(?P<op>\*\*|[*/·.^()\[\]-])|(?P<half>½))"
 )
+#: Letters of a unit; brackets within brackets are as deep at most.
+LONGEST = 80
 _SIDES = re.compile(r"[\s,(\[]*\b(one|single|two|double)[\s-]?sided\b[\s)\]]*", re.IGNORECASE)
 
 
@@ -152,6 +134,9 @@ class _Parser:
     """Recursive descent over: expression = factor {("*" | "/" | "·" | adjacency) factor}."""
 
     def __init__(self, text: str) -> None:
+        if len(text) > LONGEST:
+            raise ValueError(plain(text, 40))
+        text = _normalise(text)
         self.tokens: list[tuple[str, str]] = []
         at = 0
         while at < len(text):
@@ -172,9 +157,13 @@ class _Parser:
         self.at += 1
         return token
 
-    def end(self) -> None:
+    def whole(self) -> _Quantity:
+        result = self.expression()
         if self.at < len(self.tokens):
             raise ValueError(self.tokens[self.at][1])
+        if not 0.0 < result.scale < math.inf:
+            raise ValueError(f"{result.scale:g}")
+        return result
 
     def expression(self) -> _Quantity:
         result = self.factor()
@@ -224,7 +213,7 @@ class _Parser:
             return value
         if kind == "half":
             return Fraction(1, 2)
-        if kind == "number":
+        if kind == "number" and "e" not in text.lower():  # g^1e9999999 would take minutes
             if self.peek()[0] == "half":
                 self.take()
                 return Fraction(text) + Fraction(1, 2)
@@ -245,9 +234,7 @@ def _symbol(name: str) -> _Quantity:
 def _quantity(text: str) -> _Quantity:
     """Reduce a unit expression; `InputError` names the part not understood."""
     try:
-        parser = _Parser(_normalise(text))
-        result = parser.expression()
-        parser.end()
+        result = _Parser(text).whole()
     except (ValueError, ZeroDivisionError, OverflowError) as error:
         problem = str(error) or "its end"
     else:
@@ -381,7 +368,8 @@ def conversion(from_unit: str, to_unit: str) -> float:
 
 def _side(text: str) -> tuple[str, float]:
     """Split off a "one-sided" remark: the bare unit, and the factor on a two-sided density."""
-    match = _SIDES.search(text)
+    # What is longer is no unit, and many brackets would take long to search.
+    match = _SIDES.search(text) if len(text) <= 2 * LONGEST else None
     if match is None:
         return text, 1.0
     factor = math.sqrt(2) if match.group(1).lower() in ("one", "single") else 1.0

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import CALL, AllaniteError, InputError, about, worded
+from allanite.common.plain import plain
 from allanite.common.units import FREQUENCY, parse_unit
 from allanite.readers._choice import Request, choose
 from allanite.readers.frame import is_frame, table_of
@@ -250,7 +251,7 @@ def inspect(path: Any, **options: Any) -> Inspection:
         Column(name, "text", False, None, None, (), np.nan, np.nan, (doubt,))
         for name, doubt in texts.items()
     ]
-    shown = type(path).__name__ if is_frame(path) else str(path)
+    shown = type(path).__name__ if is_frame(path) else plain(path)
     problem = None if refused is None else str(refused)
     return Inspection(shown, table.n, rate, duration, problem, tuple(views), findings, refused)
 

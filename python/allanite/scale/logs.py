@@ -89,7 +89,7 @@ def rows_of(path: str, model: str, rate: float | None, unit: str | None) -> list
 
     began = perf_counter()
     content = _content(path)
-    head = {"file": path, "content": content, "column": "", "status": "done", "remarks": ""}
+    head = {"file": plain(path), "content": content, "column": "", "status": "done", "remarks": ""}
     try:
         recording = read(path, rate, unit=unit)
     except (AllaniteError, OSError) as error:
@@ -206,7 +206,7 @@ def run_fleet(
         if before is None or before[0].get("asked") != model:
             todo.append(path)
         else:
-            rows += [{**row, "file": path} for row in before]
+            rows += [{**row, "file": plain(path)} for row in before]
     done = len(logs) - len(todo)
     with _named(journal), journal.open("a+", encoding="utf-8") as file:
         _close_line(file)

@@ -3,6 +3,7 @@
 import io
 import json
 import struct
+import zipfile
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
@@ -107,9 +108,13 @@ def _models():
     return [json.dumps(model_to_dict(al.parse_model(t))).encode() for t in texts]
 
 
+UNITS = ["deg/s", "m/s/sqrt(h)", "µg/√Hz one-sided", "(rad/s)/Hz^(1/2)", "deg/h^1.5", "m s-2"]
 SHEETS = [
-    b'name = "gyro"\nquantity = "rate"\n[angle_random_walk]\nvalue = 0.3\nunit = "deg/sqrt(h)"\n',
-    json.dumps({"N": {"value": 0.3, "unit": "deg/sqrt(h)"}, "bandwidth": 40}).encode(),
+    """name = "gyro"\nbandwidth = "40 Hz"\n[figures]\nangle_random_walk = "0.3 deg/√h"
+noise_density = "0.03 deg/s/√Hz two-sided"\nbias_instability = "5 deg/h"\n""".encode(),
+    json.dumps(
+        {"name": "acc", "figures": {"vrw": "0.03 m/s/√h", "noise_density": "150 µg/√Hz"}}
+    ).encode(),
 ]
 ACTIONS = [
     {"do": "read", "rate": 100, "unit": "deg/s", "columns": "gx,gy"}, {"do": "add", "kind": "gauss_markov"},
@@ -178,6 +183,14 @@ def model_string(data, _folder):
     al.parse_model(model.name)
 
 
+def unit(data, _folder):
+    from allanite.common.units import conversion, parse_unit
+
+    text = data.decode("utf-8", "replace")
+    conversion(text, text)
+    parse_unit(text)
+
+
 def parsed(suffix, parse):
     def call(data, folder):
         path = Path(folder) / f"x{suffix}"
@@ -229,6 +242,20 @@ def page():
     return [*paths, *bodies, _text()[0]], call, True
 
 
+def member():
+    """An array inside an archive, whose check sum is right: what is damaged of the archive itself stops at that."""
+    _, call, _ = reader(".npz", [])
+
+    def inside(data, folder):
+        stream = io.BytesIO()
+        with zipfile.ZipFile(stream, "w") as archive:
+            archive.writestr("data.npy", data)
+            archive.writestr("rate_hz.npy", _bytes(lambda s: np.save(s, 10.0)))
+        call(stream.getvalue(), folder)
+
+    return _npy(), inside, False
+
+
 def targets():
     """Name → maker of (seeds, call(data, folder), whether it is text)."""
     return {
@@ -236,6 +263,7 @@ def targets():
         "text with a rate": lambda: reader(".csv", _text(), True, rate=10),
         "npy": lambda: reader(".npy", _npy(), rate=10),
         "npz": lambda: reader(".npz", _npz()),
+        "npz, an array": member,
         "mat": lambda: reader(".mat", _mat(), rate=10),
         "mat73": lambda: reader(".mat", _hdf5(), rate=10),
         "ulog": lambda: reader(".ulg", _ulog()),
@@ -253,6 +281,7 @@ def targets():
         "sentences": lambda: reader(".txt", logs.sentences(), True, rate=40),
         "gzip": lambda: reader(".csv.gz", logs.packed()),
         "archive": lambda: reader(".zip", logs.archive()),
+        "unit": lambda: ([one.encode() for one in UNITS], unit, True),
         "model string": lambda: ([m.encode() for m in MODELS], model_string, True),
         "model file": lambda: (_models(), parsed(".json", al.parse_model), True),
         "data sheet": lambda: (SHEETS[:1], parsed(".toml", sheet), True),

@@ -136,6 +136,7 @@ ERRORS = {
     "header": ("a,b\n1,2,3\n1,2,3\n", "row 2 has 3 columns, the header 2"),
     "only header": ("a,b\n", "no rows of numbers"),
     "only comments": ("# a\n\n", "no rows of numbers"),
+    "hexadecimal": ("0x1.8p+0\n" * 100 + "1.5\n2.5\n", r"row 1 has 0x1\.8p\+0: hexadecimal"),
     "nothing": ("", "is empty"),
     "UTF-16": ("1,2\n".encode("utf-16"), "UTF-16"),
     "binary": (b"\x93NUMPY\x01\x00v\x00", "binary"),

@@ -1,6 +1,7 @@
 """The table of units against pint, the slips it must make impossible, and its errors."""
 
 import math
+import time
 
 import pint
 import pytest
@@ -127,6 +128,19 @@ def test_mixing_is_refused_and_both_are_named(source, target):
 def test_what_is_no_unit_of_samples(text):
     with pytest.raises(InputError, match="unit"):
         parse_unit(text)
+
+
+@pytest.mark.parametrize(
+    "text", ["0 g", "150 0 µg/√Hz", "1e-200 m/s^2*1e-200", "1e999 g", "g^1e9999999", "g^1e-9999999",
+             "g^" + "9" * 5000, "(" * 100_000, "sqrt" * 50_000, "g^" + "-" * 100_000],
+)  # fmt: skip
+def test_a_unit_is_a_number_and_read_at_once(text):
+    """A scale of 0 was divided by; others took minutes, or as much stack as they had brackets."""
+    start = time.process_time()
+    for read in (parse_unit, lambda unit: conversion(unit, unit)):
+        with pytest.raises(InputError, match="unknown unit"):
+            read(text)
+    assert time.process_time() - start < 1.0
 
 
 def test_one_sided_is_for_densities():

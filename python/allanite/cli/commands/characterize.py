@@ -10,6 +10,7 @@ import click
 
 from allanite.cli.commands.improve import Percent
 from allanite.cli.options import LogOptions, log_options, model_option, plot_option
+from allanite.common.plain import plain
 from allanite.export import ANY_SENSOR, TARGETS
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def command(
         return
     click.echo(found.table(out.width()))
     if written and not options.quiet:
-        click.echo(f"\nwritten: {', '.join(written)}")
+        click.echo(f"\nwritten: {plain(', '.join(written))}")
 
 
 def _check(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from allanite.common.plain import plain
 from allanite.export import TARGETS
 
 
@@ -66,10 +67,10 @@ def command(
     text = export(axes, target, rate, overbound=overbound, until=until)
     for axis in axes:
         if axis.warning:
-            click.echo(f"! {axis.name}: {axis.warning}; improve the model first", err=True)
+            click.echo(plain(f"! {axis.name}: {axis.warning}; improve the model first"), err=True)
     if output is None:
         click.echo(text, nl=False)
         return
     with whole_file(output) as draft:
         draft.write_text(text, encoding="utf-8")
-    click.echo(f"{output}: {target} parameters of {', '.join(axis.name for axis in axes)}")
+    click.echo(plain(f"{output}: {target} parameters of {', '.join(axis.name for axis in axes)}"))

@@ -64,7 +64,7 @@ def command(
     out.notes([entry.recording for entry in report.entries], options)
     for entry in report.entries:
         click.echo(f"{entry.recording.columns[0]}: {entry.study.fit.model.name}")
-    click.echo(f"written: {target}")
+    click.echo(f"written: {plain(target)}")
 
 
 def _target(log: str, output: str | None) -> Path:

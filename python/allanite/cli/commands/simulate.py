@@ -10,6 +10,7 @@ import click
 
 from allanite.cli.options import SEED, json_option
 from allanite.common.errors import about
+from allanite.common.plain import plain
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -162,7 +163,9 @@ def _deliver(
             )
         )
     else:
-        click.echo(f"{output}: {recording.n} samples at {recording.rate:g} Hz in {recording.unit}")
+        click.echo(
+            f"{plain(output)}: {recording.n} samples at {recording.rate:g} Hz in {recording.unit}"
+        )
 
 
 def _known_format(path: str) -> None:

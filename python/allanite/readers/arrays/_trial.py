@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
+from allanite.common.memory import budget
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,6 +23,7 @@ SECONDS, BYTES = 5, 2_000_000
 #: limited, not the time of the clock: a busy machine or a slow disk is no damage; without the parent it holds, too.
 TRIAL = """
 import sys, h5py
+left = float(sys.argv[3])
 try:
     import resource
     most = [int(sys.argv[2]), *(n for n in resource.getrlimit(resource.RLIMIT_CPU) if n >= 0)]
@@ -30,9 +32,12 @@ try:
 except ImportError:  # Windows
     pass
 def visit(name, item):
+    global left
     dict(item.attrs)
     if isinstance(item, h5py.Dataset):
-        item.dtype
+        left -= item.size * item.dtype.itemsize
+        if left < 0:  # the reading itself ends here as well
+            raise MemoryError
         for part in item.iter_chunks() if item.chunks else ():
             item[part]
 with h5py.File(sys.argv[1], "r") as file:
@@ -53,7 +58,7 @@ def tried(path: Path) -> None:
         return
     # -P: a file of the working folder is no library. What merely raises is told by the reading itself.
     seconds = SECONDS + path.stat().st_size // BYTES
-    command = [sys.executable, "-P", "-c", TRIAL, str(path), str(seconds)]
+    command = [sys.executable, "-P", "-c", TRIAL, str(path), str(seconds), str(budget())]
     # Windows knows no limit of processor time: there it is that of the clock, and much of it.
     limit = 12 * seconds if sys.platform == "win32" else None
     try:

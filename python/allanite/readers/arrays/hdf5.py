@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.memory import require
 from allanite.readers.arrays._trial import tried
 from allanite.readers.arrays.matlab import RATES, assemble
 
@@ -64,10 +65,16 @@ def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]
     tried(path)
     found: dict[str, NDArray[Any]] = {}
     attributes: dict[str, dict[str, Any]] = {}
+    size = 0
 
     def visit(name: str, item: Any) -> None:
+        nonlocal size
         key = name.replace("/", ".")
         attributes[key] = dict(item.attrs)
+        if isinstance(item, h5py.Dataset):
+            # A packed file can be a thousandth of what it holds.
+            size += item.size * item.dtype.itemsize
+            require(size, "it unpacked")
         if (
             not isinstance(item, h5py.Dataset)
             or item.attrs.get("NAME", b"")[:20] == b"This is a netCDF dim"
@@ -85,6 +92,8 @@ def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]
         with h5py.File(path, "r") as file:
             attributes[""] = dict(file.attrs)
             file.visititems(visit)
+    except InputError:
+        raise
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise InputError(f"damaged or not an HDF5 file ({error})") from None
     return found, attributes

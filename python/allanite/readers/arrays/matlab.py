@@ -130,11 +130,15 @@ def _v73(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
 
     tried(path)
     found: list[tuple[str, NDArray[Any]]] = []
+    size = 0
 
     def visit(name: str, item: object) -> None:
+        nonlocal size
+        if isinstance(item, h5py.Dataset):
+            size += item.size * item.dtype.itemsize
+            require(size, "it unpacked")
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "iufb" and "#refs#" not in name:
             # HDF5 stores MATLAB's columns as rows.
-            require(item.size * item.dtype.itemsize, name)
             found.append((name.replace("/", "."), np.squeeze(item[()]).T))
 
     try:

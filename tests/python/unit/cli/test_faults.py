@@ -5,6 +5,8 @@ import signal
 import stat
 import subprocess
 import sys
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -94,12 +96,25 @@ def test_bare_environments(log, tmp_path):
     one_line(command("adev", "gyro\udcff\x1b[31m.csv", env=bare), 2, "no such file", r"\x1b")
 
 
-@pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root writes everywhere")
-def test_a_folder_that_may_not_be_written(tmp_path):
-    folder = tmp_path / "closed"
-    folder.mkdir()
-    folder.chmod(stat.S_IRUSR | stat.S_IXUSR)
-    one_line(command(*SIMULATE, "-o", folder / "x.csv"), 2, "x.csv", "ermission")
+def test_a_folder_that_may_not_be_written():
+    """Root writes everywhere: it becomes another user once all is imported."""
+    code = """
+import os
+import allanite.simulate, scipy.fft
+from allanite.cli import main
+from allanite.cli.commands import simulate
+if os.geteuid() == 0:
+    os.setgid(65534)
+    os.setuid(65534)
+main()
+"""
+    # Not below pytest's own folder, which no other user may enter.
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        folder.chmod(stat.S_IRUSR | stat.S_IXUSR | stat.S_IROTH | stat.S_IXOTH)
+        one_line(command(*SIMULATE, "-o", folder / "x.csv", code=code), 2, "x.csv", "ermission")
+        assert list(folder.iterdir()) == []
+        folder.chmod(stat.S_IRWXU)
 
 
 def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path):

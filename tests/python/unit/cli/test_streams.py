@@ -195,6 +195,23 @@ def test_whole_file_or_nothing(tmp_path):
             pass
 
 
+def test_an_interrupt_as_soon_as_the_draft_is_there_leaves_none(tmp_path, monkeypatch):
+    """It came between the file and its name becoming known, in one of thousands of runs."""
+    from allanite.common.files import whole_file
+
+    close = os.close
+
+    def interrupted(descriptor):
+        close(descriptor)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):  # noqa: PT012
+        patch.setattr(os, "close", interrupted)
+        with whole_file(tmp_path / "x.csv"):
+            pytest.fail("no interrupt came")
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.skipif(os.name != "posix", reason="links and pipes as POSIX has them")
 def test_a_link_stays_a_link_and_a_pipe_a_pipe(tmp_path):
     from allanite.common.files import whole_file

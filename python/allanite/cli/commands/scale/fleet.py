@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from allanite.cli.options import DEFAULT_MODEL, json_option
+from allanite.common.plain import plain
 
 
 @click.command("fleet")
@@ -45,7 +46,7 @@ def command(
 
     def on_done(done: int, total: int, path: str) -> None:
         if not quiet:
-            click.echo(f"{done}/{total} {path}", err=True)
+            click.echo(f"{done}/{total} {plain(path)}", err=True)
 
     rows = run_fleet(
         logs, out, model=model, rate=rate, unit=unit, scheduler=scheduler, on_done=on_done
