@@ -59,7 +59,7 @@ def one_level(fit: Fit, changes: list[Level]) -> Fit | None:
         *_switching(screen_levels(base.solution, base.data, whitened)),
         *_together(changes),
     ]
-    # Whoever explains more each time does not come back to where it was.
+    # A set that explains more each time does not come back to where it was.
     found = [level for level in found if explained(level) > before + RIVAL]
     if not found:
         return None

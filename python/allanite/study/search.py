@@ -210,7 +210,9 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     if changes:
         one = one_level(better, changes)
         kinds = tuple(e.kind for e in changes[:-1])
-        return one and Rung(one, one.model.effects[-1], (*gave_way, *kinds), risen)
+        if one is None:
+            return None
+        return Rung(one, one.model.effects[-1], (*gave_way, *kinds), risen)
     if with_it or (len(ladder) > 1 and not _moved(fit, better)):
         # What nothing has moved since it was looked at is as good as it was.
         return Rung(better, added, gave_way, risen, brought=with_it)
