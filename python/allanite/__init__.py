@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from allanite.effects.rate_random_walk import RateRandomWalk
     from allanite.effects.resonance import Resonance
     from allanite.effects.sinusoid import Sinusoid
+    from allanite.effects.tone_burst import ToneBurst
     from allanite.effects.transient import Transient
     from allanite.effects.two_lags import TwoLags
     from allanite.effects.unexplained import Unexplained
@@ -137,6 +138,7 @@ _HOME = {
     "RateRandomWalk": "allanite.effects.rate_random_walk",
     "Resonance": "allanite.effects.resonance",
     "Sinusoid": "allanite.effects.sinusoid",
+    "ToneBurst": "allanite.effects.tone_burst",
     "Transient": "allanite.effects.transient",
     "TwoLags": "allanite.effects.two_lags",
     "Unexplained": "allanite.effects.unexplained",
@@ -233,6 +235,7 @@ __all__ = [
     "Suggestion",
     "Summary",
     "TooShortError",
+    "ToneBurst",
     "Transient",
     "TwoLags",
     "Unexplained",

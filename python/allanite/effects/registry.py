@@ -34,6 +34,7 @@ from allanite.effects.rate_ramp import RateRamp
 from allanite.effects.rate_random_walk import RateRandomWalk
 from allanite.effects.resonance import Resonance
 from allanite.effects.sinusoid import Sinusoid
+from allanite.effects.tone_burst import ToneBurst
 from allanite.effects.transient import Transient
 from allanite.effects.two_lags import TwoLags
 from allanite.effects.unexplained import Unexplained
@@ -155,6 +156,7 @@ CATALOGUE = Catalogue(
         GaussMarkov,
         Sinusoid,
         DriftingLine,
+        ToneBurst,
         Bandwidth,
         HighPass,
         Notch,

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["screen_drifting"]
+__all__ = ["CLEAR", "places", "screen_drifting"]
 
 #: Rise of logL from which on the band of a resonance is looked at; and by which a line that drifts must beat a steady one.
 LEAST, CLEAR = 3.0, 8.0
@@ -52,7 +52,7 @@ def screen_drifting(
     return tuple(found)
 
 
-def _places(
+def places(
     spectral: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> Iterator[tuple[float, float]]:
     """Bands (Hz) in which the ordinates have more power than the model says, and that of the best resonance."""
@@ -86,7 +86,7 @@ def _best(
     noise, T = solution.noise(data), data.duration
     steady = max((c.gain for c in lines), default=0.0)
     best = (0.0, 0.0, -np.inf, 1)
-    for low, high in _places(spectral, solution, data):
+    for low, high in places(spectral, solution, data):
         band = band_about(low, high, solution.ordinates, noise, data)
         found = band.search()
         if found[2] > best[2]:

@@ -16,6 +16,7 @@ from allanite.fit.rivals.evidence import cost, over_true
 from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.bursts import screen_bursts
 from allanite.suggestion.drifting import screen_drifting
+from allanite.suggestion.tones import screen_tones
 from allanite.suggestion.drifts import beside_the_best, screen_slow
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.exclusions import screen_disturbance
@@ -221,6 +222,7 @@ def suggest(
         disturbed = pool.submit(screen_disturbance, base, data, whitened)
         steady = lines_found.result()
         lines = (*steady, *screen_drifting(spectral.candidates, steady, base, data))
+        lines = (*lines, *screen_tones(spectral.candidates, lines, base, data))
         progress()
         outliers, levels = moments.result()
         single = (outliers, disturbed.result(), *levels, bursts.result())

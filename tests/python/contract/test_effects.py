@@ -32,6 +32,10 @@ VALUES = [
     ("GM", {"q_c": 0.5, "correlation_time": 0.03}),
     ("SIN", {"frequency": 3.3, "amplitude": 0.5, "phase": 1.0}),
     ("CHIRP", {"frequency": 3.3, "drift": -0.02, "amplitude": 0.5, "phase": 1.0}),
+    (
+        "TONE",
+        {"frequency": 3.3, "start": 11.0, "end": 23.0, "amplitude": 0.5, "phase": 1.0},
+    ),
     *(
         ("BW", {"cutoff": 8.0, "order": order, "design": design})
         for design, orders in lowpass.DESIGNS.items()

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data, Noise
 
-__all__ = ["Band", "band_about", "polish_drifting", "seen_at"]
+__all__ = ["SAME", "Band", "band_about", "polish_drifting", "seen_at"]
 
 #: Ordinates beside the frequencies that a line passes: in its regression, and in its search.
 BESIDE, LEAST_WIDTH, MOST_WIDTH = 512, 1024, 4096
@@ -128,11 +128,19 @@ def seen_at(effect: Deterministic, data: Data) -> NDArray[np.int64]:
 
 
 def band_about(
-    low: float, high: float, ordinates: NDArray[np.float64], noise: Noise, data: Data
+    low: float,
+    high: float,
+    ordinates: NDArray[np.float64],
+    noise: Noise,
+    data: Data,
+    least: int = LEAST_WIDTH,
 ) -> Band:
-    """The band of these frequencies (Hz), and as much again to either side, of residual ordinates (n,)."""
+    """The band of these frequencies (Hz), and as much again to either side, of residual ordinates (n,).
+
+    Its series has `least` values or more, where the record has as many frequencies.
+    """
     middle, width = 0.5 * (low + high) * data.duration, (high - low) * data.duration
-    half = int(np.clip(1.5 * width, 0.5 * LEAST_WIDTH, 0.5 * MOST_WIDTH))
+    half = int(np.clip(1.5 * width, 0.5 * least, 0.5 * max(least, MOST_WIDTH)))
     half = min(half, data.n // 8)
     first = int(np.clip(round(middle) - half, 1, data.n // 2 - 2 * half))
     j = np.arange(max(1, 2 * first - 64), min(data.n, 2 * (first + 2 * half) + 64))

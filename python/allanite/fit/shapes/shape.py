@@ -19,6 +19,7 @@ from allanite.fit.shapes.deterministic import (
     regress,
     without_at,
 )
+from allanite.fit.shapes.bursts import polish_burst
 from allanite.fit.shapes.drifting import polish_drifting
 from allanite.fit.shapes.joined import put_together, unformed
 from allanite.fit.shapes.matched import grid_points, matched_gains, regressor_ordinates
@@ -39,6 +40,8 @@ __all__ = [
     "reopened",
 ]
 
+#: How the shapes of a function of time that is not seen at the lowest frequencies are found, by how it is screened.
+POLISH = {"drifting line": polish_drifting, "tone burst": polish_burst}
 #: Ordinates about a line within which its frequency is polished.
 ZOOM = 48
 #: Lines of a comb by which its frequency is polished.
@@ -184,7 +187,8 @@ def fit_deterministic_shapes(
         elif not effect.low:
             if slow or place == len(model.effects) - 1 or effect.values["frequency"] is None:
                 left = data.without(_known(others))
-                model = _with(model, place, polish_drifting(effect, left, noise, data))
+                found = POLISH[effect.screened]
+                model = _with(model, place, found(effect, left, noise, data))
         elif slow or any(effect.values[n] is None for n in effect.free_shapes):
             model = _polish_slow(model, place, others, noise, data)
     return model

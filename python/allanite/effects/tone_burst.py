@@ -1,0 +1,122 @@
+"""A line that is there for a part of the record: something that was switched on and off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Parameter
+from allanite.effects._known import Deterministic
+
+#: Widths 1/length to either side of the frequency that hold all but 2 % of a burst's power.
+LOBES = 4.0
+#: A tone of amplitude A in noise of density S begins and ends within ±22 S/A² (95 %): as a step of height h to ±11 S/h²
+#: (Yao 1987, Ann. Statist. 15), of which the mean square is A²/2. This over 1.96.
+EDGE = 11.2
+
+
+@dataclass(frozen=True)
+class ToneBurst(Deterministic):
+    """x(t) = A sin(2πft + φ) for start ≤ t < end, 0 before and after; φ is the phase at the first sample.
+
+    Examples
+    --------
+    >>> fan = al.ToneBurst(frequency=12.3, start=200.0, end=350.0, amplitude=0.04)
+    >>> x = (al.AngleRandomWalk(N=0.01) + fan).simulate(duration=600, rate=50, seed=1)
+    >>> found = al.AngleRandomWalk().fit(x).check().suggestions[0]
+    >>> print(found.kind, round(found.effect.frequency, 2), round(found.effect.start))
+    tone_burst 12.3 200
+    """
+
+    frequency: float | None = None
+    start: float | None = None
+    end: float | None = None
+    amplitude: float | None = None
+    phase: float | None = None
+
+    kind: ClassVar[str] = "tone_burst"
+    short: ClassVar[str] = "TONE"
+    title: ClassVar[str] = "tone burst"
+    screened: ClassVar[str] = "tone burst"
+    family: ClassVar[str] = "line"
+    low: ClassVar[bool] = False
+    happens_once: ClassVar[bool] = True
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            "frequency", "Hz", "frequency", "shape", low=1e-12, aliases=("f", "f0"), symbol="f"
+        ),
+        Parameter("start", "s", "when it begins, from the first sample", "shape", symbol="from"),
+        Parameter("end", "s", "when it is over", "shape", symbol="to"),
+        Parameter("amplitude", 0.0, "amplitude (peak)", aliases=("A",), symbol="a"),
+        Parameter("phase", "rad", "phase at the first sample", low=-np.inf, optional=True),
+    )
+    legend: ClassVar[tuple[str, ...]] = ("frequency", "amplitude", "start", "end")
+    unplanned: ClassVar[str] = "it is found as a line is: plan for SIN in a record as long as it"
+    physics: ClassVar[str] = (
+        "something that turns or vibrates was switched on for a while: a fan, a compressor, a pump, a motor, a neighbour's drill"
+    )
+    looks_like: ClassVar[str] = (
+        "a peak of the spectrum wider than 1/T and with side lobes; a stretch of the samples with a ripple"
+    )
+    check_by: ClassVar[str] = (
+        "look at the spectrum of the stretch alone and of the rest; ask what ran between those times; switch it off and repeat"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "drifting_line", "resonance")
+
+    @property
+    def when(self) -> tuple[float, float] | None:
+        """From start to end."""
+        return None if self.start is None or self.end is None else (self.start, self.end)
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """Of either edge a thousand times over the record; of the frequency what any line has."""
+        if name in {"start", "end"}:
+            return np.linspace(0.0, n / rate, 1026)[1:-1]
+        return super().grid(name, n, rate)
+
+    def seen_between(self, start: float, end: float) -> tuple[float, float]:
+        """The frequencies that hold its power."""
+        f, when = self.frequency or 0.0, self.when or (start, end)
+        beside = LOBES / max(when[1] - when[0], 1e-12)
+        return max(0.0, f - beside), f + beside
+
+    @property
+    def occupies(self) -> tuple[float, float] | None:
+        """Its frequency, twice."""
+        return None if self.frequency is None else (self.frequency, self.frequency)
+
+    def shape_error(self, name: str, variance: float, duration: float) -> float | None:
+        """Standard error of either edge, s, from the variance of an amplitude, 2S/length; None for the frequency."""
+        if name == "frequency" or self.when is None:
+            return None
+        length = min(self.when[1] - self.when[0], duration)
+        return EDGE * 0.5 * variance * length / max((self.amplitude or 0.0) ** 2, 1e-300)
+
+    def regressors(
+        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
+    ) -> NDArray[np.float64]:
+        """Its sine and cosine, 0 before and after."""
+        angle = 2.0 * np.pi * (self.frequency or 0.0) * time
+        start, end = self.when or (-np.inf, np.inf)
+        inside = (time >= start) & (time < end)
+        return np.column_stack([np.sin(angle), np.cos(angle)]) * inside[:, None]
+
+    def sampler(
+        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
+    ) -> Callable[[int, int], NDArray[np.float64]]:
+        """A function (first, last) → samples of the burst."""
+        return self._pointwise(rate, covariates)
+
+    def amplitudes(self) -> NDArray[np.float64]:
+        """(A cos φ, A sin φ)."""
+        size, phase = self.amplitude or 0.0, self.phase or 0.0
+        return np.array([size * np.cos(phase), size * np.sin(phase)])
+
+    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
+        """Amplitude and phase of a sin + b cos."""
+        a, b = map(float, amplitudes)
+        return self.with_values(amplitude=float(np.hypot(a, b)), phase=float(np.arctan2(b, a)))

@@ -1,0 +1,85 @@
+"""Candidate tone bursts: lines that are there for a part of the record.
+
+A resonance has the width of a burst and not its phase; a line has its phase for the wrong time.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import CATALOGUE, Deterministic
+from allanite.fit.engine import solve
+from allanite.fit.shapes.bursts import polish_burst, search_burst, trials
+from allanite.fit.shapes.deterministic import design_of, regress
+from allanite.fit.shapes.drifting import band_about, seen_at
+from allanite.suggestion.drifting import CLEAR, places
+from allanite.suggestion.evidence import Family, line_trials, log_chance
+from allanite.suggestion.spectral import Candidate
+
+if TYPE_CHECKING:
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.solution import Solution
+
+__all__ = ["screen_tones"]
+
+
+def screen_tones(
+    spectral: tuple[Candidate, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
+) -> tuple[Candidate, ...]:
+    """The best burst of each kind of the catalogue, refitted, where it beats the lines and bands that are there always."""
+    # Of a summary, which keeps the lowest ordinates alone, there is no phase.
+    if solution.ordinates.size < data.n or data.gain is not None:
+        return ()
+    blanks = [
+        blank
+        for cls in CATALOGUE
+        if cls.screened == "tone burst" and issubclass(cls, Deterministic)
+        for blank in cls.candidates(solution.model, data.covariates)
+    ]
+    found = (_best(blank, spectral, lines, solution, data) for blank in blanks)
+    return tuple(c for c in found if c is not None)
+
+
+def _best(
+    blank: Deterministic,
+    spectral: tuple[Candidate, ...],
+    lines: tuple[Candidate, ...],
+    solution: Solution,
+    data: Data,
+) -> Candidate | None:
+    noise, T = solution.noise(data), data.duration
+    best = (0.0, 0.0, 1.0, -np.inf, 1)
+    for low, high in places(spectral, solution, data):
+        band = band_about(low, high, solution.ordinates, noise, data)
+        found = search_burst(band)
+        if found[3] > best[3]:
+            best = (*found, trials(band))
+    middle, first, last, hope, tried = best
+    frequency = middle / T
+    always = [c.gain for c in (*lines, *spectral) if _at(c, frequency, 1.0 / ((last - first) * T))]
+    least = max(always, default=0.0) + CLEAR
+    if hope < least or frequency <= 0.0:
+        return None
+    effect = blank.with_values(
+        frequency=frequency, start=data.start + first * T, end=data.start + last * T
+    )
+    effect = polish_burst(effect, solution.ordinates, noise, data)
+    refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
+    burst = refitted.model.deterministic[-1]
+    # What the burst itself adds to its cells is no discrepancy: by the noise without it.
+    j = seen_at(burst, data)
+    matrix = design_of((burst,), data, j).matrix
+    gain = regress(matrix, solution.ordinates[j], refitted.noise(data).variance(j)).gain
+    gain = min(gain, refitted.log_likelihood - solution.log_likelihood)
+    if gain < least:
+        return None
+    chance = log_chance(Family("line", width=line_trials(data.n) * tried), gain)
+    return Candidate(burst, gain, "line", refitted, 5, log_chance=chance)
+
+
+def _at(candidate: Candidate, frequency: float, width: float) -> bool:
+    """Whether a line or a band explains what is within a width of a frequency."""
+    place = candidate.effect.occupies
+    return place is not None and place[0] - width <= frequency <= place[1] + width
