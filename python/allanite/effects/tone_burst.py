@@ -57,13 +57,13 @@ class ToneBurst(Deterministic):
     legend: ClassVar[tuple[str, ...]] = ("frequency", "amplitude", "start", "end")
     unplanned: ClassVar[str] = "it is found as a line is: plan for SIN in a record as long as it"
     physics: ClassVar[str] = (
-        "something that turns or vibrates was switched on for a while: a fan, a compressor, a pump, a motor, a neighbour's drill"
+        "something that turns or vibrates was switched on for a while: a fan, a pump, a motor, a drill next door"
     )
     looks_like: ClassVar[str] = (
         "a peak of the spectrum wider than 1/T and with side lobes; a stretch of the samples with a ripple"
     )
     check_by: ClassVar[str] = (
-        "look at the spectrum of the stretch alone and of the rest; ask what ran between those times; switch it off and repeat"
+        "compare the spectrum of the stretch with that of the rest; ask what ran then; switch it off and repeat"
     )
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "drifting_line", "resonance")
 

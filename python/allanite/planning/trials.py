@@ -9,7 +9,7 @@ import numpy as np
 from allanite.fit.likelihood.data import Noise
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
 from allanite.suggestion.evidence import Family, arc_length, interval_trials, octave_trials
-from allanite.suggestion.spectral import directions
+from allanite.suggestion.screens.spectral import directions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

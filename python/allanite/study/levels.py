@@ -10,13 +10,13 @@ from allanite.effects import CATALOGUE, Level, Model
 from allanite.fit import refitted
 from allanite.fit.likelihood.whitened import expected_level, whiten
 from allanite.fit.rivals.evidence import RIVAL
-from allanite.suggestion.transients import level_series, screen_levels
+from allanite.suggestion.screens.transients import level_series, screen_levels
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from allanite.fit.result import Fit
-    from allanite.suggestion.spectral import Candidate
+    from allanite.suggestion.screens.spectral import Candidate
 
 __all__ = ["one_level", "several_levels"]
 

@@ -13,7 +13,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.rivals.evidence import cost
 from allanite.suggestion.evidence import FALSE_ALARM
-from allanite.suggestion.exclusions import at_the_ends, louder_by, only_at_the_ends
+from allanite.suggestion.screens.exclusions import at_the_ends, louder_by, only_at_the_ends
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

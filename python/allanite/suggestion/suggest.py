@@ -14,16 +14,16 @@ from allanite.effects import Stochastic
 from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import cost, over_true
 from allanite.fit.shapes.matched import slow_families
-from allanite.suggestion.bursts import screen_bursts
-from allanite.suggestion.drifting import screen_drifting
-from allanite.suggestion.tones import screen_tones
-from allanite.suggestion.drifts import beside_the_best, screen_slow
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
-from allanite.suggestion.exclusions import screen_disturbance
-from allanite.suggestion.lines import screen_lines
 from allanite.suggestion.order import in_order
-from allanite.suggestion.spectral import Candidate, screen_spectral
-from allanite.suggestion.transients import level_forms, screen_moments, unsteady
+from allanite.suggestion.screens.bursts import screen_bursts
+from allanite.suggestion.screens.drifting import screen_drifting
+from allanite.suggestion.screens.drifts import beside_the_best, screen_slow
+from allanite.suggestion.screens.exclusions import screen_disturbance
+from allanite.suggestion.screens.lines import screen_lines
+from allanite.suggestion.screens.spectral import Candidate, screen_spectral
+from allanite.suggestion.screens.tones import screen_tones
+from allanite.suggestion.screens.transients import level_forms, screen_moments, unsteady
 from allanite.suggestion.words import explain
 
 __all__ = ["Suggestion", "same_misfit", "suggest"]

@@ -9,7 +9,7 @@ import pytest
 import allanite as al
 import generators as g
 from allanite.fit.likelihood.data import prepare
-from allanite.suggestion.exclusions import at_the_ends
+from allanite.suggestion.screens.exclusions import at_the_ends
 
 RATE, LENGTH = 1.0, 100_000
 

@@ -7,7 +7,12 @@ import allanite as al
 import generators as g
 from allanite.common.errors import InputError
 from allanite.suggestion.evidence import best_interval
-from allanite.suggestion.level_forms import screen_columns, screen_cycle, screen_several, series_of
+from allanite.suggestion.screens.level_forms import (
+    screen_columns,
+    screen_cycle,
+    screen_several,
+    series_of,
+)
 
 
 @pytest.mark.parametrize("cells", [32, 256])

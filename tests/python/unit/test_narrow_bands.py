@@ -8,7 +8,7 @@ import generators as g
 from allanite.fit.rivals.evidence import evidence, gained, over_true
 from allanite.study.moves import one_thing
 from allanite.suggestion.evidence import arc_length, line_trials, octave_trials
-from allanite.suggestion.spectral import directions
+from allanite.suggestion.screens.spectral import directions
 
 RATE, LENGTH, N = 50.0, 60_000, 0.0126
 

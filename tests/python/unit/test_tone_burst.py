@@ -1,5 +1,7 @@
 """A line that is there for a part of the record: named as one, measured, and nothing else is taken for it."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -32,7 +34,8 @@ def _fan(rng, frequency, first, last, amplitude):
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("frequency", "first", "last"), [(7.3, 15_000, 25_000), (0.79, 38_000, 60_000), (21.0, 0, 2_500)]
+    ("frequency", "first", "last"),
+    [(7.3, 15_000, 25_000), (0.79, 38_000, 60_000), (21.0, 0, 2_500)],
 )
 def test_a_fan_that_runs_for_a_while_is_one_burst(frequency, first, last):
     rng = np.random.default_rng(4)
@@ -81,3 +84,14 @@ def test_without_values_it_is_looked_for():
     fit = al.fit_model(_recording(x), "N+B+K+TONE")
     assert fit["TONE.frequency"].value == pytest.approx(9.0, abs=3e-3)
     assert fit["TONE.start"].value == pytest.approx(400.0, abs=20.0)
+
+
+@pytest.mark.long
+def test_what_swells_and_fades_is_no_two_bursts_at_a_time():
+    rng = np.random.default_rng(8)
+    t = np.arange(LENGTH) / RATE
+    x = _noise(rng) + 0.05 * np.exp(-t / 200.0) * np.sin(2.0 * np.pi * 7.3 * t)
+    study = al.improve(_recording(x), "N+B+K")
+    when = sorted(e.when for e in study.fit.model.effects if e.kind == "tone_burst")
+    assert when
+    assert all(a[1] <= b[0] for a, b in itertools.pairwise(when)), study

@@ -78,9 +78,7 @@ def _summed(band: Band, frequency: float) -> NDArray[np.complex128]:
     return np.concatenate([[0.0], np.cumsum(turned)])
 
 
-def _gain(
-    band: Band, total: NDArray[np.complex128], start: Any, end: Any
-) -> NDArray[np.float64]:
+def _gain(band: Band, total: NDArray[np.complex128], start: Any, end: Any) -> NDArray[np.float64]:
     """Rise of logL by a burst between parts of the record."""
     k = band.series.size
     places = np.arange(k + 1) / k

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Periodic
+from allanite.fit.shapes.bursts import polish_burst
 from allanite.fit.shapes.deterministic import (
     LOW,
     comb_gains,
@@ -19,7 +20,6 @@ from allanite.fit.shapes.deterministic import (
     regress,
     without_at,
 )
-from allanite.fit.shapes.bursts import polish_burst
 from allanite.fit.shapes.drifting import polish_drifting
 from allanite.fit.shapes.joined import put_together, unformed
 from allanite.fit.shapes.matched import grid_points, matched_gains, regressor_ordinates
@@ -187,8 +187,7 @@ def fit_deterministic_shapes(
         elif not effect.low:
             if slow or place == len(model.effects) - 1 or effect.values["frequency"] is None:
                 left = data.without(_known(others))
-                found = POLISH[effect.screened]
-                model = _with(model, place, found(effect, left, noise, data))
+                model = _with(model, place, POLISH[effect.screened](effect, left, noise, data))
         elif slow or any(effect.values[n] is None for n in effect.free_shapes):
             model = _polish_slow(model, place, others, noise, data)
     return model

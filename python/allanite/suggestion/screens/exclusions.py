@@ -21,7 +21,7 @@ from allanite.suggestion.evidence import (
     refine,
     two_levels,
 )
-from allanite.suggestion.spectral import Candidate
+from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data

@@ -14,8 +14,8 @@ from allanite.fit.likelihood.crowding import crest, crowding
 from allanite.fit.likelihood.whitened import white_power, whiten, with_normal_tails
 from allanite.recording.tails import coarse_step
 from allanite.suggestion.evidence import COARSE, FALSE_ALARM, FINE, best_interval, refine
-from allanite.suggestion.exclusions import screen_outliers
-from allanite.suggestion.level_forms import (
+from allanite.suggestion.screens.exclusions import screen_outliers
+from allanite.suggestion.screens.level_forms import (
     CLOSE,
     Series,
     moved,
@@ -24,7 +24,7 @@ from allanite.suggestion.level_forms import (
     screen_several,
     series_of,
 )
-from allanite.suggestion.spectral import Candidate
+from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

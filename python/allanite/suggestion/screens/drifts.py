@@ -19,7 +19,7 @@ from allanite.fit.rivals.columns import consistent
 from allanite.fit.rivals.evidence import cost
 from allanite.fit.shapes.matched import grid_points, matched_gains
 from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_chance
-from allanite.suggestion.spectral import Candidate, Screen
+from allanite.suggestion.screens.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

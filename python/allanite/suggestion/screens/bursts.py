@@ -16,7 +16,7 @@ from allanite import _kernels
 from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import density
-from allanite.suggestion.spectral import Candidate
+from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data

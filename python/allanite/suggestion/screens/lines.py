@@ -16,7 +16,7 @@ from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, regress, window
 from allanite.fit.shapes.shape import ZOOM, polish_line
 from allanite.suggestion.evidence import Family, log_chance, octave_trials
-from allanite.suggestion.spectral import Candidate
+from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

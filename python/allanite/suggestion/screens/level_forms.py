@@ -13,7 +13,7 @@ from allanite.common.showing import brief
 from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Level
 from allanite.fit.likelihood.whitened import cell_means
-from allanite.suggestion.spectral import Candidate
+from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from allanite.effects import Model

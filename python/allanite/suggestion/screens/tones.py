@@ -14,9 +14,9 @@ from allanite.fit.engine import solve
 from allanite.fit.shapes.bursts import polish_burst, search_burst, trials
 from allanite.fit.shapes.deterministic import design_of, regress
 from allanite.fit.shapes.drifting import band_about, seen_at
-from allanite.suggestion.drifting import CLEAR, places
 from allanite.suggestion.evidence import Family, line_trials, log_chance
-from allanite.suggestion.spectral import Candidate
+from allanite.suggestion.screens.drifting import CLEAR, places
+from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -68,15 +68,29 @@ def _best(
     effect = polish_burst(effect, solution.ordinates, noise, data)
     refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
     burst = refitted.model.deterministic[-1]
+    # What swells and fades is no two bursts at a time.
+    if any(_overlap(other, burst) for other in solution.model.deterministic):
+        return None
     # What the burst itself adds to its cells is no discrepancy: by the noise without it.
     j = seen_at(burst, data)
     matrix = design_of((burst,), data, j).matrix
     gain = regress(matrix, solution.ordinates[j], refitted.noise(data).variance(j)).gain
     gain = min(gain, refitted.log_likelihood - solution.log_likelihood)
-    if gain < least:
+    # Bursts one after the other describe anything: one is believed where nothing else is left.
+    if gain < least or refitted.discrepancy > 0.0:
         return None
     chance = log_chance(Family("line", width=line_trials(data.n) * tried), gain)
     return Candidate(burst, gain, "line", refitted, 5, log_chance=chance)
+
+
+def _overlap(one: Deterministic, other: Deterministic) -> bool:
+    """Whether both are bursts of one line, at least for a while at the same time."""
+    if one.kind != other.kind or one.when is None or other.when is None:
+        return False
+    (f, _), (g, _) = one.occupies or (0.0, 0.0), other.occupies or (0.0, 0.0)
+    start, end = max(one.when[0], other.when[0]), min(one.when[1], other.when[1])
+    length = min(one.when[1] - one.when[0], other.when[1] - other.when[0])
+    return end > start and abs(f - g) * length < 1.0
 
 
 def _at(candidate: Candidate, frequency: float, width: float) -> bool:

@@ -16,7 +16,7 @@ from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.deterministic import design_of, regress
 from allanite.fit.shapes.drifting import band_about, polish_drifting, seen_at
 from allanite.suggestion.evidence import Family, line_trials, log_chance
-from allanite.suggestion.spectral import Candidate
+from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
