@@ -17,7 +17,7 @@ from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.order import in_order
 from allanite.suggestion.screens.bursts import screen_bursts
-from allanite.suggestion.screens.drifting import screen_drifting
+from allanite.suggestion.screens.drifting import bands_above, screen_drifting
 from allanite.suggestion.screens.drifts import beside_the_best, screen_slow
 from allanite.suggestion.screens.exclusions import screen_disturbance
 from allanite.suggestion.screens.lines import screen_lines
@@ -221,8 +221,9 @@ def suggest(
         moments = pool.submit(screen_moments, base, data, whitened)
         disturbed = pool.submit(screen_disturbance, base, data, whitened)
         steady = lines_found.result()
-        lines = (*steady, *screen_drifting(spectral.candidates, steady, base, data))
-        lines = (*lines, *screen_tones(spectral.candidates, lines, base, data))
+        bands = bands_above(spectral.candidates, base, data)
+        lines = (*steady, *screen_drifting(bands, steady, base, data))
+        lines = (*lines, *screen_tones(bands, (*lines, *spectral.candidates), base, data))
         progress()
         outliers, levels = moments.result()
         single = (outliers, disturbed.result(), *levels, bursts.result())

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data, Noise
 
-__all__ = ["polish_burst", "search_burst", "trials"]
+__all__ = ["placed", "polish_burst", "search_burst", "trials"]
 
 #: Fewest values of the series in a burst, ratio of the lengths tried, part of a length by which a window moves.
 SHORTEST, RATIO, MOVES = 16, 2.0**0.5, 4
@@ -38,7 +38,7 @@ def _lengths(size: int) -> NDArray[np.int64]:
 
 
 def search_burst(band: Band) -> tuple[float, float, float, float]:
-    """Frequency (cycles of the record), start and end (parts of it) and rise of logL of the strongest burst."""
+    """Frequency (cycles of the record), start and end (parts of it) and rise of logL of the strongest window tried."""
     from scipy.fft import fft
 
     k = band.series.size
@@ -53,9 +53,17 @@ def search_burst(band: Band) -> tuple[float, float, float, float]:
         if gain > best[3]:
             start = float(row) * step / k
             best = (band.first + 0.5 * at * k / length, start, start + length / k, gain)
-    for _ in range(2):
-        best = _placed(band, *best[:3])
     return best
+
+
+def placed(
+    band: Band, frequency: float, start: float, end: float
+) -> tuple[float, float, float, float]:
+    """The burst about a window with the frequency and the edges that explain most."""
+    found = (frequency, start, end, -np.inf)
+    for _ in range(2):
+        found = _placed(band, *found[:3])
+    return found
 
 
 def _placed(
@@ -124,7 +132,8 @@ def polish_burst(
         j = np.arange(8, ordinates.size)
         f = (8 + int(np.argmax(ordinates[8:] ** 2 / noise.variance(j)))) / (2.0 * T)
     if start is None or end is None:
-        at = search_burst(band_about(f, f, ordinates, noise, data))[:3]
+        about = band_about(f, f, ordinates, noise, data)
+        at = placed(about, *search_burst(about)[:3])[:3]
     else:
         at = f * T, (start - data.start) / T, (end - data.start) / T
     band = band_about(at[0] / T, at[0] / T, ordinates, noise, data, FINE)

@@ -55,7 +55,7 @@ class Band:
         return 2 * int(0.8 * self.series.size / STEP) + 1
 
     def search(self) -> tuple[float, float, float]:
-        """Frequency in the middle of the record (cycles of it), drift (cycles over it) and gain of the best line."""
+        """Frequency in the middle of the record (cycles of it), drift (cycles over it) and gain of the best line tried."""
         k = self.series.size
         u = np.arange(k) / k - 0.5
         drifts = STEP * np.arange(-(self.trials // 2), self.trials // 2 + 1, dtype=np.float64)
@@ -68,7 +68,7 @@ class Band:
             at = int(np.argmax(power))
             if power[at] > best[2]:
                 best = (self.first + 0.5 * float(at), float(drift), float(power[at]))
-        return self.polished(*best[:2])
+        return best
 
     def _heights(
         self, drifts: NDArray[np.float64], square: NDArray[np.float64]
@@ -202,7 +202,7 @@ def polish_drifting(
             top = int(np.argmax(ordinates[8:] ** 2 / noise.variance(j)))
             f = (8 + top) / (2.0 * T)
         band = band_about(f, f, ordinates, noise, data)
-        middle, drift, _ = band.search()
+        middle, drift, _ = band.polished(*band.search()[:2])
     else:
         ends = f + d * data.start, f + d * (data.start + T)
         band = band_about(min(ends), max(ends), ordinates, noise, data)

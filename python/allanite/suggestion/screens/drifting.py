@@ -14,7 +14,7 @@ from allanite.effects import CATALOGUE, Deterministic, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.deterministic import design_of, regress
-from allanite.fit.shapes.drifting import band_about, polish_drifting, seen_at
+from allanite.fit.shapes.drifting import Band, band_about, polish_drifting, seen_at
 from allanite.suggestion.evidence import Family, line_trials, log_chance
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["CLEAR", "places", "screen_drifting"]
+__all__ = ["CLEAR", "bands_above", "screen_drifting"]
 
 #: Rise of logL from which on the band of a resonance is looked at; and by which a line that drifts must beat a steady one.
 LEAST, CLEAR = 3.0, 8.0
@@ -34,25 +34,38 @@ WIDTHS, TALLEST, STANDS_OUT = (64, 256, 1024, 4096), 20.0, 4.0
 DRIFTS = 1.0
 
 
-def screen_drifting(
-    spectral: tuple[Candidate, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
-) -> tuple[Candidate, ...]:
-    """The best line that drifts of each kind of the catalogue, refitted, where it beats the lines that do not."""
-    # Of a summary, which keeps the lowest ordinates alone, there is no phase.
+def bands_above(
+    spectral: tuple[Candidate, ...], solution: Solution, data: Data
+) -> tuple[Band, ...]:
+    """The bands in which a line may be that is not one at all times; none of a summary or with missing samples.
+
+    A summary keeps the lowest ordinates alone: it has no phase.
+    """
     if solution.ordinates.size < data.n or data.gain is not None:
         return ()
+    noise = solution.noise(data)
+    return tuple(
+        band_about(low, high, solution.ordinates, noise, data)
+        for low, high in _places(spectral, solution, data)
+    )
+
+
+def screen_drifting(
+    bands: tuple[Band, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
+) -> tuple[Candidate, ...]:
+    """The best line that drifts of each kind of the catalogue, refitted, where it beats the lines that do not."""
     found = []
     for cls in CATALOGUE:
         if cls.screened != "drifting line" or not issubclass(cls, Deterministic):
             continue
         for blank in cls.candidates(solution.model, data.covariates):
-            candidate = _best(blank, spectral, lines, solution, data)
+            candidate = _best(blank, bands, lines, solution, data)
             if candidate is not None:
                 found.append(candidate)
     return tuple(found)
 
 
-def places(
+def _places(
     spectral: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> Iterator[tuple[float, float]]:
     """Bands (Hz) in which the ordinates have more power than the model says, and that of the best resonance."""
@@ -78,20 +91,18 @@ def places(
 
 def _best(
     blank: Deterministic,
-    spectral: tuple[Candidate, ...],
+    bands: tuple[Band, ...],
     lines: tuple[Candidate, ...],
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
     noise, T = solution.noise(data), data.duration
     steady = max((c.gain for c in lines), default=0.0)
-    best = (0.0, 0.0, -np.inf, 1)
-    for low, high in places(spectral, solution, data):
-        band = band_about(low, high, solution.ordinates, noise, data)
-        found = band.search()
-        if found[2] > best[2]:
-            best = (*found, band.trials)
-    middle, drift, hope, trials = best
+    if not bands:
+        return None
+    tried = [(band, band.search()) for band in bands]
+    band, (middle, drift, _) = max(tried, key=lambda one: one[1][2])
+    middle, drift, hope = band.polished(middle, drift)
     if hope < steady + CLEAR or abs(drift) < DRIFTS:
         return None
     frequency = (middle - drift * (0.5 + data.start / T)) / T
@@ -109,5 +120,5 @@ def _best(
     if gain < steady + CLEAR:
         return None
     # As if every frequency had been searched at every rate of drift.
-    chance = log_chance(Family("line", width=line_trials(data.n) * trials), gain)
+    chance = log_chance(Family("line", width=line_trials(data.n) * band.trials), gain)
     return Candidate(last, gain, "line", refitted, 4, log_chance=chance)

@@ -7,59 +7,53 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import solve
-from allanite.fit.shapes.bursts import polish_burst, search_burst, trials
+from allanite.fit.shapes.bursts import placed, polish_burst, search_burst, trials
 from allanite.fit.shapes.deterministic import design_of, regress
-from allanite.fit.shapes.drifting import band_about, seen_at
+from allanite.fit.shapes.drifting import seen_at
 from allanite.suggestion.evidence import Family, line_trials, log_chance
-from allanite.suggestion.screens.drifting import CLEAR, places
+from allanite.suggestion.screens.drifting import CLEAR
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
+    from allanite.fit.shapes.drifting import Band
     from allanite.fit.solution import Solution
 
 __all__ = ["screen_tones"]
 
 
 def screen_tones(
-    spectral: tuple[Candidate, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
+    bands: tuple[Band, ...], always: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """The best burst of each kind of the catalogue, refitted, where it beats the lines and bands that are there always."""
-    # Of a summary, which keeps the lowest ordinates alone, there is no phase.
-    if solution.ordinates.size < data.n or data.gain is not None:
-        return ()
+    """The best burst of each kind of the catalogue, refitted, where it beats what is there `always`."""
     blanks = [
         blank
         for cls in CATALOGUE
         if cls.screened == "tone burst" and issubclass(cls, Deterministic)
         for blank in cls.candidates(solution.model, data.covariates)
     ]
-    found = (_best(blank, spectral, lines, solution, data) for blank in blanks)
+    found = (_best(blank, bands, always, solution, data) for blank in blanks)
     return tuple(c for c in found if c is not None)
 
 
 def _best(
     blank: Deterministic,
-    spectral: tuple[Candidate, ...],
-    lines: tuple[Candidate, ...],
+    bands: tuple[Band, ...],
+    always: tuple[Candidate, ...],
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
     noise, T = solution.noise(data), data.duration
-    best = (0.0, 0.0, 1.0, -np.inf, 1)
-    for low, high in places(spectral, solution, data):
-        band = band_about(low, high, solution.ordinates, noise, data)
-        found = search_burst(band)
-        if found[3] > best[3]:
-            best = (*found, trials(band))
-    middle, first, last, hope, tried = best
+    if not bands:
+        return None
+    tried = [(band, search_burst(band)) for band in bands]
+    band, (middle, first, last, _) = max(tried, key=lambda one: one[1][3])
+    middle, first, last, hope = placed(band, middle, first, last)
     frequency = middle / T
-    always = [c.gain for c in (*lines, *spectral) if _at(c, frequency, 1.0 / ((last - first) * T))]
-    least = max(always, default=0.0) + CLEAR
+    there = [c.gain for c in always if _at(c, frequency, 1.0 / ((last - first) * T))]
+    least = max(there, default=0.0) + CLEAR
     if hope < least or frequency <= 0.0:
         return None
     effect = blank.with_values(
@@ -79,7 +73,7 @@ def _best(
     # Bursts one after the other describe anything: one is believed where nothing else is left.
     if gain < least or refitted.discrepancy > 0.0:
         return None
-    chance = log_chance(Family("line", width=line_trials(data.n) * tried), gain)
+    chance = log_chance(Family("line", width=line_trials(data.n) * trials(band)), gain)
     return Candidate(burst, gain, "line", refitted, 5, log_chance=chance)
 
 
