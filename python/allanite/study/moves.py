@@ -118,7 +118,7 @@ def added_to(
     effect = addition if isinstance(addition, Effect) else addition.effect
     place = next((i for i, e in enumerate(fit.model) if one_thing(e, effect, fit)), None)
     if place is None:
-        return fit.add(addition), (), ()
+        return (*_beside(fit, addition, asked), ())
     if place < asked:
         return None
     effects = fit.model.effects
@@ -131,6 +131,26 @@ def added_to(
             better, came = more, (*came, line)
     clearly = evidence(better.solution) > evidence(fit.solution) + RIVAL
     return (better, (effects[place].kind,), came) if clearly else None
+
+
+def _beside(fit: Fit, addition: Effect | Suggestion, asked: int) -> tuple[Fit, tuple[str, ...]]:
+    """The fit with an effect more, and the kinds of changes of level that went with the samples it takes out."""
+    effect = addition if isinstance(addition, Effect) else addition.effect
+    if not isinstance(effect, Modifier) or not effect.removes or effect.when is None:
+        return fit.add(addition), ()
+    gone = [e for e in fit.model.effects[asked:] if _mostly_within(e, effect.when)]
+    if not gone:
+        return fit.add(addition), ()
+    rest = tuple(e for e in fit.model.effects if e not in gone)
+    return refitted(fit, Model((*rest, effect))), tuple(e.kind for e in gone)
+
+
+def _mostly_within(effect: Effect, when: tuple[float, float]) -> bool:
+    """Whether it is a change of level for a while, by half or more between two times."""
+    if not isinstance(effect, Modifier) or not effect.passing or effect.when is None:
+        return False
+    first, last = effect.when
+    return 2.0 * (min(last, when[1]) - max(first, when[0])) >= last - first
 
 
 def _apart(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:

@@ -7,6 +7,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.effects import CATALOGUE, Deterministic, Model, Modifier, Stochastic
 from allanite.fit.engine import solve
@@ -28,8 +29,10 @@ __all__ = ["in_order"]
 STRONG = 1.1
 #: A candidate this close to another in BIC cannot be told from it on this record.
 RIVAL = 6.0
-#: Share of the power of outliers at the ends below which a function of time has explained them.
+#: Share of the power of outliers below which something else that happens in time has explained them.
 LEFT = 0.1
+#: Outliers nearer to each other than this part of the record are in one place, of which each has so many.
+PLACES, CROWD = 256, 4
 #: Share of the evidence of a disturbance below which something else that happens in time has explained it.
 DISTURBS = 0.1
 #: What a dozen octaves, ½χ²₁ each where they are louder, have together by chance once in 200 records.
@@ -43,26 +46,46 @@ def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Sug
     first = [s for s in disturbs if _disturbs(s, judged, fit)]
     # One that something else explains is no suggestion.
     judged = [s for s in judged if s not in disturbs or s in first]
-    first += [s for s in judged if _begins(s, judged, fit)]
+    first += [s for s in judged if _stands_out(s, judged, fit)]
     ranked = sorted(judged, key=lambda s: _rank(s, crowded, s in first), reverse=True)
     return _with_rivals(_last_resort(_ties(ranked), fit))
 
 
-def _begins(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """Whether it is outliers at the ends of the record alone, and no function of time that may be taken for them is there.
+def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
+    """Whether it is outliers at the ends or in a few places, which nothing else that happens in time explains.
 
-    Of a settling that begins high above the noise the first samples stand out; beside it they do not.
+    Of a settling that begins high above the noise the first samples stand out, of a loud stretch those within; beside it
+    they do not. What is stationary has them anywhere: a tap would be called a resonance.
     """
-    if not isinstance(out.effect, Modifier) or not only_at_the_ends(out.effect, fit.data):
+    effect = out.effect
+    if not isinstance(effect, Modifier) or not effect.removes or effect.when is not None:
         return False
-    power = float(np.sum(at_the_ends(fit.solution, fit.data) ** 2))
+    taken = effect.missing(fit.data.n, fit.data.rate)
+    ends = only_at_the_ends(effect, fit.data)
+    if not ends and not _in_few_places(taken):
+        return False
+
+    def power(one: Fit) -> float:
+        if ends:
+            return float(np.sum(at_the_ends(one.solution, one.data) ** 2))
+        return float(np.sum(whiten(one.solution, one.data).samples[taken] ** 2))
+
+    def explains(one: Effect) -> bool:
+        return isinstance(one, Deterministic) and one.may_be(effect) if ends else _in_time(one)
+
+    least = LEFT * power(fit)
     return not any(
-        np.sum(at_the_ends(one.solution, fit.data) ** 2) < LEFT * power
+        power(one.found) < least
         for one in found
-        if one.significant
-        and isinstance(one.effect, Deterministic)
-        and one.effect.may_be(out.effect)
+        if one.significant and one is not out and explains(one.effect)
     )
+
+
+def _in_few_places(taken: NDArray[np.bool_]) -> bool:
+    """Whether several samples taken out are next to each of them."""
+    at = np.flatnonzero(taken)
+    places = 1 + np.count_nonzero(np.diff(at) > taken.size // PLACES)
+    return bool(at.size >= CROWD * places)
 
 
 def _disturbs(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:

@@ -48,6 +48,38 @@ def test_two_times_are_two_stretches():
     assert study.fit.check().adequate
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(3))
+def test_a_tap_is_no_resonance(seed):
+    """Samples that stand out side by side happened once, whatever rang; other seeds of taps are found as a stretch."""
+    rng = np.random.default_rng(seed)
+    since = np.arange(N) / RATE - rng.uniform(400.0, 2000.0)
+    ring = np.exp(-np.maximum(since, 0.0) / 0.5) * np.sin(2 * np.pi * 6.0 * since)
+    study = al.improve(al.Recording(_noise(seed) + 0.6 * ring * (since > 0.0), rate=RATE), MODEL)
+    named = [rung.added.kind for rung in study.ladder[1:]]
+    assert named
+    assert {*named} <= {"outliers", "disturbance", "noise_level_change"}, study
+    assert study.adequate, study
+
+
+@pytest.mark.long
+def test_a_stretch_that_is_taken_out_has_no_level():
+    """The end of a shaking is louder than the rest, not than the samples that are taken out."""
+    from scipy.signal import butter, sosfilt
+
+    for seed in range(4):
+        rng = np.random.default_rng([seed, 5])
+        shaken = sosfilt(butter(2, 4.0, fs=RATE, output="sos"), rng.standard_normal(N))
+        time = np.arange(N) / RATE - rng.uniform(400.0, 2000.0)
+        x = _noise(seed) + 0.1 * shaken / shaken.std() * ((time > 0.0) & (time < 10.0))
+        found = al.improve(al.Recording(x, rate=RATE), MODEL).fit.model.effects
+        out = [e.when for e in found if e.kind == "disturbance"]
+        levels = [e.when for e in found if e.kind == "noise_level_change"]
+        assert out or levels, found
+        assert len(levels) < 2, found
+        assert all(a[1] <= b[0] or b[1] <= a[0] for a in out for b in levels), found
+
+
 def _step(x, time):
     return x + 0.05 * (time > 1100.0)
 
