@@ -48,7 +48,7 @@ class Disturbance(Modifier):
         Parameter("end", "s", "last time of the stretch", "time"),
     )
     physics: ClassVar[str] = (
-        "for a while the sensor was moved: carried, knocked, shaken by a machine, by people or a vehicle"
+        "for a while the sensor was moved (carried, knocked, shaken by a machine or a vehicle), or its link was lost"
     )
     looks_like: ClassVar[str] = (
         "a stretch of the samples unlike the rest; a band of the spectrum that is louder for a while"

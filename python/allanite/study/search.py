@@ -10,7 +10,7 @@ from allanite.common.blas import one_thread
 from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
 from allanite.effects import Modifier, Stochastic
-from allanite.fit import fit_model
+from allanite.fit import fit_model, removes
 from allanite.fit.prediction import compare, worse
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
@@ -346,6 +346,8 @@ def _errors_fall(before: Fit, after: Fit) -> bool:
     chance = CHANCE * (new.chance_rms_percent or 0.0)
     if new.adev_rms_percent > np.hypot(old.adev_rms_percent, chance):
         return False
+    if after.data is not before.data and removes(after.model.effects[-1]):
+        return True  # the curve of another record
     # Chance is large at long τ alone, and excuses nothing at short ones.
     return after.curve.risen(before.curve, CHANCE) <= LITTLE**2
 

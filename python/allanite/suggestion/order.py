@@ -52,17 +52,17 @@ def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Sug
 
 
 def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """Whether it is outliers at the ends or in a few places, which nothing else that happens in time explains.
+    """Whether it is outliers that nothing else in time explains, at the ends, in a few places or behind what is stationary.
 
     Of a settling that begins high above the noise the first samples stand out, of a loud stretch those within; beside it
-    they do not. What is stationary has them anywhere: a tap would be called a resonance.
+    they do not. What is stationary has them anywhere: a tap would be called a resonance, lost samples a fast lag.
     """
     effect = out.effect
     if not isinstance(effect, Modifier) or not effect.removes or effect.when is not None:
         return False
     taken = effect.missing(fit.data.n, fit.data.rate)
     ends = only_at_the_ends(effect, fit.data)
-    if not ends and not _in_few_places(taken):
+    if not (ends or _in_few_places(taken) or _made_by(out, found)):
         return False
 
     def power(one: Fit) -> float:
@@ -81,6 +81,17 @@ def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     )
 
 
+def _made_by(out: Suggestion, found: list[Suggestion]) -> bool:
+    """Whether the best of what is stationary is none in the record without these samples."""
+    stationary = [s for s in found if s.significant and not _in_time(s.effect)]
+    if not stationary:
+        return False
+    best = max(stationary, key=lambda s: s.rank)
+    without = out.found.solution
+    both = solve(out.found.data, without.model + best.effect, like=without)
+    return both.log_likelihood - without.log_likelihood < LEFT * best.delta_log_likelihood
+
+
 def _in_few_places(taken: NDArray[np.bool_]) -> bool:
     """Whether several samples taken out are next to each of them."""
     at = np.flatnonzero(taken)
@@ -93,6 +104,8 @@ def _disturbs(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:
         return False
+    if out.note:
+        return True  # what is no measurement at all, whatever else there is
     first, last = ((t - data.start) / data.duration for t in effect.when)
 
     def left(one: Fit) -> float:

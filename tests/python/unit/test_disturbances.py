@@ -62,6 +62,29 @@ def test_a_tap_is_no_resonance(seed):
     assert study.adequate, study
 
 
+def test_a_value_that_stands_still_is_taken_out():
+    x = _noise(5)
+    x[20_000:20_400] = x[20_000]
+    first = al.fit_model(al.Recording(x, rate=RATE), MODEL).check().suggestions[0]
+    assert first.kind == "disturbance"
+    assert (first.effect.start, first.effect.end) == (20_000 / RATE, 20_399 / RATE)
+    assert "One value stands for 400 samples from 800 s" in first.explanation
+    assert first.found.check().adequate
+
+
+def test_samples_lost_to_zero_are_no_lag():
+    """Where the mean is far from 0, a lost sample that is written as 0 stands out, anywhere in the record."""
+    rng = np.random.default_rng(6)
+    x = _noise(6) + 0.3
+    for at in rng.integers(0, N, 30):
+        x[at : at + rng.integers(1, 6)] = 0.0
+    first = al.fit_model(al.Recording(x, rate=RATE), MODEL).check().suggestions[0]
+    assert first.kind == "outliers", first
+    after = first.found.check()
+    assert after.adequate, after
+    assert after.fit["N"].value == pytest.approx(0.02 / np.sqrt(RATE), rel=0.01)
+
+
 @pytest.mark.long
 def test_a_stretch_that_is_taken_out_has_no_level():
     """The end of a shaking is louder than the rest, not than the samples that are taken out."""

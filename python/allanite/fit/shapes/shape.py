@@ -18,6 +18,7 @@ from allanite.fit.shapes.deterministic import (
     comb_window,
     design_of,
     regress,
+    window,
     without_at,
 )
 from allanite.fit.shapes.drifting import polish_drifting
@@ -46,6 +47,8 @@ POLISH = {"drifting line": polish_drifting, "tone burst": polish_burst}
 ZOOM = 48
 #: Lines of a comb by which its frequency is polished.
 POLISHED = 12
+#: Lines beyond which each is polished in ordinates of its own, where they are that far apart.
+MANY = 3
 #: A shape of a slow function is found to this part of its step on the grid.
 FINE = 1e-3
 #: A shape that gains less of logL than this, 0.045 of its standard error, stays.
@@ -225,17 +228,27 @@ def polish_line(
         j = near
     variance = noise.variance(j)
     step = data.rate / (2.0 * data.n)
+    # Each line of a long comb has ordinates of its own: together they would cost the square of their number.
+    parts = [(multiples, np.arange(j.size))]
+    if len(multiples) > MANY and start > (2 * ZOOM + 2) * step:
+        windows = [window(m * start, data, ZOOM) for m in multiples]
+        parts = [
+            ([m], np.flatnonzero(np.isin(j, own)))
+            for m, own in zip(multiples, windows, strict=True)
+        ]
     # The highest harmonic moves fastest.
     fine = step / (8.0 * max(multiples))
     grid = start + np.arange(-2.0 * step, 2.0 * step + 0.5 * fine, fine)
     inside = (grid > step) & (grid * max(multiples) < data.rate / 2.0 - step)
     centre = start
-    for part in (1.0, 1.0 / 8.0, 1.0 / 64.0, 1.0 / 512.0):
-        if part < 1.0:
-            grid = centre + part * fine * np.arange(-8.0, 9.0)
+    for finer in (1.0, 1.0 / 8.0, 1.0 / 64.0, 1.0 / 512.0):
+        if finer < 1.0:
+            grid = centre + finer * fine * np.arange(-8.0, 9.0)
             inside = np.ones(grid.size, dtype=bool)
         tried = np.append(grid[inside], start)
-        gains = comb_gains(tried, multiples, j, values, variance, data)
+        gains = np.zeros(tried.size)
+        for some, own in parts:
+            gains += comb_gains(tried, some, j[own], values[own], variance[own], data)
         centre = float(tried[int(np.argmax(gains))])
     return start if gains.max() - gains[-1] < SAME else centre
 

@@ -40,6 +40,8 @@ __all__ = [
 BEHIND, USUAL = 9, 1 << 14
 #: A disturbance is at most this part of the record, and this many times as powerful in some band.
 LONGEST, LOUD = 0.2, 2.0
+#: Fewest samples of one value in a row that say that it stood still, and part of neighbours that may be equal else.
+STILL, RARELY = 16, 0.1
 #: Chance below which samples are thrown away.
 RARE = 1e-6
 #: By how much a narrow band exceeds its mean for a while.
@@ -158,6 +160,7 @@ def _taken_out(
     gain: float,
     numbers: int,
     chance: float,
+    note: str = "",
 ) -> Candidate | None:
     """The model refitted to what an effect of so many `numbers` leaves of the record; None where it takes nothing."""
     if effect is None:
@@ -170,17 +173,28 @@ def _taken_out(
     refitted = solve(cleaned, Model((*solution.model.effects, effect)), rounds=3)
     found = refitted.model.effects[-1]
     return Candidate(
-        found, gain, effect.screened, refitted, numbers, min(0.0, chance), data=cleaned
+        found,
+        gain,
+        effect.screened,
+        refitted,
+        numbers,
+        min(0.0, chance),
+        data=cleaned,
+        note=note,
     )
 
 
 def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
     """The stretch in which a band is `LOUD` times as powerful as else, as far as any octave shows it.
 
-    Short enough that what remains is the record. Each octave is searched as the white level is.
+    Short enough that what remains is the record. Each octave is searched as the white level is. A stretch in which one
+    value stands still comes before.
     """
     if whitened.samples.size < data.n:
         return None  # a summary keeps no samples to take out
+    stuck = _standing_still(solution, data)
+    if stuck is not None:
+        return stuck
     bands = _octaves(with_normal_tails(whitened))
     samples = data.residual(solution.model)
     found = []
@@ -211,9 +225,35 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
         if last < close < last + reach and _loud(power, freedom, last, close):
             last = close
     begin, close = (data.start + part * data.duration for part in (first, last))
+    return _taken_out(
+        _stretch(begin, close), solution, data, _louder_by(bands, first, last), 2, chance
+    )
+
+
+def _stretch(start: float, end: float) -> Modifier | None:
+    """The effect of the catalogue that takes this interval out."""
     kinds = [c for c in CATALOGUE if issubclass(c, Modifier) and c.screened == "stretch"]
-    effect = kinds[0].during(begin, close, LOUD) if kinds else None
-    return _taken_out(effect, solution, data, _louder_by(bands, first, last), 2, chance)
+    return kinds[0].during(start, end, LOUD) if kinds else None
+
+
+def _standing_still(solution: Solution, data: Data) -> Candidate | None:
+    """The longest stretch of one value, where neighbours are hardly ever equal: a stuck sensor or a lost link."""
+    same = data.samples[1:] == data.samples[:-1]
+    if data.missing is not None:
+        same &= ~(data.missing[1:] | data.missing[:-1])
+    changes = np.concatenate([[-1], np.flatnonzero(~same), [same.size]])
+    at = int(np.argmax(np.diff(changes)))
+    first, last = int(changes[at]) + 1, int(changes[at + 1])
+    count = last - first + 1
+    # By chance alone: that many in a row, anywhere in the record, of neighbours that are equal as often as elsewhere.
+    share = max(np.count_nonzero(same) - count + 1, 1) / same.size
+    chance = float(np.log(data.n) + (count - 1) * np.log(share))
+    if share > RARELY or count < STILL or count > LONGEST * data.n or chance > np.log(RARE):
+        return None
+    begin = data.start + first / data.rate
+    note = f"One value stands for {count} samples from {begin:.6g} s: a stuck sensor or a lost link"
+    effect = _stretch(begin, data.start + last / data.rate)
+    return _taken_out(effect, solution, data, -chance, 2, chance, note)
 
 
 def _narrowly(
