@@ -73,9 +73,10 @@ class ToneBurst(Deterministic):
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Of either edge a thousand times over the record; of the frequency what any line has."""
+        """Of either edge a thousand times over the record, the end after a start that is given; what any line has."""
         if name in {"start", "end"}:
-            return np.linspace(0.0, n / rate, 1026)[1:-1]
+            first = (self.start or 0.0) if name == "end" else 0.0
+            return np.linspace(min(first, n / rate), n / rate, 1026)[1:-1]
         return super().grid(name, n, rate)
 
     def seen_between(self, start: float, end: float) -> tuple[float, float]:
