@@ -95,3 +95,14 @@ def test_what_swells_and_fades_is_no_two_bursts_at_a_time():
     when = sorted(e.when for e in study.fit.model.effects if e.kind == "tone_burst")
     assert when
     assert all(a[1] <= b[0] for a, b in itertools.pairwise(when)), study
+
+
+def test_a_loud_stretch_is_none():
+    """Of white noise seven times as loud for a while any frequency stands out for that while."""
+    for seed in range(6):
+        rng = np.random.default_rng([seed, 4])
+        x = rng.standard_normal(20_000)
+        x[11_000:12_000] *= 7.0
+        fit = al.fit_model(_recording(x), "N+B+K+LEVEL(start=220,end=240,factor=7)")
+        kinds = [s.kind for s in fit.check().suggestions if s.significant]
+        assert "tone_burst" not in kinds, kinds

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data, Noise
 
-__all__ = ["placed", "polish_burst", "search_burst", "trials"]
+__all__ = ["louder", "placed", "polish_burst", "search_burst", "trials"]
 
 #: Fewest values of the series in a burst, ratio of the lengths tried, part of a length by which a window moves.
 SHORTEST, RATIO, MOVES = 16, 2.0**0.5, 4
@@ -64,6 +64,16 @@ def placed(
     for _ in range(2):
         found = _placed(band, *found[:3])
     return found
+
+
+def louder(band: Band, frequency: float, start: float, end: float) -> float:
+    """How many times as powerful as the noise the band is in a stretch of the record beside a burst there; 1 or more."""
+    inside = band.series[round(start * band.series.size) : round(end * band.series.size)]
+    count = max(inside.size, 2)
+    # A burst alone has its whole gain in one of so many sums, of which noise has 1 in each.
+    burst = float(_gain(band, _summed(band, frequency), start, end))
+    power = float(np.sum(np.abs(inside) ** 2)) / (end - start)
+    return max(1.0, (power - burst / count) * count / (count - 1))
 
 
 def _placed(

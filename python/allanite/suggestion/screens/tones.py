@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import solve
-from allanite.fit.shapes.bursts import placed, polish_burst, search_burst, trials
+from allanite.fit.shapes.bursts import louder, placed, polish_burst, search_burst, trials
 from allanite.fit.shapes.deterministic import design_of, regress
 from allanite.fit.shapes.drifting import seen_at
 from allanite.suggestion.evidence import Family, line_trials, log_chance
@@ -51,6 +51,9 @@ def _best(
     tried = [(band, search_burst(band)) for band in bands]
     band, (middle, first, last, _) = max(tried, key=lambda one: one[1][3])
     middle, first, last, hope = placed(band, middle, first, last)
+    # A stretch that is loud at all frequencies has no line.
+    loud = louder(band, middle, first, last)
+    hope /= loud
     frequency = middle / T
     there = [c.gain for c in always if _at(c, frequency, 1.0 / ((last - first) * T))]
     least = max(there, default=0.0) + CLEAR
@@ -69,7 +72,7 @@ def _best(
     j = seen_at(burst, data)
     matrix = design_of((burst,), data, j).matrix
     gain = regress(matrix, solution.ordinates[j], refitted.noise(data).variance(j)).gain
-    gain = min(gain, refitted.log_likelihood - solution.log_likelihood)
+    gain = min(gain, refitted.log_likelihood - solution.log_likelihood) / loud
     # Bursts one after the other describe anything: one is believed where nothing else is left.
     if gain < least or refitted.discrepancy > 0.0:
         return None
