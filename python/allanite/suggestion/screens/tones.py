@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import CATALOGUE, Deterministic
 from allanite.fit.engine import solve
+from allanite.fit.shapes.bursts import always as at_all_times
 from allanite.fit.shapes.bursts import louder, placed, polish_burst, search_burst, trials
 from allanite.fit.shapes.deterministic import design_of, regress
 from allanite.fit.shapes.drifting import seen_at
@@ -56,7 +57,7 @@ def _best(
     hope /= loud
     frequency = middle / T
     there = [c.gain for c in always if _at(c, frequency, 1.0 / ((last - first) * T))]
-    least = max(there, default=0.0) + CLEAR
+    least = max([*there, at_all_times(band, middle) / loud]) + CLEAR
     if hope < least or frequency <= 0.0:
         return None
     effect = blank.with_values(
