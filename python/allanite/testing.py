@@ -120,7 +120,7 @@ def check_declaration(effect: Effect) -> None:
     if isinstance(effect, Periodic):
         _require(cls.screened in {"line", "none"}, f"{kind}: a line is screened as one")
     elif isinstance(effect, Deterministic):
-        known = {"slow", "none"} if effect.low else {"drifting line", "tone burst", "none"}
+        known = {"slow", "none"} if effect.low else {"drifting line", "passing line", "none"}
         _require(cls.screened in known, f"{kind}: a drift is screened as slow")
     if isinstance(effect, Stochastic):
         _require(effect.coefficient in names, f"{kind}: coefficient is not a parameter")

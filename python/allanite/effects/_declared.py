@@ -15,7 +15,7 @@ SCREENS = {
     "slow": "a matched filter on the lowest ordinates at every point of its shape grid",
     "line": "lines of any frequency, with their harmonics",
     "drifting line": "bands of the spectrum turned back at every rate of drift, where a line or a resonance was found",
-    "tone burst": "stretches of time in bands of the spectrum, where a line or a resonance was found",
+    "passing line": "stretches of time in bands of the spectrum, where a line or a resonance was found",
     "level": "the white level over time",
     "stretch": "stretches of time that are louder in some band",
     "outlier": "single samples beyond what the noise allows",

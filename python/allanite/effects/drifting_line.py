@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._known import Deterministic
+from allanite.effects._tone import Tone
 
 
 @dataclass(frozen=True)
-class DriftingLine(Deterministic):
+class DriftingLine(Tone):
     """x(t) = A sin(2π(ft + ½dt²) + φ): `frequency` f at the first sample, `drift` d in Hz/s.
 
     Examples
@@ -35,8 +34,6 @@ class DriftingLine(Deterministic):
     short: ClassVar[str] = "CHIRP"
     title: ClassVar[str] = "drifting line"
     screened: ClassVar[str] = "drifting line"
-    family: ClassVar[str] = "line"
-    low: ClassVar[bool] = False
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
             "frequency",
@@ -77,33 +74,5 @@ class DriftingLine(Deterministic):
         ends = (f + d * start, f + d * end)
         return min(ends), max(ends)
 
-    @property
-    def occupies(self) -> tuple[float, float] | None:
-        """Frequency at the first sample, twice; the drift is not included."""
-        return None if self.frequency is None else (self.frequency, self.frequency)
-
     def _angle(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         return 2.0 * np.pi * time * ((self.frequency or 0.0) + 0.5 * (self.drift or 0.0) * time)
-
-    def regressors(
-        self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
-    ) -> NDArray[np.float64]:
-        """Its sine and cosine."""
-        angle = self._angle(time)
-        return np.column_stack([np.sin(angle), np.cos(angle)])
-
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → samples of the line."""
-        return self._pointwise(rate, covariates)
-
-    def amplitudes(self) -> NDArray[np.float64]:
-        """(A cos φ, A sin φ)."""
-        size, phase = self.amplitude or 0.0, self.phase or 0.0
-        return np.array([size * np.cos(phase), size * np.sin(phase)])
-
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """Amplitude and phase of a sin + b cos."""
-        a, b = map(float, amplitudes)
-        return self.with_values(amplitude=float(np.hypot(a, b)), phase=float(np.arctan2(b, a)))

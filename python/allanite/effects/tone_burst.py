@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._known import Deterministic
+from allanite.effects._tone import Tone
 
 #: Widths 1/length to either side of the frequency that hold all but 2 % of a burst's power.
 LOBES = 4.0
@@ -20,7 +20,7 @@ EDGE = 11.2
 
 
 @dataclass(frozen=True)
-class ToneBurst(Deterministic):
+class ToneBurst(Tone):
     """x(t) = A sin(2πft + φ) for start ≤ t < end, 0 before and after; φ is the phase at the first sample.
 
     Examples
@@ -41,9 +41,7 @@ class ToneBurst(Deterministic):
     kind: ClassVar[str] = "tone_burst"
     short: ClassVar[str] = "TONE"
     title: ClassVar[str] = "tone burst"
-    screened: ClassVar[str] = "tone burst"
-    family: ClassVar[str] = "line"
-    low: ClassVar[bool] = False
+    screened: ClassVar[str] = "passing line"
     happens_once: ClassVar[bool] = True
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(
@@ -73,7 +71,7 @@ class ToneBurst(Deterministic):
         return None if self.start is None or self.end is None else (self.start, self.end)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
-        """Of either edge a thousand times over the record, the end after a start that is given; what any line has."""
+        """Of either edge a thousand times, of the end after a given start; of the frequency any line's."""
         if name in {"start", "end"}:
             first = (self.start or 0.0) if name == "end" else 0.0
             return np.linspace(min(first, n / rate), n / rate, 1026)[1:-1]
@@ -84,11 +82,6 @@ class ToneBurst(Deterministic):
         f, when = self.frequency or 0.0, self.when or (start, end)
         beside = LOBES / max(when[1] - when[0], 1e-12)
         return max(0.0, f - beside), f + beside
-
-    @property
-    def occupies(self) -> tuple[float, float] | None:
-        """Its frequency, twice."""
-        return None if self.frequency is None else (self.frequency, self.frequency)
 
     def shape_error(self, name: str, variance: float, duration: float) -> float | None:
         """Standard error of either edge, s, from the variance of an amplitude, 2S/length; None for the frequency."""
@@ -101,23 +94,6 @@ class ToneBurst(Deterministic):
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """Its sine and cosine, 0 before and after."""
-        angle = 2.0 * np.pi * (self.frequency or 0.0) * time
         start, end = self.when or (-np.inf, np.inf)
         inside = (time >= start) & (time < end)
-        return np.column_stack([np.sin(angle), np.cos(angle)]) * inside[:, None]
-
-    def sampler(
-        self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
-    ) -> Callable[[int, int], NDArray[np.float64]]:
-        """A function (first, last) → samples of the burst."""
-        return self._pointwise(rate, covariates)
-
-    def amplitudes(self) -> NDArray[np.float64]:
-        """(A cos φ, A sin φ)."""
-        size, phase = self.amplitude or 0.0, self.phase or 0.0
-        return np.array([size * np.cos(phase), size * np.sin(phase)])
-
-    def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """Amplitude and phase of a sin + b cos."""
-        a, b = map(float, amplitudes)
-        return self.with_values(amplitude=float(np.hypot(a, b)), phase=float(np.arctan2(b, a)))
+        return super().regressors(time, covariates) * inside[:, None]

@@ -14,6 +14,7 @@ import numpy as np
 from allanite.common.units import coefficient_unit
 from allanite.recording.at_rest import finding_of
 from allanite.recording.findings import Finding, of_stamps
+from allanite.recording.repeats import longest_run
 from allanite.recording.tails import CENSORED, outlier_limit, tail_of
 
 if TYPE_CHECKING:
@@ -179,19 +180,7 @@ def _check_repeats(c: _Column) -> Iterator[Finding]:
     """Report values that are held: a register read too fast, or a sensor that stopped."""
     if c.low == c.high:
         return
-    longest, start, run_start, equal = 1, 0, 0, 0
-    for at, piece in c.pieces(overlap=1):
-        changes = np.flatnonzero(piece[1:] != piece[:-1])
-        equal += piece.size - 1 - changes.size
-        if changes.size:
-            ends = changes + at + 1
-            runs = np.diff(ends, prepend=run_start)
-            i = int(np.argmax(runs))
-            if runs[i] > longest:
-                longest, start = int(runs[i]), int(ends[i] - runs[i])
-            run_start = int(ends[-1])
-    if c.n - run_start > longest:
-        longest, start = c.n - run_start, run_start
+    start, longest, equal = longest_run(c.pieces(overlap=1), c.n)
     share = equal / (c.n - 1)
     changes = np.diff(np.flatnonzero(np.diff(c.x[: 1 << 16]) != 0))
     if changes.size > 50 and not (0 < c.white < 0.6 * c.step):

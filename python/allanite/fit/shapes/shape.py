@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Periodic
-from allanite.fit.shapes.bursts import polish_burst
 from allanite.fit.shapes.deterministic import (
     LOW,
     comb_gains,
@@ -26,6 +25,7 @@ from allanite.fit.shapes.joined import put_together, unformed
 from allanite.fit.shapes.matched import grid_points, matched_gains, regressor_ordinates
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import other_form, simplest, worth_polishing
+from allanite.fit.shapes.tones import polish_burst
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data, Noise
@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 #: How the shapes of a function of time that is not seen at the lowest frequencies are found, by how it is screened.
-POLISH = {"drifting line": polish_drifting, "tone burst": polish_burst}
+POLISH = {"drifting line": polish_drifting, "passing line": polish_burst}
 #: Ordinates about a line within which its frequency is polished.
 ZOOM = 48
 #: Lines of a comb by which its frequency is polished.

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
 
-__all__ = ["CLEAR", "bands_above", "screen_drifting"]
+__all__ = ["CLEAR", "bands_above", "screen_drifting", "wanted", "with_it"]
 
 #: Rise of logL from which on the band of a resonance is looked at; and by which a line that drifts must beat a steady one.
 LEAST, CLEAR = 3.0, 8.0
@@ -54,15 +54,34 @@ def screen_drifting(
     bands: tuple[Band, ...], lines: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
     """The best line that drifts of each kind of the catalogue, refitted, where it beats the lines that do not."""
-    found = []
-    for cls in CATALOGUE:
-        if cls.screened != "drifting line" or not issubclass(cls, Deterministic):
-            continue
-        for blank in cls.candidates(solution.model, data.covariates):
-            candidate = _best(blank, bands, lines, solution, data)
-            if candidate is not None:
-                found.append(candidate)
-    return tuple(found)
+    blanks = wanted("drifting line", solution, data)
+    found = (_best(blank, bands, lines, solution, data) for blank in blanks if bands)
+    return tuple(c for c in found if c is not None)
+
+
+def wanted(screened: str, solution: Solution, data: Data) -> list[Deterministic]:
+    """What the catalogue has of a kind of search beside a model."""
+    return [
+        blank
+        for cls in CATALOGUE
+        if cls.screened == screened and issubclass(cls, Deterministic)
+        for blank in cls.candidates(solution.model, data.covariates)
+    ]
+
+
+def with_it(
+    effect: Deterministic, solution: Solution, data: Data
+) -> tuple[Solution, Deterministic, float]:
+    """The solution with an effect more, the effect as it is there, and the rise of logL by it alone.
+
+    What the line itself adds to its cells is no discrepancy: by the noise without it.
+    """
+    refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
+    last = refitted.model.deterministic[-1]
+    j = seen_at(last, data)
+    matrix = design_of((last,), data, j).matrix
+    gain = regress(matrix, solution.ordinates[j], refitted.noise(data).variance(j)).gain
+    return refitted, last, min(gain, refitted.log_likelihood - solution.log_likelihood)
 
 
 def _places(
@@ -98,8 +117,6 @@ def _best(
 ) -> Candidate | None:
     noise, T = solution.noise(data), data.duration
     steady = max((c.gain for c in lines), default=0.0)
-    if not bands:
-        return None
     tried = [(band, band.search()) for band in bands]
     band, (middle, drift, _) = max(tried, key=lambda one: one[1][2])
     middle, drift, hope = band.polished(middle, drift)
@@ -110,13 +127,7 @@ def _best(
         return None
     effect = blank.with_values(frequency=frequency, drift=drift / T**2)
     effect = polish_drifting(effect, solution.ordinates, noise, data)
-    refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
-    last = refitted.model.deterministic[-1]
-    # What the line itself adds to its cells is no discrepancy: by the noise without it.
-    j = seen_at(last, data)
-    matrix = design_of((last,), data, j).matrix
-    gain = regress(matrix, solution.ordinates[j], refitted.noise(data).variance(j)).gain
-    gain = min(gain, refitted.log_likelihood - solution.log_likelihood)
+    refitted, last, gain = with_it(effect, solution, data)
     if gain < steady + CLEAR:
         return None
     # As if every frequency had been searched at every rate of drift.

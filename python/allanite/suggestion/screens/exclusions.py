@@ -13,6 +13,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import without_samples
 from allanite.fit.likelihood.whitened import ends_of, step_in, with_normal_tails
 from allanite.fit.missing import complete
+from allanite.recording.repeats import longest_run
 from allanite.recording.tails import outlier_limit
 from allanite.suggestion.evidence import (
     COARSE,
@@ -238,21 +239,18 @@ def _stretch(start: float, end: float) -> Modifier | None:
 
 def _standing_still(solution: Solution, data: Data) -> Candidate | None:
     """The longest stretch of one value, where neighbours are hardly ever equal: a stuck sensor or a lost link."""
-    same = data.samples[1:] == data.samples[:-1]
+    samples = data.samples
     if data.missing is not None:
-        same &= ~(data.missing[1:] | data.missing[:-1])
-    changes = np.concatenate([[-1], np.flatnonzero(~same), [same.size]])
-    at = int(np.argmax(np.diff(changes)))
-    first, last = int(changes[at]) + 1, int(changes[at + 1])
-    count = last - first + 1
+        samples = np.where(data.missing, np.nan, samples)
+    first, count, equal = longest_run([(0, samples)], data.n)
     # By chance alone: that many in a row, anywhere in the record, of neighbours that are equal as often as elsewhere.
-    share = max(np.count_nonzero(same) - count + 1, 1) / same.size
+    share = max(equal - count + 1, 1) / (data.n - 1)
     chance = float(np.log(data.n) + (count - 1) * np.log(share))
     if share > RARELY or count < STILL or count > LONGEST * data.n or chance > np.log(RARE):
         return None
     begin = data.start + first / data.rate
     note = f"One value stands for {count} samples from {begin:.6g} s: a stuck sensor or a lost link"
-    effect = _stretch(begin, data.start + last / data.rate)
+    effect = _stretch(begin, begin + (count - 1) / data.rate)
     return _taken_out(effect, solution, data, -chance, 2, chance, note)
 
 

@@ -7,17 +7,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.effects import CATALOGUE, Deterministic
-from allanite.fit.engine import solve
-from allanite.fit.shapes.bursts import always as at_all_times
-from allanite.fit.shapes.bursts import louder, placed, polish_burst, search_burst, trials
-from allanite.fit.shapes.deterministic import design_of, regress
-from allanite.fit.shapes.drifting import seen_at
+from allanite.fit.shapes.tones import louder, placed, polish_burst, search_burst, steady, trials
 from allanite.suggestion.evidence import Family, line_trials, log_chance
-from allanite.suggestion.screens.drifting import CLEAR
+from allanite.suggestion.screens.drifting import CLEAR, wanted, with_it
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
+    from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data
     from allanite.fit.shapes.drifting import Band
     from allanite.fit.solution import Solution
@@ -26,29 +22,22 @@ __all__ = ["screen_tones"]
 
 
 def screen_tones(
-    bands: tuple[Band, ...], always: tuple[Candidate, ...], solution: Solution, data: Data
+    bands: tuple[Band, ...], lasting: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
-    """The best burst of each kind of the catalogue, refitted, where it beats what is there `always`."""
-    blanks = [
-        blank
-        for cls in CATALOGUE
-        if cls.screened == "tone burst" and issubclass(cls, Deterministic)
-        for blank in cls.candidates(solution.model, data.covariates)
-    ]
-    found = (_best(blank, bands, always, solution, data) for blank in blanks)
+    """The best burst of each kind of the catalogue, refitted, where it beats the lines and bands that are `lasting`."""
+    blanks = wanted("passing line", solution, data)
+    found = (_best(blank, bands, lasting, solution, data) for blank in blanks if bands)
     return tuple(c for c in found if c is not None)
 
 
 def _best(
     blank: Deterministic,
     bands: tuple[Band, ...],
-    always: tuple[Candidate, ...],
+    lasting: tuple[Candidate, ...],
     solution: Solution,
     data: Data,
 ) -> Candidate | None:
     noise, T = solution.noise(data), data.duration
-    if not bands:
-        return None
     tried = [(band, search_burst(band)) for band in bands]
     band, (middle, first, last, _) = max(tried, key=lambda one: one[1][3])
     middle, first, last, hope = placed(band, middle, first, last)
@@ -56,24 +45,19 @@ def _best(
     loud = louder(band, middle, first, last)
     hope /= loud
     frequency = middle / T
-    there = [c.gain for c in always if _at(c, frequency, 1.0 / ((last - first) * T))]
-    least = max([*there, at_all_times(band, middle) / loud]) + CLEAR
+    there = [c.gain for c in lasting if _at(c, frequency, 1.0 / ((last - first) * T))]
+    least = max([*there, steady(band, middle) / loud]) + CLEAR
     if hope < least or frequency <= 0.0:
         return None
     effect = blank.with_values(
         frequency=frequency, start=data.start + first * T, end=data.start + last * T
     )
     effect = polish_burst(effect, solution.ordinates, noise, data)
-    refitted = solve(data, solution.model + effect, like=solution, polish=False, rounds=3)
-    burst = refitted.model.deterministic[-1]
+    refitted, burst, gain = with_it(effect, solution, data)
     # What swells and fades is no two bursts at a time.
     if any(_overlap(other, burst) for other in solution.model.deterministic):
         return None
-    # What the burst itself adds to its cells is no discrepancy: by the noise without it.
-    j = seen_at(burst, data)
-    matrix = design_of((burst,), data, j).matrix
-    gain = regress(matrix, solution.ordinates[j], refitted.noise(data).variance(j)).gain
-    gain = min(gain, refitted.log_likelihood - solution.log_likelihood) / loud
+    gain /= loud
     # Bursts one after the other describe anything: one is believed where nothing else is left.
     if gain < least or refitted.discrepancy > 0.0:
         return None

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data, Noise
 
-__all__ = ["always", "louder", "placed", "polish_burst", "search_burst", "trials"]
+__all__ = ["louder", "placed", "polish_burst", "search_burst", "steady", "trials"]
 
 #: Fewest values of the series in a burst, ratio of the lengths tried, part of a length by which a window moves.
 SHORTEST, RATIO, MOVES = 16, 2.0**0.5, 4
@@ -66,7 +66,7 @@ def placed(
     return found
 
 
-def always(band: Band, frequency: float) -> float:
+def steady(band: Band, frequency: float) -> float:
     """Rise of logL by a line near a frequency (half a cycle of the record to either side) that is there all the time."""
     near = frequency + np.linspace(-0.5, 0.5, 21)
     return max(float(np.abs(_summed(band, float(f))[-1]) ** 2) for f in near)
