@@ -12,8 +12,12 @@ from allanite.common.printing import in_table, printed, table_unit
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
+    from allanite.fit.rivals.undecided import Undecided
 
-__all__ = ["fit_table", "misfit_line", "parameter_rows"]
+__all__ = ["fit_table", "misfit_line", "parameter_rows", "undecided_sentence"]
+
+#: An interval is another one if an end lies farther out by this share of its width.
+WIDER = 0.1
 
 
 def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
@@ -76,6 +80,28 @@ def misfit_line(fit: Fit) -> str:
             f"; not judged: {where} Hz, where a filter left less than 1e-4 of the power beside it"
         )
     return line
+
+
+def undecided_sentence(fit: Fit, found: Undecided) -> str:
+    """Which models explain the record as well as that of a fit, and the intervals that are wider over all of them."""
+    (own, share), *others = found.models
+    names = ", ".join(f"{name} ({100.0 * p:.2g} %)" for name, p in others)
+    sentence = f"this record cannot tell {own} ({100.0 * share:.2g} %) from {names}"
+    wider = []
+    every = zip(fit.model.effects, fit.model.labels, fit.estimates, found.intervals, strict=True)
+    for effect, label, values, intervals in every:
+        for name, (low, high) in intervals.items():
+            value = values[name]
+            out = max(value.interval[0] - low, high - value.interval[1])
+            if out <= WIDER * (value.interval[1] - value.interval[0]):
+                continue
+            over = Estimate(value, None, (low, high), value.unit, True, name)
+            declared = effect.parameter(name)
+            over = in_table(over, declared.unit, declared.sheet, fit.recording.unit)
+            unit = "" if over.unit == "1" else printed(over.unit, effect.follows or "")
+            short = label if name == label else f"{label}.{name}"
+            wider.append(f"{short} {_cells(over, effect.follows)[1]} {unit}".rstrip())
+    return f"{sentence}; over all of them {', '.join(wider)}" if wider else sentence
 
 
 #: Of a fit that is not adequate.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.numbers import chance_text, harmonics_text, tidy, trials_text
 from allanite.common.units import column_unit
 from allanite.effects import find
+from allanite.fit.table import undecided_sentence
 from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time
 from allanite.plots.words import in_unit, unit_text
 from allanite.report.blocks import (
@@ -370,9 +371,12 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
 
 
 def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
-    study = entry.study
-    out: list[Block] = [Heading("What is left unexplained")]
-    check = study.check
+    study, check = entry.study, entry.study.check
+    out: list[Block] = []
+    if study.undecided is not None:
+        said = tidy(undecided_sentence(study.fit, study.undecided))
+        out = [Heading("What is not decided"), Paragraph(f"{said[0].upper()}{said[1:]}.")]
+    out.append(Heading("What is left unexplained"))
     if study.adequate:
         out.append(
             Paragraph(

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
 from allanite.common import verbs
+from allanite.fit.rivals.undecided import Undecided, undecided
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -61,12 +63,18 @@ class Rung:
         added = "start" if self.added is None else f"+ {self.added.kind}"
         return f"Rung({added}: {self.fit.model.name})"
 
-    def to_dict(self, misfit_left: float, last: bool = True) -> dict[str, Any]:
+    def to_dict(
+        self, misfit_left: float, last: bool = True, over_rivals: Undecided | None = None
+    ) -> dict[str, Any]:
         """The contract's record of a rung; `misfit_left` in per cent of the first rung's.
 
-        Rivals of its effects are looked for on the last rung alone: the others were left for what was missing.
+        Rivals of its effects, and intervals `over_rivals`, are of the last rung alone: the others were left for what was
+        missing.
         """
         body = self.fit.body(searched=last)
+        if over_rivals is not None:
+            for effect, intervals in zip(body["effects"], over_rivals.intervals, strict=True):
+                effect["over_rivals"] = {name: list(ends) for name, ends in intervals.items()}
         return {
             "added": None if self.added is None else self.added.kind,
             "removed": list(self.removed),
@@ -128,6 +136,11 @@ class Study:
         """What is left of the misfit on each rung, per cent of the first's."""
         return misfit_left(self.ladder)
 
+    @cached_property
+    def undecided(self) -> Undecided | None:
+        """What the models that this record cannot tell from the last say together; None where there is but one."""
+        return undecided(self.fit)
+
     @property
     def unexplained(self) -> dict[str, Any]:
         """Worst intervals that remain, as in the contract."""
@@ -140,7 +153,11 @@ class Study:
             "version": _kernels.version(),
             "recording": self.recording.describe(),
             "ladder": [
-                rung.to_dict(left, rung is self.ladder[-1])
+                (
+                    rung.to_dict(left, over_rivals=self.undecided)
+                    if rung is self.ladder[-1]
+                    else rung.to_dict(left, last=False)
+                )
                 for rung, left in zip(self.ladder, self.misfit_left, strict=True)
             ],
             "adequate": self.adequate,
@@ -152,7 +169,7 @@ class Study:
     plot = verbs.study_plot
 
     def __str__(self) -> str:
-        from allanite.fit.table import fit_table
+        from allanite.fit.table import fit_table, undecided_sentence
 
         rows = self.rows()
         wide = max(22, *(len(cells[0]) for cells in rows))
@@ -171,7 +188,10 @@ class Study:
         if self.verdict == "unexplained":
             left_over = self.check.left
             lines += ["left unexplained:", *(f"  {s}" for s in left_over)] if left_over else []
-        return "\n".join([*lines, "", fit_table(self.fit, remedy="")])
+        lines += ["", fit_table(self.fit, remedy="")]
+        if self.undecided is not None:
+            lines.append(f"! {undecided_sentence(self.fit, self.undecided)}")
+        return "\n".join(lines)
 
     def rows(self) -> list[tuple[str, ...]]:
         """Of each step as texts: what was done, misfit left, discrepancy, Allan error, its worst, prediction, model."""
@@ -215,11 +235,14 @@ class Study:
 
     def _repr_html_(self) -> str:
         from allanite.common.showing import html_list, html_table
+        from allanite.fit.table import undecided_sentence
 
         head = ("step", "misfit left", "discrepancy", "ADEV rms", "worst", "prediction", "model")
         title = f"{self.recording.path or 'recording'} · {self.recording.columns[0]}"
         left = self.check.left if self.verdict == "unexplained" else []
         ending = [f"stopped: {self.ending}", *left]
+        if self.undecided is not None:
+            ending.append(undecided_sentence(self.fit, self.undecided))
         table = html_table(title, head, self.rows(), (1, 2, 3, 5))
         return table + html_list(ending) + self.fit._repr_html_()
 
