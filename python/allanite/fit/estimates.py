@@ -32,6 +32,8 @@ DETECTED = 2.706
 DETECTED_SHAPED = 4.605
 #: The same for one amplitude of either sign: 1 % of χ²₁, 6.635/2.
 DETECTED_SIGNED = 3.317
+#: A shape is at an end of what is searched if it is this near to it.
+AT_END = 1.001
 #: Ends of the interval of a value that is not known at all, in ln.
 UNKNOWN = 50.0
 
@@ -152,7 +154,8 @@ def _stochastic(
             low, high = widened_by_tails(value, (low, high), solution, data)
         out[name] = Estimate(value, error, (low, high), own_unit, detected, name)
     for shape in effect.free_shapes:
-        out[shape] = _shape(effect, shape, shaped.get(shape), detected, _unit(effect, shape, unit))
+        found = _shape(effect, shape, shaped.get(shape), detected, _unit(effect, shape, unit))
+        out[shape] = _at_its_least(found, effect, data) if _estimated(found) else found
     for parameter in effect.parameters:
         if parameter.name in out:
             continue
@@ -172,6 +175,20 @@ def _stochastic(
             parameter.name,
         )
     return {p.name: out[p.name] for p in effect.parameters}
+
+
+def _estimated(value: Any) -> bool:
+    return isinstance(value, Estimate) and value.interval is not None
+
+
+def _at_its_least(value: Estimate, effect: Effect, data: Data) -> Estimate:
+    """A shape, with an interval down to its lowest value where a fit found it at the lowest that it tries."""
+    low = effect.parameter(value.name).low
+    least = effect.grid(value.name, data.n, data.rate).min() / 2.0 if low >= 0.0 else 0.0
+    if value > AT_END * least or value.interval is None:
+        return value
+    high = value.interval[1]
+    return Estimate(value.value, None, (low, high), value.unit, value.detected, value.name)
 
 
 def widened(value: float, ends: tuple[float, float], factor: float) -> tuple[float, float]:

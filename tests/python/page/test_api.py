@@ -205,8 +205,8 @@ def test_values_are_shown_and_typed_in_the_unit_chosen(client):
 
 @pytest.mark.long
 def test_no_view_grows_with_the_log(hidden):
-    """A hundred times the samples, four columns and gaps: still below 300 kB."""
-    samples = np.tile(np.asarray(hidden.samples), 25)
+    """Forty times the samples, four columns and gaps: still below 300 kB."""
+    samples = np.tile(np.asarray(hidden.samples), 10)
     samples[1000:5000] = np.nan
     log = Recording(np.column_stack([samples] * 4), 20.0, unit="rad/s", columns=list("abcd"))
     tab = Tab([Source("long", recording=log)], 1)
