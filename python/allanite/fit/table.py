@@ -18,6 +18,8 @@ __all__ = ["fit_table", "misfit_line", "parameter_rows", "undecided_sentence"]
 
 #: An interval is another one if an end lies farther out by this share of its width.
 WIDER = 0.1
+#: Models that a sentence names.
+NAMED = 3
 
 
 def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
@@ -85,7 +87,10 @@ def misfit_line(fit: Fit) -> str:
 def undecided_sentence(fit: Fit, found: Undecided) -> str:
     """Which models explain the record as well as that of a fit, and the intervals that are wider over all of them."""
     (own, share), *others = found.models
-    names = ", ".join(f"{name} ({100.0 * p:.2g} %)" for name, p in others)
+    others = sorted(others, key=lambda model: -model[1])
+    names = ", ".join(f"{name} ({100.0 * p:.2g} %)" for name, p in others[:NAMED])
+    if len(others) > NAMED:
+        names += f" and {len(others) - NAMED} more"
     sentence = f"this record cannot tell {own} ({100.0 * share:.2g} %) from {names}"
     wider = []
     every = zip(fit.model.effects, fit.model.labels, fit.estimates, found.intervals, strict=True)

@@ -35,6 +35,7 @@ SHOWN = 3
 #: Share of a record in motion from which it is worth a look, before what carried the sensor is modelled.
 LEAST = 0.02
 UNITLESS = "its unit is not in the log: give it"
+COUNTS = "whole numbers, as raw counts are: multiply them by the scale of the data sheet"
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,8 +155,14 @@ class Inspection:
         if open_:
             give = worded(f": {remedy_of(open_)}; or write it into the header", words)
             lines.append(f"! no unit in the log for {', '.join(open_)}{give} (gx [deg/s])")
+        whole = [c.name for c in self.columns if COUNTS in c.doubts]
+        if whole:
+            lines.append(f"! {', '.join(whole)}: {COUNTS}")
         lines += [
-            f"! {c.name}: {doubt}" for c in self.columns for doubt in c.doubts if doubt != UNITLESS
+            f"! {c.name}: {doubt}"
+            for c in self.columns
+            for doubt in c.doubts
+            if doubt not in (UNITLESS, COUNTS)
         ]
         lines += [
             f"{'!' if f.severity == 'warning' else '·'} {f.worded(words)}" for f in self.findings
@@ -322,6 +329,8 @@ def _column(table: Table, at: int, given: Mapping[str, str], *, used: bool, time
     doubts = []
     if role == "sensor" and unit is None:
         doubts.append(UNITLESS)
+        if finite.size and high > low and bool((finite == np.round(finite)).all()):
+            doubts.append(COUNTS)
     if role == "sensor" and finite.size and low == high:
         doubts.append("it never changes")
     if finite.size < x.size:
