@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-# The same examples in every run; `pytest --hypothesis-profile default` looks for others.
+# The same examples in every run, and no time limit for one on a busy machine; `pytest --hypothesis-profile default` looks
+# for others.
 settings.register_profile("same", derandomize=True)
 settings.load_profile("same")
 

@@ -26,7 +26,7 @@ def batch(x, m, stride):
     st.lists(st.floats(0, 1), max_size=8),
     st.sampled_from(["octave", 2, 5, 8]),
 )
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 def test_any_chunks_and_stretches(n, seed, cuts, taus):
     rng = np.random.default_rng(seed)
     x = rng.integers(-3000, 5000, n)

@@ -42,7 +42,7 @@ def test_equals_allantools(kind, n):
 
 @pytest.mark.parametrize("kind", KINDS)
 @given(seed=SEEDS, n=LENGTHS, constant=st.floats(-1e3, 1e3))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_constant_scale_and_direction(kind, seed, n, constant):
     x = np.random.default_rng(seed).normal(size=n)
     factors = np.arange(1, n // 4 + 1)
@@ -61,7 +61,7 @@ def test_constant_scale_and_direction(kind, seed, n, constant):
 # (of the parabolic variance every side would leave its last term out)
 @pytest.mark.parametrize("kind", ["ohdev", "mdev", "mtotdev", "htotdev", "theo1", "tierms"])
 @given(seed=SEEDS, n=st.integers(30, 120), hole=st.integers(1, 28))
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_a_gap_leaves_the_terms_of_both_sides(kind, seed, n, hole):
     """With one gap the estimate is the mean over the two stretches, weighted by their terms."""
     x = np.random.default_rng(seed).normal(size=n)

@@ -3,7 +3,7 @@
 import allantools
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from allanite.deviation import adev, oadev
@@ -38,7 +38,6 @@ def test_equals_allantools_of_a_million():
 
 
 @given(SEEDS, LENGTHS, st.floats(-1e3, 1e3), st.sampled_from([1e-6, 0.1, 7.0, 1e9]))
-@settings(deadline=None)
 def test_constant_scale_and_direction(seed, n, constant, scale):
     x = record(seed, n)
     base = oadev(x).deviation
@@ -49,7 +48,6 @@ def test_constant_scale_and_direction(seed, n, constant, scale):
 
 
 @given(SEEDS, st.integers(10, 300), st.integers(1, 30))
-@settings(deadline=None)
 def test_gaps_cost_only_the_terms_that_touch_them(seed, n, holes):
     x = record(seed, n)
     rng = np.random.default_rng(seed)
@@ -68,7 +66,6 @@ def test_gaps_cost_only_the_terms_that_touch_them(seed, n, holes):
 
 
 @given(SEEDS, st.integers(10, 300), st.integers(1, 30))
-@settings(deadline=None)
 def test_gaps_of_a_phase_cost_three_terms(seed, n, holes):
     x = np.cumsum(record(seed, n))
     x[np.random.default_rng(seed).integers(0, n, min(holes, n - 1))] = np.nan

@@ -57,7 +57,7 @@ def system(rng, blocks):
     return F, Q, rng.standard_normal(d), rng.uniform(0.1, 3.0), P
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(
     st.lists(st.integers(0, 2), min_size=1, max_size=4),
     st.integers(2, 60),

@@ -44,7 +44,7 @@ def holes(n, length, part, seed):
     return missing
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.sampled_from(sorted(MODELS)),
     st.integers(40, CELLS),

@@ -39,7 +39,7 @@ def whole(record, small):
     return al.summarise(record, rate=100.0)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     cuts=st.lists(st.integers(1, N - 1), max_size=6, unique=True),
     seed=st.integers(0, 2**32 - 1),
@@ -66,7 +66,7 @@ def test_cut_anywhere_and_merged_in_any_order(record, whole, cuts, seed):
     assert np.nanmax(np.abs(curve - 1.0)) < 1e-10
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(sizes=st.lists(st.integers(1, 40_000), min_size=1, max_size=20))
 def test_chunks_of_any_size(record, whole, sizes):
     edges = np.minimum(np.cumsum([0, *sizes, N]), N)

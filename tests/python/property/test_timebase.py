@@ -11,7 +11,7 @@ from allanite.common.errors import InputError
 from allanite.recording.timebase import TIME_UNITS, read_stamps
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     seed=st.integers(0, 2**32 - 1),
     rate=st.sampled_from([1.0, 5.0, 9.862, 50.0, 100.0, 128.0, 200.0, 1000.0]),
@@ -71,7 +71,7 @@ def test_rate_and_gaps(seed, rate, unit, jitter, holes, missing_share, join, jum
     assert filled <= 64 * (end - first)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     seed=st.integers(0, 2**32 - 1),
     bits=st.sampled_from([16, 32]),

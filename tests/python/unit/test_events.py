@@ -78,7 +78,7 @@ def test_nothing_comes_back_where_nothing_left():
 
 
 @given(st.integers(8, 3 * 10**6), st.integers(1, 300), st.integers(1, 5000), st.integers(1, 50))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_sines_of_many_places_are_single_sines(n, places, ordinates, first):
     k = np.linspace(0, n, places).round()
     j = np.arange(first, first + ordinates)

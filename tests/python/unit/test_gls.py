@@ -17,7 +17,7 @@ UNITS = [[White(1.0)], [Flicker(1.0)], [RandomWalk(1.0)]]
 
 
 @given(st.integers(1, 5), st.integers(0, 2**32 - 1))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_solver_agrees_with_scipy(p, seed):
     rng = np.random.default_rng(seed)
     k = p + int(rng.integers(0, 10))

@@ -123,7 +123,7 @@ scales = st.one_of(st.none(), st.integers(0, SCALES.size - 1))
 
 
 @given(cases, scales)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_judges_as_the_full_sum(case, scale):
     power, count, columns, start, _ = spectra(*case)
     spectrum = columns @ start
@@ -159,7 +159,7 @@ def test_profile_and_best_scale_are_those_of_single_judgements():
 
 
 @given(cases, scales, st.booleans())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_climbs_as_the_naive_one(case, scale, held):
     power, count, columns, start, offset = spectra(*case)
     offset = offset if held else None

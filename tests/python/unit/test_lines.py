@@ -71,7 +71,7 @@ def test_ramp_is_read_at_root_two():
 
 
 @given(st.floats(1e-6, 1e6))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_readings_scale_with_the_samples(scale):
     x = white(1, 20_000)
     a, b = read_lines(curve(x)), read_lines(curve(x * scale))
