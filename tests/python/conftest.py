@@ -8,7 +8,7 @@ from hypothesis import settings
 
 # The same examples in every run, and no time limit for one on a busy machine; `pytest --hypothesis-profile default` looks
 # for others.
-settings.register_profile("same", derandomize=True)
+settings.register_profile("same", derandomize=True, deadline=None)
 settings.load_profile("same")
 
 ROOT = Path(__file__).resolve().parents[2]
