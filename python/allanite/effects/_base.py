@@ -289,6 +289,8 @@ class Stochastic(Effect):
     >>> pieces = al.Unexplained.pieces(10_000, 100.0)  # of which a fit puts this effect together
     >>> len(pieces), al.Unexplained.joined(pieces[:2], [1.0, 3.0]).rms
     (24, 2.0)
+    >>> print(al.Resonance(rms=0.1).banded(9.9, 10.1), al.Quantization().banded(9.9, 10.1))
+    RES(frequency=10, damping=0.01, rms=0.1) None
     """
 
     #: Name of the coefficient.
@@ -325,6 +327,10 @@ class Stochastic(Effect):
     def joined(cls, pieces: Sequence[Self], variances: Sequence[float]) -> Self:
         """One effect of such `pieces`; `variances` are their squared coefficients."""
         raise NotImplementedError
+
+    def banded(self, low: float, high: float) -> Self | None:
+        """The effect with the band that it `occupies` from `low` to `high` Hz; by default None: it has none to place."""
+        return None
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:
         """The core's generator of samples at `rate` Hz that are not normal; by default None: the terms suffice."""

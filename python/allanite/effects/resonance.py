@@ -54,19 +54,21 @@ class Resonance(Stochastic):
             symbol="f",
         ),
         Parameter(
-            "damping", "1", "damping ratio ζ", "shape", low=1e-5, high=0.3, aliases=("zeta",)
+            "damping", "1", "damping ratio ζ", "shape", low=1e-9, high=0.3, aliases=("zeta",)
         ),
         Parameter("rms", 0.0, "standard deviation of the process"),
     )
     legend: ClassVar[tuple[str, ...]] = ("frequency", "rms")
     physics: ClassVar[str] = (
-        "a mode of the structure, mount, pendulum or proof mass, shaken by everything around it"
+        "a mode of the structure, mount, pendulum or proof mass, shaken by everything around it; a very narrow band is"
+        " a machine whose speed wanders"
     )
     looks_like: ClassVar[str] = (
         "a band of the spectrum of width 2ζf; damped lobes of the Allan deviation"
     )
     check_by: ClassVar[str] = (
-        "tap the mount and look for a ringing at f; add mass or damping: the band must move or widen"
+        "tap the mount and look for a ringing at f; add mass or damping: the band must move or widen; a machine has"
+        " multiples of f, and can be switched off"
     )
     rivals: ClassVar[tuple[str, ...]] = ("sinusoid", "gauss_markov", "bandwidth")
 
@@ -89,6 +91,11 @@ class Resonance(Stochastic):
             return None
         half = self.damping * self.frequency
         return self.frequency - half, self.frequency + half
+
+    def banded(self, low: float, high: float) -> Resonance:
+        """The resonance with one half-width to either side from `low` to `high` Hz."""
+        middle = 0.5 * (low + high)
+        return self.with_values(frequency=middle, damping=0.5 * (high - low) / middle)
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
         """Whether it is wider than a record of this length resolves: a narrower band is a line."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.fit.likelihood.covariance import joint_covariance
+from allanite.fit.covariance import joint_covariance
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -19,6 +19,7 @@ from allanite.fit.likelihood.data import Noise
 from allanite.fit.likelihood.discrepancy import best_scale, levels
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.shapes.deterministic import Design, Regression, design_of, regress
+from allanite.fit.shapes.narrow import narrowed, within_bins
 from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, reopened
 from allanite.fit.solution import Regressed, Solution, fitted, processes_of
 
@@ -83,6 +84,8 @@ def solve(
             anew = fit_shapes(again, part)
             model, best = max((model, best), anew, key=lambda found: found[1].log_likelihood)
         model = with_coefficients(model, best.theta)
+        model, best = narrowed(model, best, part, ordinates)
+        model = with_coefficients(model, best.theta)
         if not model.deterministic:
             break
         # What known functions add to their cells is no discrepancy: it is looked at once they are taken out.
@@ -107,12 +110,13 @@ def solve(
         raw = bins.power(ordinates)
         part = RandomPart(data, raw * free / count, count)
         total = RandomPart(data, raw, free).judged(best)
+        total += within_bins(model, data, ordinates, free)
         if abs(total - previous) < 1e-3 and turn > 0:
             break
         previous = total
     assert best is not None
     linear = part.linear(model)
-    total = RandomPart(data, raw, free).judged(best)
+    total = RandomPart(data, raw, free).judged(best) + within_bins(model, data, ordinates, free)
     processes = processes_of(model, best.theta, linear.matrix)
     functions: tuple[Regressed, ...] = ()
     seen, leverage = np.zeros(0, dtype=np.int64), np.zeros(0)

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.common.units import coefficient_unit, column_unit
-from allanite.fit.likelihood.covariance import joint_covariance, shape_widening, told
+from allanite.fit.covariance import joint_covariance, shape_widening, told
 from allanite.fit.likelihood.heavy import widened_by_tails
 from allanite.fit.likelihood.marginal import slow_amplitudes
+from allanite.fit.likelihood.peaks import by_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import profile_interval
 from allanite.fit.solution import Process, Regressed
@@ -185,7 +186,7 @@ def _at_its_least(value: Estimate, effect: Effect, data: Data) -> Estimate:
     """A shape, with an interval down to its lowest value where a fit found it at the lowest that it tries."""
     low = effect.parameter(value.name).low
     least = effect.grid(value.name, data.n, data.rate).min() / 2.0 if low >= 0.0 else 0.0
-    if value > AT_END * least or value.interval is None:
+    if value > AT_END * least or value.interval is None or by_ordinates(effect, data):
         return value
     high = value.interval[1]
     return Estimate(value.value, None, (low, high), value.unit, value.detected, value.name)

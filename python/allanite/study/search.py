@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from allanite.fit import fit_model, removes
 from allanite.fit.prediction import compare, worse
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
+from allanite.study.harmonics import harmonics_of
 from allanite.study.ladder import Rung, Study
 from allanite.study.levels import one_level, several_levels
 from allanite.study.moves import CHANCE, added_to, one_thing, pruned, swapped
@@ -138,9 +140,26 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
     for suggestion in check.significant:
         rung = _rung(ladder, suggestion, check)
         if rung is not None:
-            return rung
+            return _with_harmonics(rung)
     shape = unstacked(ladder)
     return shape if shape is not None and _errors_fall(ladder[-1].fit, shape.fit) else None
+
+
+def _with_harmonics(rung: Rung) -> Rung:
+    """The rung with the harmonics of a narrow band that it added, where no error rises by them."""
+    last = rung.fit.model.effects[-1]
+    if rung.added is None or last.kind != rung.added.kind:
+        return rung
+    better, harmonics = harmonics_of(rung.fit, last)
+    if not harmonics or not _errors_fall(rung.fit, better):
+        return rung
+    risen = better.solution.log_likelihood - rung.fit.solution.log_likelihood
+    return replace(
+        rung,
+        fit=better,
+        risen=None if rung.risen is None else rung.risen + risen,
+        brought=(*rung.brought, *harmonics),
+    )
 
 
 def _more(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
@@ -343,8 +362,9 @@ def _errors_fall(before: Fit, after: Fit) -> bool:
         return False
     if old.adev_rms_percent is None or new.adev_rms_percent is None:
         return True
-    chance = CHANCE * (new.chance_rms_percent or 0.0)
-    if new.adev_rms_percent > np.hypot(old.adev_rms_percent, chance):
+    # A true model's error is within twice its scatter, whatever the error before; with more missing it may rise by once.
+    chance = new.chance_rms_percent or 0.0
+    if new.adev_rms_percent > max(CHANCE * chance, np.hypot(old.adev_rms_percent, chance)):
         return False
     if after.data is not before.data and removes(after.model.effects[-1]):
         return True  # the curve of another record

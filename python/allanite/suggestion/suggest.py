@@ -295,7 +295,7 @@ def _suggestion(
         judged /= scatter
     family = families[candidate.family]
     chance = candidate.log_chance
-    if candidate.family == "line" and chance is not None:
+    if candidate.family in {"line", "band"} and chance is not None:
         chance += judged * (scatter - 1.0)
     if chance is None:
         chance = log_chance(family, judged)

@@ -17,8 +17,8 @@ from allanite.common.units import coefficient_unit
 from allanite.deviation import oadev
 from allanite.fit.classical.gls import fit_gls, gls_factors
 from allanite.fit.classical.lines import read_lines
+from allanite.fit.covariance import shape_widening
 from allanite.fit.estimates import widened
-from allanite.fit.likelihood.covariance import shape_widening
 from allanite.fit.likelihood.whittle import log_likelihood
 from allanite.fit.solution import Fitted, Process, Regressed
 

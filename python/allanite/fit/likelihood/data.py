@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from operator import is_
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from allanite.common.showing import brief
 from allanite.common.threads import go_on
 from allanite.deviation import oadev
 from allanite.effects import Model
+from allanite.fit.likelihood.peaks import is_narrow, reach_of
 from allanite.fit.likelihood.remembered import Remembered
 from allanite.fit.likelihood.stop_band import UNSEEN, bins_seen, empty
 from allanite.spectrum import Bins, bins_of, bridge_gaps
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
     from allanite.effects import Deterministic, Modifier, Stochastic
     from allanite.effects.terms import Term
 
-__all__ = ["Data", "Noise", "columns", "density", "prepare", "without_samples"]
+__all__ = ["Data", "Noise", "columns", "columns_like", "density", "prepare", "without_samples"]
 
 #: Fewest samples on which a model can be fitted.
 SHORTEST = 32
@@ -310,6 +312,21 @@ def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArra
     return out.T
 
 
+def columns_like(
+    model: Model, other: Model, known: NDArray[np.float64], data: Data
+) -> NDArray[np.float64]:
+    """`columns` of all random effects of a model, from those of another of as many: only what moved is computed anew."""
+    effects, before = model.stochastic, other.stochastic
+    modifiers, filters = model.modifiers, model.filters
+    still = len(modifiers) == len(other.modifiers) and all(map(is_, modifiers, other.modifiers))
+    passed = still or filters == other.filters
+    out = np.array(known.T)
+    for row, effect, old in zip(out, effects, before, strict=True):
+        if effect is not old or not (still if effect.white else passed):
+            row[:] = _own(effect, modifiers if effect.white else filters, data)
+    return out.T
+
+
 def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
     """Expected bin power of a sum of terms, shape (bins,)."""
     go_on()
@@ -346,7 +363,19 @@ def _behind(
     n: int,
 ) -> NDArray[np.float64]:
     """`column_of` an effect behind these modifiers, in a record without holes."""
-    return _column(Model((*acting, effect)).unit_terms(effect, rate, span), n)
+    terms = Model((*acting, effect)).unit_terms(effect, rate, span)
+    column = _column(terms, n)
+    if is_narrow(effect):
+        # The nodes of a bin miss it.
+        bins, column = bins_of(n), column.copy()
+        first, last = reach_of(effect, bins, rate)
+        j = np.arange(bins.edges[first], bins.edges[last])
+        starts = bins.edges[first:last] - bins.edges[first]
+        column[first:last] = np.add.reduceat(density(terms, j, n), starts) / np.diff(
+            bins.edges[first : last + 1]
+        )
+        column.flags.writeable = False
+    return column
 
 
 @released

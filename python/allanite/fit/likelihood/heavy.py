@@ -25,6 +25,8 @@ __all__ = ["widened_by_tails"]
 Array = NDArray[np.float64]
 #: Draws of a sum of squares, largest samples drawn one by one, and steps of the integral over the others.
 DRAWS, LARGEST, STEPS = 1000, 400, 2000
+#: Quantiles in a table: between two of them the logarithms are straight to 1e-6.
+TABLE = 4096
 #: Largest 1/ν of which a variance is spoken.
 STEEPEST = 0.48
 #: A law whose largest sample would be smaller than the record's no more often than this is not the record's.
@@ -89,7 +91,10 @@ def _sums(inverse: float, n: int) -> tuple[float, float]:
     steps = rng.standard_exponential((DRAWS, largest + 1))
     steps[:, -1] = rng.standard_gamma(n - largest, DRAWS)
     chance = np.cumsum(steps[:, :-1], axis=1) / (np.cumsum(steps, axis=1)[:, -1:])
-    top = (stdtrit(freedom, 0.5 * chance) ** 2).sum(axis=1)
+    # Of so many numbers the quantile is read off a table.
+    table = np.geomspace(chance.min(), chance.max(), TABLE)
+    sizes = np.log(-stdtrit(freedom, 0.5 * table))
+    top = np.exp(2.0 * np.interp(np.log(chance), np.log(table), sizes)).sum(axis=1)
     # The others lie evenly below the last of these; squares at probabilities that are the denser the steeper they are.
     edges = np.geomspace(0.1 * largest / n, 1.0, STEPS + 1)
     widths = np.diff(edges)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.likelihood.data import columns
+from allanite.fit.likelihood.data import columns, columns_like
 from allanite.fit.likelihood.discrepancy import EVIDENCE, judge
 from allanite.fit.likelihood.whittle import Maximum, climb, maximise
 
@@ -71,12 +71,16 @@ class RandomPart:
 
     __repr__ = brief
 
-    def linear(self, model: Model) -> Linear:
-        """Columns at the model's present shapes."""
+    def linear(self, model: Model, like: tuple[Model, Linear] | None = None) -> Linear:
+        """Columns at the model's present shapes; of those that are at hand what did not move is not computed anew."""
         effects = model.stochastic
         held = np.array([e.coefficient in e.held for e in effects], dtype=bool)
         known = np.array([getattr(e, e.coefficient) or 0.0 for e in effects]) ** 2
-        return Linear(columns(model, effects, self.data), ~held, np.where(held, known, 0.0))
+        if like is None:
+            matrix = columns(model, effects, self.data)
+        else:
+            matrix = columns_like(model, like[0], like[1].matrix, self.data)
+        return Linear(matrix, ~held, np.where(held, known, 0.0))
 
     def appended(self, linear: Linear, model: Model) -> Linear:
         """`linear` of the model with a last random effect more; the columns before it are the same."""

@@ -17,6 +17,7 @@ from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.common.threads import results, side_by_side
 from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.peaks import nodes_of
 from allanite.fit.likelihood.stop_band import without_empty
 from allanite.recording.tails import CENSORED, coarse_step, tail_of
 
@@ -233,8 +234,10 @@ def _log_density(
 ) -> NDArray[np.float64]:
     """Logarithm of the model's density times the level of each bin, at ordinates of which the logarithms are given."""
     bins = data.bins
-    known = np.log(density(data.terms(solution.model), bins.nodes, data.n) * level[bins.owner])
-    at = np.log(bins.nodes)
+    nodes = nodes_of(solution.model, bins, data.rate)
+    owner = np.searchsorted(bins.edges, nodes, side="right") - 1
+    known = np.log(density(data.terms(solution.model), nodes, data.n) * level[owner])
+    at = np.log(nodes)
     return np.interp(log_j, at, _without_gaps(known, at))
 
 

@@ -20,8 +20,11 @@ from allanite.fit.likelihood.discrepancy import (
     judge,
     linearised,
 )
+from allanite.fit.likelihood.peaks import by_ordinates
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from allanite.effects import Model
     from allanite.fit.likelihood.random_part import Linear, RandomPart
     from allanite.fit.likelihood.whittle import Maximum
@@ -69,10 +72,18 @@ class _Shapes:
         return np.clip(np.array(at, dtype=float), self.limits[:, 0], self.limits[:, 1])
 
     def at(self, point: Array) -> Model:
-        out = self.model
-        for (place, name), u, plain in zip(self.places, point, self.signed, strict=True):
-            out = out.replaced(place, **{name: float(u if plain else np.exp(u))})
-        return out
+        return self.beside(self.model, point, range(point.size))
+
+    def beside(self, model: Model, point: Array, which: Iterable[int]) -> Model:
+        """The model with these of its coordinates at the point's."""
+        moved: dict[int, dict[str, float]] = {}
+        for i in which:
+            place, name = self.places[i]
+            value = float(point[i] if self.signed[i] else np.exp(point[i]))
+            moved.setdefault(place, {})[name] = value
+        for place, values in moved.items():
+            model = model.replaced(place, **values)
+        return model
 
 
 def polish(
@@ -87,6 +98,7 @@ def polish(
 
     With and without a discrepancy where both may be the better one.
     """
+    places = [p for p in places if not by_ordinates(model.effects[p[0]], part.data)]
     if not places:
         return model, best
     shapes = _Shapes.of(model, places, part)
@@ -111,7 +123,8 @@ def _climb(
     shapes: _Shapes, point: Array, best: Maximum, part: RandomPart, roughly: bool
 ) -> tuple[Array, Maximum]:
     power, count = part.power, part.count
-    linear = part.linear(shapes.at(point))
+    here = shapes.at(point)
+    linear = part.linear(here)
     theta, scale = best.theta, best.scale
     floor = 1e-24 * float(power.max()) + 1e-300
     spectrum = np.maximum(linear.matrix @ theta, floor)
@@ -119,12 +132,14 @@ def _climb(
     trust = np.full(point.size, TRUST)
     steps, enough = (ROUGH_STEPS, ROUGH_ENOUGH) if roughly else (STEPS, ENOUGH)
     for _ in range(steps):
-        goal_theta, goal = _step(shapes, point, trust, linear, theta, spectrum, judged.weight, part)
+        slopes = _slopes(shapes, point, here, linear, theta, part)
+        goal_theta, goal = _step(slopes, point, trust, linear, theta, spectrum, judged.weight, part)
         risen, step = -1.0, 1.0
         while step > 0.02:
             tried = np.clip(point + step * (goal - point), shapes.limits[:, 0], shapes.limits[:, 1])
             moved_theta = theta + step * (goal_theta - theta)
-            moved_linear = part.linear(shapes.at(tried))
+            there = shapes.at(tried)
+            moved_linear = part.linear(there, (here, linear))
             moved = np.maximum(moved_linear.matrix @ moved_theta, floor)
             found = judge(power, count, moved, scale)
             risen = found.log_likelihood - judged.log_likelihood
@@ -137,7 +152,8 @@ def _climb(
                 break
             continue
         short = float(np.max(np.abs(tried - point) / trust)) < 0.1
-        point, linear, theta, spectrum, judged = tried, moved_linear, moved_theta, moved, found
+        point, here, linear, theta = tried, there, moved_linear, moved_theta
+        spectrum, judged = moved, found
         trust = np.minimum(trust * (1.6 if step == 1.0 else max(step, 0.3)), 1.5)
         before = judged.log_likelihood
         if scale is not None:
@@ -147,8 +163,23 @@ def _climb(
     return point, part.climb(linear, theta, scale)
 
 
+def _slopes(
+    shapes: _Shapes, point: Array, here: Model, linear: Linear, theta: Array, part: RandomPart
+) -> Array:
+    """Change of the spectrum with each shape at a point, shape (bins, shapes)."""
+    now = linear.matrix @ theta
+    slopes = np.empty((now.size, point.size))
+    for i in range(point.size):
+        moved = point.copy()
+        h = 1e-4 if point[i] + 1e-4 < shapes.limits[i, 1] else -1e-4
+        moved[i] += h
+        beside = part.linear(shapes.beside(here, moved, [i]), (here, linear))
+        slopes[:, i] = (beside.matrix @ theta - now) / h
+    return slopes
+
+
 def _step(
-    shapes: _Shapes,
+    slopes: Array,
     point: Array,
     trust: Array,
     linear: Linear,
@@ -160,12 +191,6 @@ def _step(
     """Where the linearised problem puts θ and the shapes, within the trust region."""
     from scipy.optimize import nnls
 
-    slopes = np.empty((spectrum.size, point.size))
-    for i in range(point.size):
-        moved = point.copy()
-        h = 1e-4 if point[i] + 1e-4 < shapes.limits[i, 1] else -1e-4
-        moved[i] += h
-        slopes[:, i] = (part.linear(shapes.at(moved)).matrix @ theta - linear.matrix @ theta) / h
     free = linear.matrix[:, linear.free]
     units = 1.0 / np.maximum(np.median(free / spectrum[:, None], axis=0), 1e-300)
     # A change u of a shape is −trust + v with v ≥ 0.

@@ -24,6 +24,8 @@ LONGEST = 0.9
 FINE = 1 << 14
 #: Places of either edge that are looked at about a window.
 PLACES = 48
+#: Pieces of three lengths of a burst in which its frequency is polished.
+PIECES = 384
 
 
 def trials(band: Band) -> int:
@@ -121,18 +123,35 @@ def _polished(
     length = end - start
     scale = np.array([0.2 / length, 0.02 * length, 0.02 * length])
     origin = np.array([frequency, start, end])
+    # Sums over pieces so short that a frequency tried turns by next to nothing within one.
+    knots = np.linspace(max(0.0, start - length), min(1.0, end + length), PIECES + 1)
+    places = np.arange(band.series.size + 1) / band.series.size
+    total = _summed(band, frequency)
+    sums = np.interp(knots, places, total)
 
     def loss(x: NDArray[np.float64], *_: Any, **__: Any) -> float:
-        go_on()
         f, a, b = origin + scale * x
-        a, b = max(float(a), 0.0), min(float(b), 1.0)
-        return -float(_gain(band, _summed(band, float(f)), a, b))
+        a, b = max(float(a), knots[0]), min(float(b), knots[-1])
+        if not SHORTEST / band.series.size <= b - a <= LONGEST:
+            return 0.0
+        first, last = np.searchsorted(knots, a, side="right"), np.searchsorted(knots, b)
+        edges = np.concatenate([[a], knots[first:last], [b]])
+        ends = np.interp([a, b], places, total)
+        at = np.concatenate([ends[:1], sums[first:last], ends[1:]])
+        turn = np.exp(-1j * np.pi * (f - frequency) * (edges[1:] + edges[:-1]))
+        return -float(np.abs(turn @ np.diff(at)) ** 2 / (b - a))
 
+    go_on()
     first = np.vstack([np.zeros(3), np.eye(3)])
     options: Any = {"initial_simplex": first, "xatol": 1e-3, "fatol": 1e-4, "maxiter": 300}
     found = minimize(loss, np.zeros(3), method="Nelder-Mead", options=options)
     f, a, b = origin + scale * found.x
-    return float(f), max(float(a), 0.0), min(float(b), 1.0), float(-found.fun)
+    return (
+        float(f),
+        max(float(a), float(knots[0])),
+        min(float(b), float(knots[-1])),
+        float(-found.fun),
+    )
 
 
 def polish_burst(

@@ -18,12 +18,14 @@ from allanite.common.showing import brief
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.data import column_of
+from allanite.fit.likelihood.peaks import by_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import climb_many
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import ALIKE, added, other_form, simplest, worth_polishing
 from allanite.fit.shapes.shape import free_places
-from allanite.suggestion.evidence import arc_length
+from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, line_trials, log_chance
+from allanite.suggestion.screens.narrow import narrow_bands, widths_tried
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -40,6 +42,8 @@ EXTENDED, WORTH = 8, 8.0
 DESIGNS, SCANNED = 3, 5
 #: Points of a narrow effect that are climbed.
 CLIMBED = 60
+#: A narrow band gains at most so many times what a flat one does.
+FLAT = 1.5
 #: What a number of a design must gain.
 PLAINER = 2.0
 
@@ -147,9 +151,33 @@ def screen_spectral(solution: Solution, data: Data) -> Screen:
         if issubclass(cls, Stochastic) and points[0].occupies is not None:
             points = _promising(points, unit, solution)
         best = _refit(points, solution, part)
-        if best is not None:
-            found.append(best)
+        narrow = _within_a_bin(points[0], solution, part)
+        both = [c for c in (best, narrow) if c is not None]
+        if both:
+            found.append(max(both, key=lambda c: c.gain))
     return Screen(tuple(found), tuple(arcs), tuple(families))
+
+
+def _within_a_bin(point: Effect, base: Solution, part: RandomPart) -> Candidate | None:
+    """The band narrower than a bin that stands out most in single ordinates; bins would not see a weak one."""
+    data = part.data
+    if not isinstance(point, Stochastic) or base.ordinates.size < data.n or data.gain is not None:
+        return None
+    if point.banded(1.0, 1.001) is None:
+        return None
+    best = max(narrow_bands(base, data), key=lambda band: band.gain, default=None)
+    if best is None or _chance(FLAT * best.gain, data) > np.log(FALSE_ALARM):
+        return None
+    made = point.banded(best.low, best.high)
+    assert made is not None
+    effect = made.with_values(**{point.coefficient: float(np.sqrt(best.variance))})
+    solution = solve(data, base.model + effect, like=base, rounds=3, polish=False)
+    return _candidate(solution, base, data)
+
+
+def _chance(gain: float, data: Data) -> float:
+    """Ln of the chance of a rise of logL by a narrow band: looked for at every ordinate, as a line is, and every width."""
+    return log_chance(Family("line", width=line_trials(data.n) * widths_tried(data.n)), gain)
 
 
 def _promising(points: list[Effect], unit: NDArray[np.float64], solution: Solution) -> list[Effect]:
@@ -252,10 +280,16 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
     # Steps and lines are found again beside the best.
     model = with_coefficients(model, best.theta)
     solution = solve(part.data, model, start=best, like=base, rounds=3, polish=False)
+    return _candidate(solution, base, part.data)
+
+
+def _candidate(solution: Solution, base: Solution, data: Data) -> Candidate | None:
+    """What the last effect of a refitted model brings, if anything."""
     fitted = solution.model.effects[-1]
-    if not fitted.shows(solution.model, part.data.rate, part.data.duration):
+    if not fitted.shows(solution.model, data.rate, data.duration):
         return None
     gain = solution.log_likelihood - base.log_likelihood
     if gain <= 0.0:
         return None
-    return Candidate(fitted, gain, fitted.family, solution, fitted.numbers)
+    chance = _chance(gain, data) if by_ordinates(fitted, data) else None
+    return Candidate(fitted, gain, fitted.family, solution, fitted.numbers, log_chance=chance)

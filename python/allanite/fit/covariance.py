@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from allanite.effects import Deterministic, Model, Stochastic
 from allanite.fit.likelihood.data import column
 from allanite.fit.likelihood.holes import mixing_of, seen_of
+from allanite.fit.likelihood.peaks import by_ordinates, reach_of
 from allanite.fit.likelihood.whittle import information
+from allanite.fit.shapes.narrow import Window
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -41,7 +43,7 @@ def joint_covariance(
             if effect.coefficient not in effect.held:
                 names.append((position, effect.coefficient))
                 slopes.append(2.0 * own.theta * own.column / spectrum)
-        for name in effect.free_shapes:
+        for name in () if by_ordinates(effect, data) else effect.free_shapes:
             value = effect.values[name]
             if isinstance(value, str) or value is None:
                 continue
@@ -56,8 +58,35 @@ def joint_covariance(
             slopes.append((up - down) / width / spectrum)
     if not names:
         return [], np.zeros((0, 0))
-    matrix = np.column_stack(slopes)
-    return names, _covariance(solution, data, matrix)
+    covariance = _covariance(solution, data, np.column_stack(slopes))
+    return _with_narrow(names, covariance, solution, data)
+
+
+def _with_narrow(
+    names: list[tuple[int, str]],
+    covariance: NDArray[np.float64],
+    solution: Solution,
+    data: Data,
+) -> tuple[list[tuple[int, str]], NDArray[np.float64]]:
+    """With what single ordinates tell of narrow bands, which depends on nothing else of the model."""
+    own = {(place, name): i for i, (place, name) in enumerate(names)}
+    for place, effect in enumerate(solution.model):
+        if not isinstance(effect, Stochastic) or not by_ordinates(effect, data):
+            continue
+        if not effect.values[effect.coefficient]:
+            continue
+        window = Window.of(solution.model, place, data, solution.ordinates)
+        first, last = reach_of(effect, data.bins, data.rate)
+        # Ordinates that share what they show tell less.
+        share = solution.count[first:last].sum() / window.j.size
+        for name, error in window.errors().items():
+            at = own.get((place, name), covariance.shape[0])
+            if at == covariance.shape[0]:
+                covariance = np.pad(covariance, (0, 1))
+                names = [*names, (place, name)]
+            covariance[at, :], covariance[:, at] = 0.0, 0.0
+            covariance[at, at] = error**2 / min(share, 1.0)
+    return names, covariance
 
 
 def _covariance(solution: Solution, data: Data, slopes: NDArray[np.float64]) -> NDArray[np.float64]:

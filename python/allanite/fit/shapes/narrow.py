@@ -1,0 +1,258 @@
+"""Bands narrower than a bin: frequency and width from single ordinates, strength from the bins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.threads import go_on
+from allanite.effects import Model, Stochastic
+from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.peaks import NARROW, by_ordinates, reach_of
+
+if TYPE_CHECKING:
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.random_part import RandomPart
+    from allanite.fit.likelihood.whittle import Maximum
+
+__all__ = ["Window", "narrowed", "within_bins"]
+
+Array = NDArray[np.float64]
+#: Half-widths of the bands that are tried, each this much of the next.
+RATIO = 2.0
+#: Least half-width, in ordinates: narrower is a line.
+LEAST = 1.0
+#: Most steps of a climb, and what one must gain of logL.
+MOST, SAME = 40, 1e-3
+#: Step of a difference in the coordinates of a band.
+STEP = 1e-4
+#: A band this near to the widest half-width, in ln, comes from the bins.
+ENTERED = 0.3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Window:
+    """Ordinates about a narrow band.
+
+    A band has four coordinates: ln of its power, its middle and ln of its half-width, both in ordinates, and ln of what
+    the rest of the model is to be multiplied with there, so that what is amiss about the band does not bend it.
+
+    Attributes
+    ----------
+    j : ndarray of int64, shape (k,)
+    power, rest : ndarray, shape (k,)
+        Squared ordinates, and what the model without the band expects of them.
+    """
+
+    model: Model
+    place: int
+    data: Data
+    j: NDArray[np.int64]
+    power: Array
+    rest: Array
+
+    @classmethod
+    def of(cls, model: Model, place: int, data: Data, ordinates: Array) -> Window:
+        """About the effect at a place of a model with values."""
+        effect = model.effects[place]
+        first, last = reach_of(effect, data.bins, data.rate)
+        j = np.arange(data.bins.edges[first], data.bins.edges[last])
+        others = Model((*model.effects[:place], *model.effects[place + 1 :]))
+        rest = density(data.terms(others), j, data.n)
+        return cls(model, place, data, j, ordinates[j] ** 2, rest)
+
+    def effect(self, x: Array) -> Stochastic:
+        """The band at these coordinates."""
+        hertz = self.data.rate / (2.0 * self.data.n)
+        half = float(np.exp(x[2]))
+        own = self.model.effects[self.place]
+        assert isinstance(own, Stochastic)
+        made = own.banded(float(x[1] - half) * hertz, float(x[1] + half) * hertz)
+        assert made is not None
+        return made.with_values(**{made.coefficient: float(np.exp(0.5 * x[0]))})
+
+    def start(self) -> Array:
+        """Coordinates of the band that the model has."""
+        own = self.model.effects[self.place]
+        assert isinstance(own, Stochastic)
+        assert own.occupies is not None
+        low, high = np.array(own.occupies) * 2.0 * self.data.n / self.data.rate
+        power = np.log(max(own.values[own.coefficient] ** 2, 1e-300))
+        return np.array([power, 0.5 * (low + high), np.log(0.5 * (high - low)), 0.0])
+
+    def spectrum(self, x: Array) -> Array:
+        """Expected squared ordinates, shape (k,)."""
+        effect = self.effect(x)
+        effects = (*self.model.effects[: self.place], effect, *self.model.effects[self.place + 1 :])
+        model = Model(effects)
+        terms = [t.scaled(float(np.exp(x[0]))) for t in self.data.unit_terms(model, effect)]
+        return np.exp(x[3]) * self.rest + density(tuple(terms), self.j, self.data.n)
+
+    def log_likelihood(self, x: Array) -> float:
+        """Whittle's, of the ordinates."""
+        go_on()
+        return self._judged(self.spectrum(x))
+
+    def _judged(self, expected: Array) -> float:
+        return -0.5 * float(np.sum(np.log(expected) + self.power / expected))
+
+    @property
+    def widest(self) -> float:
+        """Ln of the widest half-width that is narrow."""
+        return float(np.log(0.5 * NARROW * np.mean(self.j)))
+
+    def inside(self, x: Array) -> bool:
+        """Whether coordinates are those of a narrow band here."""
+        return bool(
+            np.log(LEAST) <= x[2] <= self.widest + 0.7
+            and self.j[0] < x[1] < self.j[-1]
+            and abs(x[3]) < 2.0
+        )
+
+    def scanned(self) -> Array:
+        """The best of bands of all widths, each where most stands out over so many ordinates."""
+        excess = self.power / self.rest
+        total = np.concatenate([[0.0], np.cumsum(excess - np.median(excess) / 0.4549)])
+        best, half = self.start(), LEAST
+        highest = self.log_likelihood(best) if self.inside(best) else -np.inf
+        while np.log(half) <= self.widest:
+            width = max(2, round(2.0 * half))
+            if width < self.j.size // 2:
+                sums = total[width:] - total[:-width]
+                top = int(np.argmax(sums))
+                middle = float(self.j[top]) + 0.5 * (width - 1.0)
+                at = self.rest[top : top + width].mean()
+                # Half of its power is within its half-widths; that of all ordinates is twice the variance's mean.
+                power = max(2.0 * float(sums[top]) * float(at), 1e-300) / self.data.n
+                x = np.array([np.log(power), middle, np.log(half), 0.0])
+                found = self.log_likelihood(x)
+                if found > highest:
+                    best, highest = x, found
+            half *= RATIO
+        return best
+
+    def climbed(self, x: Array) -> Array:
+        """The maximum uphill of coordinates by Fisher's scoring."""
+        for _ in range(MOST):
+            slopes, now = self._slopes(x)
+            value = self._judged(now)
+            gradient = 0.5 * slopes.T @ (self.power / now - 1.0)
+            step = _inverse(slopes) @ gradient
+            if float(gradient @ step) < 2.0 * SAME:
+                break
+            half = float(np.exp(x[2]))
+            # No farther at a time than a band is wide.
+            step /= max(1.0, float(np.max(np.abs(step) / np.array([1.0, half, 1.0, 0.5]))))
+            share = 1.0
+            while share > 1e-3:
+                tried = x + share * step
+                found = self.log_likelihood(tried) if self.inside(tried) else -np.inf
+                if found > value:
+                    break
+                share *= 0.4
+            else:
+                break
+            x, risen = tried, found - value
+            if risen < SAME:
+                break
+        return x
+
+    def _slopes(self, x: Array) -> tuple[Array, Array]:
+        """Change of ln of the spectrum with the coordinates, shape (k, 4), and the spectrum."""
+        now = self.spectrum(x)
+        steps = STEP * np.array([1.0, np.exp(x[2]), 1.0, 1.0])
+        slopes = [(self.spectrum(x + s) - now) / (s.sum() * now) for s in np.diag(steps)]
+        return np.column_stack(slopes), now
+
+    def covariance(self, x: Array) -> Array:
+        """Of the four coordinates, the inverse of their Fisher information, shape (4, 4)."""
+        slopes, _ = self._slopes(x)
+        return _inverse(slopes)
+
+    def errors(self) -> dict[str, float]:
+        """Standard errors of ln of the coefficient and of every shape of the band that the model has."""
+        x = self.start()
+        covariance, effect = self.covariance(x), self.effect(x)
+        out = {effect.coefficient: 0.5 * float(np.sqrt(covariance[0, 0]))}
+        for name in effect.free_shapes:
+            slope = np.zeros(4)
+            for i, step in ((1, STEP * float(np.exp(x[2]))), (2, STEP)):
+                moved = np.zeros(4)
+                moved[i] = step
+                up, down = (self.effect(x + s * moved).values[name] for s in (1.0, -1.0))
+                slope[i] = float(np.log(up / down)) / (2.0 * step)
+            out[name] = float(np.sqrt(slope @ covariance @ slope))
+        return out
+
+
+def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> float:
+    """What logL of the power of bins leaves out where a model has narrow bands: that of the ordinates given their sums.
+
+    Parameters
+    ----------
+    model : Model
+        With values.
+    ordinates : ndarray, shape (n,)
+        Without known functions of time.
+    count : ndarray, shape (bins,)
+        Degrees of freedom of the bins: fewer than their ordinates where neighbours share what they show.
+    """
+    bins, total = data.bins, 0.0
+    taken = np.zeros(bins.edges.size - 1, dtype=bool)
+    for effect in model:
+        if by_ordinates(effect, data):
+            first, last = reach_of(effect, bins, data.rate)
+            taken[first:last] = True
+    if not taken.any():
+        return 0.0
+    terms = data.terms(model)
+    for b in np.flatnonzero(taken):
+        j = np.arange(bins.edges[b], bins.edges[b + 1])
+        expected = density(terms, j, data.n)
+        mean = float(expected.mean())
+        power = ordinates[j] ** 2
+        of_each = np.log(expected / mean) + power * (1.0 / expected - 1.0 / mean)
+        total -= 0.5 * float(count[b] * of_each.mean())
+    return total
+
+
+def _inverse(slopes: Array) -> Array:
+    """Of the Fisher information of coordinates whose units differ."""
+    fisher = 0.5 * slopes.T @ slopes
+    scale = np.sqrt(np.maximum(np.diag(fisher), 1e-300))
+    inverse = np.linalg.pinv(fisher / np.outer(scale, scale), rcond=1e-10, hermitian=True)
+    return np.asarray(inverse / np.outer(scale, scale))
+
+
+def narrowed(
+    model: Model, best: Maximum, part: RandomPart, ordinates: Array
+) -> tuple[Model, Maximum]:
+    """The model with every narrow band where single ordinates have it, and the maximum of the coefficients there.
+
+    Parameters
+    ----------
+    model : Model
+        With values of its coefficients.
+    ordinates : ndarray, shape (n,)
+        Without known functions of time.
+    """
+    data, moved = part.data, False
+    for place, effect in enumerate(model.effects):
+        if not by_ordinates(effect, data):
+            continue
+        assert isinstance(effect, Stochastic)
+        if not effect.values[effect.coefficient]:
+            continue
+        window = Window.of(model, place, data, ordinates)
+        start = window.start()
+        # Where bins put it, it may be anywhere near and of any width.
+        at = window.scanned() if start[2] > window.widest - ENTERED else start
+        x = window.climbed(at)
+        if x is start:
+            continue
+        model = Model((*model.effects[:place], window.effect(x), *model.effects[place + 1 :]))
+        moved = True
+    return (model, part.maximise(model, best)) if moved else (model, best)

@@ -1,0 +1,73 @@
+"""Where single ordinates stand out over less than a bin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.fit.likelihood.peaks import NARROW
+from allanite.fit.likelihood.whitened import whitened_ordinates
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.solution import Solution
+
+__all__ = ["Excess", "narrow_bands", "widths_tried"]
+
+#: Ordinates over which power is averaged, each twice the last: as many as lie in a bin of a million samples.
+WIDTHS = tuple(2**k for k in range(2, 13))
+
+
+@dataclass(frozen=True, slots=True)
+class Excess:
+    """A band (Hz) with more power than a model expects.
+
+    Attributes
+    ----------
+    low, high : float
+        Its ends, Hz.
+    gain : float
+        Rise of logL if the band is flat: k ordinates of m times the power expected explain ½k(m − 1 − ln m).
+    variance : float
+        Of what is in the band, U².
+    """
+
+    low: float
+    high: float
+    gain: float
+    variance: float
+
+
+def widths_tried(n: int) -> int:
+    """How many widths of a band within a bin a record of n samples has, at least 1."""
+    return max(1, sum(width <= NARROW * n for width in WIDTHS))
+
+
+def narrow_bands(solution: Solution, data: Data) -> Iterator[Excess]:
+    """The band of every width that stands out most, where bins are wider than it."""
+    # By the model alone: a discrepancy would take the band for its own.
+    white = whitened_ordinates(solution, data, np.ones(solution.count.size))
+    total = np.cumsum(np.square(white, out=white))
+    hertz = data.rate / (2.0 * data.n)
+    # Ordinates that share what they show count less.
+    share = np.minimum(solution.count / np.diff(data.bins.edges), 1.0)
+    for width in WIDTHS[: widths_tried(data.n)]:
+        first = max(1, int(width / NARROW))
+        sums = total[first + width :] - total[first:-width]
+        if sums.size == 0:
+            continue
+        top = int(np.argmax(sums))
+        mean, at = float(sums[top]) / width, first + 1 + top
+        if mean > 1.0:
+            power = float(np.sum(solution.ordinates[at : at + width] ** 2)) * (1.0 - 1.0 / mean)
+            own = share[int(np.searchsorted(data.bins.edges, at, side="right")) - 1]
+            yield Excess(
+                (at - 0.5) * hertz,
+                (at + width - 0.5) * hertz,
+                0.5 * float(own) * width * (mean - 1.0 - float(np.log(mean))),
+                power / data.n,
+            )

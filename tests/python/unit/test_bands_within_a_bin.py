@@ -1,0 +1,162 @@
+"""A band narrower than a bin: a line whose phase wanders. Named as one band, measured by single ordinates."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import allanite as al
+import generators as g
+from allanite.fit.engine import solve
+from allanite.fit.likelihood.data import column_of, density, prepare
+from allanite.fit.likelihood.peaks import is_narrow, reach_of
+from allanite.fit.shapes.narrow import Window, within_bins
+from allanite.suggestion.screens.narrow import narrow_bands, widths_tried
+
+RATE, LENGTH = 50.0, 90_000
+DURATION = LENGTH / RATE
+N = 0.0126
+
+
+def _recording(samples):
+    return al.Recording(samples, rate=RATE, unit="rad/s")
+
+
+def _wandering(rng, frequency, half_width, amplitude, multiple=1):
+    """A line whose phase is a random walk: a Lorentzian band of this half-width at half its height, Hz."""
+    phase = np.cumsum(rng.standard_normal(LENGTH)) * np.sqrt(4.0 * np.pi * half_width / RATE)
+    t = np.arange(LENGTH) / RATE
+    return amplitude * np.sin(multiple * (2.0 * np.pi * frequency * t + phase)), phase
+
+
+@pytest.mark.parametrize(("frequency", "half_width", "seed"), [(7.3, 0.0016, 0), (18.9, 0.006, 1)])
+def test_a_line_that_wanders_is_one_band_of_its_width(frequency, half_width, seed):
+    rng = np.random.default_rng(seed)
+    x = g.white(rng, LENGTH, RATE, N) + g.walk(rng, LENGTH, RATE, 9e-5)
+    x += _wandering(rng, frequency, half_width, 0.03)[0]
+    study = al.improve(_recording(x), "N+K")
+    assert [r.added.kind for r in study.ladder[1:]] == ["resonance"], study
+    assert study.adequate, study
+    fit = study.fit
+    # 2·half-width·T = 6 and 22 bands in the record: its width is known to √(2/(π·these)), 33 and 17 % (one spread: ×1.4).
+    bands = 2.0 * half_width * DURATION
+    spread = np.exp(3.0 * np.sqrt(2.0 / (np.pi * bands)))
+    width = fit["RES.damping"].value * fit["RES.frequency"].value
+    assert half_width / spread < width < half_width * spread
+    # Its middle is known to a half-width over √(half of these); three of these.
+    assert abs(fit["RES.frequency"].value - frequency) < 3.0 * half_width * np.sqrt(2.0 / bands)
+    # Of a sine of constant size the power is a² / 2, whatever its phase does.
+    assert fit["RES.rms"].value == pytest.approx(0.03 / np.sqrt(2.0), rel=0.15)
+    for name in ("frequency", "damping", "rms"):
+        low, high = fit[f"RES.{name}"].interval
+        assert low < fit[f"RES.{name}"].value < high
+
+
+def test_its_harmonics_come_with_it():
+    rng = np.random.default_rng(3)
+    first, phase = _wandering(rng, 1.7, 0.001, 0.03)
+    t = np.arange(LENGTH) / RATE
+    third = 0.01 * np.sin(3.0 * (2.0 * np.pi * 1.7 * t + phase))
+    study = al.improve(_recording(g.white(rng, LENGTH, RATE, N) + first + third), "N")
+    assert study.adequate, study
+    step = study.ladder[1]
+    assert step.added.kind == "resonance"
+    assert [e.kind for e in step.brought] == ["resonance"]
+    found = sorted(e.frequency for e in study.fit.model if e.kind == "resonance")
+    # Within three of their half-widths: 1 and 9 mHz.
+    assert found == [pytest.approx(1.7, abs=0.003), pytest.approx(5.1, abs=0.027)]
+
+
+def test_a_line_that_does_not_wander_is_a_line():
+    rng = np.random.default_rng(4)
+    x = g.white(rng, LENGTH, RATE, N) + g.sinusoid(LENGTH, RATE, 7.3, 0.004)
+    study = al.improve(_recording(x), "N")
+    assert study.fit.model.name == "N+SIN"
+
+
+def test_noise_has_no_band():
+    rng = np.random.default_rng(5)
+    check = al.fit_model(_recording(g.white(rng, 4096, RATE, N)), "N").check()
+    assert not check.significant
+
+
+@given(
+    frequency=st.floats(2.0, 24.0),
+    ordinates=st.floats(1.0, 20.0),
+    n=st.sampled_from([20_000, 30_011]),
+)
+def test_the_mean_of_a_bin_is_that_of_its_ordinates(frequency, ordinates, n):
+    half = ordinates * RATE / (2.0 * n)
+    band = al.Resonance(frequency=frequency, damping=half / frequency, rms=1.0)
+    data = prepare(_recording(np.random.default_rng(0).standard_normal(n)))
+    found = column_of(al.Model((band,)), band, data)
+    if not is_narrow(band):
+        return
+    first, last = reach_of(band, data.bins, RATE)
+    for b in range(first, last):
+        j = np.arange(data.bins.edges[b], data.bins.edges[b + 1])
+        naive = density(tuple(band.terms(RATE)), j, n).mean()
+        assert found[b] == pytest.approx(naive, rel=1e-9)
+
+
+def test_bins_and_what_is_within_them_are_the_likelihood_of_the_ordinates():
+    """Of two widths of one band: the difference of logL is that of Whittle's of all ordinates near it."""
+    rng = np.random.default_rng(6)
+    x = g.white(rng, LENGTH, RATE, N) + _wandering(rng, 7.3, 0.002, 0.03)[0]
+    data = prepare(_recording(x))
+    found = []
+    for half in (0.001, 0.002, 0.004):
+        band = f"RES(frequency=7.3, damping={half / 7.3}, rms=0.02)"
+        model = al.parse_model(f"N(N={N})+{band}")
+        columns = sum(
+            e.values[e.coefficient] ** 2 * column_of(model, e, data) for e in model.stochastic
+        )
+        power, count = data.bins.power(data.ordinates), data.bins.count
+        binned = -0.5 * float(np.sum(count * (np.log(columns) + power / columns)))
+        first, last = reach_of(model.effects[1], data.bins, RATE)
+        j = np.arange(data.bins.edges[first], data.bins.edges[last])
+        expected = density(data.terms(model), j, data.n)
+        whole = -0.5 * float(np.sum(np.log(expected) + data.ordinates[j] ** 2 / expected))
+        near = slice(first, last)
+        part = -0.5 * float(
+            np.sum(count[near] * (np.log(columns[near]) + power[near] / columns[near]))
+        )
+        assert within_bins(model, data, data.ordinates, count) == pytest.approx(
+            whole - part, abs=1e-6
+        )
+        found.append(binned + whole - part)
+    assert max(found) == found[1]
+
+
+def test_standard_errors_are_those_of_the_curvature():
+    """Fisher's information of the window against second differences of its expected logL."""
+    rng = np.random.default_rng(7)
+    x = g.white(rng, LENGTH, RATE, N) + _wandering(rng, 7.3, 0.004, 0.03)[0]
+    fit = al.fit_model(_recording(x), "N+RES(frequency=7.3, damping=0.0005, rms=0.02)")
+    window = Window.of(fit.model, 1, fit.data, fit.solution.ordinates)
+    at = window.start()
+    expected = Window(window.model, 1, fit.data, window.j, window.spectrum(at), window.rest)
+    steps = np.diag([1e-3, 1e-3 * np.exp(at[2]), 1e-3, 1e-3])
+    curvature = np.empty((4, 4))
+    for i, a in enumerate(steps):
+        for k, b in enumerate(steps):
+            values = [
+                expected.log_likelihood(at + s * a + t * b)
+                for s, t in ((1, 1), (1, -1), (-1, 1), (-1, -1))
+            ]
+            four = values[0] - values[1] - values[2] + values[3]
+            curvature[i, k] = -four / (4.0 * a.sum() * b.sum())
+    naive = np.sqrt(np.diag(np.linalg.inv(curvature)))
+    np.testing.assert_allclose(np.sqrt(np.diag(window.covariance(at))), naive, rtol=0.02)
+
+
+def test_the_excess_is_where_it_was_put():
+    rng = np.random.default_rng(8)
+    samples = g.white(rng, LENGTH, RATE, N) + _wandering(rng, 7.3, 0.003, 0.03)[0]
+    data = prepare(_recording(samples))
+    best = max(narrow_bands(solve(data, al.parse_model("N")), data), key=lambda band: band.gain)
+    assert best.low < 7.303
+    assert best.high > 7.297
+    # Most of the power of the process is in the band.
+    assert best.variance == pytest.approx(0.03**2 / 2.0, rel=0.3)
+    assert widths_tried(100) == 1
