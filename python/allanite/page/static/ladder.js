@@ -1,5 +1,5 @@
 // What is missing, the verdict, the ladder of models.
-import { $, S, act, busy, capital, el, fill, icon, refill, short } from "./core.js";
+import { $, S, act, busy, capital, el, fill, icon, refill, say, short, speak } from "./core.js";
 import { shade } from "./draw.js";
 
 // How far "improve" goes, in % of model discrepancy.
@@ -25,7 +25,22 @@ export function verdict() {
   else out.push(line("bad", "✗ Incomplete:", state.cards.some(c => c.significant) ? "a significant effect is missing" : "the misfit is larger than chance allows"));
   refill($("verdict"), ...out);
 }
+// What explains the record as well as an adequate model: asked for once for each.
+const others = { of: null, text: null };
+function rivals() {
+  const of = S.state.model;
+  if (others.of !== of) Object.assign(others, { of, text: null });
+  const ask = async () => {
+    Object.assign(others, { text: "Looking for other models …" });
+    cards();
+    try { others.text = await speak(`tabs/${S.tab}/part/undecided`); } catch (error) { others.text = null; say(error.message); }
+    cards();
+  };
+  return el("article", { class: "card", "aria-label": "Other models" },
+    others.text === null ? el("button", { "data-work": true, onclick: ask }, "What else explains it?") : el("p", { role: "status" }, others.text));
+}
 export function cards() {
+  if (S.state.adequate && S.state.checked) { refill($("cards"), rivals()); return; }
   refill($("cards"), ...(S.state.adequate ? [] : S.state.cards).map((c, i) => {
     const percent = x => `width:${Math.max(1, Math.round(100 * x))}%`;
     const mark = on => () => shade(on ? c.acts : null);
