@@ -89,6 +89,16 @@ def test_few_samples_are_not_empty_by_chance():
         assert all(_seen(rng.standard_normal(size)) == [] for _ in range(20))
 
 
+def test_the_border_of_an_empty_band_hides_no_line():
+    samples = FILTERED["butterworth 4, 10 Hz"](5) + 0.01 * np.sin(2 * np.pi * 4.0 * _time())
+    behind = "N+B+K+BW(cutoff=10, order=4, design=digital)"
+    fit = al.fit_model(al.Recording(samples, rate=RATE, unit="rad/s"), behind)
+    # A level that half of nothing lowers made what leaks out of the filter's pass band the strongest line.
+    assert fit.discrepancy.percent > 0.0
+    (line,) = (s.effect for s in fit.check().significant if s.kind == "sinusoid")
+    assert line.frequency == pytest.approx(4.0, abs=1e-3)
+
+
 @pytest.mark.long
 def test_lines_of_a_record_behind_a_filter_are_found_where_it_passes():
     samples = FILTERED["butterworth 4, 10 Hz"](5) + 0.01 * np.sin(2 * np.pi * 4.0 * _time())

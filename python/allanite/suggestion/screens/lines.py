@@ -12,6 +12,7 @@ from allanite import _kernels
 from allanite.common.threads import go_on
 from allanite.effects import CATALOGUE, Periodic
 from allanite.fit.engine import solve
+from allanite.fit.likelihood.stop_band import empty
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, regress, window
 from allanite.fit.shapes.shape import ZOOM, polish_line
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
+    from allanite.spectrum import Bins
 
 __all__ = ["screen_lines"]
 
@@ -43,11 +45,13 @@ WIDE = 256
 MEDIAN = 0.4549
 
 
-def _over_level(power: NDArray[np.float64], floor: float) -> list[tuple[int, float]]:
+def _over_level(power: NDArray[np.float64], floor: float, bins: Bins) -> list[tuple[int, float]]:
     """Divides power in place by the level of its neighbourhood: a band that the model misses is not a line.
 
-    Returned are the end (exclusive) and the level of each stretch.
+    Nothing is raised beside an empty bin, which has no level. Returned are the end (exclusive) and the level of each
+    stretch.
     """
+    gone = np.flatnonzero(empty(bins))
     edges = np.unique(
         np.concatenate(
             [
@@ -59,7 +63,9 @@ def _over_level(power: NDArray[np.float64], floor: float) -> list[tuple[int, flo
     edges = np.unique(np.append(edges[edges < power.size - 32], power.size))
     levels = []
     for low, high in itertools.pairwise(edges):
-        level = max(floor, float(np.median(power[low:high])) / np.log(2.0))
+        beside = np.any((bins.edges[gone] < high) & (bins.edges[gone + 1] > low))
+        least = 1.0 if beside else floor
+        level = max(least, float(np.median(power[low:high])) / np.log(2.0))
         power[low:high] /= level
         levels.append((int(high), level))
     return levels
@@ -74,7 +80,7 @@ def screen_lines(
         plain = whitened_ordinates(solution, data, np.ones(solution.count.size))
         whitened = _kernels.inverse_cosine_transform(plain)
     ratio = _kernels.padded_periodogram(whitened)
-    levels = _over_level(ratio, floor=1.0 if solution.best.scale is None else 0.01)
+    levels = _over_level(ratio, 1.0 if solution.best.scale is None else 0.01, data.bins)
     ratio[: 2 * FEWEST_CYCLES] = 0.0
     ratio[-2:] = 0.0
     noise = solution.noise(data)
