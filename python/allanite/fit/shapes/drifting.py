@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data, Noise
 
-__all__ = ["SAME", "Band", "band_about", "polish_drifting", "seen_at"]
+__all__ = ["MOST_WIDTH", "SAME", "Band", "band_about", "polish_drifting", "seen_at"]
 
 #: Ordinates beside the frequencies that a line passes: in its regression, and in its search.
 BESIDE, LEAST_WIDTH, MOST_WIDTH = 512, 1024, 4096

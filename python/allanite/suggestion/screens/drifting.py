@@ -14,7 +14,7 @@ from allanite.effects import CATALOGUE, Deterministic, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.deterministic import design_of, regress
-from allanite.fit.shapes.drifting import Band, band_about, polish_drifting, seen_at
+from allanite.fit.shapes.drifting import MOST_WIDTH, Band, band_about, polish_drifting, seen_at
 from allanite.suggestion.evidence import Family, line_trials, log_chance
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -30,6 +30,8 @@ __all__ = ["CLEAR", "bands_above", "screen_drifting", "wanted", "with_it"]
 LEAST, CLEAR = 3.0, 8.0
 #: Ordinates over which power is averaged, what one counts at most, and by how many standard deviations it must stand out.
 WIDTHS, TALLEST, STANDS_OUT = (64, 256, 1024, 4096), 20.0, 4.0
+#: Times the excess power beside it that of a line at least is.
+ALONE = 2.0
 #: Least drift over the record, in cycles of it, that is one.
 DRIFTS = 1.0
 
@@ -96,7 +98,10 @@ def _places(
         if width < excess.size // 4:
             mean = (total[width:] - total[:-width]) / width
             top = int(np.argmax(mean))
-            if (mean[top] - 1.0) * np.sqrt(0.5 * width) > STANDS_OUT:
+            above = float(mean[top]) - 1.0
+            # What is as high beside it is wider, and may be a line at another width.
+            beside = np.mean(mean[[max(0, top - width), min(mean.size - 1, top + width)]]) - 1.0
+            if above * np.sqrt(0.5 * width) > STANDS_OUT and above > ALONE * beside:
                 yield (top + 1) / (2.0 * data.duration), (top + width) / (2.0 * data.duration)
     narrow = [
         c
@@ -105,7 +110,10 @@ def _places(
     ]
     for one in sorted(narrow, key=lambda c: -c.gain)[:1]:
         assert one.effect.occupies is not None
-        yield one.effect.occupies
+        low, high = one.effect.occupies
+        # No line that is looked for drifts as far as a wide band is wide.
+        if (high - low) * data.duration < MOST_WIDTH:
+            yield low, high
 
 
 def _best(
