@@ -219,10 +219,12 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     added = suggestion.effect
     # The curve says nothing of when a sensor is loud.
     elsewhere = isinstance(added, Modifier) and added.passing
-    if not elsewhere and not _errors_fall(fit, better):
-        pair = _with_another(fit, better, check)
-        if pair is None:
-            return None
+    falls = elsewhere or _errors_fall(fit, better)
+    wider = not elsewhere and _wider(fit, better)
+    pair = None if falls and not wider else _with_another(fit, better, check, falls)
+    if pair is None and not falls:
+        return None
+    if pair is not None:
         risen += pair[0].solution.log_likelihood - before
         return Rung(pair[0], added, risen=risen, brought=(pair[1],))
     changes = several_levels(better, asked) if elsewhere else []
@@ -329,11 +331,17 @@ def _touched(places: set[int], ladder: Sequence[Rung], better: Fit) -> set[int]:
     return (places - stay) | (places & {len(better.model) - 1})
 
 
-def _with_another(before: Fit, better: Fit, check: Check) -> tuple[Fit, Effect] | None:
+def _with_another(before: Fit, better: Fit, check: Check, falls: bool) -> tuple[Fit, Effect] | None:
     """The fit with one effect more, where an addition shows that two are missing: alone it lets an error rise.
 
-    Of those that `check` found missing before, else of those that are missing beside the addition.
+    Of those that `check` found missing before, else of those that are missing beside the addition. Where the errors fall
+    but for a discrepancy that is larger within its interval, one is taken that is clearly better and makes it smaller.
     """
+    if falls:
+        pair = _best_beside(before, better, check_fit(better).significant)
+        if pair is None or _wider(before, pair[0]):
+            return None
+        return pair if gained(pair[0].solution, better.solution, better.data) > RIVAL else None
     new = better.model.effects[-1].kind
     known = [s for s in check.significant if s.kind != new]
     return _best_beside(before, better, known) or _best_beside(
@@ -353,6 +361,11 @@ def _best_beside(
         if predicts and _errors_fall(before, both):
             return both, suggestion.effect
     return None
+
+
+def _wider(before: Fit, after: Fit) -> bool:
+    """Whether the discrepancy is larger, by anything."""
+    return after.discrepancy.percent > before.discrepancy.percent
 
 
 def _errors_fall(before: Fit, after: Fit) -> bool:
@@ -380,6 +393,6 @@ def _predicts(before: Fit, after: Fit) -> bool:
     old, new = before.error.predictive, after.error.predictive
     if old is None or new is None:
         return True
-    if after.discrepancy.percent > before.discrepancy.percent and compare(old, new)[0] > 0.0:
+    if _wider(before, after) and compare(old, new)[0] > 0.0:
         return False
     return not worse(old, new)

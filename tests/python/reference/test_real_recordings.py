@@ -1,5 +1,7 @@
 """Recordings of real sensors, measured and in part analysed by others (skipped where they are not at hand)."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -165,3 +167,28 @@ def test_a_whale_tag_whose_drift_is_not_the_temperature(record, which):
     """The sign of the slope of gyro_x against temperature changes with the time scale."""
     check = al.fit_model(record(f"cats_thermal_{which}.npz", "gyro_x"), "N+K").check()
     assert "covariate" not in [s.kind for s in check.significant]
+
+
+@pytest.mark.long
+def test_the_line_of_the_accelerometer_is_a_narrow_band_with_its_harmonic(record):
+    """Half of its power is within ±0.4 mHz; the third harmonic wanders three times as far at least."""
+    step = al.improve(record("adis16405_imu1.npz", "acc_x"), "N+B+K", limit=1).ladder[1]
+    first, third = (e for e in step.fit.model if e.kind == "resonance")
+    assert [e.kind for e in step.brought] == ["resonance"]
+    assert first.frequency == pytest.approx(0.5641, abs=2e-4)
+    assert third.frequency == pytest.approx(3.0 * first.frequency, abs=3e-3)
+    widths = [e.damping * e.frequency for e in (first, third)]
+    assert 2e-4 < widths[0] < 8e-4
+    assert widths[1] > 3.0 * widths[0]
+
+
+@pytest.mark.long
+def test_neither_misfit_nor_discrepancy_of_the_gyroscope_rises(record):
+    """A hump at 20 Hz and a filter: one alone leaves a larger discrepancy."""
+    study = al.improve(record("adis16405_imu1.npz", "gyro_z"), "N+B+K")
+    assert {study.ladder[1].added.kind, *(e.kind for e in study.ladder[1].brought)} == {
+        "resonance",
+        "bandwidth",
+    }
+    for left in (study.misfit_left, [r.fit.discrepancy.percent for r in study.ladder]):
+        assert all(after <= before for before, after in itertools.pairwise(left)), left
