@@ -1,7 +1,5 @@
 """A line that is there for a part of the record: named as one, measured, and nothing else is taken for it."""
 
-import itertools
-
 import numpy as np
 import pytest
 
@@ -86,15 +84,16 @@ def test_without_values_it_is_looked_for():
     assert fit["TONE.start"].value == pytest.approx(400.0, abs=20.0)
 
 
-@pytest.mark.long
-def test_what_swells_and_fades_is_no_two_bursts_at_a_time():
+def test_what_fades_is_one_narrow_band():
     rng = np.random.default_rng(8)
     t = np.arange(LENGTH) / RATE
     x = _noise(rng) + 0.05 * np.exp(-t / 200.0) * np.sin(2.0 * np.pi * 7.3 * t)
     study = al.improve(_recording(x), "N+B+K")
-    when = sorted(e.when for e in study.fit.model.effects if e.kind == "tone_burst")
-    assert when
-    assert all(a[1] <= b[0] for a, b in itertools.pairwise(when)), study
+    # Its spectrum is that of a band of 1/(2π·200 s) to either side: 0.8 mHz.
+    assert [r.added.kind for r in study.ladder[1:]] == ["resonance"], study
+    assert study.fit["RES.frequency"].value == pytest.approx(7.3, abs=2e-3)
+    low, high = (end * 7.3 for end in study.fit["RES.damping"].interval)
+    assert low < 8e-4 < high
 
 
 def test_a_loud_stretch_is_none():
