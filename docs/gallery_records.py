@@ -51,7 +51,7 @@ def first_is(check: al.Check, *kinds: str) -> Expected:
 
 def added(study: al.Study) -> list[al.Effect]:
     """Effects that the ladder added, in order."""
-    return [rung.added for rung in study.ladder if rung.added is not None]
+    return [effect for rung in study.ladder for effect in rung.new]
 
 
 def long_error(fit: al.Fit, beyond: float) -> float:

@@ -6,7 +6,7 @@ from allanite.effects._level import Level
 from allanite.effects._modifier import Modifier
 from allanite.effects.files import model_from_dict, model_to_dict, parse_model
 from allanite.effects.model import Model
-from allanite.effects.registry import CATALOGUE, find, register, standard, white_noise
+from allanite.effects.registry import CATALOGUE, find, register, standard, title_of, white_noise
 
 __all__ = [
     "CATALOGUE",
@@ -25,5 +25,6 @@ __all__ = [
     "parse_model",
     "register",
     "standard",
+    "title_of",
     "white_noise",
 ]

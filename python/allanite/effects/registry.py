@@ -187,6 +187,12 @@ def find(name: str) -> type[Effect] | None:
     return CATALOGUE.find(name)
 
 
+def title_of(kind: str) -> str:
+    """What an effect of a kind is called; of one that is not registered the words of its kind."""
+    effect = find(kind)
+    return kind.replace("_", " ") if effect is None else effect.title
+
+
 def register(effect: E) -> E:
     """Add your own effect to the catalogue: model strings and files, checks, plans and figures know it.
 

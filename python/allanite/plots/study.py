@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_study"]
 
+#: Letters that a title has room for.
+TITLE = 92
+
 
 def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
     """The error of each rung (misfit left, Allan deviation, discrepancy) beside the first and the last model.
@@ -51,9 +54,9 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
         _bars("discrepancy (%)", names, [f.discrepancy.percent for f in fits], None, 2),
         _before_after(study, 3),
     )
-    title = (
-        f"{recording_text(study.recording)} · from {fits[0].model.name} to {fits[-1].model.name}"
-    )
+    title = f"{recording_text(study.recording)} · from {fits[0].model.name} to "
+    last = fits[-1].model
+    title += last.name if len(title) + len(last.name) <= TITLE else f"{len(last)} effects"
     figure = Figure(title, _ending(study), panels, widths=(1.0, 1.0, 1.0, 3.2), kind="study")
     if path is not None:
         figure.save(path, theme)
@@ -63,11 +66,13 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
 def _rung_text(rung: Rung) -> str:
     if not rung.changes:
         return f"start\n{rung.fit.model.name}"
-    lines = list(rung.changes)
-    if rung.added is not None and not rung.removed:
-        lines[0] = f"+ {effect_text(rung.fit, rung.added)}"
-        lines.append(values_text(rung.fit.model.effects[-1], rung.fit.estimates[-1], most=1))
-    return "\n".join(line for line in lines if line)
+    if rung.removed:
+        return "\n".join(rung.changes)
+    # Nothing has moved what is new from the end of the model.
+    values = zip(rung.fit.model.effects, rung.fit.estimates, strict=True)
+    last = [values_text(*own, most=1) for own in values][-len(rung.new) :]
+    lines = [f"+ {effect_text(rung.fit, rung.new[0])}", *rung.changes[1:]]
+    return "\n".join(text for pair in zip(lines, last, strict=True) for text in pair if text)
 
 
 def _colors(rungs: int) -> tuple[str, ...]:

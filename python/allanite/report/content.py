@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import chance_text, harmonics_text, tidy, trials_text
 from allanite.common.units import column_unit
-from allanite.effects import find
+from allanite.effects import find, title_of
 from allanite.fit.table import undecided_sentence
 from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time
 from allanite.plots.words import in_unit, unit_text
@@ -314,7 +314,7 @@ def _card(check: Any, suggestion: Any, told: dict[str, Any], place: str, rank: i
     terms.append(("size", ("removes ", *_flat(removes), " % of the spectrum's misfit")))
     rivals = told.get("rivals")
     if rivals:
-        names = ", ".join(kind.replace("_", " ") for kind in rivals)
+        names = ", ".join(map(title_of, rivals))
         terms.append(("cannot be told from", names))
     terms.append(("to confirm", tidy(str(told["check_by"]))))
     name = check.fit.display_name(suggestion.effect)

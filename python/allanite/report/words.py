@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import number, numbers_text
 from allanite.common.units import conversion, parse_unit
+from allanite.effects import title_of
 from allanite.plots.words import duration_text, effect_text, unit_text, values_text
 from allanite.report.blocks import Cell, Number
 
@@ -157,7 +158,7 @@ def _removed(study: Any) -> str:
     there = {effect.kind for effect in study.fit.model}
     gone = dict.fromkeys(kind for rung in study.ladder for kind in rung.removed)
     kinds = [kind for kind in gone if kind not in there]
-    names = ", ".join(kind.replace("_", " ") for kind in kinds)
+    names = ", ".join(map(title_of, kinds))
     return f"Made needless and taken out: {names}. " if names else ""
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
 from allanite.common import verbs
+from allanite.effects import title_of
 from allanite.fit.rivals.undecided import Undecided, undecided
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ class Rung:
     @property
     def changes(self) -> tuple[str, ...]:
         """What was done, one text an effect: ``+ sinusoid``, ``− rate random walk``."""
-        gone = tuple(f"− {kind.replace('_', ' ')}" for kind in self.removed)
+        gone = tuple(f"− {title_of(kind)}" for kind in self.removed)
         return (*(f"+ {self.fit.display_name(e)}" for e in self.new), *gone)
 
     def __repr__(self) -> str:
