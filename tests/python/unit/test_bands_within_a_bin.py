@@ -52,6 +52,18 @@ def test_a_line_that_wanders_is_one_band_of_its_width(frequency, half_width, see
         assert low < fit[f"RES.{name}"].value < high
 
 
+def test_what_is_held_stays():
+    rng = np.random.default_rng(9)
+    x = g.white(rng, LENGTH, RATE, N) + _wandering(rng, 7.3, 0.003, 0.03)[0]
+    values = {"frequency": 7.3, "damping": 0.003 / 7.3, "rms": 0.03 / np.sqrt(2.0)}
+    for held in ("rms", "damping"):
+        band = al.Resonance(**values | {held: 0.8 * values[held]}, hold=(held,))
+        fit = al.fit_model(_recording(x), al.Model((al.AngleRandomWalk(), band)))
+        assert fit.model.effects[1].values[held] == 0.8 * values[held]
+        # With one shape held the other is found in the bins, 1.2 % wide.
+        assert fit.model.effects[1].frequency == pytest.approx(7.3, abs=0.05)
+
+
 def test_its_harmonics_come_with_it():
     rng = np.random.default_rng(3)
     first, phase = _wandering(rng, 1.7, 0.001, 0.03)

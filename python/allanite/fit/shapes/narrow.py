@@ -253,6 +253,8 @@ def narrowed(
         x = window.climbed(at)
         if x is start:
             continue
-        model = Model((*model.effects[:place], window.effect(x), *model.effects[place + 1 :]))
+        # The strength is that of the bins, or held.
+        found = window.effect(x)
+        model = model.replaced(place, **{n: found.values[n] for n in effect.free_shapes})
         moved = True
     return (model, part.maximise(model, best)) if moved else (model, best)
