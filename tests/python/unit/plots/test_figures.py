@@ -67,7 +67,7 @@ def test_study_of_one_rung(fits, check):
 def test_a_removed_effect_is_a_step_of_the_ladder(fits, check):
     ladder = (Rung(fits[1]), Rung(fits[0], None, ("gauss_markov",)))
     figure = plot_study(Study(fits[0].recording, ladder, check, "adequate"))
-    assert figure.panels[0].y.ticks[1][1] == "− gauss markov"
+    assert figure.panels[0].y.ticks[1][1] == "− Gauss-Markov process"
 
 
 def test_what_took_the_place_of_another_is_a_step_too(fits, check):
