@@ -1,7 +1,7 @@
 """A band narrower than a bin: is it named as one, and do its intervals hold the truth?
 
 Records of an hour at 50 Hz of N+B+K and a resonance of 3 to 100 ordinates between its half-power points, at 2 to 20 Hz,
-with an expected rise of logL of some 60 or more. The samples come from tests/python/generators.py.
+with 30 times the power of the white noise there. The samples come from tests/python/generators.py.
 
     python benches/claims/narrow_bands.py [--seeds 40]
 """

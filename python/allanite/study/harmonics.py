@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.effects import Model, Stochastic
 from allanite.fit import refitted
@@ -36,12 +37,11 @@ def harmonics_of(fit: Fit, effect: Effect) -> tuple[Fit, tuple[Effect, ...]]:
     low, high = effect.occupies
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     data = fit.data
-    white = whitened_ordinates(fit.solution, data, np.ones(fit.solution.count.size))
-    white *= white
+    white = _power(fit)
     for m in range(2, HIGHEST + 1):
         # The phase of a multiple wanders m times as far: where that is a random walk, its band is m² times as wide.
-        near = m * half, m * m * half
-        first, last = (round(2.0 * (m * middle + s * near[1]) * data.duration) for s in (-1.0, 1.0))
+        wide = m * m * half
+        first, last = (round(2.0 * (m * middle + s * wide) * data.duration) for s in (-1.0, 1.0))
         if last >= data.n or first < 1:
             break
         excess = white[first : last + 1]
@@ -49,9 +49,9 @@ def harmonics_of(fit: Fit, effect: Effect) -> tuple[Fit, tuple[Effect, ...]]:
         if (excess.mean() - 1.0) * np.sqrt(0.5 * count) < STANDS_OUT:
             continue
         there = [e.occupies for e in fit.model if e.occupies is not None]
-        if any(b > m * middle - near[1] and a < m * middle + near[1] for a, b in there):
+        if any(b > m * middle - wide and a < m * middle + wide for a, b in there):
             continue
-        made = effect.banded(m * middle - near[0], m * middle + near[0])
+        made = effect.banded(m * low, m * high)
         assert made is not None
         power = float(np.sum(fit.solution.ordinates[first : last + 1] ** 2))
         power *= max(1.0 - 1.0 / float(excess.mean()), 0.0) / data.n
@@ -61,9 +61,14 @@ def harmonics_of(fit: Fit, effect: Effect) -> tuple[Fit, tuple[Effect, ...]]:
         if not by_ordinates(own, data) or own.occupies is None:
             continue
         at = 0.5 * sum(own.occupies)
-        close = abs(at - m * middle) < near[1]
+        close = abs(at - m * middle) < wide
         if close and evidence(better.solution) > evidence(fit.solution) + RIVAL:
             fit, found = better, [*found, own]
-            white = whitened_ordinates(fit.solution, data, np.ones(fit.solution.count.size))
-            white *= white
+            white = _power(fit)
     return fit, tuple(found)
+
+
+def _power(fit: Fit) -> NDArray[np.float64]:
+    """Squared residual ordinates over what the model expects of them, shape (n,)."""
+    white = whitened_ordinates(fit.solution, fit.data, np.ones(fit.solution.count.size))
+    return np.square(white, out=white)

@@ -129,8 +129,12 @@ class Study:
     @property
     def verdict(self) -> str:
         """``adequate``, ``within tolerance`` or ``unexplained``."""
-        known = {"adequate", "within tolerance"}
-        return self.stopped_because if self.stopped_because in known else "unexplained"
+        return self.stopped_because if self._good_enough else "unexplained"
+
+    @property
+    def _good_enough(self) -> bool:
+        """Whether the search ended because the last model suffices."""
+        return self.stopped_because in {"adequate", "within tolerance"}
 
     @property
     def misfit_left(self) -> tuple[float, ...]:
@@ -186,7 +190,7 @@ class Study:
                 f"{i:>2}  {added:{wide}} {left:>11} {discrepancy:>11} {rms:>9} {worst:>20} {predictive:>11}  {model}"
             )
         lines.append(f"stopped: {self.ending}")
-        if self.verdict == "unexplained":
+        if not self._good_enough:
             left_over = self.check.left
             lines += ["left unexplained:", *(f"  {s}" for s in left_over)] if left_over else []
         lines += ["", fit_table(self.fit, remedy="")]
@@ -240,7 +244,7 @@ class Study:
 
         head = ("step", "misfit left", "discrepancy", "ADEV rms", "worst", "prediction", "model")
         title = f"{self.recording.path or 'recording'} · {self.recording.columns[0]}"
-        left = self.check.left if self.verdict == "unexplained" else []
+        left = [] if self._good_enough else self.check.left
         ending = [f"stopped: {self.ending}", *left]
         if self.undecided is not None:
             ending.append(undecided_sentence(self.fit, self.undecided))

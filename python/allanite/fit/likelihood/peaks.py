@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.spectrum import Bins
 
-__all__ = ["by_ordinates", "is_narrow", "nodes_of", "reach_of"]
+__all__ = ["by_ordinates", "is_narrow", "nodes_of", "reach_of", "seen_singly"]
 
 #: Width of a band, in parts of its frequency, below which bins, which are 1.2 % wide, do not show it.
 NARROW = 0.012
@@ -32,9 +32,14 @@ def is_narrow(effect: Effect) -> bool:
     return 0.0 < high - low < 0.5 * NARROW * (low + high)
 
 
+def seen_singly(data: Data) -> bool:
+    """Whether every ordinate is kept (not those of a summary) and shows itself alone (not where samples are missing)."""
+    return data.gain is None and data.ordinates.size == data.n
+
+
 def by_ordinates(effect: Effect, data: Data) -> bool:
     """Whether the shapes of an effect are fitted to single ordinates: of a narrow band, where the record has them all."""
-    if not is_narrow(effect) or data.gain is not None or data.ordinates.size < data.n:
+    if not is_narrow(effect) or not seen_singly(data):
         return False
     assert isinstance(effect, Stochastic)
     free = len(effect.free_shapes) == sum(p.role == "shape" for p in effect.parameters)

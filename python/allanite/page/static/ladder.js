@@ -31,17 +31,20 @@ function rivals() {
   const of = S.state.model;
   if (others.of !== of) Object.assign(others, { of, text: null });
   const ask = async () => {
-    Object.assign(others, { text: "Looking for other models …" });
+    others.text = "Looking for other models …";
     cards();
-    try { others.text = await speak(`tabs/${S.tab}/part/undecided`); } catch (error) { others.text = null; say(error.message); }
+    let told = null;
+    try { told = await speak(`tabs/${S.tab}/part/undecided`); } catch (error) { say(error.message); }
+    if (others.of !== of) return; // another model is looked at
+    others.text = told;
     cards();
   };
   return el("article", { class: "card", "aria-label": "Other models" },
     others.text === null ? el("button", { "data-work": true, onclick: ask }, "What else explains it?") : el("p", { role: "status" }, others.text));
 }
 export function cards() {
-  if (S.state.adequate && S.state.checked) { refill($("cards"), rivals()); return; }
-  refill($("cards"), ...(S.state.adequate ? [] : S.state.cards).map((c, i) => {
+  if (S.state.adequate) { refill($("cards"), rivals()); return; }
+  refill($("cards"), ...S.state.cards.map((c, i) => {
     const percent = x => `width:${Math.max(1, Math.round(100 * x))}%`;
     const mark = on => () => shade(on ? c.acts : null);
     const bar = (name, share, text, kind = "", more = text) => el("span", { class: "measure", title: `${name}: ${more}` }, el("span", { class: "track" }, el("i", { class: kind, style: percent(share) })), text);

@@ -12,6 +12,7 @@ import numpy as np
 
 from allanite.effects import CATALOGUE, Deterministic, Stochastic
 from allanite.fit.engine import solve
+from allanite.fit.likelihood.peaks import seen_singly
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.deterministic import design_of, regress
 from allanite.fit.shapes.drifting import MOST_WIDTH, Band, band_about, polish_drifting, seen_at
@@ -43,7 +44,7 @@ def bands_above(
 
     A summary keeps the lowest ordinates alone: it has no phase.
     """
-    if solution.ordinates.size < data.n or data.gain is not None:
+    if not seen_singly(data):
         return ()
     noise = solution.noise(data)
     return tuple(

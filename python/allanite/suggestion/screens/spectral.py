@@ -18,7 +18,7 @@ from allanite.common.showing import brief
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.data import column_of
-from allanite.fit.likelihood.peaks import by_ordinates
+from allanite.fit.likelihood.peaks import by_ordinates, seen_singly
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import climb_many
 from allanite.fit.shapes.polish import polish
@@ -161,9 +161,9 @@ def screen_spectral(solution: Solution, data: Data) -> Screen:
 def _within_a_bin(point: Effect, base: Solution, part: RandomPart) -> Candidate | None:
     """The band narrower than a bin that stands out most in single ordinates; bins would not see a weak one."""
     data = part.data
-    if not isinstance(point, Stochastic) or base.ordinates.size < data.n or data.gain is not None:
+    if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
         return None
-    if point.banded(1.0, 1.001) is None:
+    if not seen_singly(data):
         return None
     best = max(narrow_bands(base, data), key=lambda band: band.gain, default=None)
     if best is None or _chance(FLAT * best.gain, data) > np.log(FALSE_ALARM):
