@@ -57,9 +57,9 @@ def test_no_view_hides_or_covers_its_words(context, server):
     tab = context.new_page()
     tab.goto(server.url)
     tab.wait_for_selector(READY)
-    # One with a card, the verdict and its choices.
+    # One whose card is a suggestion (that of an adequate axis has no title), the verdict and its choices.
     tab.locator("[data-axis='2']").click()
-    tab.wait_for_selector(".card")
+    tab.wait_for_selector(".card h3")
     tab.wait_for_selector(READY)
     names = [
         *tab.locator(".axis .label").all_inner_texts(),
@@ -122,10 +122,12 @@ def test_a_print_is_dark_on_white_and_names_what_is_missing(context, server, sch
     tab.goto(server.url)
     tab.wait_for_selector(READY)
     tab.locator("[data-axis='2']").click()
-    tab.wait_for_selector(".card")
+    tab.wait_for_selector(".card h3")
     tab.wait_for_selector(READY)
     tab.set_viewport_size({"width": 794, "height": 1123})
     tab.emulate_media(media="print", color_scheme=scheme)
+    if not tab.evaluate("matchMedia('print').matches"):
+        pytest.skip("this browser, driven by WebDriver BiDi, does not show how it prints")
     assert tab.locator(".card h3").first.is_visible()
     assert not tab.locator("#enough").is_visible()
     color = tab.evaluate("getComputedStyle(document.body).color.match(/\\d+/g).map(Number)")
