@@ -163,6 +163,7 @@ def many_tabs(folder):
     bench.until(lambda s: not s["job"]["busy"])
     at_work = [bench.client.post("tabs").json()["tab"] for _ in range(10)]
     time.sleep(3.0)
+    bench.watch.lap()
     bench.first_view()
     for tab in [*at_work, bench.tab]:
         bench.client.post(f"tabs/{tab}/close").raise_for_status()

@@ -119,16 +119,20 @@ class Bench:
 
     # -- work ----------------------------------------------------------------------------------------
 
-    def run(self, name: str, work: Callable[[Job], object]) -> None:
-        """Start a job; one at a time."""
+    def run(self, name: str, work: Callable[[Job], object], *, follows: bool = False) -> None:
+        """Start a job; one at a time. One that `follows` needs what is being looked for, and waits for it."""
         with self.lock:
-            if self.job is not None and self.job.busy:
-                if not self.job.gives_way:
-                    raise InputError(f"Still at work ({self.job.name}): wait, or cancel it")
-                self.job.cancel()
+            before = self.job if self.busy else None
+            if before is not None:
+                if not before.gives_way:
+                    raise InputError(f"Still at work ({before.name}): wait, or cancel it")
+                if not follows:
+                    before.cancel()
 
             def guarded(job: Job) -> None:
                 try:
+                    if before is not None and follows:
+                        job.await_end(before)
                     work(job)
                 finally:
                     self.changed()
@@ -242,7 +246,8 @@ class Bench:
             # The measured curve is shown while the samples are looked over and the model is fitted.
             self.works[place] = work
         job.say("Looking the samples over")
-        _ = work.recording.audit  # kept by it, at hand for every request
+        with self.sources[place].shared.alone(lambda: job.progress(0, 0)):
+            _ = work.recording.audit  # kept by it, at hand for every request
         with self.change(job):
             work.audited = True
 

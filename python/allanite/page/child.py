@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Table
 
-__all__ = ["ask"]
+__all__ = ["LOOK", "ask"]
 
 #: Of the free memory, what a reader may take.
 SHARE = 0.7

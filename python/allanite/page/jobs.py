@@ -80,6 +80,19 @@ class Job:
         self._since = time.monotonic()
         self.progress(0, 0)
 
+    def await_end(self, other: Job) -> None:
+        """Wait until another job has ended, which ends with this one."""
+        name = self.name
+        try:
+            while other.busy:
+                self.name = other.name
+                self.progress(other.done, other.total)
+                time.sleep(0.02)
+        except Ended:
+            other.cancel()
+            raise
+        self.say(name)
+
     def take_turn(self) -> None:
         """Wait while other tabs search; the turn is given back at the end of the job."""
         name, told = self.name, False

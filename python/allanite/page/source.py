@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import re
 import tempfile
+import threading
+import weakref
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from allanite.common.errors import InputError, about
 from allanite.effects import Model
-from allanite.page.child import ask
+from allanite.page.child import LOOK, ask
 from allanite.readers import FORMATS
 from allanite.recording import Recording
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from allanite.effects import Effect
 
@@ -68,6 +71,49 @@ class Reading:
         }
 
 
+#: Called again and again while something is waited for; what it raises ends the waiting.
+Watch: TypeAlias = "Callable[[], None] | None"
+
+
+class Shared:
+    """What tabs have of one log: it is read once, and forgotten with the last of them."""
+
+    def __init__(self) -> None:
+        self._gate = threading.Lock()
+        self._found: Callable[[], Recording | None] = lambda: None
+        self._state: tuple[int, int] | None = None
+
+    def get(self, path: Path, read: Callable[[], Recording], watch: Watch) -> Recording:
+        """The recording that another tab has, or that is read now; a file that was changed since is read again."""
+        with self.alone(watch):
+            state = _state(path)
+            found = self._found() if state == self._state else None
+            if found is None:
+                found = read()
+                self._found, self._state = weakref.ref(found), state
+            return found
+
+    @contextmanager
+    def alone(self, watch: Watch) -> Iterator[None]:
+        """Do what another tab need not do again; `watch` is called until it is this one's turn."""
+        while not self._gate.acquire(timeout=LOOK):
+            if watch is not None:
+                watch()
+        try:
+            yield
+        finally:
+            self._gate.release()
+
+
+def _state(path: Path) -> tuple[int, int] | None:
+    """What changes with a file; None where there is none, which the reader says."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
     """A log by its name; where it lies is never told to the browser."""
@@ -76,8 +122,9 @@ class Source:
     path: Path | None = None
     recording: Recording | None = None
     reading: Reading = Reading()
+    shared: Shared = field(default_factory=Shared)
 
-    def read(self, reading: Reading, watch: Callable[[], None] | None = None) -> Recording:
+    def read(self, reading: Reading, watch: Watch = None) -> Recording:
         """All sensor columns; `watch` is called meanwhile, and what it raises ends the reading.
 
         Raises
@@ -87,7 +134,14 @@ class Source:
         """
         recording = self.recording
         if recording is None:
-            recording = self._ask("read", reading, watch).called(self.name)
+            assert self.path is not None
+
+            def read() -> Recording:
+                found: Recording = self._ask("read", reading, watch)
+                return found.called(self.name)
+
+            same = reading == self.reading
+            recording = self.shared.get(self.path, read, watch) if same else read()
         return recording if reading.output_unit is None else recording.to(reading.output_unit)
 
     def inspect(self, reading: Reading) -> dict[str, Any]:
@@ -103,14 +157,14 @@ class Source:
             "problem": problem and problem.replace(text, self.name),
         }
 
-    def _ask(self, what: str, reading: Reading, watch: Callable[[], None] | None) -> Any:
+    def _ask(self, what: str, reading: Reading, watch: Watch) -> Any:
         assert self.path is not None
         with about(self.name, instead=self.path):
             return ask(what, self.path, reading.options(), watch)
 
     def with_reading(self, reading: Reading) -> Source:
         """The same log, to be read otherwise."""
-        return replace(self, reading=reading)
+        return replace(self, reading=reading, shared=Shared())
 
 
 def check_name(name: str) -> str:

@@ -150,7 +150,8 @@ class Tab(Bench):
                         "No effect lowers the error without predicting unseen data worse"
                     )
 
-        self.run("Improving", work)
+        # The check that it begins with may be at work by itself.
+        self.run("Improving", work, follows=True)
 
     def _improve(self, job: Job, column: int, before: str) -> bool:
         """Whether the search ended because the model is adequate, or long enough."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +30,7 @@ __all__ = ["QUANTITIES", "Recording", "find_column"]
 QUANTITIES = ("rate", "increment", "angle")
 
 
-@dataclass(frozen=True, slots=True, init=False, eq=False, repr=False)
+@dataclass(frozen=True, slots=True, weakref_slot=True, init=False, eq=False, repr=False)
 class Recording:
     """Samples at a constant rate, with what is known about them.
 
@@ -175,8 +175,8 @@ class Recording:
     def _with(self, **changes: Any) -> Recording:
         """Copy with some fields changed; the checks of `__init__` are not repeated."""
         other = object.__new__(Recording)
-        fields = {name: getattr(self, name) for name in self.__slots__}
-        other._fix(**{**fields, "_audit": None, **changes})
+        same = {field.name: getattr(self, field.name) for field in fields(self)}
+        other._fix(**{**same, "_audit": None, **changes})
         return other
 
     def in_units(self, units: Mapping[str, str]) -> Recording:
@@ -189,7 +189,7 @@ class Recording:
         return self._with(told=(*self.told, *findings)) if findings else self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        state = {name: getattr(self, name) for name in self.__slots__ if name != "_audit"}
+        state = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "_audit"}
         state["covariates"] = dict(self.covariates)
         state["covariate_units"] = dict(self.covariate_units)
         return (_restore, (state,))

@@ -1,13 +1,17 @@
 """Work of a tab that is ended: soon, and without harm to anything else in the process."""
 
+import gc
 import threading
 import time
-from concurrent.futures import thread
+from concurrent.futures import ThreadPoolExecutor, thread
 
 import numpy as np
 
 from allanite.common.threads import Pool, go_on
-from allanite.page import jobs
+from allanite.page import bench, child, jobs, source
+from allanite.page.source import Source
+from allanite.page.tab import Tab
+from allanite.suggestion import check_fit
 
 
 def test_ending_leaves_the_locks_of_the_library_open():
@@ -106,3 +110,76 @@ def test_what_is_ended_changes_nothing_any_more():
     job.wait(30.0)
     # The second may have begun before the lock came to who cancels: then it was whole by then.
     assert changes[:done] == changes
+
+
+def test_improve_takes_up_the_check_that_is_at_work(hidden, monkeypatch):
+    begun, go = threading.Event(), threading.Event()
+    models = []
+
+    def slowly(fit, progress):
+        models.append(fit.model.name)
+        begun.set()
+        while not go.wait(0.001):
+            progress(0, 1)
+        return check_fit(fit, progress)
+
+    monkeypatch.setattr(bench, "check_fit", slowly)
+    tab = Tab([Source("hidden", recording=hidden)], 1)
+    tab.open(0)
+    assert begun.wait(60.0)
+    tab.improve()
+    go.set()
+    tab.job.wait(120.0)
+    assert tab.job.error is None
+    # Every model of the ladder is checked once, the first one too.
+    assert models == [step.fit.model.name for step in tab.ladder.steps]
+    assert len(models) > 1
+
+
+def test_what_improve_waits_for_ends_with_it(hidden, monkeypatch):
+    ends = threading.Event()
+
+    def forever(_fit, progress):
+        try:
+            while True:
+                progress(0, 1)
+                time.sleep(0.001)
+        finally:
+            ends.set()
+
+    monkeypatch.setattr(bench, "check_fit", forever)
+    tab = Tab([Source("hidden", recording=hidden)], 1)
+    tab.open(0)
+    first = tab.job
+    while not first.gives_way:
+        time.sleep(0.001)
+    tab.improve()
+    tab.cancel()
+    tab.job.wait(30.0)
+    first.wait(30.0)
+    assert ends.is_set()
+    assert not first.at_work
+
+
+def test_tabs_read_a_log_once_and_again_when_it_has_changed(tmp_path, monkeypatch):
+    path = tmp_path / "log.npz"
+    np.savez(path, data=np.arange(200.0), rate_hz=10.0, unit="rad/s")
+    asked = []
+
+    def ask(*order):
+        asked.append(order)
+        return child.ask(*order)
+
+    monkeypatch.setattr(source, "ask", ask)
+    log = Source("log", path)
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: log.read(log.reading), range(4)))
+    assert len(asked) == 1
+    assert all(one is found[0] for one in found)
+    np.savez(path, data=np.arange(300.0), rate_hz=10.0, unit="rad/s")
+    assert log.read(log.reading).n == 300
+    # Nothing is kept of what no tab has.
+    del found
+    gc.collect()
+    _ = log.read(log.reading)
+    assert len(asked) == 3
