@@ -94,4 +94,6 @@ class BiasStep(Event):
         """−√(2/n) sin(πjk/n)/(2 sin(πj/2n)) for a step at sample k, which may lie outside."""
         times = np.array([p.time or 0.0 for p in points])
         k = np.clip(np.ceil((times - start) * rate - 1e-9), 0, n)
-        return sines(k, j, n) * (-np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n)))
+        found = sines(k, j, n)
+        found *= -np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n))
+        return found

@@ -75,7 +75,7 @@ def arc_length(directions: NDArray[np.float64]) -> float:
     """Total angle between successive rows of unit vectors, shape (points, dimension)."""
     if directions.shape[0] < 2:
         return 0.0
-    cosine = np.clip(np.sum(directions[1:] * directions[:-1], axis=1), -1.0, 1.0)
+    cosine = np.clip(np.einsum("ij,ij->i", directions[1:], directions[:-1]), -1.0, 1.0)
     return float(np.arccos(cosine).sum())
 
 

@@ -18,7 +18,7 @@ from allanite.common.showing import brief
 from allanite.common.threads import go_on
 from allanite.deviation import oadev
 from allanite.effects import Model
-from allanite.fit.likelihood.peaks import is_narrow, reach_of
+from allanite.fit.likelihood.peaks import is_narrow, means_near
 from allanite.fit.likelihood.remembered import Remembered
 from allanite.fit.likelihood.stop_band import UNSEEN, bins_seen, empty
 from allanite.spectrum import Bins, bins_of, bridge_gaps
@@ -367,13 +367,9 @@ def _behind(
     column = _column(terms, n)
     if is_narrow(effect):
         # The nodes of a bin miss it.
-        bins, column = bins_of(n), column.copy()
-        first, last = reach_of(effect, bins, rate)
-        j = np.arange(bins.edges[first], bins.edges[last])
-        starts = bins.edges[first:last] - bins.edges[first]
-        column[first:last] = np.add.reduceat(density(terms, j, n), starts) / np.diff(
-            bins.edges[first : last + 1]
-        )
+        column = column.copy()
+        reach, means = means_near(effect, bins_of(n), rate, lambda j: density(terms, j, n))
+        column[reach] = means
         column.flags.writeable = False
     return column
 

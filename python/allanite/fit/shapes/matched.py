@@ -116,7 +116,8 @@ def matched_gains(
         whole[np.linalg.norm(whole, axis=1) < SAME * size[:, 0]] = 0.0
         target = target - basis @ (basis.T @ target)
     whole = whole.reshape(len(points), -1, j.size)
-    unit = _units(whole[:, 0])
+    unit = whole[:, 0]
+    unit /= _lengths(unit)  # of many points, in place
     gain = 0.5 * (unit @ target) ** 2
     if whole.shape[1] > 1:
         # A second regressor by what it adds; the direction is that of both at their best.
@@ -135,5 +136,10 @@ def _basis(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _units(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    norm = np.linalg.norm(rows, axis=1)
-    return rows / np.where(norm > 0.0, norm, 1.0)[:, None]
+    return rows / _lengths(rows)
+
+
+def _lengths(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Euclidean norms, 1 of nothing, shape (rows, 1)."""
+    norm = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    return np.where(norm > 0.0, norm, 1.0)[:, None]
