@@ -1,8 +1,8 @@
 """A line, a lag and a step in records with holes: found as often as in a record of equal information?
 
-An effect is made larger by 1/√(share of the samples that are there), so that beside white noise it is worth as much as in the
-record without holes. A step is where there are samples: of one within a hole no record says when it was. The samples come
-from generators.py.
+An effect is made larger by 1/√(share of the samples that are there), so that beside white noise it is worth as much as in
+the record without holes. A step is where there are samples: of one within a hole no record says when it was. The samples
+come from generators.py.
 
     python benches/claims/found_beside_holes.py [records a row] [samples]
 """
@@ -16,9 +16,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
 
+from missing_samples import mask
+
 import allanite as al
 import generators as g
-from missing_samples import mask
 
 RATE, N = 100.0, 0.0126
 HOLES = ("none", "every second", "0.3 single", "0.3 3 s", "0.3 30 s", "a tenth")
