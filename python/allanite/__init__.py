@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from allanite.effects.gauss_markov import GaussMarkov
     from allanite.effects.high_pass import HighPass
     from allanite.effects.hysteresis import Hysteresis
+    from allanite.effects.modulated_vibration import ModulatedVibration
     from allanite.effects.noise_level_change import NoiseLevelChange
     from allanite.effects.noise_levels import NoiseLevels
     from allanite.effects.noise_of_column import NoiseOfColumn
@@ -125,6 +126,7 @@ _HOME = {
     "HighPass": "allanite.effects.high_pass",
     "Hysteresis": "allanite.effects.hysteresis",
     "GaussMarkov": "allanite.effects.gauss_markov",
+    "ModulatedVibration": "allanite.effects.modulated_vibration",
     "NoiseLevelChange": "allanite.effects.noise_level_change",
     "NoiseLevels": "allanite.effects.noise_levels",
     "NoiseOfColumn": "allanite.effects.noise_of_column",
@@ -212,6 +214,7 @@ __all__ = [
     "InputError",
     "ManyFits",
     "Model",
+    "ModulatedVibration",
     "NoiseLevelChange",
     "NoiseLevels",
     "NoiseOfColumn",

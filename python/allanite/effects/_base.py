@@ -217,6 +217,11 @@ class Effect:
         return None
 
     @property
+    def peaks(self) -> tuple[tuple[float, float], ...]:
+        """What it `occupies` and, behind it, its companions at other frequencies, Hz; by default none of these."""
+        return () if self.occupies is None else (self.occupies,)
+
+    @property
     def follows(self) -> str | None:
         """Name of the other column that it is a function of; by default None."""
         return None
@@ -291,6 +296,10 @@ class Stochastic(Effect):
     (24, 2.0)
     >>> print(al.Resonance(rms=0.1).banded(9.9, 10.1), al.Quantization().banded(9.9, 10.1))
     RES(frequency=10, damping=0.01, rms=0.1) None
+    >>> print(al.Resonance(frequency=10.0, damping=0.01, rms=0.1).modulated(2.0, 0.5))
+    MOD(frequency=10, damping=0.01, rms=0.106066, modulation=2, depth=0.5)
+    >>> print(al.Quantization().modulated(2.0, 0.5))
+    None
     """
 
     #: Name of the coefficient.
@@ -299,6 +308,8 @@ class Stochastic(Effect):
     white: ClassVar[bool] = False
     #: Whether it wanders as drifts do: a slow function of time must explain more than it.
     wanders: ClassVar[bool] = False
+    #: Names of the shapes that say where its `peaks` beside the first are, and how strong.
+    companions: ClassVar[tuple[str, ...]] = ()
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Primitive terms (see `effects.terms`) at this shape and `rate` (Hz), with the coefficient equal to 1."""
@@ -330,6 +341,10 @@ class Stochastic(Effect):
 
     def banded(self, low: float, high: float) -> Self | None:
         """The effect with the band that it `occupies` from `low` to `high` Hz; by default None: it has none to place."""
+        return None
+
+    def modulated(self, rate: float, depth: float) -> Stochastic | None:
+        """The band with companions `rate` Hz to either side, (depth/2)² as strong; by default None: it has no such form."""
         return None
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:

@@ -21,6 +21,7 @@ from allanite.effects.excursion import Excursion
 from allanite.effects.gauss_markov import GaussMarkov
 from allanite.effects.high_pass import HighPass
 from allanite.effects.hysteresis import Hysteresis
+from allanite.effects.modulated_vibration import ModulatedVibration
 from allanite.effects.noise_level_change import NoiseLevelChange
 from allanite.effects.noise_levels import NoiseLevels
 from allanite.effects.noise_of_column import NoiseOfColumn
@@ -161,6 +162,7 @@ CATALOGUE = Catalogue(
         HighPass,
         Notch,
         Resonance,
+        ModulatedVibration,
         PowerLaw,
         Unexplained,
         Covariate,

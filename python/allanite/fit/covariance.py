@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from allanite.effects import Deterministic, Model, Stochastic
 from allanite.fit.likelihood.data import column
 from allanite.fit.likelihood.holes import mixing_of, seen_of
-from allanite.fit.likelihood.peaks import by_ordinates, reach_of
+from allanite.fit.likelihood.peaks import bins_near, by_ordinates
 from allanite.fit.likelihood.whittle import information
 from allanite.fit.shapes.narrow import Window
 
@@ -76,9 +76,9 @@ def _with_narrow(
         if not effect.values[effect.coefficient]:
             continue
         window = Window.of(solution.model, place, data, solution.ordinates)
-        first, last = reach_of(effect, data.bins, data.rate)
+        near = bins_near(effect, data.bins, data.rate)
         # Ordinates that share what they show tell less.
-        share = solution.count[first:last].sum() / window.j.size
+        share = solution.count[near].sum() / window.j.size
         for name, error in window.errors().items():
             at = own.get((place, name), covariance.shape[0])
             if at == covariance.shape[0]:

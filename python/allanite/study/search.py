@@ -15,7 +15,7 @@ from allanite.fit import fit_model, removes
 from allanite.fit.prediction import compare, worse
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
-from allanite.study.harmonics import harmonics_of
+from allanite.study.harmonics import with_companions
 from allanite.study.ladder import Rung, Study
 from allanite.study.levels import one_level, several_levels
 from allanite.study.moves import CHANCE, added_to, one_thing, pruned, swapped
@@ -146,17 +146,19 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
 
 
 def _with_harmonics(rung: Rung) -> Rung:
-    """The rung with the harmonics of a narrow band that it added, where no error rises by them."""
-    last = rung.fit.model.effects[-1]
-    if rung.added is None or last.kind != rung.added.kind:
+    """The rung with the side bands and harmonics of a narrow band that it added, where no error rises by them."""
+    place = len(rung.fit.model) - 1
+    if rung.added is None or rung.fit.model.effects[place].kind != rung.added.kind:
         return rung
-    better, harmonics = harmonics_of(rung.fit, last)
-    if not harmonics or not _errors_fall(rung.fit, better):
+    better = with_companions(rung.fit, place)
+    if better is rung.fit or not _errors_fall(rung.fit, better):
         return rung
+    band, *harmonics = better.model.effects[place:]
     risen = better.solution.log_likelihood - rung.fit.solution.log_likelihood
     return replace(
         rung,
         fit=better,
+        added=band,
         risen=None if rung.risen is None else rung.risen + risen,
         brought=(*rung.brought, *harmonics),
     )

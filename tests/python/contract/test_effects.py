@@ -53,6 +53,10 @@ VALUES = [
     ("NOTCH", {"frequency": 1.0, "quality": 30.0}),
     ("RES", {"frequency": 4.0, "damping": 0.05, "rms": 0.8}),
     ("RES", {"frequency": 0.4, "damping": 0.28, "rms": 0.8}),
+    (
+        "MOD",
+        {"frequency": 4.0, "damping": 0.01, "rms": 0.8, "modulation": 0.7, "depth": 0.9},
+    ),
     ("PL", {"exponent": -1.4, "level": 0.3}),
     ("PL", {"exponent": -0.5, "level": 0.3}),
     ("PL", {"exponent": 0.6, "level": 0.3}),

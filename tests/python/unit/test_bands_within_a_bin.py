@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import signal
 
 import allanite as al
 import generators as g
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.data import column_of, density, prepare
-from allanite.fit.likelihood.peaks import is_narrow, reach_of
+from allanite.fit.likelihood import peaks
+from allanite.fit.likelihood.data import bins_of, column_of, density, prepare
+from allanite.fit.likelihood.peaks import bins_near, is_narrow, means_near, within
 from allanite.fit.shapes.narrow import Window, within_bins
 from allanite.study.search import _errors_fall
 from allanite.suggestion.screens.narrow import narrow_bands, widths_tried
@@ -107,11 +109,42 @@ def test_the_mean_of_a_bin_is_that_of_its_ordinates(frequency, ordinates, n):
     found = column_of(al.Model((band,)), band, data)
     if not is_narrow(band):
         return
-    first, last = reach_of(band, data.bins, RATE)
-    for b in range(first, last):
+    for b in bins_near(band, data.bins, RATE):
         j = np.arange(data.bins.edges[b], data.bins.edges[b + 1])
         naive = density(tuple(band.terms(RATE)), j, n).mean()
         assert found[b] == pytest.approx(naive, rel=1e-9)
+
+
+@pytest.mark.parametrize("half", [3.0, 80.0, 2000.0])
+@pytest.mark.parametrize("depth", [None, 0.8])
+def test_few_ordinates_tell_the_means_of_bins_that_have_many(half, depth, monkeypatch):
+    n = 3_000_000
+    bins, hertz = bins_of(n), RATE / (2.0 * n)
+    band = al.Resonance(frequency=7.3, damping=half * hertz / 7.3, rms=1.0)
+    if depth is not None:
+        band = band.modulated(0.9, depth)
+    terms = tuple(band.terms(RATE))
+    found = []
+    for singly in (n, 0):
+        monkeypatch.setattr(peaks, "SINGLY", singly)
+        near, means = means_near(band, bins, RATE, lambda j: density(terms, j, n))
+        found.append(means)
+    assert near.size == (7 if depth is None else 21)
+    assert found[1] == pytest.approx(found[0], rel=2e-4)
+
+
+def test_a_band_of_no_strength_explains_nothing():
+    """Where a digital filter leaves nothing, the spectrum changes within a bin, whatever band is there."""
+    rng = np.random.default_rng(11)
+    b, a = signal.butter(2, 0.98)
+    x = signal.lfilter(b, a, g.white(rng, LENGTH + 4096, RATE, N))[4096:]
+    filtered = "N+BW(cutoff=24.5!,order=2,design=digital)"
+    without = al.fit_model(_recording(x), filtered)
+    band = "RES(frequency=24.86!,damping=0.00286!,rms=1e-9!)"
+    beside = al.fit_model(_recording(x), f"{filtered}+{band}")
+    assert abs(beside.solution.log_likelihood - without.solution.log_likelihood) < 0.01
+    study = al.improve(_recording(x), "N+B+K")
+    assert [e.kind for e in study.fit.model if e.occupies is not None] == [], study
 
 
 def test_bins_and_what_is_within_them_are_the_likelihood_of_the_ordinates():
@@ -128,11 +161,10 @@ def test_bins_and_what_is_within_them_are_the_likelihood_of_the_ordinates():
         )
         power, count = data.bins.power(data.ordinates), data.bins.count
         binned = -0.5 * float(np.sum(count * (np.log(columns) + power / columns)))
-        first, last = reach_of(model.effects[1], data.bins, RATE)
-        j = np.arange(data.bins.edges[first], data.bins.edges[last])
+        near = bins_near(model.effects[1], data.bins, RATE)
+        j = within(near, data.bins)
         expected = density(data.terms(model), j, data.n)
         whole = -0.5 * float(np.sum(np.log(expected) + data.ordinates[j] ** 2 / expected))
-        near = slice(first, last)
         part = -0.5 * float(
             np.sum(count[near] * (np.log(columns[near]) + power[near] / columns[near]))
         )

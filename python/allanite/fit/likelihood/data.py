@@ -368,8 +368,8 @@ def _behind(
     if is_narrow(effect):
         # The nodes of a bin miss it.
         column = column.copy()
-        reach, means = means_near(effect, bins_of(n), rate, lambda j: density(terms, j, n))
-        column[reach] = means
+        near, means = means_near(effect, bins_of(n), rate, lambda j: density(terms, j, n))
+        column[near] = means
         column.flags.writeable = False
     return column
 

@@ -16,7 +16,15 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.spectrum import Bins
 
-__all__ = ["by_ordinates", "is_narrow", "means_near", "nodes_of", "reach_of", "seen_singly"]
+__all__ = [
+    "bins_near",
+    "by_ordinates",
+    "is_narrow",
+    "means_near",
+    "nodes_of",
+    "seen_singly",
+    "within",
+]
 
 Ordinates = NDArray[np.int64]
 #: Width of a band, in parts of its frequency, below which bins, which are 1.2 % wide, do not show it.
@@ -28,6 +36,8 @@ PLACES = np.sinh(np.linspace(-7.0, 7.0, 141))
 #: As many ordinates near a band are summed one by one; of more, these, in half-widths from its middle, between which the
 #: density is taken for a line: the sums are at most 2e-4 off.
 SINGLY, CLOSER = 1 << 13, np.sinh(np.linspace(-12.0, 12.0, 1201))
+#: And in each bin so many.
+SPREAD = 64
 
 
 def is_narrow(effect: Effect) -> bool:
@@ -52,39 +62,45 @@ def by_ordinates(effect: Effect, data: Data) -> bool:
     return free and effect.banded(1.0, 1.001) is not None
 
 
-def reach_of(effect: Effect, bins: Bins, rate: float) -> tuple[int, int]:
-    """First bin, and the one after the last, that a band is in or near."""
-    assert effect.occupies is not None
-    middle = sum(effect.occupies) * bins.n / rate
-    place = int(np.searchsorted(bins.edges, middle, side="right")) - 1
-    return max(0, place - BESIDE), min(bins.edges.size - 1, max(place, 0) + BESIDE + 1)
+def bins_near(effect: Effect, bins: Bins, rate: float) -> Ordinates:
+    """The bins that its bands are in, and those beside them."""
+    found: list[int] = []
+    for band in effect.peaks:
+        middle = sum(band) * bins.n / rate
+        place = int(np.searchsorted(bins.edges, middle, side="right")) - 1
+        found += range(max(0, place - BESIDE), min(bins.edges.size - 2, max(place, 0) + BESIDE) + 1)
+    return np.unique(np.array(found, dtype=np.int64))
+
+
+def within(near: Ordinates, bins: Bins) -> Ordinates:
+    """Every ordinate of some bins."""
+    return np.concatenate([np.arange(bins.edges[b], bins.edges[b + 1]) for b in near])
 
 
 def means_near(
     effect: Effect, bins: Bins, rate: float, density: Callable[[Ordinates], NDArray[np.float64]]
-) -> tuple[slice, NDArray[np.float64]]:
+) -> tuple[Ordinates, NDArray[np.float64]]:
     """The bins that a narrow band is in or near, and the means of its `density` there: the nodes of a bin miss it."""
-    first, last = reach_of(effect, bins, rate)
-    edges = bins.edges[first : last + 1]
-    if edges[-1] - edges[0] <= SINGLY:
-        j = np.arange(edges[0], edges[-1])
-        sums = np.add.reduceat(density(j), edges[:-1] - edges[0])
-        return slice(first, last), sums / np.diff(edges)
-    low, high = _ordinates_of(effect, bins, rate)
-    at = 0.5 * (low + high) + 0.5 * (high - low) * CLOSER
-    at = np.round(at[(at > edges[0]) & (at < edges[-1])]).astype(np.int64)
-    j = np.unique(np.concatenate([at, edges, np.geomspace(edges[0], edges[-1], 512).astype(int)]))
+    near = bins_near(effect, bins, rate)
+    first, end = bins.edges[near], bins.edges[near + 1]
+    if int((end - first).sum()) <= SINGLY:
+        starts = np.cumsum(end - first) - (end - first)
+        return near, np.add.reduceat(density(within(near, bins)), starts) / (end - first)
+    at = _about(effect, bins, rate, CLOSER)
+    spread = [np.linspace(a, b, SPREAD).astype(np.int64) for a, b in zip(first, end, strict=True)]
+    j = np.unique(np.concatenate([at[(at > first[0]) & (at < end[-1])], *spread]))
     known = density(j)
     # From each of them up to the next, that left out.
     m = np.diff(j)
-    pieces = m * known[:-1] + 0.5 * (m - 1) * np.diff(known)
-    sums = np.add.reduceat(pieces, np.searchsorted(j, edges[:-1]))
-    return slice(first, last), sums / np.diff(edges)
+    sums = np.cumsum(np.append(0.0, m * known[:-1] + 0.5 * (m - 1) * np.diff(known)))
+    return near, (sums[np.searchsorted(j, end)] - sums[np.searchsorted(j, first)]) / (end - first)
 
 
-def _ordinates_of(effect: Effect, bins: Bins, rate: float) -> NDArray[np.float64]:
-    """The ends of a band, in ordinates."""
-    return np.array(effect.occupies) * 2.0 * bins.n / rate
+def _about(effect: Effect, bins: Bins, rate: float, places: NDArray[np.float64]) -> Ordinates:
+    """Ordinates at some places of each band, in half-widths from its middle."""
+    low, high = np.array(effect.peaks).T[:, :, None] * 2.0 * bins.n / rate
+    at = 0.5 * (low + high) + 0.5 * (high - low) * places
+    return np.round(at).astype(np.int64).ravel()
 
 
 def nodes_of(model: Model, bins: Bins, rate: float) -> NDArray[np.int64]:
@@ -92,9 +108,7 @@ def nodes_of(model: Model, bins: Bins, rate: float) -> NDArray[np.int64]:
     places = [bins.nodes]
     for effect in model:
         if is_narrow(effect):
-            low, high = _ordinates_of(effect, bins, rate)
-            at = np.round(0.5 * (low + high) + 0.5 * (high - low) * PLACES).astype(np.int64)
-            first, last = reach_of(effect, bins, rate)
-            inside = (at >= bins.edges[first]) & (at < bins.edges[last])
-            places.append(at[inside])
+            at = _about(effect, bins, rate, PLACES)
+            owner = np.searchsorted(bins.edges, at, side="right") - 1
+            places.append(at[np.isin(owner, bins_near(effect, bins, rate))])
     return bins.nodes if len(places) == 1 else np.unique(np.concatenate(places))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite.common.threads import go_on
 from allanite.effects import Model, Stochastic
 from allanite.fit.likelihood.data import density
-from allanite.fit.likelihood.peaks import NARROW, by_ordinates, reach_of
+from allanite.fit.likelihood.peaks import NARROW, bins_near, by_ordinates, within
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -38,7 +38,8 @@ class Window:
     """Ordinates about a narrow band.
 
     A band has four coordinates: ln of its power, its middle and ln of its half-width, both in ordinates, and ln of what
-    the rest of the model is to be multiplied with there, so that what is amiss about the band does not bend it.
+    the rest of the model is to be multiplied with there, so that what is amiss about the band does not bend it; and ln of
+    every shape that says where its companions are and how strong.
 
     Attributes
     ----------
@@ -58,30 +59,54 @@ class Window:
     def of(cls, model: Model, place: int, data: Data, ordinates: Array) -> Window:
         """About the effect at a place of a model with values."""
         effect = model.effects[place]
-        first, last = reach_of(effect, data.bins, data.rate)
-        j = np.arange(data.bins.edges[first], data.bins.edges[last])
+        j = within(bins_near(effect, data.bins, data.rate), data.bins)
         others = Model((*model.effects[:place], *model.effects[place + 1 :]))
         rest = density(data.terms(others), j, data.n)
         return cls(model, place, data, j, ordinates[j] ** 2, rest)
 
+    @property
+    def own(self) -> Stochastic:
+        """The band that the model has."""
+        effect = self.model.effects[self.place]
+        assert isinstance(effect, Stochastic)
+        return effect
+
+    @property
+    def hertz(self) -> float:
+        """From one ordinate to the next."""
+        return self.data.rate / (2.0 * self.data.n)
+
+    @property
+    def more(self) -> tuple[str, ...]:
+        """Shapes that its place and width do not decide."""
+        return tuple(n for n in self.own.free_shapes if n in self.own.companions)
+
     def effect(self, x: Array) -> Stochastic:
         """The band at these coordinates."""
-        hertz = self.data.rate / (2.0 * self.data.n)
         half = float(np.exp(x[2]))
-        own = self.model.effects[self.place]
-        assert isinstance(own, Stochastic)
-        made = own.banded(float(x[1] - half) * hertz, float(x[1] + half) * hertz)
+        made = self.own.banded(float(x[1] - half) * self.hertz, float(x[1] + half) * self.hertz)
         assert made is not None
-        return made.with_values(**{made.coefficient: float(np.exp(0.5 * x[0]))})
+        shapes = dict(zip(self.more, np.exp(x[4:]).tolist(), strict=True))
+        return made.with_values(**{made.coefficient: float(np.exp(0.5 * x[0]))}, **shapes)
 
     def start(self) -> Array:
         """Coordinates of the band that the model has."""
-        own = self.model.effects[self.place]
-        assert isinstance(own, Stochastic)
+        own = self.own
         assert own.occupies is not None
-        low, high = np.array(own.occupies) * 2.0 * self.data.n / self.data.rate
+        low, high = np.array(own.occupies) / self.hertz
         power = np.log(max(own.values[own.coefficient] ** 2, 1e-300))
-        return np.array([power, 0.5 * (low + high), np.log(0.5 * (high - low)), 0.0])
+        shapes = [np.log(own.values[name]) for name in self.more]
+        return np.array([power, 0.5 * (low + high), np.log(0.5 * (high - low)), 0.0, *shapes])
+
+    def scales(self, x: Array) -> Array:
+        """What moves the spectrum by its own size: a band is no farther from another than it is wide."""
+        half = float(np.exp(x[2]))
+        units = [self.own.parameter(name).unit for name in self.more]
+        shapes = [
+            half * self.hertz / float(np.exp(v)) if unit == "Hz" else 1.0
+            for unit, v in zip(units, x[4:], strict=True)
+        ]
+        return np.array([1.0, half, 1.0, 0.5, *shapes])
 
     def spectrum(self, x: Array) -> Array:
         """Expected squared ordinates, shape (k,)."""
@@ -110,6 +135,19 @@ class Window:
             np.log(LEAST) <= x[2] <= self.widest + 0.7
             and self.j[0] < x[1] < self.j[-1]
             and abs(x[3]) < 2.0
+            and self._apart(x)
+        )
+
+    def _apart(self, x: Array) -> bool:
+        """Whether no companion has a value that it may not have, or lies on another."""
+        if not self.more:
+            return True
+        declared = [self.own.parameter(name) for name in self.more]
+        if not all(p.low < np.exp(v) < p.high for p, v in zip(declared, x[4:], strict=True)):
+            return False
+        low, high = np.sort(np.array(self.effect(x).peaks).T)
+        return bool(
+            low[0] > 0.0 and (low[1:] > high[:-1]).all() and high[-1] < 0.5 * self.data.rate
         )
 
     def scanned(self) -> Array:
@@ -127,7 +165,7 @@ class Window:
                 at = self.rest[top : top + width].mean()
                 # Half of its power is within its half-widths; that of all ordinates is twice the variance's mean.
                 power = max(2.0 * float(sums[top]) * float(at), 1e-300) / self.data.n
-                x = np.array([np.log(power), middle, np.log(half), 0.0])
+                x = np.array([np.log(power), middle, np.log(half), 0.0, *best[4:]])
                 found = self.log_likelihood(x)
                 if found > highest:
                     best, highest = x, found
@@ -143,9 +181,8 @@ class Window:
             step = _inverse(slopes) @ gradient
             if float(gradient @ step) < 2.0 * SAME:
                 break
-            half = float(np.exp(x[2]))
             # No farther at a time than a band is wide.
-            step /= max(1.0, float(np.max(np.abs(step) / np.array([1.0, half, 1.0, 0.5]))))
+            step /= max(1.0, float(np.max(np.abs(step) / self.scales(x))))
             share = 1.0
             while share > 1e-3:
                 tried = x + share * step
@@ -161,14 +198,14 @@ class Window:
         return x
 
     def _slopes(self, x: Array) -> tuple[Array, Array]:
-        """Change of ln of the spectrum with the coordinates, shape (k, 4), and the spectrum."""
+        """Change of ln of the spectrum with the coordinates, shape (k, coordinates), and the spectrum."""
         now = self.spectrum(x)
-        steps = STEP * np.array([1.0, np.exp(x[2]), 1.0, 1.0])
+        steps = STEP * self.scales(x)
         slopes = [(self.spectrum(x + s) - now) / (s.sum() * now) for s in np.diag(steps)]
         return np.column_stack(slopes), now
 
     def covariance(self, x: Array) -> Array:
-        """Of the four coordinates, the inverse of their Fisher information, shape (4, 4)."""
+        """Of the coordinates, the inverse of their Fisher information."""
         slopes, _ = self._slopes(x)
         return _inverse(slopes)
 
@@ -178,9 +215,10 @@ class Window:
         covariance, effect = self.covariance(x), self.effect(x)
         out = {effect.coefficient: 0.5 * float(np.sqrt(covariance[0, 0]))}
         for name in effect.free_shapes:
-            slope = np.zeros(4)
-            for i, step in ((1, STEP * float(np.exp(x[2]))), (2, STEP)):
-                moved = np.zeros(4)
+            slope = np.zeros(x.size)
+            for i in (1, 2, *range(4, x.size)):
+                step = STEP * self.scales(x)[i]
+                moved = np.zeros(x.size)
                 moved[i] = step
                 up, down = (self.effect(x + s * moved).values[name] for s in (1.0, -1.0))
                 slope[i] = float(np.log(up / down)) / (2.0 * step)
@@ -191,6 +229,9 @@ class Window:
 def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> float:
     """What logL of the power of bins leaves out where a model has narrow bands: that of the ordinates given their sums.
 
+    Beside that of the model without them, which is left out of every logL: next to an empty end of the spectrum, where it
+    changes within a bin, a band of no strength would be worth thousands.
+
     Parameters
     ----------
     model : Model
@@ -200,23 +241,25 @@ def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> flo
     count : ndarray, shape (bins,)
         Degrees of freedom of the bins: fewer than their ordinates where neighbours share what they show.
     """
-    bins, total = data.bins, 0.0
-    taken = np.zeros(bins.edges.size - 1, dtype=bool)
-    for effect in model:
-        if by_ordinates(effect, data):
-            first, last = reach_of(effect, bins, data.rate)
-            taken[first:last] = True
-    if not taken.any():
+    narrow = [e for e in model if by_ordinates(e, data)]
+    if not narrow:
         return 0.0
-    terms = data.terms(model)
-    for b in np.flatnonzero(taken):
-        j = np.arange(bins.edges[b], bins.edges[b + 1])
-        expected = density(terms, j, data.n)
-        mean = float(expected.mean())
+    with_them = data.terms(model)
+    without = data.terms(Model(tuple(e for e in model if e not in narrow)))
+    total = 0.0
+    for b in np.unique(np.concatenate([bins_near(e, data.bins, data.rate) for e in narrow])):
+        j = np.arange(data.bins.edges[b], data.bins.edges[b + 1])
         power = ordinates[j] ** 2
-        of_each = np.log(expected / mean) + power * (1.0 / expected - 1.0 / mean)
-        total -= 0.5 * float(count[b] * of_each.mean())
+        total -= 0.5 * float(count[b]) * _uneven(power, density(with_them, j, data.n))
+        if without:
+            total += 0.5 * float(count[b]) * _uneven(power, density(without, j, data.n))
     return total
+
+
+def _uneven(power: Array, expected: Array) -> float:
+    """−2 logL of an ordinate of a bin less that by their mean, in the mean."""
+    mean = expected.mean()
+    return float(np.mean(np.log(expected / mean) + power * (1.0 / expected - 1.0 / mean)))
 
 
 def _inverse(slopes: Array) -> Array:

@@ -1,0 +1,103 @@
+"""Modulated vibration: a band whose strength comes and goes with a period, so that it has side bands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.effects._base import Parameter
+from allanite.effects.resonance import Resonance
+
+if TYPE_CHECKING:
+    from allanite.effects.terms import Term
+
+
+@dataclass(frozen=True)
+class ModulatedVibration(Resonance):
+    """A resonance times 1 + m cos(2πf_m t + φ): a carrier at f, and companions at f ± f_m with ¼m² of its power each.
+
+    r(t) = rms² Σ s_i ρ_i(t), ρ_i the correlations of resonances at f, f − f_m, f + f_m, all as wide, and
+    s = (1, ¼m², ¼m²)/(1 + ½m²). A speed that swings by ±Δf with this rate makes the same companions, m = Δf/f_m, as long as
+    that is small.
+
+    References
+    ----------
+    Randall, R. B. (2011). Vibration-based Condition Monitoring. Wiley, section 3.3.
+
+    Examples
+    --------
+    >>> pump = al.ModulatedVibration(frequency=9.0, damping=1e-3, rms=0.1, modulation=0.5, depth=1.0)
+    >>> f = np.array([8.5, 8.75, 9.0, 9.5])
+    >>> print((pump.psd(f, rate=100) / pump.psd(9.0, rate=100)).round(2))
+    [0.25 0.   1.   0.25]
+    """
+
+    modulation: float | None = None
+    depth: float | None = None
+
+    kind: ClassVar[str] = "modulated_vibration"
+    short: ClassVar[str] = "MOD"
+    title: ClassVar[str] = "modulated vibration"
+    screened: ClassVar[str] = "none"
+    companions: ClassVar[tuple[str, ...]] = ("modulation", "depth")
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        *Resonance.parameters,
+        Parameter(
+            "modulation",
+            "Hz",
+            "rate of the modulation: distance of the side bands",
+            "shape",
+            low=1e-12,
+            aliases=("fm",),
+            symbol="f_m",
+        ),
+        Parameter(
+            "depth", "1", "depth of the modulation m", "shape", low=1e-6, high=5.0, aliases=("m",)
+        ),
+    )
+    legend: ClassVar[tuple[str, ...]] = ("frequency", "modulation", "rms")
+    physics: ClassVar[str] = (
+        "a machine whose load or speed comes and goes with a period: a pump, a fan or a gear, or two machines of nearly one"
+        " speed"
+    )
+    looks_like: ClassVar[str] = (
+        "a narrow band of the spectrum with a smaller one at the same distance on either side"
+    )
+    check_by: ClassVar[str] = (
+        "look for something that comes and goes with the rate f_m: its multiples have side bands at the same distance;"
+        " switch it off"
+    )
+    rivals: ClassVar[tuple[str, ...]] = ("resonance",)
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """Those of a resonance; some rates of modulation and one depth."""
+        if name == "depth":
+            return np.array([0.5])
+        if name == "modulation":
+            return np.geomspace(40.0 * rate / n, 0.05 * rate, 6)
+        return super().grid(name, n, rate)
+
+    @property
+    def peaks(self) -> tuple[tuple[float, float], ...]:
+        """The carrier's and those of its companions, as wide."""
+        if self.occupies is None or self.modulation is None:
+            return super().peaks
+        low, high = self.occupies
+        return tuple((low + s, high + s) for s in (0.0, -self.modulation, self.modulation))
+
+    def unit_terms(self, rate: float) -> tuple[Term, ...]:
+        """Of three resonances as wide as each other, with a variance of 1 together."""
+        part = 0.25 * (self.depth or 0.0) ** 2
+        shares = np.array([1.0, part, part]) / (1.0 + 2.0 * part)
+        if self.occupies is None or self.modulation is None:
+            return super().unit_terms(rate)
+        found = []
+        for share, band in zip(shares, self.peaks, strict=True):
+            # Below 0 Hz is the mirror image.
+            low, high = (band[0], band[1]) if sum(band) > 0.0 else (-band[1], -band[0])
+            alone = Resonance().banded(low, high)
+            found += [term.scaled(float(share)) for term in alone.unit_terms(rate)]
+        return tuple(found)
