@@ -10,9 +10,9 @@ const SINGLE: usize = 12;
 const GAUSS: [f64; 4] =
     [0.183_434_642_495_65, 0.525_532_409_916_33, 0.796_666_477_413_63, 0.960_289_856_497_54];
 /// e-foldings after which a wave no longer asks for narrow panels, and the angle by which it turns in one: sums of squares
-/// of narrow lines are right to 1e-5.
-const LIVES: f64 = 10.0;
-const TURN: f64 = 4.0;
+/// of narrow lines are right to 5e-4, of which degrees of freedom are made.
+const LIVES: f64 = 6.0;
+const TURN: f64 = 6.0;
 /// Panels narrower than this are summed lag by lag.
 const NARROW: usize = 20;
 

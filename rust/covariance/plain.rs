@@ -136,7 +136,7 @@ mod tests {
                 let (spaced, count) = (process.spaced(m, 2), Kind::Allan.count(n, m));
                 let sum = spaced.mean_square(&spaced, (count, count), &process.kinks, &every);
                 let exact = 2.0 * sum / Kind::Allan.scale(m).powi(2);
-                assert!((found / exact - 1.0).abs() < 1e-5, "{} lines, m = {m}: {found} {exact}", some.len());
+                assert!((found / exact - 1.0).abs() < 1e-3, "{} lines, m = {m}: {found} {exact}", some.len());
             }
         }
     }
