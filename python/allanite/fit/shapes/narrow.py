@@ -59,10 +59,10 @@ class Window:
     def of(cls, model: Model, place: int, data: Data, ordinates: Array) -> Window:
         """About the effect at a place of a model with values."""
         effect = model.effects[place]
-        j = within(bins_near(effect, data.bins, data.rate), data.bins)
+        near = bins_near(effect, data.bins, data.rate)
         others = Model((*model.effects[:place], *model.effects[place + 1 :]))
-        rest = density(data.terms(others), j, data.n)
-        return cls(model, place, data, j, ordinates[j] ** 2, rest)
+        j = within(near, data.bins)
+        return cls(model, place, data, j, ordinates[j] ** 2, _rest(others, near, data))
 
     @property
     def own(self) -> Stochastic:
@@ -229,8 +229,8 @@ class Window:
 def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> float:
     """What logL of the power of bins leaves out where a model has narrow bands: that of the ordinates given their sums.
 
-    Beside that of the model without them, which is left out of every logL: next to an empty end of the spectrum, where it
-    changes within a bin, a band of no strength would be worth thousands.
+    The rest of the model is as flat within a bin as it is for other models: next to the empty end of a filtered spectrum a
+    band would else be worth thousands for what the filter does.
 
     Parameters
     ----------
@@ -241,25 +241,37 @@ def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> flo
     count : ndarray, shape (bins,)
         Degrees of freedom of the bins: fewer than their ordinates where neighbours share what they show.
     """
-    narrow = [e for e in model if by_ordinates(e, data)]
+    narrow = [e for e in model.stochastic if by_ordinates(e, data)]
     if not narrow:
         return 0.0
-    with_them = data.terms(model)
-    without = data.terms(Model(tuple(e for e in model if e not in narrow)))
-    total = 0.0
-    for b in np.unique(np.concatenate([bins_near(e, data.bins, data.rate) for e in narrow])):
-        j = np.arange(data.bins.edges[b], data.bins.edges[b + 1])
-        power = ordinates[j] ** 2
-        total -= 0.5 * float(count[b]) * _uneven(power, density(with_them, j, data.n))
-        if without:
-            total += 0.5 * float(count[b]) * _uneven(power, density(without, j, data.n))
-    return total
+    near = np.unique(np.concatenate([bins_near(e, data.bins, data.rate) for e in narrow]))
+    j = within(near, data.bins)
+    power = ordinates[j] ** 2
+    expected = _rest(Model(tuple(e for e in model if e not in narrow)), near, data)
+    for effect in narrow:
+        own = effect.values[effect.coefficient] ** 2
+        terms = tuple(t.scaled(own) for t in data.unit_terms(model, effect))
+        expected += density(terms, j, data.n) if own else 0.0
+    sizes = _sizes(near, data)
+    mean = np.repeat(_means(expected, sizes), sizes)
+    uneven = np.log(expected / mean) + power * (1.0 / expected - 1.0 / mean)
+    return float(-0.5 * count[near] @ _means(uneven, sizes))
 
 
-def _uneven(power: Array, expected: Array) -> float:
-    """−2 logL of an ordinate of a bin less that by their mean, in the mean."""
-    mean = expected.mean()
-    return float(np.mean(np.log(expected / mean) + power * (1.0 / expected - 1.0 / mean)))
+def _rest(model: Model, near: NDArray[np.int64], data: Data) -> Array:
+    """The mean density of each of some bins, at each of their ordinates."""
+    terms, sizes = data.terms(model), _sizes(near, data)
+    if not terms:
+        return np.zeros(int(sizes.sum()))
+    return np.repeat(_means(density(terms, within(near, data.bins), data.n), sizes), sizes)
+
+
+def _sizes(near: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
+    return np.diff(data.bins.edges)[near]
+
+
+def _means(values: Array, sizes: NDArray[np.int64]) -> Array:
+    return np.asarray(np.add.reduceat(values, np.cumsum(sizes) - sizes) / sizes)
 
 
 def _inverse(slopes: Array) -> Array:
