@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +14,7 @@ from allanite.fit import refitted
 from allanite.fit.likelihood.peaks import by_ordinates
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.rivals.evidence import RIVAL, evidence
+from allanite.study.ladder import Rung
 
 if TYPE_CHECKING:
     from allanite.effects import Effect
@@ -27,15 +30,81 @@ STANDS_OUT = 4.0
 APART, FARTHEST = 6.0, 0.5
 
 
-def with_companions(fit: Fit, place: int) -> Fit:
-    """The fit with what the record shows of a narrow band, the last of its model: harmonics, behind it, and side bands.
+def with_companions(before: Fit, rung: Rung) -> Rung:
+    """The rung with what belongs to a narrow band that it added to the fit `before`.
 
-    Each is believed where its evidence is larger by 3.
+    Its harmonics come with it. Where it is itself a side band of one that was there, that one is modulated, and so may the
+    others be. Each is believed where its evidence is larger by 3.
     """
-    fit = _with_harmonics(fit, fit.model.effects[place])
-    for each in range(place, len(fit.model)):
-        fit = _modulated(fit, each)
-    return fit
+    place = len(rung.fit.model) - 1
+    band = rung.fit.model.effects[place]
+    if rung.added is None or band.kind != rung.added.kind or not by_ordinates(band, before.data):
+        return rung
+    fit = _as_side_band(before, band)
+    if fit is not None and evidence(fit.solution) > evidence(rung.fit.solution) + RIVAL:
+        gone = Counter(e.kind for e in before.model) - Counter(e.kind for e in fit.model)
+        first, *others = (e for e in fit.model if e.occupies is not None and len(e.peaks) > 1)
+        risen = fit.solution.log_likelihood - before.solution.log_likelihood
+        return Rung(fit, first, tuple(gone.elements()), risen, brought=tuple(others))
+    fit = _with_harmonics(rung.fit, band)
+    if fit is rung.fit:
+        return rung
+    risen = fit.solution.log_likelihood - rung.fit.solution.log_likelihood
+    harmonics = fit.model.effects[place + 1 :]
+    return replace(
+        rung,
+        fit=fit,
+        risen=None if rung.risen is None else rung.risen + risen,
+        brought=(*rung.brought, *harmonics),
+    )
+
+
+def _as_side_band(fit: Fit, band: Effect) -> Fit | None:
+    """The best fit with one of its narrow bands modulated at the distance of another `band`, and others as they show it.
+
+    A band that stood for the companion on the other side is gone.
+    """
+    found: Fit | None = None
+    at = None
+    for place, effect in enumerate(fit.model.effects):
+        made = _beside(effect, band) if by_ordinates(effect, fit.data) else None
+        if made is None:
+            continue
+        rest = [e for e in fit.model.effects[place + 1 :] if not _companion(e, made)]
+        first = [e for e in fit.model.effects[:place] if not _companion(e, made)]
+        tried = refitted(fit, Model((*first, made, *rest)))
+        if found is None or evidence(tried.solution) > evidence(found.solution):
+            found, at = tried, len(first)
+    if found is None:
+        return None
+    for other in range(len(found.model)):
+        found = _modulated(found, other) if other != at else found
+    return found
+
+
+def _beside(effect: Effect, band: Effect) -> Stochastic | None:
+    """A band that is modulated at the distance of a weaker one, if that may be a companion."""
+    assert isinstance(effect, Stochastic)
+    assert isinstance(band, Stochastic)
+    a, b = effect.occupies, band.occupies
+    assert a is not None
+    assert b is not None
+    strengths = [float(e.values[e.coefficient]) ** 2 for e in (band, effect)]
+    apart = 0.5 * abs(sum(a) - sum(b))
+    least = 0.5 * APART * (a[1] - a[0])
+    if len(effect.peaks) > 1 or strengths[0] >= strengths[1] or not least < apart < FARTHEST * a[0]:
+        return None
+    return effect.modulated(apart, 2.0 * float(np.sqrt(strengths[0] / strengths[1])))
+
+
+def _companion(effect: Effect, made: Effect) -> bool:
+    """Whether a band is where a modulated one has a companion."""
+    own = effect.occupies
+    if own is None or not isinstance(effect, Stochastic):
+        return False
+    return any(
+        low - (high - low) < own[1] and own[0] < high + (high - low) for low, high in made.peaks[1:]
+    )
 
 
 def _with_harmonics(fit: Fit, effect: Effect) -> Fit:

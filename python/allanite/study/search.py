@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -140,28 +139,15 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
     for suggestion in check.significant:
         rung = _rung(ladder, suggestion, check)
         if rung is not None:
-            return _with_harmonics(rung)
+            return _with_companions(ladder[-1].fit, rung)
     shape = unstacked(ladder)
     return shape if shape is not None and _errors_fall(ladder[-1].fit, shape.fit) else None
 
 
-def _with_harmonics(rung: Rung) -> Rung:
-    """The rung with the side bands and harmonics of a narrow band that it added, where no error rises by them."""
-    place = len(rung.fit.model) - 1
-    if rung.added is None or rung.fit.model.effects[place].kind != rung.added.kind:
-        return rung
-    better = with_companions(rung.fit, place)
-    if better is rung.fit or not _errors_fall(rung.fit, better):
-        return rung
-    band, *harmonics = better.model.effects[place:]
-    risen = better.solution.log_likelihood - rung.fit.solution.log_likelihood
-    return replace(
-        rung,
-        fit=better,
-        added=band,
-        risen=None if rung.risen is None else rung.risen + risen,
-        brought=(*rung.brought, *harmonics),
-    )
+def _with_companions(before: Fit, rung: Rung) -> Rung:
+    """The rung with the harmonics of a narrow band, or as the side bands of one, where no error rises by it."""
+    other = with_companions(before, rung)
+    return other if other is rung or _errors_fall(rung.fit, other.fit) else rung
 
 
 def _more(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from allanite.common.threads import go_on
 from allanite.effects import Model, Stochastic
 from allanite.fit.likelihood.data import density
-from allanite.fit.likelihood.peaks import NARROW, bins_near, by_ordinates, within
+from allanite.fit.likelihood.peaks import NARROW, bins_near, by_ordinates, is_narrow, within
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.random_part import RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
-__all__ = ["Window", "narrowed", "within_bins"]
+__all__ = ["Window", "flat_about", "narrowed", "within_bins"]
 
 Array = NDArray[np.float64]
 #: Half-widths of the bands that are tried, each this much of the next.
@@ -29,6 +29,8 @@ LEAST = 1.0
 MOST, SAME = 40, 1e-3
 #: Step of a difference in the coordinates of a band.
 STEP = 1e-4
+#: Least change of ln of the density over a bin that is no longer that of a flat one.
+STEEP = 0.5
 #: A band this near to the widest half-width, in ln, comes from the bins.
 ENTERED = 0.3
 
@@ -256,6 +258,20 @@ def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> flo
     mean = np.repeat(_means(expected, sizes), sizes)
     uneven = np.log(expected / mean) + power * (1.0 / expected - 1.0 / mean)
     return float(-0.5 * count[near] @ _means(uneven, sizes))
+
+
+def flat_about(model: Model, place: int, data: Data) -> bool:
+    """Whether a model without its narrow bands hardly changes within the bins near one of them.
+
+    Where a filter leaves next to nothing of a part of a bin, single ordinates would speak of the filter.
+    """
+    near = bins_near(model.effects[place], data.bins, data.rate)
+    terms = data.terms(Model(tuple(e for e in model if not is_narrow(e))))
+    if not terms:
+        return True
+    ends = (data.bins.edges[near], data.bins.edges[near + 1] - 1)
+    first, last = (np.log(density(terms, j, data.n)) for j in ends)
+    return bool(np.abs(last - first).max() < STEEP)
 
 
 def _rest(model: Model, near: NDArray[np.int64], data: Data) -> Array:

@@ -21,6 +21,7 @@ from allanite.fit.likelihood.data import column_of
 from allanite.fit.likelihood.peaks import by_ordinates, seen_singly
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import climb_many
+from allanite.fit.shapes.narrow import flat_about
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import ALIKE, added, other_form, simplest, worth_polishing
 from allanite.fit.shapes.shape import free_places
@@ -291,5 +292,8 @@ def _candidate(solution: Solution, base: Solution, data: Data) -> Candidate | No
     gain = solution.log_likelihood - base.log_likelihood
     if gain <= 0.0:
         return None
-    chance = _chance(gain, data) if by_ordinates(fitted, data) else None
+    narrow = by_ordinates(fitted, data)
+    if narrow and not flat_about(solution.model, len(solution.model) - 1, data):
+        return None
+    chance = _chance(gain, data) if narrow else None
     return Candidate(fitted, gain, fitted.family, solution, fitted.numbers, log_chance=chance)
