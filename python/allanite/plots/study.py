@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -133,7 +134,8 @@ def _before_after(study: Study, column: int) -> Panel:
 
 
 def _ending(study: Any) -> str:
-    added = sum(len(rung.new) for rung in study.ladder)
+    last, first = (Counter(e.kind for e in fit.model) for fit in (study.fit, study.ladder[0].fit))
+    added = (last - first).total()
     what = "no effect" if not added else f"{added} effect{'s' if added > 1 else ''}"
     if study.adequate:
         return f"{what} added; the last model agrees with the measurement"

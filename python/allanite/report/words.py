@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import number, numbers_text
@@ -12,7 +13,6 @@ from allanite.plots.words import duration_text, effect_text, unit_text, values_t
 from allanite.report.blocks import Cell, Number
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
 
     from allanite.effects import Parameter
 
@@ -125,7 +125,7 @@ def verdict(study: Any, check: Any) -> tuple[str, str]:
     """(tone, sentences): whether the first model agrees by its `check`, what had to be added, how far the error fell."""
     first, last = study.ladder[0].fit, study.fit
     start = first.model.name
-    added = _all_added(study.ladder[1:])
+    added = _all_added(study)
     if not added:
         if study.adequate:
             return "good", f"{start} describes this record; nothing is significantly missing."
@@ -162,15 +162,18 @@ def _removed(study: Any) -> str:
     return f"Made needless and taken out: {names}. " if names else ""
 
 
-def _all_added(rungs: Sequence[Any]) -> list[str]:
-    """Each effect with its numbers; several of a kind together, by their count."""
+def _all_added(study: Any) -> list[str]:
+    """Each effect with its numbers; several of a kind that are still there together, by their count."""
     together: dict[str, list[tuple[Any, Any]]] = {}
-    for rung in rungs:
+    for rung in study.ladder[1:]:
         for effect in rung.new:
             together.setdefault(effect.kind, []).append((rung.fit, effect))
+    fits = study.fit, study.ladder[0].fit
+    last, first = (Counter(effect.kind for effect in fit.model) for fit in fits)
+    stay = last - first
     return [
-        _added(*same[0]) if len(same) == 1 else f"{len(same)} × {fit.display_name(effect)}"
-        for same in together.values()
+        _added(*same[-1]) if stay[kind] <= 1 else f"{stay[kind]} × {fit.display_name(effect)}"
+        for kind, same in together.items()
         for fit, effect in same[:1]
     ]
 

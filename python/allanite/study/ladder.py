@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -56,8 +57,11 @@ class Rung:
 
     @property
     def changes(self) -> tuple[str, ...]:
-        """What was done, one text an effect: ``+ sinusoid``, ``− rate random walk``."""
-        gone = tuple(f"− {title_of(kind)}" for kind in self.removed)
+        """What was done, one text an effect: ``+ sinusoid``, ``− rate random walk``; what is gone by its count."""
+        gone = tuple(
+            f"− {title_of(kind)}" if count == 1 else f"− {count} × {title_of(kind)}"
+            for kind, count in Counter(self.removed).items()
+        )
         return (*(f"+ {self.fit.display_name(e)}" for e in self.new), *gone)
 
     def __repr__(self) -> str:
