@@ -296,10 +296,9 @@ class Stochastic(Effect):
     (24, 2.0)
     >>> print(al.Resonance(rms=0.1).banded(9.9, 10.1), al.Quantization().banded(9.9, 10.1))
     RES(frequency=10, damping=0.01, rms=0.1) None
-    >>> print(al.Resonance(frequency=10.0, damping=0.01, rms=0.1).modulated(2.0, 0.5))
-    MOD(frequency=10, damping=0.01, rms=0.106066, modulation=2, depth=0.5)
-    >>> print(al.Quantization().modulated(2.0, 0.5))
-    None
+    >>> band = al.Resonance(frequency=10.0, damping=0.01, rms=0.1)
+    >>> print(al.ModulatedVibration.modulating(band, 2.0, 0.5), al.Quantization.modulating(band, 2.0, 0.5))
+    MOD(frequency=10, damping=0.01, rms=0.106066, modulation=2, depth=0.5) None
     """
 
     #: Name of the coefficient.
@@ -343,8 +342,9 @@ class Stochastic(Effect):
         """The effect with the band that it `occupies` from `low` to `high` Hz; by default None: it has none to place."""
         return None
 
-    def modulated(self, rate: float, depth: float) -> Stochastic | None:
-        """The band with companions `rate` Hz to either side, (depth/2)² as strong; by default None: it has no such form."""
+    @classmethod
+    def modulating(cls, band: Effect, rate: float, depth: float) -> Self | None:
+        """A `band` with companions `rate` Hz to either side, (depth/2)² as strong; by default None: it is no such form."""
         return None
 
     def generator(self, rate: float) -> tuple[str, list[float]] | None:

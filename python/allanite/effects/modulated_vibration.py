@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from allanite.effects._base import Parameter
 from allanite.effects.resonance import Resonance
 
 if TYPE_CHECKING:
+    from allanite.effects._base import Effect
     from allanite.effects.terms import Term
 
 
@@ -71,6 +72,21 @@ class ModulatedVibration(Resonance):
         " switch it off"
     )
     rivals: ClassVar[tuple[str, ...]] = ("resonance",)
+
+    @classmethod
+    def modulating(cls, band: Effect, rate: float, depth: float) -> Self | None:
+        """A resonance as the carrier."""
+        if not isinstance(band, Resonance) or isinstance(band, cls):
+            return None
+        rms = None if band.rms is None else band.rms * float(np.sqrt(1.0 + 0.5 * depth**2))
+        return cls(
+            frequency=band.frequency,
+            damping=band.damping,
+            rms=rms,
+            modulation=rate,
+            depth=depth,
+            hold=band.hold,
+        )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Those of a resonance; some rates of modulation and one depth."""

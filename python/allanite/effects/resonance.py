@@ -97,15 +97,6 @@ class Resonance(Stochastic):
         middle = 0.5 * (low + high)
         return self.with_values(frequency=middle, damping=0.5 * (high - low) / middle)
 
-    def modulated(self, rate: float, depth: float) -> Stochastic | None:
-        """The same carrier as a modulated vibration."""
-        from allanite.effects.modulated_vibration import ModulatedVibration
-
-        values = {p.name: self.values[p.name] for p in Resonance.parameters}
-        if self.rms is not None:
-            values["rms"] = self.rms * float(np.sqrt(1.0 + 0.5 * depth**2))
-        return ModulatedVibration(**values, modulation=rate, depth=depth)
-
     def shows(self, model: Model, rate: float, duration: float) -> bool:
         """Whether it is wider than a record of this length resolves: a narrower band is a line."""
         return 2.0 * (self.damping or 0.0) * (self.frequency or 0.0) * duration > RESOLVED

@@ -13,7 +13,6 @@ from allanite.plots.words import duration_text, effect_text, unit_text, values_t
 from allanite.report.blocks import Cell, Number
 
 if TYPE_CHECKING:
-
     from allanite.effects import Parameter
 
 __all__ = [

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Model, Stochastic
+from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.likelihood.peaks import by_ordinates
 from allanite.fit.likelihood.whitened import whitened_ordinates
@@ -94,7 +94,14 @@ def _beside(effect: Effect, band: Effect) -> Stochastic | None:
     least = 0.5 * APART * (a[1] - a[0])
     if len(effect.peaks) > 1 or strengths[0] >= strengths[1] or not least < apart < FARTHEST * a[0]:
         return None
-    return effect.modulated(apart, 2.0 * float(np.sqrt(strengths[0] / strengths[1])))
+    return _modulating(effect, apart, 2.0 * float(np.sqrt(strengths[0] / strengths[1])))
+
+
+def _modulating(band: Effect, rate: float, depth: float) -> Stochastic | None:
+    """The effect of the catalogue that is a band, modulated."""
+    kinds = (cls for cls in CATALOGUE if issubclass(cls, Stochastic))
+    made = (cls.modulating(band, rate, depth) for cls in kinds)
+    return next((effect for effect in made if effect is not None), None)
 
 
 def _companion(effect: Effect, made: Effect) -> bool:
@@ -160,7 +167,7 @@ def _modulated(fit: Fit, place: int) -> Fit:
     middle, half = round(0.5 * (low + high)), max(1, round(0.5 * (high - low)))
     first = int(APART * half)
     last = min(int(FARTHEST * middle), data.n - 1 - middle - 2 * half)
-    if last - first < 4 * half or effect.modulated(1.0, 1.0) is None:
+    if last - first < 4 * half or _modulating(effect, 1.0, 1.0) is None:
         return fit
     total = np.cumsum(_power(fit)[middle - last - 2 * half : middle + last + 2 * half + 1])
     mean = (total[2 * half :] - np.append(0.0, total[: -2 * half - 1])) / (2 * half + 1)
@@ -183,7 +190,7 @@ def _modulated(fit: Fit, place: int) -> Fit:
         for s, m in ((-1, sides[0, best]), (1, sides[1, best]))
     ]
     strength = float(np.mean(power)) / float(effect.values[effect.coefficient]) ** 2
-    made = effect.modulated(apart / (2.0 * data.duration), 2.0 * float(np.sqrt(strength)))
+    made = _modulating(effect, apart / (2.0 * data.duration), 2.0 * float(np.sqrt(strength)))
     assert made is not None
     effects = list(fit.model.effects)
     effects[place] = made
