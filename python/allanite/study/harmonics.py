@@ -43,9 +43,15 @@ def with_companions(before: Fit, rung: Rung) -> Rung:
     fit = _as_side_band(before, band)
     if fit is not None and evidence(fit.solution) > evidence(rung.fit.solution) + RIVAL:
         gone = Counter(e.kind for e in before.model) - Counter(e.kind for e in fit.model)
-        first, *others = (e for e in fit.model if e.occupies is not None and len(e.peaks) > 1)
-        risen = fit.solution.log_likelihood - before.solution.log_likelihood
-        return Rung(fit, first, tuple(gone.elements()), risen, brought=tuple(others))
+        known = [e for e in before.model if len(e.peaks) > 1]
+        new = [
+            e
+            for e in fit.model
+            if len(e.peaks) > 1 and not any(_within(e, other) for other in known)
+        ]
+        if new:
+            risen = fit.solution.log_likelihood - before.solution.log_likelihood
+            return Rung(fit, new[0], tuple(gone.elements()), risen, brought=tuple(new[1:]))
     fit = _with_harmonics(rung.fit, band)
     if fit is rung.fit:
         return rung
@@ -106,12 +112,18 @@ def _modulating(band: Effect, rate: float, depth: float) -> Stochastic | None:
 
 def _companion(effect: Effect, made: Effect) -> bool:
     """Whether a band is where a modulated one has a companion."""
-    own = effect.occupies
-    if own is None or not isinstance(effect, Stochastic):
-        return False
-    return any(
-        low - (high - low) < own[1] and own[0] < high + (high - low) for low, high in made.peaks[1:]
-    )
+    return isinstance(effect, Stochastic) and any(_meets(effect, peak) for peak in made.peaks[1:])
+
+
+def _within(effect: Effect, other: Effect) -> bool:
+    """Whether the first of its bands is that of another."""
+    return other.occupies is not None and _meets(effect, other.occupies)
+
+
+def _meets(effect: Effect, peak: tuple[float, float]) -> bool:
+    """Whether the first band of an effect is no farther from a peak than that is wide."""
+    own, (low, high) = effect.occupies, peak
+    return own is not None and low - (high - low) < own[1] and own[0] < high + (high - low)
 
 
 def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
@@ -161,6 +173,8 @@ def _modulated(fit: Fit, place: int) -> Fit:
     """
     effect, data = fit.model.effects[place], fit.data
     if not isinstance(effect, Stochastic) or not by_ordinates(effect, data):
+        return fit
+    if not effect.values[effect.coefficient]:
         return fit
     assert effect.occupies is not None
     low, high = (2.0 * data.duration * f for f in effect.occupies)
