@@ -150,8 +150,7 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
             continue
         made = effect.banded(m * low, m * high)
         assert made is not None
-        power = float(np.sum(fit.solution.ordinates[first : last + 1] ** 2))
-        power *= max(1.0 - 1.0 / float(excess.mean()), 0.0) / data.n
+        power = _in_excess(fit, first, last, float(excess.mean()))
         added = made.with_values(**{effect.coefficient: float(np.sqrt(power))})
         better = refitted(fit, Model((*fit.model.effects, added)))
         own = better.model.effects[-1]
@@ -200,7 +199,7 @@ def _modulated(fit: Fit, place: int) -> Fit:
         return fit
     apart = first + best
     power = [
-        _in_excess(fit, middle + s * apart, half, m)
+        _in_excess(fit, middle + s * apart - half, middle + s * apart + half, m)
         for s, m in ((-1, sides[0, best]), (1, sides[1, best]))
     ]
     strength = float(np.mean(power)) / float(effect.values[effect.coefficient]) ** 2
@@ -212,9 +211,9 @@ def _modulated(fit: Fit, place: int) -> Fit:
     return better if evidence(better.solution) > evidence(fit.solution) + RIVAL else fit
 
 
-def _in_excess(fit: Fit, middle: int, half: int, mean: float) -> float:
-    """Variance in the ordinates about one, less what the model expects there."""
-    power = float(np.sum(fit.solution.ordinates[middle - half : middle + half + 1] ** 2))
+def _in_excess(fit: Fit, first: int, last: int, mean: float) -> float:
+    """Variance in some ordinates, `mean` times what the model expects there, less this."""
+    power = float(np.sum(fit.solution.ordinates[first : last + 1] ** 2))
     return power * max(1.0 - 1.0 / mean, 0.0) / fit.data.n
 
 
