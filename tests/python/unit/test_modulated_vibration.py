@@ -46,8 +46,8 @@ def test_a_speed_that_swings_is_one_effect():
     swing = 0.5 * np.sin(2.0 * np.pi * APART * TIME)
     study = _study(rng, 0.04 * np.sin(2.0 * np.pi * 9.0 * TIME + wander + swing))
     assert _added(study) == ["modulated_vibration"], study
-    # Side bands of a phase that swings by β have J₁²/J₀² = (β/2)² (1 + β²/8 + …) of the power: m = 1.03 β here. A band has ten
-    # ordinates, but its companions are copies of it, so that the depth is known better than √(3/10)/2; 1.3 of these.
+    # Side bands of a phase that swings by β have J₁²/J₀² = (β/2)² (1 + β²/8 + …) of the power: m = 1.03 β here. A band has
+    # ten ordinates, but its companions are copies of it, so that the depth is known better than √(3/10)/2; 1.3 of these.
     assert study.fit["MOD.depth"].value == pytest.approx(0.515, rel=0.35)
 
 
