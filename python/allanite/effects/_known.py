@@ -31,6 +31,8 @@ class Deterministic(Effect):
     array([0.5])
     >>> al.DriftingLine(frequency=3.0, drift=0.1).seen_between(0.0, 10.0), step.seen_between(0.0, 2.0)
     ((3.0, 4.0), None)
+    >>> al.RateRamp.best_span(np.ones(3), np.ones(3), np.zeros((3, 0)), 100, 1.0) is None
+    True
     >>> al.BiasStep.regressor_ordinates([step], np.arange(1, 3), 3, 1.0, 0.0).shape
     (1, 2)
     """
@@ -110,6 +112,23 @@ class Deterministic(Effect):
 
         By default None: there is no closed form, and the regressor is transformed. `start` is the time of the
         first of n samples at `rate` Hz, s.
+        """
+        return None
+
+    @classmethod
+    def best_span(
+        cls,
+        residual: NDArray[np.float64],
+        root: NDArray[np.float64],
+        basis: NDArray[np.float64],
+        n: int,
+        rate: float,
+    ) -> tuple[Deterministic, float] | None:
+        """What begins at one time of this effect and ends at another, at the best two times; and its arc.
+
+        By default None: there is nothing such. Whitened ordinates are those of a series times `root`; `residual` are what
+        is to be explained and the columns of `basis`, orthonormal, shape (ordinates, k), what others can explain of it, of
+        ordinates 1, 2, … of n samples at `rate` Hz. The arc is the angle that the effect turns over all times.
         """
         return None
 

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from allanite.effects._base import Parameter
 from allanite.effects._event import Event, sines
 
+#: What is left of a difference of two steps, in parts of a step, is rounding below this.
+SAME = 1e-9
+
 
 @dataclass(frozen=True)
 class BiasStep(Event):
@@ -61,13 +64,58 @@ class BiasStep(Event):
         return None if self.time is None else (self.time, self.time)
 
     def extended(self) -> tuple[Event, ...]:
-        """Forms in which the bias returns: at a second time (excursion) or by decay (transient)."""
-        from allanite.effects.excursion import Excursion
+        """The form in which the bias returns by decay."""
         from allanite.effects.transient import Transient
 
-        if self.time is None:
-            return ()
-        return Excursion(start=self.time), Excursion(end=self.time), Transient(time=self.time)
+        return () if self.time is None else (Transient(time=self.time),)
+
+    @classmethod
+    def best_span(
+        cls,
+        residual: NDArray[np.float64],
+        root: NDArray[np.float64],
+        basis: NDArray[np.float64],
+        n: int,
+        rate: float,
+    ) -> tuple[Event, float]:
+        """The excursion between two of as many times as there are ordinates, ½z² less ln of its length the largest.
+
+        Every octave of lengths is as likely: of two times of return that explain as much the nearer one is it.
+        """
+        from scipy.fft import dct, dst
+
+        from allanite.effects.excursion import Excursion
+
+        places = residual.size + 1
+        j = np.arange(1, places)
+        # Steps at m/places of the record, as `regressor_ordinates`: sums over sines are sine transforms.
+        scale = root * np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n))
+        score = 0.5 * dst(scale * (residual - basis @ (basis.T @ residual)), type=1)
+        others = 0.5 * dst(scale[:, None] * basis, type=1, axis=0)
+        # Σ_j s_j² sin(πjm/M) sin(πjl/M), and M in place of l for −l.
+        waves = 0.5 * dct(np.concatenate([[0.0], scale**2, [0.0]]), type=1)
+        waves = np.concatenate([waves, waves[-2::-1]])
+        m = j
+        own = 0.5 * (waves[0] - waves[2 * m]) - (others**2).sum(axis=1)
+        best, top, turned = (0, 1), -np.inf, 0.0
+        for i in range(m.size - 1):
+            shared = 0.5 * (waves[1 : m.size - i] - waves[m[i] + m[i + 1 :]])
+            shared -= others[i + 1 :] @ others[i]
+            apart = own[i] + own[i + 1 :] - 2.0 * shared
+            usable = apart > SAME * own.max()
+            gain = np.where(
+                usable, (score[i + 1 :] - score[i]) ** 2 / np.where(usable, apart, 1.0), 0.0
+            )
+            gain = 0.5 * gain - np.log(m[: gain.size])
+            k = int(np.argmax(gain))
+            if gain[k] > top:
+                best, top = (i, i + 1 + k), float(gain[k])
+            if own[i] > 0.0 and own[i + 1] > 0.0:
+                turned += float(
+                    np.arccos(np.clip(shared[0] / np.sqrt(own[i] * own[i + 1]), -1.0, 1.0))
+                )
+        times = m * (n / rate / places)
+        return Excursion(start=float(times[best[0]]), end=float(times[best[1]])), turned
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """A thousand times over the record."""

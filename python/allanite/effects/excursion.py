@@ -62,7 +62,7 @@ class Excursion(Event):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """None by itself: it is looked for where a bias step is found (`BiasStep.extended`)."""
+        """None by itself: it is looked for between any two places of a bias step (`BiasStep.best_span`)."""
         return ()
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:

@@ -86,3 +86,54 @@ def test_sines_of_many_places_are_single_sines(n, places, ordinates, first):
     np.testing.assert_allclose(
         sines(k, j, n), np.sin(np.pi * j * k[:, None] / n), atol=1e-15 * np.pi * j[-1] + 1e-14
     )
+
+
+def _stretch(time, start, end, height):
+    return height * ((time >= start) & (time < end))
+
+
+def test_short_excursions_are_not_hidden_by_a_step_elsewhere():
+    """Someone leans on the bench twice and a bond gives way in between: no edge of either visit is the best single step."""
+    rate, n = 20.0, 40_000
+    rng = np.random.default_rng([2, 77])
+    time = np.arange(n) / rate
+    x = g.white(rng, n, rate, 0.02) + g.walk(rng, n, rate, 2e-3)
+    x += _stretch(time, 310.0, 322.0, 0.11) + _stretch(time, 1650.0, 1668.0, -0.1)
+    x += 0.3 * (time >= 1000.0)
+    fit = al.improve(al.Recording(x, rate), "N+K").fit
+    found = sorted((e.kind, *(round(t) for t in e.when)) for e in fit.model.deterministic)
+    assert found == [
+        ("bias_step", 1000, 1000),
+        ("excursion", 310, 322),
+        ("excursion", 1650, 1668),
+    ]
+
+
+@given(st.integers(8, 60), st.integers(0, 3), st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=60)
+def test_the_best_span_is_the_best_of_all_pairs(size, others, seed):
+    """Sine transforms against every pair of steps, one by one."""
+    rng = np.random.default_rng(seed)
+    n, rate = 40 * (size + 1), 10.0
+    j = np.arange(1, size + 1)
+    root = np.exp(rng.normal(size=size))
+    residual = rng.normal(size=size)
+    basis = np.linalg.qr(rng.normal(size=(size, min(others, size))))[0]
+    left = residual - basis @ (basis.T @ residual)
+    times = np.arange(1, size + 1) * (n / rate / (size + 1))
+    rows = al.BiasStep.regressor_ordinates([al.BiasStep(time=t) for t in times], j, n, rate, 0.0)
+    rows = rows * root
+    rows -= (rows @ basis) @ basis.T
+    best = max(
+        0.5 * float(d @ left) ** 2 / float(d @ d) - np.log(k - i)
+        for i in range(size)
+        for k in range(i + 1, size)
+        if (d := rows[i] - rows[k]) @ d > 1e-6 * (rows[i] @ rows[i])
+    )
+    found, arc = al.BiasStep.best_span(residual, root, basis, n, rate)
+    i, k = (int(np.argmin(abs(times - t))) for t in found.when)
+    d = rows[i] - rows[k]
+    assert 0.5 * float(d @ left) ** 2 / float(d @ d) - np.log(k - i) == pytest.approx(best)
+    unit = rows / np.linalg.norm(rows, axis=1)[:, None]
+    turned = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1.0, 1.0)).sum()
+    assert arc == pytest.approx(turned, rel=1e-6)

@@ -14,7 +14,14 @@ from allanite.effects import CATALOGUE, Deterministic, Model
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data, Noise
 
-__all__ = ["grid_points", "lowest", "matched_gains", "regressor_ordinates", "slow_families"]
+__all__ = [
+    "best_span",
+    "grid_points",
+    "lowest",
+    "matched_gains",
+    "regressor_ordinates",
+    "slow_families",
+]
 
 #: Ordinates of the filter; a step has all but 1/4096 of its weight there.
 LOW = 4096
@@ -107,9 +114,8 @@ def matched_gains(
     root = 1.0 / np.sqrt(noise.variance(j))
     whole = regressor_ordinates(points, j, data) * root
     target = residual[j] * root
-    others = [regressor_ordinates([e], j, data) * root for e in beside if e.low]
-    if others:
-        basis = _basis(np.concatenate(others))
+    basis = _beside(beside, j, root, data)
+    if basis.size:
         size = np.linalg.norm(whole, axis=1, keepdims=True)
         whole = whole - (whole @ basis) @ basis.T
         # One of them in other words: what is left of it is rounding.
@@ -127,6 +133,37 @@ def matched_gains(
         gain = gain + 0.5 * other**2
         unit = _units(first[:, None] * unit + other[:, None] * second)
     return gain, unit
+
+
+def best_span(
+    cls: type[Deterministic],
+    residual: NDArray[np.float64],
+    noise: Noise,
+    data: Data,
+    beside: Sequence[Deterministic] = (),
+) -> tuple[Deterministic, float] | None:
+    """What is there from one time of an effect to another, and its arc (`Deterministic.best_span`); as `matched_gains`."""
+    j = lowest(data)
+    root = 1.0 / np.sqrt(noise.variance(j))
+    basis = _beside(beside, j, root, data)
+    found = cls.best_span(residual[j] * root, data.seen(root, j), basis, data.n, data.rate)
+    if found is None or not data.start:
+        return found
+    effect, arc = found
+    # Times are counted from the first sample of the recording.
+    later = {p.name: effect.values[p.name] + data.start for p in effect.parameters if p.unit == "s"}
+    return effect.with_values(**later), arc
+
+
+def _beside(
+    effects: Sequence[Deterministic],
+    j: NDArray[np.int64],
+    root: NDArray[np.float64],
+    data: Data,
+) -> NDArray[np.float64]:
+    """Orthonormal columns of whitened ordinates that slow functions can do themselves, shape (ordinates, columns)."""
+    rows = [regressor_ordinates([e], j, data) * root for e in effects if e.low]
+    return _basis(np.concatenate(rows)) if rows else np.zeros((j.size, 0))
 
 
 def _basis(rows: NDArray[np.float64]) -> NDArray[np.float64]:

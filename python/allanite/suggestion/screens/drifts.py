@@ -7,6 +7,7 @@ spectral candidate (otherwise any slow column explains any random walk: spurious
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -17,12 +18,11 @@ from allanite.fit.engine import Solution, solve
 from allanite.fit.likelihood.whitened import cell_means, expected_level
 from allanite.fit.rivals.columns import consistent
 from allanite.fit.rivals.evidence import cost
-from allanite.fit.shapes.matched import grid_points, matched_gains
+from allanite.fit.shapes.matched import best_span, grid_points, matched_gains
 from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_chance
 from allanite.suggestion.screens.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
     from allanite.fit.likelihood.data import Data, Noise
 
@@ -66,66 +66,92 @@ def screen_slow(
         found.append(candidate)
         # Each place of the simple form that is a place of its own might have been the start of these.
         starts = max(1.0, arcs[-1] / (0.5 * np.pi))
-        richer, more = _richer(candidate, solution, data, rival)
-        found += richer
-        arcs += [arc * starts for arc in more.values()]
-        families += [effect.family for effect in more]
+        forms = _forms(candidate, starts, solution, data)
+        found += _richer(candidate, forms, solution, data, rival)
+        arcs += [arc * times for arc, times in forms.values()]
+        families += [effect.family for effect in forms]
     return Screen(tuple(found), tuple(arcs), tuple(families))
 
 
-def _richer(
-    simple: Candidate, solution: Solution, data: Data, rival: Solution | None
-) -> tuple[list[Candidate], dict[Deterministic, float]]:
-    """Richer forms of an effect that was found, at the best of the shapes that it has not; and their arcs."""
-    found: list[Candidate] = []
-    arcs: dict[Deterministic, float] = {}
+def _forms(
+    simple: Candidate,
+    starts: float,
+    solution: Solution,
+    data: Data,
+) -> dict[Deterministic, tuple[float, float]]:
+    """Richer forms of an effect that was found, at the best of the shapes that it has not; their arcs, and how often each.
+
+    Beside them what is there between two of its places, which may have nothing to do with the one that was found.
+    """
     assert simple.solution is not None
-    noise = simple.solution.noise(data)
     assert isinstance(simple.effect, Deterministic)
-    plain = float(_gains([simple.effect], solution, noise, data).max())
+    noise, known = simple.solution.noise(data), solution.model.deterministic
+    found: dict[Deterministic, tuple[float, float]] = {}
     for blank in simple.effect.extended():
         assert isinstance(blank, Deterministic)
-        points = grid_points(blank, data)
-        known = solution.model.deterministic
-        gain, directions = matched_gains(points, solution.ordinates, noise, data, known)
-        arcs[blank] = arc_length(directions)
-        start = points[int(np.argmax(gain))]
-        best = _finer(start, blank.free_shapes, solution, noise, data)
+        grid = grid_points(blank, data)
+        gain, directions = matched_gains(grid, solution.ordinates, noise, data, known)
+        start = grid[int(np.argmax(gain))]
+        finer = _finer(start, blank.free_shapes, solution, noise, data)
+        found[finer] = arc_length(directions), starts
+    span = best_span(type(simple.effect), solution.ordinates, noise, data, known)
+    if span is not None:
+        effect, arc = span
+        # Each place that is one of its own might be either end.
+        found[_finer(effect, effect.free_shapes, solution, noise, data)] = (
+            arc,
+            max(1.0, arc / (0.5 * np.pi)),
+        )
+    return found
+
+
+def _richer(
+    simple: Candidate,
+    forms: Mapping[Deterministic, tuple[float, float]],
+    solution: Solution,
+    data: Data,
+    rival: Solution | None,
+) -> list[Candidate]:
+    """Those of the richer forms, refitted, that explain more than chance lets them."""
+    found: list[Candidate] = []
+    assert simple.solution is not None
+    assert isinstance(simple.effect, Deterministic)
+    noise = simple.solution.noise(data)
+    plain = _gain(simple.effect, solution, noise, data)
+    for effect, (arc, _) in forms.items():
+        best = _gain(effect, solution, noise, data)
         hope = best - plain + REFITTED * best
-        if log_chance(Family(blank.family, (arcs[blank],)), hope) >= np.log(FALSE_ALARM):
+        if log_chance(Family(effect.family, (arc,)), hope) >= np.log(FALSE_ALARM):
             continue
-        candidate = _refit(start, solution, data, rival)
+        candidate = _refit(effect, solution, data, rival)
         if candidate is None:
             continue
         # Searching for one more time always gains something: what it adds must be more than chance gives.
-        added = log_chance(Family(blank.family, (arcs[blank],)), candidate.gain - simple.gain)
+        added = log_chance(Family(effect.family, (arc,)), candidate.gain - simple.gain)
         if added < np.log(FALSE_ALARM):
             found.append(candidate)
-    return found, arcs
+    return found
 
 
-def _gains(
-    points: list[Deterministic], solution: Solution, noise: Noise, data: Data
-) -> NDArray[np.float64]:
-    """Gain of each of some slow functions beside a model whose noise is known better, shape (points,)."""
+def _gain(effect: Deterministic, solution: Solution, noise: Noise, data: Data) -> float:
+    """Gain of a slow function beside a model whose noise is known better."""
     known = solution.model.deterministic
-    return matched_gains(points, solution.ordinates, noise, data, known)[0]
+    return float(matched_gains([effect], solution.ordinates, noise, data, known)[0][0])
 
 
 def _finer(
     effect: Deterministic, names: tuple[str, ...], solution: Solution, noise: Noise, data: Data
-) -> float:
-    """The gain of the best shape between the neighbours of a point of the grid."""
-    best = -np.inf
+) -> Deterministic:
+    """The best between the neighbours of a point of the grid, one shape after the other."""
+    known = solution.model.deterministic
     for name in names:
         grid = np.unique(effect.grid(name, data.n, data.rate))
         at = int(np.searchsorted(grid, effect.values[name]))
         low, high = grid[max(0, at - 1)], grid[min(grid.size - 1, at + 1)]
         tried = [effect.with_values(**{name: float(v)}) for v in np.linspace(low, high, BETWEEN)]
-        gain = _gains([effect, *tried], solution, noise, data)
-        top = int(np.argmax(gain))
-        effect, best = [effect, *tried][top], float(gain[top])
-    return best
+        gain, _ = matched_gains([effect, *tried], solution.ordinates, noise, data, known)
+        effect = [effect, *tried][int(np.argmax(gain))]
+    return effect
 
 
 def _refit(
