@@ -25,6 +25,7 @@ from allanite import _kernels
 from allanite.common.threads import go_on
 from allanite.fit.likelihood.data import column, density
 from allanite.fit.likelihood.holes import mixing_of, seen_of
+from allanite.fit.likelihood.peaks import nodes_of
 from allanite.fit.likelihood.shares import CELLS, share_of
 from allanite.fit.likelihood.stop_band import NOTHING, empty
 
@@ -42,6 +43,8 @@ Mask = NDArray[np.bool_]
 ROUNDS, SETTLED = 8, 0.02
 #: Draws of the unknown part, from which its share in each ordinate is found: of a short record more; samples drawn in all.
 DRAWS, FEWEST_DRAWS, DRAWN = 8, 2, 200_000
+#: As many missing samples are solved for at once.
+FEW = 512
 #: Relative residual at which conjugate gradients stop, and their most steps.
 PRECISE, STEPS = 1e-5, 400
 
@@ -49,11 +52,12 @@ PRECISE, STEPS = 1e-5, 400
 def _spectrum(data: Data, model: Model, level: Array | None) -> Array:
     """Expected squared ordinates of the random part, shape (n,); the mean, j = 0, is free."""
     bins = data.bins
-    known = density(data.terms(model), bins.nodes, data.n)
+    nodes = nodes_of(model, bins, data.rate)
+    known = density(data.terms(model), nodes, data.n)
     if level is not None:
-        known = known * level[bins.owner]
+        known = known * level[np.searchsorted(bins.edges, nodes, side="right") - 1]
     j = np.maximum(np.arange(data.n, dtype=np.float64), 1.0)
-    return np.asarray(np.exp(np.interp(np.log(j), np.log(bins.nodes), np.log(known))))
+    return np.asarray(np.exp(np.interp(np.log(j), np.log(nodes), np.log(known))))
 
 
 class _Bridge:
@@ -63,13 +67,16 @@ class _Bridge:
         self.missing = missing
         self.precision = 1.0 / spectrum
         self.precision[0] = 0.0
+        self.steps = 0
+        self.exact = _factor(missing, self.precision)
+        if self.exact is not None:
+            return
         # Inside a gap of L samples nothing slower than 2L samples is seen: there Σ is nearly the inverse of Q.
         change = np.diff(np.concatenate([[0], missing.astype(np.int8), [0]]))
         lengths = (np.flatnonzero(change == -1) - np.flatnonzero(change == 1)).astype(float)
         typical = float((lengths**2).sum() / lengths.sum())
         slow = min(missing.size - 1, int(missing.size / typical))
         self.rough = np.minimum(spectrum, spectrum[max(1, slow)])
-        self.steps = 0
 
     def _apply(self, values: Array, weight: Array) -> Array:
         whole = np.zeros(self.missing.size)
@@ -85,6 +92,12 @@ class _Bridge:
     def mean(self, samples: Array) -> Array:
         """Samples with the missing ones replaced by their mean given the others (and what stands there as a start)."""
         residual = -self._weighted(samples, self.precision)
+        out = samples.copy()
+        if self.exact is not None:
+            from scipy.linalg import cho_solve
+
+            out[self.missing] += cho_solve(self.exact, residual)
+            return out
         step = np.zeros(residual.size)
         searched = rough = self._apply(residual, self.rough)
         size = first = float(residual @ rough)
@@ -99,9 +112,28 @@ class _Bridge:
             rough = self._apply(residual, self.rough)
             size, before = float(residual @ rough), size
             searched = rough + (size / before) * searched
-        out = samples.copy()
         out[self.missing] += step
         return out
+
+
+def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
+    """The Cholesky factor of Q_mm, where few samples are missing.
+
+    Σ_j p_j φ_j(i) φ_j(k) depends on i − k and on i + k + 1.
+    """
+    from scipy.linalg import cho_factor
+
+    at = np.flatnonzero(missing)
+    if at.size > FEW:
+        return None
+    n = missing.size
+    waves = np.fft.rfft(np.concatenate([precision, [0.0], precision[:0:-1]])).real / (2 * n)
+
+    def of(lag: NDArray[np.int64]) -> Array:
+        return np.asarray(waves[np.minimum(lag, 2 * n - lag)])
+
+    # An unseen mean is free, and with it what is common to all: never all samples are missing.
+    return cho_factor(of(np.abs(at[:, None] - at)) + of(at[:, None] + at + 1), lower=True)
 
 
 def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0) -> Data:
@@ -160,6 +192,14 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     return replace(data, samples=samples, ordinates=ordinates, bins=bins, gain=gain, mixing=mixing)
 
 
+def _apart(one: Data, other: Data) -> float:
+    """How far two completions of a record are apart: by so much of logL in all bins at most."""
+    first, second = (
+        np.add.reduceat(data.ordinates**2, data.bins.edges[:-1]) for data in (one, other)
+    )
+    return 0.5 * float(other.bins.count @ np.log(second / first) ** 2)
+
+
 def settle(data: Data, model: Model) -> tuple[Data, Solution]:
     """The record completed under the model that is fitted to it, and that fit.
 
@@ -189,7 +229,10 @@ def settle(data: Data, model: Model) -> tuple[Data, Solution]:
         for _ in range(ROUNDS):
             level = None if trusting else solution.level
             before = solution.spectrum if level is None else solution.spectrum * level
-            data = complete(data, with_coefficients(solution.model, theta), level)
+            completed = complete(data, with_coefficients(solution.model, theta), level)
+            if data.gain is not None and _apart(data, completed) < SETTLED:
+                break
+            data = completed
             # Shapes without a value are looked for anew: in a bridged record they may be the bridges'.
             solution = solve(data, model if trusting else solution.model)
             after = solution.spectrum if level is None else solution.spectrum * solution.level

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.memory import released
 
 if TYPE_CHECKING:
     from allanite.spectrum import Bins
@@ -28,6 +30,14 @@ def _coupling(missing: Mask) -> Array:
     transform = _kernels.cosine_transform(missing.astype(np.float64)) * np.sqrt(0.5 / n)
     transform[0] = 0.0
     return np.asarray(np.concatenate([transform, [0.0], transform[:0:-1]]) ** 2)
+
+
+@released
+@lru_cache(maxsize=4)
+def _pairs_of(packed: bytes, n: int, edges: bytes) -> Array:
+    """`_pairs` of a mask of n samples, packed: the same for every model."""
+    missing = np.unpackbits(np.frombuffer(packed, dtype=np.uint8), count=n).astype(bool)
+    return _pairs(missing, np.frombuffer(edges, dtype=np.int64))
 
 
 def _pairs(missing: Mask, edges: NDArray[np.int64]) -> Array:
@@ -65,7 +75,9 @@ def mixing_of(missing: Mask, share: Array, bins: Bins) -> Array:
     number = np.diff(bins.edges).astype(float)
     unknown = np.add.reduceat(share, bins.edges[:-1]) / number
     source = np.add.reduceat(share * (1.0 - share), bins.edges[:-1]) / number
-    coupled = np.maximum(_pairs(missing, bins.edges), 0.0) * source
+    edges = np.ascontiguousarray(bins.edges, dtype=np.int64)
+    pairs = _pairs_of(np.packbits(missing).tobytes(), missing.size, edges.tobytes())
+    coupled = np.maximum(pairs, 0.0) * source
     total = coupled.sum(axis=1)
     out = coupled * (unknown / np.maximum(total, 1e-300))[:, None]
     at = np.arange(number.size)

@@ -27,6 +27,8 @@ CELLS, PER_ORDINATE, PARTLY, FEW = 512, 4, 16, 0.1
 #: Squared ordinates averaged of the draws, at least, and the share that they span of the frequency or of its distance
 #: from half the rate, where regular holes show the lowest ones.
 SMOOTH, SPAN = 64, 0.3
+#: Ordinates among which shares are balanced.
+ENOUGH = 1 << 16
 #: Ordinates seen to no more than this share are left out.
 LEAST_SEEN = 0.02
 
@@ -105,13 +107,16 @@ def _noise(unseen: Array, spectrum: Array) -> Array:
 
 
 def _rough(spectrum: Array, missing: float, empty: float) -> Array:
-    """Shares of these ordinates that sum to the number of missing samples."""
-    low, high = spectrum.min() * 1e-6, spectrum.max() * 1e6
+    """Shares of these ordinates that sum to about the number of missing samples."""
+    # Of many ordinates some are enough.
+    part = spectrum[:: max(1, spectrum.size // ENOUGH)]
+    mean = missing / spectrum.size
+    low, high = part.min() * 1e-6, part.max() * 1e6
     for _ in range(60):
         v = np.sqrt(low * high)
-        share = empty + (1.0 - empty) * v / (v + spectrum)
-        low, high = (v, high) if share.sum() < missing else (low, v)
-    return np.asarray(share)
+        found = np.mean(empty + (1.0 - empty) * v / (v + part))
+        low, high = (v, high) if found < mean else (low, v)
+    return np.asarray(empty + (1.0 - empty) * v / (v + spectrum))
 
 
 def _smooth(values: Array, rough: Array, start: int, bins: Bins) -> Array:
