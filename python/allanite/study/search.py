@@ -10,14 +10,15 @@ from allanite.common.blas import one_thread
 from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
 from allanite.effects import Modifier, Stochastic
-from allanite.fit import fit_model, removes
-from allanite.fit.prediction import compare, worse
+from allanite.fit import fit_model
+from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
+from allanite.study.errors import as_good, errors_fall, predicts, rises, wider
 from allanite.study.harmonics import with_companions
 from allanite.study.ladder import Rung, Study
 from allanite.study.levels import one_level, several_levels
-from allanite.study.moves import CHANCE, added_to, one_thing, pruned, swapped
+from allanite.study.moves import added_to, one_thing, pruned, swapped
 from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
 from allanite.suggestion import check_fit
@@ -36,8 +37,6 @@ __all__ = ["LIMIT", "full", "improve", "next_rung"]
 
 #: No sensor record supports more additions than this, beside lines and stretches that are left out; no more of these.
 LIMIT, ALONE = 8, 32
-#: An Allan error that is none: half a per cent.
-LITTLE = 0.005
 #: Least part of a suggestion's rise of logL that is still there beside the lines before it.
 AS_FOUND = 0.8
 #: Share of the power of a bin from which a process is seen there.
@@ -141,13 +140,13 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         if rung is not None:
             return _with_companions(ladder[-1].fit, rung)
     shape = unstacked(ladder)
-    return shape if shape is not None and _errors_fall(ladder[-1].fit, shape.fit) else None
+    return shape if shape is not None and errors_fall(ladder[-1].fit, shape.fit) else None
 
 
 def _with_companions(before: Fit, rung: Rung) -> Rung:
     """The rung with the harmonics of a narrow band, or as the side bands of one, where no error rises by it."""
     other = with_companions(before, rung)
-    return other if other is rung or _errors_fall(rung.fit, other.fit) else rung
+    return other if other is rung or errors_fall(rung.fit, other.fit) else rung
 
 
 def _more(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
@@ -198,7 +197,7 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     if came is None:
         return None
     better, gave_way, with_it = came
-    if not suggestion.effect_happens_once and not _predicts(fit, better):
+    if not suggestion.effect_happens_once and not predicts(fit, better):
         return None
     risen = suggestion.delta_log_likelihood - suggestion.surplus
     before = better.solution.log_likelihood
@@ -207,9 +206,9 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     added = suggestion.effect
     # The curve says nothing of when a sensor is loud.
     elsewhere = isinstance(added, Modifier) and added.passing
-    falls = elsewhere or _errors_fall(fit, better)
-    wider = not elsewhere and _wider(fit, better)
-    pair = None if falls and not wider else _with_another(fit, better, check, falls)
+    falls = elsewhere or errors_fall(fit, better)
+    settled = falls and (elsewhere or not wider(fit, better))
+    pair = None if settled else _with_another(fit, better, check, falls)
     if pair is None and not falls:
         return None
     if pair is not None:
@@ -222,7 +221,7 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
         if one is None:
             return None
         return Rung(one, one.model.effects[-1], (*gave_way, *kinds), risen)
-    if with_it or (len(ladder) > 1 and not _moved(fit, better)):
+    if with_it or (len(ladder) > 1 and not _moved(fit, better) and not _faded(fit, better, asked)):
         # What nothing has moved since it was looked at is as good as it was.
         return Rung(better, added, gave_way, risen, brought=with_it)
     new: list[Effect] = [added]
@@ -231,8 +230,10 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     if split is not None:
         better = split
     else:
-        better, removed = pruned(better, fit, asked, gone, stand_in)
-        asked -= len(removed)
+        less, needless = pruned(better, fit, asked, gone, stand_in)
+        if needless and as_good(better, less):
+            better, removed = less, needless
+            asked -= len(removed)
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
         own = set(range(asked)) | {len(better.model) - 1}
         # A wandering process that came first may have stood for two.
@@ -240,7 +241,7 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
         # What is missing beside this one has a rung of its own.
         later = {s.kind for s in check.significant if not s.effect.may_be(added)}
         swap = swapped(better, _touched(own, ladder, better), tried, gone | later)
-        if swap is not None and _errors_fall(better, swap[0]):
+        if swap is not None and errors_fall(better, swap[0]):
             better, kind, other = swap
             if kind == added.kind:
                 new = [other]
@@ -267,7 +268,7 @@ def _split(fit: Fit, places: Sequence[int], new: list[Effect], removed: list[str
     They enter `new`; that one leaves it, or is among the `removed`.
     """
     found = parted(fit, places)
-    if found is None or not _errors_fall(fit, found[0]):
+    if found is None or not errors_fall(fit, found[0]):
         return None
     better, place, pair = found
     kind = fit.model.effects[place].kind
@@ -300,6 +301,11 @@ def _bins_moved(before: Fit, after: Fit) -> NDArray[np.bool_]:
     return np.asarray(np.abs(np.log(new / old)) > scatter)
 
 
+def _faded(before: Fit, after: Fit, asked: int) -> bool:
+    """Whether one of the effects behind the first `asked` was seen in the record and is no more, beside the last."""
+    return any(shown(before, p) and not shown(after, p) for p in range(asked, len(before.model)))
+
+
 def _touched(places: set[int], ladder: Sequence[Rung], better: Fit) -> set[int]:
     """Those places of a model that an addition may have left in a wrong light: the new one, and on the first rung all.
 
@@ -327,60 +333,31 @@ def _with_another(before: Fit, better: Fit, check: Check, falls: bool) -> tuple[
     """
     if falls:
         pair = _best_beside(before, better, check_fit(better).significant)
-        if pair is None or _wider(before, pair[0]):
+        if pair is None or wider(before, pair[0]):
             return None
         return pair if gained(pair[0].solution, better.solution, better.data) > RIVAL else None
     new = better.model.effects[-1].kind
     known = [s for s in check.significant if s.kind != new]
-    return _best_beside(before, better, known) or _best_beside(
-        before, better, check_fit(better).significant
-    )
+    first = _best_beside(before, better, known)
+    if first is not None and not rises(before, first[0]):
+        return first
+    second = _best_beside(before, better, check_fit(better).significant)
+    return second if first is None or (second and rises(second[0], first[0])) else first
 
 
 def _best_beside(
     before: Fit, better: Fit, suggestions: Sequence[Suggestion]
 ) -> tuple[Fit, Effect] | None:
-    """The fit with the first of the suggestions beside which no error rises, and its effect."""
+    """The fit with the first of the suggestions beside which the Allan error falls, else no error rises; and its effect."""
+    tolerable: tuple[Fit, Effect] | None = None
     for suggestion in suggestions[:ANOTHER]:
         if any(one_thing(e, suggestion.effect, better) for e in better.model):
             continue
         both = better.add(suggestion)
-        predicts = suggestion.effect_happens_once or _predicts(better, both)
-        if predicts and _errors_fall(before, both):
-            return both, suggestion.effect
-    return None
-
-
-def _wider(before: Fit, after: Fit) -> bool:
-    """Whether the discrepancy is larger, by anything."""
-    return after.discrepancy.percent > before.discrepancy.percent
-
-
-def _errors_fall(before: Fit, after: Fit) -> bool:
-    """Whether neither the discrepancy nor the Allan error rises by more than its own scatter."""
-    old, new = before.error, after.error
-    if after.discrepancy.interval[0] > before.discrepancy.interval[1]:
-        return False
-    if old.adev_rms_percent is None or new.adev_rms_percent is None:
-        return True
-    # A true model's error is within twice its scatter, whatever the error before; with more missing it may rise by once.
-    chance = new.chance_rms_percent or 0.0
-    if new.adev_rms_percent > max(CHANCE * chance, np.hypot(old.adev_rms_percent, chance)):
-        return False
-    if after.data is not before.data and removes(after.model.effects[-1]):
-        return True  # the curve of another record
-    # Chance is large at long τ alone, and excuses nothing at short ones.
-    return after.curve.risen(before.curve, CHANCE) <= LITTLE**2
-
-
-def _predicts(before: Fit, after: Fit) -> bool:
-    """Whether unseen data are not predicted worse by more than the standard error of the difference.
-
-    Where the discrepancy rises as well, by any amount.
-    """
-    old, new = before.error.predictive, after.error.predictive
-    if old is None or new is None:
-        return True
-    if _wider(before, after) and compare(old, new)[0] > 0.0:
-        return False
-    return not worse(old, new)
+        if not suggestion.effect_happens_once and not predicts(better, both):
+            continue
+        if errors_fall(before, both):
+            if not rises(before, both):
+                return both, suggestion.effect
+            tolerable = tolerable or (both, suggestion.effect)
+    return tolerable

@@ -15,7 +15,7 @@ from allanite.fit.likelihood import peaks
 from allanite.fit.likelihood.data import bins_of, column_of, density, prepare
 from allanite.fit.likelihood.peaks import bins_near, is_narrow, means_near, within
 from allanite.fit.shapes.narrow import Window, within_bins
-from allanite.study.search import _errors_fall
+from allanite.study.errors import errors_fall
 from allanite.suggestion.screens.narrow import narrow_bands, widths_tried
 
 RATE, LENGTH = 50.0, 90_000
@@ -230,4 +230,4 @@ def test_an_allan_error_beyond_its_scatter_rises_by_no_more_than_that(before, af
             curve=SimpleNamespace(risen=lambda *_: 0.0),
         )
 
-    assert _errors_fall(fit(before), fit(after)) == falls
+    assert errors_fall(fit(before), fit(after)) == falls

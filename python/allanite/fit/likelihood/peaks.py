@@ -51,7 +51,7 @@ def is_narrow(effect: Effect) -> bool:
 
 
 def seen_singly(data: Data) -> bool:
-    """Whether every ordinate is kept (not those of a summary) and shows itself alone (not where many samples are missing)."""
+    """Whether every ordinate is kept (not those of a summary) and shows itself alone: next to no sample is missing."""
     few = data.missing is None or data.missing.mean() <= FEW
     return few and data.ordinates.size == data.n
 

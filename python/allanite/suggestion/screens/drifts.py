@@ -23,7 +23,6 @@ from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_ch
 from allanite.suggestion.screens.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
-
     from allanite.fit.likelihood.data import Data, Noise
 
 #: Ordinates on which a column's own consistency is judged.

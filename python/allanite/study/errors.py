@@ -1,0 +1,70 @@
+"""Whether the errors of a model fall with a change, are as small as they were, or rise."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.fit import removes
+from allanite.fit.prediction import compare, worse
+from allanite.study.moves import CHANCE
+
+if TYPE_CHECKING:
+    from allanite.fit.result import Fit
+
+__all__ = ["as_good", "errors_fall", "predicts", "rises", "wider"]
+
+#: An Allan error that is none: half a per cent.
+LITTLE = 0.005
+
+
+def rises(before: Fit, after: Fit) -> bool:
+    """Whether the Allan error is larger, by anything."""
+    old, new = before.error.adev_rms_percent, after.error.adev_rms_percent
+    return old is not None and new is not None and new > old
+
+
+def wider(before: Fit, after: Fit) -> bool:
+    """Whether the discrepancy is larger, by anything."""
+    return after.discrepancy.percent > before.discrepancy.percent
+
+
+def errors_fall(before: Fit, after: Fit) -> bool:
+    """Whether neither the discrepancy nor the Allan error rises by more than its own scatter."""
+    old, new = before.error, after.error
+    if after.discrepancy.interval[0] > before.discrepancy.interval[1]:
+        return False
+    if old.adev_rms_percent is None or new.adev_rms_percent is None:
+        return True
+    # A true model's error is within twice its scatter, whatever the error before; with more missing it may rise by once.
+    chance = new.chance_rms_percent or 0.0
+    if new.adev_rms_percent > max(CHANCE * chance, np.hypot(old.adev_rms_percent, chance)):
+        return False
+    if after.data is not before.data and removes(after.model.effects[-1]):
+        return True  # the curve of another record
+    # Chance is large at long τ alone, and excuses nothing at short ones.
+    return after.curve.risen(before.curve, CHANCE) <= LITTLE**2
+
+
+def predicts(before: Fit, after: Fit) -> bool:
+    """Whether unseen data are not predicted worse by more than the standard error of the difference.
+
+    Where the discrepancy rises as well, by any amount.
+    """
+    old, new = before.error.predictive, after.error.predictive
+    if old is None or new is None:
+        return True
+    if wider(before, after) and compare(old, new)[0] > 0.0:
+        return False
+    return not worse(old, new)
+
+
+def as_good(before: Fit, after: Fit) -> bool:
+    """Whether a model with less in it is as good: no error rises, the Allan error to no more than chance leads to."""
+    error = after.error
+    if not errors_fall(before, after):
+        return False
+    return not rises(before, after) or (error.adev_rms_percent or 0.0) <= (
+        error.chance_rms_percent or 0.0
+    )
