@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from allanite import _kernels
 from allanite.axes.coherence import CrossSpectrum, cross_spectra
 from allanite.axes.forms import Form, common_form
-from allanite.axes.lines import CommonLine, common_lines
+from allanite.axes.lines import CommonEvent, CommonLine, common_events, common_lines
 from allanite.axes.triads import NAMES, triads
 from allanite.axes.twin import samples_of, twin
 from allanite.common import verbs
@@ -66,16 +66,20 @@ class Common:
     sensors : tuple of Sensor
     lines : tuple of CommonLine
         Lines and resonances that several axes see, of any sensor.
+    events : tuple of CommonEvent
+        What happened to the bias of several axes at one time.
     """
 
     sensors: tuple[Sensor, ...]
     lines: tuple[CommonLine, ...]
+    events: tuple[CommonEvent, ...]
 
     def to_dict(self) -> dict[str, Any]:
         """``common`` of the contract."""
         return {
             "sensors": [s.to_dict() for s in self.sensors],
             "lines": [line.to_dict() for line in self.lines],
+            "events": [event.to_dict() for event in self.events],
         }
 
 
@@ -185,4 +189,4 @@ def common_of(studies: Mapping[str, Study]) -> Common:
         return lambda: Sensor(NAMES[kind], names, common_form(own), cross_spectra(own))
 
     sensors = results(side_by_side([sensor(names) for names in groups]))
-    return Common(tuple(sensors), common_lines(fits))
+    return Common(tuple(sensors), common_lines(fits), common_events(fits))

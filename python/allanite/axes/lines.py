@@ -1,4 +1,4 @@
-"""Lines and resonances that several axes see, named once."""
+"""Lines, resonances and events that several axes see, named once."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.parameters import Estimate
+from allanite.effects import Deterministic
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from allanite.fit.result import Fit
 
-__all__ = ["CommonLine", "common_lines"]
+__all__ = ["CommonEvent", "CommonLine", "common_events", "common_lines"]
 
-#: Standard errors within which two frequencies are one: 1 % for the difference of two, over some ten pairs.
+#: Standard errors within which two frequencies or times are one: 1 % for the difference of two, over some ten pairs.
 ONE = 3.3
 
 
@@ -56,8 +57,41 @@ class CommonLine:
 
 
 @dataclass(frozen=True, slots=True)
+class CommonEvent:
+    """What happened to the bias of several columns at one time.
+
+    Attributes
+    ----------
+    time, std_error : float
+        When it began: weighted mean of what the columns say, from the first sample, s.
+    columns, kinds : tuple of str
+        Who sees it, and as what.
+    """
+
+    time: float
+    std_error: float
+    columns: tuple[str, ...]
+    kinds: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {
+            "time_s": self.time,
+            "std_error_s": self.std_error,
+            "columns": list(self.columns),
+            "kinds": list(self.kinds),
+        }
+
+    def __str__(self) -> str:
+        what = " or ".join(dict.fromkeys(kind.replace("_", " ") for kind in self.kinds))
+        return f"{self.time:.6g} s ({what}): {', '.join(self.columns)}"
+
+
+@dataclass(frozen=True, slots=True)
 class _Seen:
-    frequency: float
+    """A frequency, Hz, or a time, s, of one column."""
+
+    at: float
     error: float
     column: str
     kind: str
@@ -65,17 +99,29 @@ class _Seen:
 
 def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
     """Frequencies that several columns have within their errors, lowest first."""
-    seen = sorted(
-        (s for column, fit in fits.items() for s in _frequencies(column, fit)),
-        key=lambda s: s.frequency,
+    return tuple(_common(group) for group in _groups(fits, _frequencies))
+
+
+def common_events(fits: Mapping[str, Fit]) -> tuple[CommonEvent, ...]:
+    """Times at which the bias of several columns did something, within their errors, first to last."""
+    return tuple(
+        CommonEvent(*_mean(group), tuple(s.column for s in group), tuple(s.kind for s in group))
+        for group in _groups(fits, _times)
     )
+
+
+def _groups(
+    fits: Mapping[str, Fit], seen_by: Callable[[str, Fit], list[_Seen]]
+) -> list[list[_Seen]]:
+    """What several columns see, each at one place."""
+    seen = sorted((s for pair in fits.items() for s in seen_by(*pair)), key=lambda s: s.at)
     groups: list[list[_Seen]] = []
-    for line in seen:
-        if groups and _same(groups[-1], line):
-            groups[-1].append(line)
+    for one in seen:
+        if groups and _same(groups[-1], one):
+            groups[-1].append(one)
         else:
-            groups.append([line])
-    return tuple(_common(group) for group in groups if len({s.column for s in group}) > 1)
+            groups.append([one])
+    return [group for group in groups if len({s.column for s in group}) > 1]
 
 
 def _frequencies(column: str, fit: Fit) -> list[_Seen]:
@@ -87,9 +133,21 @@ def _frequencies(column: str, fit: Fit) -> list[_Seen]:
     return out
 
 
+def _times(column: str, fit: Fit) -> list[_Seen]:
+    out = []
+    for effect, values in zip(fit.model, fit.estimates, strict=True):
+        if not isinstance(effect, Deterministic) or not effect.happens_once:
+            continue
+        first = next((p.name for p in effect.parameters if p.role == "shape"), "")
+        found = values.get(first)
+        if isinstance(found, Estimate) and found.std_error and found.unit == "s":
+            out.append(_Seen(float(found), float(found.std_error), column, effect.kind))
+    return out
+
+
 def _mean(group: list[_Seen]) -> tuple[float, float]:
     weights = np.array([s.error**-2 for s in group])
-    mean = float(weights @ [s.frequency for s in group] / weights.sum())
+    mean = float(weights @ [s.at for s in group] / weights.sum())
     return mean, float(weights.sum() ** -0.5)
 
 
@@ -97,14 +155,14 @@ def _same(group: list[_Seen], line: _Seen) -> bool:
     if line.column in {s.column for s in group}:
         return False
     mean, error = _mean(group)
-    return abs(line.frequency - mean) <= ONE * float(np.hypot(error, line.error))
+    return abs(line.at - mean) <= ONE * float(np.hypot(error, line.error))
 
 
 def _common(group: list[_Seen]) -> CommonLine:
     from scipy.special import chdtrc
 
     mean, error = _mean(group)
-    chi2 = float(sum(((s.frequency - mean) / s.error) ** 2 for s in group))
+    chi2 = float(sum(((s.at - mean) / s.error) ** 2 for s in group))
     return CommonLine(
         mean,
         error,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from allanite.axes.characterization import Characterization, common_of
 from allanite.common.errors import AllaniteError
+from allanite.common.memory import give_back
 from allanite.common.threads import side_by_side
 from allanite.study import LIMIT, improve
 
@@ -85,8 +86,13 @@ def characterize(
 
 
 def _lighter(study: Study) -> Study:
-    """The study without the suggestions that are never shown: each holds a fit, as large as the record."""
+    """The study without what only a search needs: known functions, and suggestions that are never shown.
+
+    Each of these holds a fit, as large as the record.
+    """
     check = study.check
+    for rung in study.ladder:
+        rung.fit.data.functions.forget()
     shown = tuple(s for i, s in enumerate(check.suggestions) if s.significant or i < SHOWN)
     return replace(study, check=replace(check, suggestions=shown))
 
@@ -104,6 +110,7 @@ def improve_columns(
         name, most = column.columns[0], limit + 1
 
         def report(done: int, _total: int) -> None:
+            give_back()
             if on_progress is not None and done < most:
                 on_progress(name, done, most)
 
@@ -114,7 +121,9 @@ def improve_columns(
             finally:
                 if on_progress is not None:
                     on_progress(name, most, most)
-            return _lighter(found)
+            found = _lighter(found)
+            give_back()
+            return found
 
         return study
 

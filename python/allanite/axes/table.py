@@ -36,10 +36,11 @@ def table(found: Characterization, width: int = 100) -> str:
     compared = convention(study.fit for study in found.studies.values())
     if compared:
         lines += ["", *wrap(compared, width)]
-    if found.common.lines:
+    common = [*map(str, found.common.lines), *map(str, found.common.events)]
+    if common:
         lines += ["", "seen by several axes"]
-        for line in found.common.lines:
-            lines += _wrapped(str(line), width)
+        for one in common:
+            lines += _wrapped(one, width)
     told = remarks(found)
     if told:
         lines += ["", "remarks"]

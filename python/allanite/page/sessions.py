@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import ctypes
-import gc
-import os
 import secrets
 import threading
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
+from allanite.common.memory import c_library, give_back
 from allanite.page.source import MOST_BYTES, Source, Uploads
 from allanite.page.tab import Tab
 
@@ -93,7 +91,7 @@ class Sessions:
                     # The core is at a long step: what it holds is given back once that is done.
                     threading.Thread(target=_give_back_after, args=(job,), daemon=True).start()
             del job
-            _give_back()
+            give_back()
 
     def sweep(self) -> None:
         """Forget the tabs of which nothing is heard any more."""
@@ -110,14 +108,9 @@ class Sessions:
         return found
 
 
-def _library(name: str) -> Any:
-    """A function of the C library, or None where it has none of this name."""
-    return getattr(ctypes.CDLL(None), name, None) if os.name == "posix" else None
-
-
 def _few_arenas() -> None:
     """Let threads share their memory: what one of many threads frees is otherwise kept for it."""
-    mallopt = _library("mallopt")
+    mallopt = c_library("mallopt")
     if mallopt is not None:
         mallopt(ARENA_MAX, 2)
 
@@ -125,12 +118,4 @@ def _few_arenas() -> None:
 def _give_back_after(job: Job) -> None:
     job.wait()
     del job
-    _give_back()
-
-
-def _give_back() -> None:
-    """Give freed memory back to the system, where the C library would keep it."""
-    gc.collect()
-    trim = _library("malloc_trim")
-    if trim is not None:
-        trim(0)
+    give_back()

@@ -77,6 +77,23 @@ def test_a_line_of_two_axes_is_named_once(found):
     assert str(line) in found.table().replace("\n    ", " ")
 
 
+def test_a_visit_that_two_axes_feel_is_named_once():
+    """Someone leans on the bench: an excursion of both axes at one time, and a step that one axis alone has later."""
+    rng, n, rate = np.random.default_rng(8), 20_000, 20.0
+    time = np.arange(n) / rate
+    visit = (time >= 300.0) & (time < 330.0)
+    x = rng.normal(0.0, 0.1, (n, 2)) + visit[:, None] * [0.12, -0.1]
+    x[:, 1] += 0.1 * (time >= 700.0)
+    log = al.Recording(x, rate, unit="m/s^2", columns=("acc_x", "acc_y"))
+    found = al.characterize(log, "N+K")
+    (event,) = found.common.events
+    assert event.columns == ("acc_x", "acc_y")
+    assert abs(event.time - 300.0) < 3.0 * event.std_error
+    assert event.kinds == ("excursion", "excursion")
+    assert f"{event.time:.6g} s (excursion): acc_x, acc_y" in found.table()
+    assert found.to_dict()["common"]["events"][0]["columns"] == ["acc_x", "acc_y"]
+
+
 def test_what_is_shared_between_axes_is_found_with_its_sign():
     rng = np.random.default_rng(5)
     n, shared = 16_384, 0.3

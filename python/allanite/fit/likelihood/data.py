@@ -33,8 +33,9 @@ __all__ = ["Data", "Noise", "columns", "columns_like", "density", "prepare", "wi
 SHORTEST = 32
 #: Averaging times of the curve, a decade.
 PER_DECADE = 8
-#: Bytes of the ordinates of known functions of time that are remembered: of all ordinates, and of the lowest of many.
-WHOLE, LOWEST = 1 << 28, 1 << 25
+#: Bytes of the ordinates of known functions of time that are remembered, room for three of up to so many samples; and of
+#: the lowest of many.
+WHOLE, LONG, LOWEST = 1 << 27, 10**7, 1 << 25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -281,7 +282,12 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         bins_seen(ordinates),
         covariates,
         missing=holes if there < holes.size else None,
+        functions=_room(filled.size),
     )
+
+
+def _room(n: int) -> Remembered:
+    return Remembered(max(WHOLE, 24 * min(n, LONG)))
 
 
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
@@ -298,7 +304,7 @@ def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
         missing=missing,
         gain=None,
         mixing=None,
-        functions=Remembered(WHOLE),
+        functions=_room(data.n),
         lowest=Remembered(LOWEST),
     )
 

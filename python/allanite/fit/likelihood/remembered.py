@@ -45,6 +45,12 @@ class Remembered:
                 self._bytes -= self._kept.pop(next(iter(self._kept))).nbytes
         return found
 
+    def forget(self) -> None:
+        """Keep nothing; what is asked for again is made again."""
+        with self._lock:
+            self._kept.clear()
+            self._bytes = 0
+
     def __reduce__(self) -> tuple[type[Remembered], tuple[int]]:
         """What crosses to another process is found again there."""
         return Remembered, (self.most,)

@@ -124,7 +124,7 @@ def _common(tab: Tab) -> dict[str, Any]:
             {"name": s.name, "columns": list(s.columns), "sentences": in_common(s)}
             for s in found.sensors
         ],
-        "lines": [str(line) for line in found.lines],
+        "lines": [*map(str, found.lines), *map(str, found.events)],
     }
 
 

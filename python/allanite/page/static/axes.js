@@ -58,7 +58,7 @@ async function common() {
     const found = await speak(`tabs/${S.tab}/part/common`);
     const capital = t => t[0].toUpperCase() + t.slice(1);
     $("common").replaceChildren(...found.sensors.map(s => el("section", {}, el("h3", {}, `${capital(s.name)}: ${s.columns.join(", ")}`), el("ul", {}, ...(s.sentences.length ? s.sentences : ["one axis alone"]).map(t => el("li", {}, capital(t)))))),
-      found.lines.length ? el("section", {}, el("h3", {}, "Lines of several axes"), el("ul", {}, ...found.lines.map(t => el("li", {}, capital(t))))) : "");
+      found.lines.length ? el("section", {}, el("h3", {}, "Seen by several axes"), el("ul", {}, ...found.lines.map(t => el("li", {}, capital(t))))) : "");
   } catch (error) { if ($("common")) $("common").textContent = error.message; }
 }
 export const step = by => {
