@@ -162,6 +162,18 @@ def _hold(tab: Tab, order: dict[str, Any]) -> None:
     tab.hold(place, name, None if value is None else value * _factor(tab, place, name))
 
 
+def _limits(tab: Tab, order: dict[str, Any]) -> None:
+    place, name = _integer(order, "place"), _text(order, "name") or ""
+    factor = _factor(tab, place, name)
+    low, high = (_number(order, end) for end in ("low", "high"))
+    tab.limit(
+        place,
+        name,
+        None if low is None else low * factor,
+        None if high is None else high * factor,
+    )
+
+
 def _what_if(tab: Tab, order: dict[str, Any]) -> None:
     place, name = _integer(order, "place"), _text(order, "name") or ""
     value = _number(order, "value")
@@ -222,6 +234,7 @@ _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
     "add": lambda tab, order: tab.add(_integer(order, "number")),
     "remove": lambda tab, order: tab.remove(_integer(order, "place")),
     "hold": _hold,
+    "limits": _limits,
     "what-if": _what_if,
     "drop": lambda tab, _order: tab.drop_what_if(),
     "fit-tried": lambda tab, _order: tab.fit_what_if(),

@@ -101,6 +101,39 @@ def test_a_held_value_stays(client):
     assert free["chips"][0]["values"][0]["held"] is False
 
 
+def test_limits_are_set_shown_saved_undone_and_lifted(client):
+    tab, before = opened(client, checked=False)
+    free = before["chips"][0]["values"][0]
+    assert (free["limits"], free["kept"]) == ([None, None], "")
+    act(client, tab, checked=False, do="unit", unit="deg/s")
+    state = act(client, tab, checked=False, do="limits", place=0, name="N", low="", high=0.5)
+    value = state["chips"][0]["values"][0]
+    # In the unit that is shown: 0.5 deg/s/√Hz is less than the noise has.
+    assert (value["limits"], value["number"], value["kept"]) == ([None, 0.5], 0.5, "at its limit")
+    assert not value["held"]
+    assert state["ladder"][-1]["label"].startswith("limit N of")
+    assert f"N(N={0.5 * np.pi / 180:.6g}[,{0.5 * np.pi / 180:.6g}])" in state["model"]
+    saved = client.get(f"tabs/{tab}/file/study.json").json()
+    assert saved["axes"][0]["ladder"][1]["effects"][0]["at_limit"] == ["N"]
+    other, _ = opened(client, checked=False)
+    again = act(client, other, do="study", study=saved)
+    assert again["model"].split("+")[0] == state["model"].split("+")[0]
+    assert again["chips"][0]["values"][0]["kept"] == "at its limit"
+    # A trial goes beyond them, a fit from there does not.
+    tried = act(client, tab, checked=False, do="what-if", place=0, name="N", value=0.7)
+    assert tried["chips"][0]["values"][0]["number"] == pytest.approx(0.7)
+    assert tried["chips"][0]["values"][0]["limits"] == [None, 0.5]
+    fitted = act(client, tab, checked=False, do="fit-tried")
+    assert fitted["chips"][0]["values"][0]["number"] == 0.5
+    held = act(client, tab, checked=False, do="hold", place=0, name="N", value=0.4)
+    assert held["chips"][0]["values"][0]["kept"] == "held"
+    act(client, tab, checked=False, do="hold", place=0, name="N", value=None)
+    lifted = act(client, tab, checked=False, do="limits", place=0, name="N")
+    assert lifted["chips"][0]["values"][0]["limits"] == [None, None]
+    undone = act(client, tab, checked=False, do="undo")
+    assert undone["chips"][0]["values"][0]["limits"] == [None, 0.5]
+
+
 def test_tabs_do_not_disturb_each_other(client):
     one, two = client.post("tabs").json()["tab"], client.post("tabs").json()["tab"]
     wait(client, one, checked=False)

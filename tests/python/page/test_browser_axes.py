@@ -170,6 +170,41 @@ def test_the_model_is_the_users(tab):
     assert tab.locator(".chip").count() == 3
 
 
+def test_limits_are_typed_beside_a_number(tab):
+    chip = ".chip[data-kind=angle_random_walk]"
+    before = float(tab.locator(f"{chip} .text").first.inner_text().split()[0])
+    tab.locator(f"{chip} button.text").first.click()
+    tab.get_by_label("Highest N").fill(str(0.5 * before))
+    tab.keyboard.press("Enter")
+    tab.wait_for_selector(f"{chip} .spread >> text=at its limit")
+    assert "at most" in tab.inner_text(f"{chip} .limits")
+    tab.wait_for_selector(READY)
+    # A typed model and what is copied have them.
+    tab.keyboard.press("m")
+    assert re.search(r"N=[\d.e-]+\[,[\d.e-]+\]", tab.input_value("#typed-model"))
+    tab.keyboard.press("Escape")
+    # Looked at and left, they stay; one that is emptied is lifted.
+    tab.locator(f"{chip} button.text").first.click()
+    tab.keyboard.press("Tab")
+    tab.keyboard.press("Tab")
+    assert tab.evaluate("document.activeElement.getAttribute('aria-label')").startswith("Highest N")
+    tab.keyboard.press("Escape")
+    tab.wait_for_selector(f"{chip} .limits")
+    tab.locator(f"{chip} button.text").first.click()
+    tab.get_by_label("Highest N").fill("")
+    tab.keyboard.press("Enter")
+    tab.wait_for_selector(f"{chip} .limits", state="detached")
+    tab.wait_for_selector(READY)
+    tab.keyboard.press("Control+z")
+    tab.wait_for_selector(f"{chip} .limits")
+    # What cannot be is one line, and nothing is lost.
+    tab.locator(f"{chip} button.text").first.click()
+    tab.get_by_label("Lowest N").fill("1000")
+    tab.keyboard.press("Enter")
+    tab.wait_for_selector("#message >> text=is above the upper one")
+    tab.wait_for_selector(f"{chip} .limits")
+
+
 def test_another_deviation_at_other_averaging_times(tab):
     def choose(name, value, shown):
         """Other things are drawn meanwhile (a check that ends): waited for is what was asked for."""
