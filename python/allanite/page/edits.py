@@ -5,16 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
 
 if TYPE_CHECKING:
-    from allanite.common.parameters import Estimate
     from allanite.effects import Model, Parameter
     from allanite.fit import Fit
 
 __all__ = [
     "SHEET",
     "effect",
+    "factor_of",
     "freed",
     "frozen",
     "parse_model_string",
@@ -34,7 +35,18 @@ def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: 
         return value.unit
     if chosen == SHEET:
         return parameter.sheet.get(parse_unit(sample_unit).kind, value.unit)
-    return chosen + value.unit[len(sample_unit) :]
+    shown = chosen + value.unit[len(sample_unit) :]
+    try:
+        value.to(shown)
+    except InputError:
+        # Chosen for a gyroscope, where an accelerometer is looked at now; or per a column whose unit has no other.
+        return value.unit
+    return shown
+
+
+def factor_of(value: Estimate, shown: str) -> float:
+    """By what a number in the unit of a value is multiplied where it is shown in another."""
+    return float(Estimate(1.0, unit=value.unit).to(shown))
 
 
 def parse_model_string(text: str) -> Model:

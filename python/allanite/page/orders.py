@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
-from allanite.common.units import conversion, parse_unit
+from allanite.common.units import parse_unit
 from allanite.effects import parse_model
-from allanite.page.edits import effect, shown_unit
+from allanite.page.edits import effect, factor_of, shown_unit
 from allanite.page.shown.documents import compare_with
 from allanite.page.source import Source, Stretch, joined
 from allanite.page.state import chip_units
@@ -190,7 +190,7 @@ def _factor(tab: Tab, place: int, name: str) -> float:
     if not isinstance(value, Estimate):
         return 1.0
     shown = shown_unit(one.parameter(name), value, fit.recording.unit, tab.unit)
-    return conversion(shown, value.unit)
+    return 1.0 / factor_of(value, shown)
 
 
 def _unit(tab: Tab, order: dict[str, Any]) -> None:

@@ -11,11 +11,12 @@ from allanite import Recording
 from allanite.fit import fit_model
 from allanite.page import bench as bench_module
 from allanite.page.ladder import Ladder, Step, Work
+from allanite.page.server import Sessions
 from allanite.page.shown.views import finite, view
 from allanite.page.source import Source
 from allanite.page.tab import Tab
 from allanite.study import Rung
-from page_sessions import act, opened, send, until, wait
+from page_sessions import act, client_of, opened, send, until, wait
 
 
 def test_the_loop(client):
@@ -132,6 +133,31 @@ def test_limits_are_set_shown_saved_undone_and_lifted(client):
     assert lifted["chips"][0]["values"][0]["limits"] == [None, None]
     undone = act(client, tab, checked=False, do="undo")
     assert undone["chips"][0]["values"][0]["limits"] == [None, 0.5]
+
+
+def test_a_unit_chosen_for_one_kind_of_sensor_leaves_the_others_in_their_own():
+    rng = np.random.default_rng(1)
+    two = Recording(
+        rng.standard_normal((2000, 2)),
+        10.0,
+        unit=["rad/s", "m/s^2"],
+        columns=["g", "a"],
+        covariates={"oven": np.linspace(20, 21, 2000)},
+    )
+    client = client_of(Sessions([Source("two.npz", recording=two)]))
+    tab, _ = opened(client, checked=False)
+    act(client, tab, checked=False, do="unit", unit="deg/h")
+    other = act(client, tab, checked=False, do="column", column=1)
+    assert other["chips"][0]["values"][0]["unit"].startswith("m/s")
+    assert client.get(f"tabs/{tab}/view/allan").status_code == 200
+    back = act(client, tab, checked=False, do="column", column=0)
+    assert back["chips"][0]["values"][0]["unit"].startswith("°/h")
+    # Nor has a level per root of a power of the frequency another unit, nor what is per a column.
+    odd = act(client, tab, checked=False, do="model", model="N+PL+COV(column=oven,lag=1!)")
+    assert [c["values"][i]["unit"][:4] for c, i in zip(odd["chips"], (0, 1, 0), strict=True)] == [
+        "°/h·", "rad/", "rad/"
+    ]  # fmt: skip
+    act(client, tab, checked=False, do="unit", unit=None)
 
 
 def test_tabs_do_not_disturb_each_other(client):

@@ -8,9 +8,8 @@ import numpy as np
 
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
-from allanite.common.units import conversion
 from allanite.effects import Effect, Periodic, find, limitable
-from allanite.page.edits import shown_unit
+from allanite.page.edits import factor_of, shown_unit
 from allanite.plots.curves import parts
 from allanite.plots.words import effect_text, unit_text
 from allanite.report.words import resolved
@@ -87,7 +86,7 @@ def _value(effect: Effect, name: str, own: Estimate, shown: str) -> dict[str, An
         "detected": value.detected,
         "held": name in effect.hold,
         "kept": effect.kept(name),
-        "limits": _limits(effect, name, conversion(own.unit, shown)),
+        "limits": _limits(effect, name, factor_of(own, shown)),
         "free": role in ("coefficient", "shape"),
     }
 
