@@ -1,7 +1,7 @@
 """Requests to a running page: all that can be done in a tab, valid and damaged, and whether it still answers after.
 
-An input is the seed of one request: what is sent depends on it and on what the tab shows. Sequences are those of a user with
-two left hands, who also closes tabs, asks for what is gone and speaks broken JSON.
+An input is the seed of one request: what is sent depends on it and on what the tab shows. Sequences are those of a user
+with two left hands, who also closes tabs, asks for what is gone and speaks broken JSON.
 """
 
 import http.client
@@ -16,7 +16,7 @@ import allanite as al
 
 #: Longest answer, s; longest wait for work of which a next request needs the end, s.
 PATIENCE, PAUSE = 20.0, 3.0
-EFFECTS = "Q N B K R GM SIN RES PL X BW HP NOTCH STEP EXC PULSE WARM RTS OUT LEVEL LEVELS CYCLE DIST TONE CHIRP COV(column=t) MOD".split()
+EFFECTS = [*(effect.short for effect in al.CATALOGUE), "COV(column=t)", "NOTHING"]
 MODELS = [
     "N", "N+B+K", "N+GM", "N(N=[,0.5])+K", "N+GM(T=[0.1,1],q_c=[1e-9,1e9])", "N+SIN(f=7,A=0.1!)", "N+SIN(f=[1,9])",
     "N+B+K+GM+SIN", "N(N=[2,1])", "ZZ", "N+BW(order=2)", "N+BW(design=digital,order=3)", "N+X", "", "N" * 3000,
@@ -224,6 +224,7 @@ def order(rng, state, study):
     one = {"place": place, "name": value["name"]}
     about = value["number"] * float(10.0 ** rng.normal(0.0, 0.5))
     logs, columns = state.get("logs") or [""], (state.get("recording") or {}).get("columns") or [""]
+    rungs = len(state.get("ladder") or [])
     times = sorted(float(t) for t in rng.uniform(0.0, 6.0, 2))
     orders = [
         {"do": "add", "number": int(rng.integers(4))},
@@ -236,7 +237,7 @@ def order(rng, state, study):
         {"do": "fit-tried"}, {"do": "drop"},
         {"do": "model", "model": pick(rng, MODELS)},
         {"do": "improve"}, {"do": "improve", "all": True}, {"do": "cancel"}, {"do": "check"},
-        {"do": "undo"}, {"do": "redo"}, {"do": "undo"}, {"do": "go", "rung": int(rng.integers(max(1, len(state.get("ladder") or []))))},
+        {"do": "undo"}, {"do": "redo"}, {"do": "undo"}, {"do": "go", "rung": int(rng.integers(max(1, rungs)))},
         {"do": "beside", "rung": pick(rng, [None, 0, 1])},
         {"do": "column", "column": int(rng.integers(len(columns)))},
         {"do": "unit", "unit": pick(rng, [None, "deg/h", "data sheet", "mg"])},
@@ -277,7 +278,8 @@ def broken(rng):
     """What is no action at all."""
     deep = int(rng.choice([50, 500, 100_000]))
     return pick(rng, [
-        b"", b"{", b"[]", b"null", b"3", b"\xff\xfe", b'{"do":"undo"', b"[" * deep + b"]" * deep, b'{"a":' * deep + b"1" + b"}" * deep,
+        b"", b"{", b"[]", b"null", b"3", b"\xff\xfe", b'{"do":"undo"', b"[" * deep + b"]" * deep,
+        b'{"a":' * deep + b"1" + b"}" * deep,
         b'{"do":"\\ud800"}', b'{"do":"put","effect":"\\ud83d"}', b'{"do":"hold","place":NaN,"name":"N"}',
         b'{"do":"hold","place":0,"name":"N","value":-Infinity}', b'{"do":"go","rung":' + b"9" * 5000 + b"}",
         b'{"do":"model","model":"N(N=' + b"9" * 1900 + b')"}', b'{"do":"study","study":' + b"[" * deep + b"]" * deep + b"}",

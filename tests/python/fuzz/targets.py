@@ -3,6 +3,7 @@
 import io
 import json
 import struct
+import warnings
 import zipfile
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -247,6 +248,8 @@ def study():
     from page_actions import Hand
 
     hand = Hand()
+    # A value of 1e100 that is tried overflows somewhere: what counts here is what the page makes of it.
+    warnings.simplefilter("default", RuntimeWarning)
 
     def call(data, _folder):
         hand.one(np.random.default_rng(list(data[:400])))

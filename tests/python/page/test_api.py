@@ -160,6 +160,30 @@ def test_a_unit_chosen_for_one_kind_of_sensor_leaves_the_others_in_their_own():
     act(client, tab, checked=False, do="unit", unit=None)
 
 
+def test_a_clock_is_offered_the_files_that_take_one(client):
+    tab, state = opened(client, checked=False)
+    assert "kalibr.yaml" in state["recording"]["targets"]
+    rng = np.random.default_rng(1)
+    clock = Recording(rng.standard_normal(2000), 1.0, unit="1", columns=["y"])
+    other = client_of(Sessions([Source("clock.npz", recording=clock)]))
+    tab, state = opened(other, checked=False)
+    offered = state["recording"]["targets"]
+    assert set(offered) == {"parameters.json", "noise.h", "state-space.json"}
+    assert {other.get(f"tabs/{tab}/file/{name}").status_code for name in offered} == {200}
+
+
+def test_a_filters_file_waits_for_no_search_of_rivals(client, sessions):
+    tab, _ = opened(client, checked=False)
+    assert b"gyroscope_noise_density" in client.get(f"tabs/{tab}/file/kalibr.yaml").content
+    fit = sessions.tabs[tab].step.fit
+    assert fit._alternatives == {}
+    assert (
+        client.get(f"tabs/{tab}/file/parameters.json").json()["axes"][0]["effects"][0]["rivals"]
+        is not None
+    )
+    assert fit._alternatives
+
+
 def test_tabs_do_not_disturb_each_other(client):
     one, two = client.post("tabs").json()["tab"], client.post("tabs").json()["tab"]
     wait(client, one, checked=False)

@@ -61,6 +61,9 @@ function head() {
   $("logs").disabled = logs.length < 2;
   $("recording").textContent = $("recording").title = recording ? recording.text : "";
   $("reading").disabled = !log || fixed;
+  // A clock has no file of Kalibr: what can be exported is offered, what was chosen stays chosen.
+  const offered = TARGETS.filter(t => !recording || recording.targets.includes(t[0]));
+  fill($("target"), offered, [$("target").value, "kalibr.yaml", "state-space.json"].find(name => offered.some(t => t[0] === name)));
   document.title = log ? `${log} – allanite` : "allanite";
 }
 function audit() {
@@ -136,7 +139,6 @@ function dropping() {
 function listen() {
   listenViews(); listenModel(); listenReading(); listenTour(); dropping();
   for (const name of ["undo", "redo", "theme", "full"]) $(name).append(icon(name));
-  fill($("target"), TARGETS, "kalibr.yaml");
   $("audit-more").onclick = () => {
     const open = $("findings").hidden;
     $("findings").hidden = !open;
