@@ -107,8 +107,8 @@ def _text(cell: _Cell | None, unit: str | None = None, *, interval: bool = True)
     if not value.detected:
         return NOT_THERE if value.interval is None else f"< {number(value.interval[1], 3)}"
     if not interval or value.interval is None:
-        held = " (held)" if interval and parameter.name in effect.held else ""
-        return number(float(value), 4) + held
+        kept = effect.kept(parameter.name) if interval else ""
+        return number(float(value), 4) + (f" ({kept})" if kept else "")
     return with_interval(float(value), value.interval)
 
 

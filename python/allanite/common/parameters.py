@@ -102,6 +102,9 @@ class Estimate(float):
         InputError
             The unit is of another dimension; both are named.
         """
+        if unit == self.unit:
+            # Also one that is written in no other: per a column, or a power that is fitted.
+            return self
         factor = conversion(self.unit, unit)
         return Estimate(
             self.value * factor,

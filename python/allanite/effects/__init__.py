@@ -3,6 +3,7 @@
 from allanite.effects._base import Effect, Parameter, Stochastic, StraightLine
 from allanite.effects._known import Deterministic, Periodic
 from allanite.effects._level import Level
+from allanite.effects._limits import limitable
 from allanite.effects._modifier import Modifier
 from allanite.effects.files import model_from_dict, model_to_dict, parse_model
 from allanite.effects.model import Model
@@ -20,6 +21,7 @@ __all__ = [
     "Stochastic",
     "StraightLine",
     "find",
+    "limitable",
     "model_from_dict",
     "model_to_dict",
     "parse_model",

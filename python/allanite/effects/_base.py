@@ -13,6 +13,7 @@ from allanite.common.errors import InputError
 from allanite.common.validation import LARGEST
 from allanite.effects._declared import SCREENS, Parameter, StraightLine
 from allanite.effects._documented import document
+from allanite.effects._limits import NONE, limits_of
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -47,8 +48,10 @@ class Effect:
     (True, 1)
     >>> len(lag.variants()), lag.extended(), lag.otherwise(), lag.shape_error("q_c", 1e-4, 1000.0)
     (1, (), (), None)
-    >>> lag.errors(10.0)
-    {}
+    >>> lag.kept("q_c"), al.GaussMarkov(q_c=0.01, hold=("q_c",)).kept("q_c")
+    ('', 'held')
+    >>> lag.errors(10.0), al.GaussMarkov(limits={"correlation_time": (600, 900)}).searched("correlation_time", 10_000, 10.0)
+    ({}, array([600., 900.]))
     >>> al.HighPass(cutoff=1.0).shows(al.parse_model("N(N=1)+HP(f=1,order=1)"), 100.0, 600.0)
     True
     """
@@ -86,6 +89,10 @@ class Effect:
 
     #: Names of parameters that a fit must not change.
     hold: tuple[str, ...] = field(default=(), kw_only=True)
+    #: (low, high) within which a fit must stay, by parameter name; None is an open end. Kept as `Limits`.
+    limits: Any = field(default=NONE, kw_only=True)
+    #: Names of parameters that a fit found at a limit: held there until the next fit.
+    at_limit: tuple[str, ...] = field(default=(), kw_only=True)
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -116,11 +123,28 @@ class Effect:
         unknown = set(self.held) - {p.name for p in self.parameters}
         if unknown:
             raise InputError(f"{self.kind}: no parameter {', '.join(sorted(unknown))} to hold")
+        if self.limits is not NONE:
+            self._check_limits()
+
+    def _check_limits(self) -> None:
+        limits = limits_of(self.kind, self.parameters, self.limits)
+        object.__setattr__(self, "limits", limits)
+        for name in self.hold:
+            value = getattr(self, name)
+            if value is not None and limits.clipped(name, value) != value:
+                low, high = limits[name]
+                raise InputError(
+                    f"{self.kind}: {name} is held at {value:g}, beyond its limits {low:g} … {high:g}"
+                )
 
     @property
     def held(self) -> frozenset[str]:
-        """Names of parameters that a fit must not change."""
-        return frozenset(self.hold)
+        """Names of parameters that a fit must not change: what is given as such, and what is at its limit."""
+        return frozenset((*self.hold, *self.at_limit))
+
+    def kept(self, name: str) -> str:
+        """Why the number `name` is not fitted: ``held``, ``at its limit``, or empty where it is."""
+        return "held" if name in self.hold else "at its limit" if name in self.at_limit else ""
 
     @property
     def values(self) -> dict[str, Any]:
@@ -185,6 +209,18 @@ class Effect:
             low, high = 4.0 / (n / rate), 0.5 * rate
         return np.geomspace(low, high, max(4, int(8 * np.log10(high / low))))
 
+    def searched(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """Values of the shape `name` to try within its limits, on n samples at `rate` Hz: of `grid`, and the limits."""
+        grid = self.grid(name, n, rate)
+        if name not in self.limits:
+            return grid
+        low, high = self.limits[name]
+        inside = grid[(grid > low) & (grid < high)]
+        # A polish goes as far as twice the ends of a grid: so far limits are tried themselves.
+        first, last = (0.5 * grid.min(), 2.0 * grid.max()) if grid.min() > 0.0 else (low, high)
+        ends = [end for end in (low, high) if np.isfinite(end) and first <= end <= last]
+        return np.unique([*ends, *inside]) if ends or inside.size else grid.clip(low, high)
+
     def errors(self, rate: float) -> dict[str, float]:
         """Standard errors of values that the spectrum does not determine, at `rate` Hz; by default none."""
         return {}
@@ -246,10 +282,10 @@ class Effect:
 
     def __str__(self) -> str:
         inside = ", ".join(
-            f"{f.name}={value if isinstance(value, str) else f'{value:.6g}'}"
-            f"{'!' if f.name in self.held else ''}"
+            f"{f.name}={f'{value:.6g}' if isinstance(value, float) else value or ''}"
+            f"{'!' if f.name in self.hold else ''}{self.limits.shown(f.name)}"
             for f in fields(self)
-            if f.name != "hold" and isinstance(value := getattr(self, f.name), (float, str))
+            if isinstance(value := getattr(self, f.name), (float, str)) or f.name in self.limits
         )
         return f"{self.short}({inside})" if inside else self.short
 

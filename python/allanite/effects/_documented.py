@@ -20,8 +20,9 @@ INTRODUCTION = "What is not given is fitted; U is the unit of the samples."
 RAISES = """Raises
 ------
 InputError
-    A value that is no number or out of its range, or a name to hold that no parameter has."""
+    A value that is no number or out of its range, a name to hold that no parameter has, or limits that leave nothing."""
 HOLD = "hold : tuple of str\n    Names of parameters that a fit must not change."
+LIMITS = "limits : mapping of str to tuple\n    (low, high) within which a fit stays, by name; None is an open end."
 #: U·s^p as it is printed.
 POWERS = {0.5: "U·s^½", -0.5: "U/s^½", 1.0: "U·s", -1.0: "U/s", 0.0: "U"}
 
@@ -61,7 +62,7 @@ def _inserted(doc: str, text: str, before: tuple[str, ...]) -> str:
 def _sections(declared: Sequence[Parameter]) -> str:
     """Parameters and errors as numpydoc has them; what is derived is an attribute."""
     derived = [p for p in declared if p.role == "derived"]
-    given = "\n".join([*(_entry(p) for p in declared if p not in derived), HOLD])
+    given = "\n".join([*(_entry(p) for p in declared if p not in derived), HOLD, LIMITS])
     parts = [INTRODUCTION, f"Parameters\n----------\n{given}"]
     if derived:
         parts.append("Attributes\n----------\n" + "\n".join(map(_entry, derived)))

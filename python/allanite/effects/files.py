@@ -16,13 +16,13 @@ from allanite.effects.strings import parse_string
 if TYPE_CHECKING:
     from allanite.effects._base import Effect
 
-__all__ = ["model_from_dict", "model_to_dict", "parse_model", "save_model"]
+__all__ = ["kept_of", "model_from_dict", "model_to_dict", "parse_model", "save_model"]
 
 SCHEMAS = ("allanite/model/1", "allanite/fit/1", "allanite/check/1", "allanite/check/2")
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:
-    """``allanite/model/1``: kinds, values (null where to be fitted), held names."""
+    """``allanite/model/1``: kinds, values (null where to be fitted), held names, limits where there are any."""
     return {
         "schema": SCHEMAS[0],
         "version": _kernels.version(),
@@ -31,11 +31,22 @@ def model_to_dict(model: Model) -> dict[str, Any]:
             {
                 "kind": effect.kind,
                 "parameters": {k: {"value": v} for k, v in effect.values.items()},
-                "held": sorted(effect.held),
+                "held": [],
+                **kept_of(effect.with_values(at_limit=())),
             }
             for effect in model
         ],
     }
+
+
+def kept_of(effect: Effect) -> dict[str, Any]:
+    """JSON form of what a fit keeps to: names that are held, limits, names at them; what there is none of is left out."""
+    every = {
+        "held": sorted(effect.hold),
+        "limits": effect.limits.to_dict(),
+        "at_limit": sorted(effect.at_limit),
+    }
+    return {name: value for name, value in every.items() if value}
 
 
 def model_from_dict(document: dict[str, Any], source: str) -> Model:
@@ -64,7 +75,7 @@ def _effect(entry: dict[str, Any], source: str) -> Effect:
     known = {p.name for p in cls.parameters if p.role != "derived"}
     values = {k: v.get("value") for k, v in entry.get("parameters", {}).items() if k in known}
     values = {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
-    return cls(**values, hold=tuple(entry.get("held", ())))
+    return cls(**values, hold=tuple(entry.get("held", ())), limits=entry.get("limits", {}))
 
 
 def parse_model(text: str | Model) -> Model:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -70,8 +71,8 @@ class Model:
     def __str__(self) -> str:
         return "+".join(str(effect) for effect in self.effects)
 
-    def replaced(self, place: int, **values: float | str | None) -> Model:
-        """The model with other values of the effect at `place`."""
+    def replaced(self, place: int, **values: Any) -> Model:
+        """The model with other values of the effect at `place`, or others that it holds or keeps to."""
         effects = list(self.effects)
         effects[place] = effects[place].with_values(**values)
         return Model(tuple(effects))

@@ -86,6 +86,7 @@ class ModulatedVibration(Resonance):
             modulation=rate,
             depth=depth,
             hold=band.hold,
+            limits=band.limits,
         )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:

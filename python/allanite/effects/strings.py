@@ -1,4 +1,4 @@
-"""Model strings: ``N+B+K``, ``Q+GM(T=30)+SIN(f=7.3!)``."""
+"""Model strings: ``N+B+K``, ``Q+GM(T=30)+SIN(f=7.3!)``, ``N(N=[,0.2])+GM(T=30[10,100])``."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
+from allanite.effects._limits import NONE
 from allanite.effects.model import Model
 from allanite.effects.registry import CATALOGUE, find
 
@@ -50,12 +51,34 @@ class _Reader:
         self.at = match.end()
         return match["name"], start
 
+    def follows(self, sign: str) -> bool:
+        self.skip()
+        return self.text.startswith(sign, self.at)
+
+    def limits(self) -> tuple[float | None, float | None] | None:
+        """``[low,high]``, of which one may be left out; None where there are none."""
+        if self.sign("[") is None:
+            return None
+        low = None if self.follows(",") else self.number()
+        if self.sign(",") is None:
+            raise self.fail("expected , between two limits")
+        high = None if self.follows("]") else self.number()
+        if self.sign("]") is None:
+            raise self.fail("expected ]")
+        return low, high
+
+    def number(self) -> float:
+        return float(self.matched(_NUMBER, "a number"))
+
     def value(self, *, text: bool) -> float | str:
-        match = (_WORD if text else _NUMBER).match(self.text, self.at)
+        return self.matched(_WORD, "a value") if text else self.number()
+
+    def matched(self, pattern: re.Pattern[str], what: str) -> str:
+        match = pattern.match(self.text, self.at)
         if match is None:
-            raise self.fail("expected a value" if text else "expected a number")
+            raise self.fail(f"expected {what}")
         self.at = match.end()
-        return match[1] if text else float(match[1])
+        return match[1]
 
 
 def parse_string(text: str) -> Model:
@@ -85,6 +108,7 @@ def _effect(reader: _Reader) -> Effect:
         raise reader.fail(f"unknown effect {name!r} (known: {known})", start)
     values: dict[str, Any] = {}
     held: list[str] = []
+    limits: dict[str, tuple[float | None, float | None]] = {}
     if reader.sign("("):
         while True:
             key, place = reader.name("a parameter")
@@ -97,14 +121,16 @@ def _effect(reader: _Reader) -> Effect:
                 raise reader.fail(f"{cls.kind} has no parameter {key!r} (it has: {known})", place)
             if reader.sign("=") is None:
                 raise reader.fail("expected =")
-            values[parameter.name] = reader.value(text=parameter.unit == "text")
-            if reader.sign("!"):
-                held.append(parameter.name)
+            if not reader.follows("["):
+                values[parameter.name] = reader.value(text=parameter.unit == "text")
+                if reader.sign("!"):
+                    held.append(parameter.name)
+            ends = reader.limits()
+            if ends is not None:
+                limits[parameter.name] = ends
             sign = reader.sign(",)")
             if sign is None:
                 raise reader.fail("expected , or )")
             if sign == ")":
                 break
-    if held:
-        return cls(**values, hold=tuple(held))
-    return cls(**values)
+    return cls(**values, hold=tuple(held), limits=limits or NONE)

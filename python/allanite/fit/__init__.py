@@ -78,7 +78,7 @@ def fit_model(
         from allanite.fit.several.columns import Fits
 
         return Fits(by_column(recording, lambda column: fit_model(column, model, method)))
-    _check_values(model, recording.rate)
+    _check_values(model, recording.n, recording.rate)
     if isinstance(recording, Summary):
         refused(recording, model, method)
         data = of_summary(recording)
@@ -107,7 +107,7 @@ def refitted(fit: Fit, model: Model) -> Fit:
     """
     if [e for e in model if removes(e)] != [e for e in fit.model if removes(e)]:
         return fit_model(fit.recording, model)
-    _check_values(model, fit.recording.rate)
+    _check_values(model, fit.recording.n, fit.recording.rate)
     solution = solve(fit.data, model, like=fit.solution)
     return Fit(fit.recording, solution.model, "whittle", fit.data, solution)
 
@@ -117,7 +117,7 @@ def removes(effect: Effect) -> bool:
     return isinstance(effect, Modifier) and effect.removes
 
 
-def _check_values(model: Model, rate: float) -> None:
+def _check_values(model: Model, n: int, rate: float) -> None:
     if missing := [
         f"{e.kind}.{p.name}"
         for e in model
@@ -131,3 +131,21 @@ def _check_values(model: Model, rate: float) -> None:
                 f"{line.kind}: frequency = {line.frequency:g} Hz is beyond half of the sampling rate,"
                 f" {rate / 2:g} Hz: give the one at which the samples show it"
             )
+    for effect in model:
+        for name in effect.limits:
+            if effect.parameter(name).unit in {"s", "Hz"}:
+                _check_limits(effect, name, n, rate)
+
+
+def _check_limits(effect: Effect, name: str, n: int, rate: float) -> None:
+    """Refuse limits of a time or a frequency between which a record of n samples tells nothing."""
+    grids = [variant.grid(name, n, rate) for variant in effect.variants()]
+    first, last = 0.5 * min(g.min() for g in grids), 2.0 * max(g.max() for g in grids)
+    if isinstance(effect, Periodic):
+        last = 0.5 * rate
+    low, high = effect.limits[name]
+    if high < first or low >= last:
+        raise InputError(
+            f"{effect.kind}: the limits of {name}, {low:g} … {high:g}, leave nothing that this record can tell,"
+            f" {first:g} … {last:g} {effect.parameter(name).unit}"
+        )

@@ -1,7 +1,8 @@
 """The fit: coefficients, shapes, discrepancy and deterministic effects together.
 
 Coefficients and shapes of the random part are climbed together (`polish`), shapes without a value after a scan of their
-grid; deterministic amplitudes are found by GLS, alternating with the spectrum until logL settles.
+grid; deterministic amplitudes are found by GLS, alternating with the spectrum until logL settles. What is then beyond its
+limits is held at them (`limited`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from allanite.fit.likelihood.data import Noise
 from allanite.fit.likelihood.discrepancy import best_scale, levels
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.shapes.deterministic import Design, Regression, design_of, regress
+from allanite.fit.shapes.limited import within_limits
 from allanite.fit.shapes.narrow import narrowed, within_bins
 from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, reopened
 from allanite.fit.solution import Regressed, Solution, fitted, processes_of
@@ -52,7 +54,7 @@ def solve(
     ----------
     data : Data
     model : Model
-        Values are starting values; None is found by a scan. Held values stay.
+        Values are starting values; None is found by a scan. Held values stay, limits are kept to.
     start : Maximum, optional
         Where to look first: a maximum of this model, or of the model without its last random effect.
     like : Solution, optional
@@ -62,7 +64,24 @@ def solve(
     rounds : int
         Most alternations between spectrum and regression.
     """
-    given = model = _with_white(model)
+    model = _with_white(model)
+
+    def fit(tried: Model) -> Solution:
+        return _fit(data, tried, start, like, polish, rounds)
+
+    return within_limits(model, fit) if any(e.limits or e.at_limit for e in model) else fit(model)
+
+
+def _fit(
+    data: Data,
+    model: Model,
+    start: Maximum | None,
+    like: Solution | None,
+    polish: bool,
+    rounds: int,
+) -> Solution:
+    """`solve` without regard to limits but where shapes are searched."""
+    given = model
     bins = data.bins
     free = crowded(model, data) if any(e.passing for e in model.modifiers) else bins.count
     raw = bins.power(data.ordinates)

@@ -85,7 +85,22 @@ def estimates(
             out.append(values)
         else:
             out.append(_modifier(own.effect, errors, data, unit, column_units))
-    return tuple(out)
+    return tuple(
+        _within(own.effect, values) for own, values in zip(solution.effects, out, strict=True)
+    )
+
+
+def _within(effect: Effect, values: dict[str, Any]) -> dict[str, Any]:
+    """With intervals that end where the limits of the numbers do."""
+    out = dict(values)
+    for name in effect.limits:
+        value = values[name]
+        if _estimated(value):
+            ends = tuple(effect.limits.clipped(name, end) for end in value.interval)
+            out[name] = Estimate(
+                value.value, value.std_error, ends, value.unit, value.detected, name
+            )
+    return out
 
 
 def _averaged(
@@ -153,6 +168,7 @@ def _stochastic(
             low = 0.0
         elif effect.white:
             low, high = widened_by_tails(value, (low, high), solution, data)
+        low, high = (effect.limits.clipped(name, end) for end in (low, high))
         out[name] = Estimate(value, error, (low, high), own_unit, detected, name)
     for shape in effect.free_shapes:
         found = _shape(effect, shape, shaped.get(shape), detected, _unit(effect, shape, unit))

@@ -14,6 +14,7 @@ from allanite import _kernels
 from allanite.common import verbs
 from allanite.common.files import whole_file
 from allanite.common.parameters import Estimate
+from allanite.effects.files import kept_of
 from allanite.fit import curve as _curve
 from allanite.fit.degeneracy import Correlations, correlations, degeneracies
 from allanite.fit.estimates import estimates, free_parameters
@@ -332,7 +333,7 @@ class Fit:
                     "kind": effect.kind,
                     "name": self.display_name(effect),
                     "parameters": {n: plain(v) for n, v in values.items()},
-                    **({"held": sorted(effect.held)} if effect.held else {}),
+                    **kept_of(effect),
                     **(rivals(self, place) if searched else Rivals()).to_dict(),
                 }
                 for place, (effect, values) in enumerate(

@@ -40,7 +40,7 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
             elif isinstance(value, tuple):
                 value = numbers_text(value, times=effect.parameter(name).role == "time")
             number, interval = _cells(value, effect.follows)
-            rows.append((title, name, number, "held" if name in effect.held else interval))
+            rows.append((title, name, number, effect.kept(name) or interval))
             title = ""
     return rows
 

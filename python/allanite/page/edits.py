@@ -1,25 +1,26 @@
-"""Models changed by hand: parsed, with a value set, held, frozen for a trial."""
+"""Models changed by hand: parsed, with a value set, held, limited, frozen for a trial."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
+from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
-from allanite.effects import Model
 
 if TYPE_CHECKING:
-    from allanite.common.parameters import Estimate
-    from allanite.effects import Parameter
+    from allanite.effects import Model, Parameter
     from allanite.fit import Fit
 
 __all__ = [
     "SHEET",
     "effect",
+    "factor_of",
     "freed",
     "frozen",
     "parse_model_string",
     "shown_unit",
+    "with_limits",
     "with_value",
 ]
 
@@ -34,7 +35,18 @@ def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: 
         return value.unit
     if chosen == SHEET:
         return parameter.sheet.get(parse_unit(sample_unit).kind, value.unit)
-    return chosen + value.unit[len(sample_unit) :]
+    shown = chosen + value.unit[len(sample_unit) :]
+    try:
+        value.to(shown)
+    except InputError:
+        # Chosen for a gyroscope, where an accelerometer is looked at now; or per a column whose unit has no other.
+        return value.unit
+    return shown
+
+
+def factor_of(value: Estimate, shown: str) -> float:
+    """By what a number in the unit of a value is multiplied where it is shown in another."""
+    return float(Estimate(1.0, unit=value.unit).to(shown))
 
 
 def parse_model_string(text: str) -> Model:
@@ -60,18 +72,28 @@ def with_value(model: Model, place: int, name: str, value: float | None, held: b
     effect = model.effects[place]
     if name not in {p.name for p in effect.parameters if p.role in ("coefficient", "shape")}:
         raise InputError(f"{effect.kind} has no value {name!r} to set")
-    names = (set(effect.held) | {name}) if held else (set(effect.held) - {name})
+    names = (set(effect.hold) | {name}) if held else (set(effect.hold) - {name})
     changed = {} if value is None else {name: value}
-    changed_effect = effect.with_values(**changed, hold=tuple(sorted(names)))
-    return Model((*model.effects[:place], changed_effect, *model.effects[place + 1 :]))
+    at_limit = tuple(n for n in effect.at_limit if n != name)
+    return model.replaced(place, **changed, hold=tuple(sorted(names)), at_limit=at_limit)
+
+
+def with_limits(
+    model: Model, place: int, name: str, low: float | None, high: float | None
+) -> Model:
+    """The model with other limits of a value; None is an open end."""
+    if not 0 <= place < len(model):
+        raise InputError(f"there is no effect {place} in the model")
+    return model.replaced(place, limits={**model.effects[place].limits, name: (low, high)})
 
 
 def frozen(effect: Any) -> Any:
-    """The effect with every value that it has held: a fit of it fits nothing."""
+    """The effect with every value that it has held, wherever its limits are: a fit of it fits nothing."""
     names = [p.name for p in effect.parameters if p.role in ("coefficient", "shape")]
-    return effect.with_values(hold=tuple(n for n in names if effect.values[n] is not None))
+    held = tuple(n for n in names if effect.values[n] is not None)
+    return effect.with_values(hold=held, limits={}, at_limit=())
 
 
 def freed(effect: Any, original: Any) -> Any:
-    """The effect holding what `original` holds."""
-    return effect.with_values(hold=original.hold)
+    """The effect keeping to what `original` keeps to."""
+    return effect.with_values(hold=original.hold, limits=original.limits)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
-from allanite.common.units import conversion, parse_unit
+from allanite.common.units import parse_unit
 from allanite.effects import parse_model
-from allanite.page.edits import effect, shown_unit
+from allanite.page.edits import effect, factor_of, shown_unit
 from allanite.page.shown.documents import compare_with
 from allanite.page.source import Source, Stretch, joined
 from allanite.page.state import chip_units
@@ -162,6 +162,18 @@ def _hold(tab: Tab, order: dict[str, Any]) -> None:
     tab.hold(place, name, None if value is None else value * _factor(tab, place, name))
 
 
+def _limits(tab: Tab, order: dict[str, Any]) -> None:
+    place, name = _integer(order, "place"), _text(order, "name") or ""
+    factor = _factor(tab, place, name)
+    low, high = (_number(order, end) for end in ("low", "high"))
+    tab.limit(
+        place,
+        name,
+        None if low is None else low * factor,
+        None if high is None else high * factor,
+    )
+
+
 def _what_if(tab: Tab, order: dict[str, Any]) -> None:
     place, name = _integer(order, "place"), _text(order, "name") or ""
     value = _number(order, "value")
@@ -178,7 +190,7 @@ def _factor(tab: Tab, place: int, name: str) -> float:
     if not isinstance(value, Estimate):
         return 1.0
     shown = shown_unit(one.parameter(name), value, fit.recording.unit, tab.unit)
-    return conversion(shown, value.unit)
+    return 1.0 / factor_of(value, shown)
 
 
 def _unit(tab: Tab, order: dict[str, Any]) -> None:
@@ -222,6 +234,7 @@ _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
     "add": lambda tab, order: tab.add(_integer(order, "number")),
     "remove": lambda tab, order: tab.remove(_integer(order, "place")),
     "hold": _hold,
+    "limits": _limits,
     "what-if": _what_if,
     "drop": lambda tab, _order: tab.drop_what_if(),
     "fit-tried": lambda tab, _order: tab.fit_what_if(),

@@ -9,7 +9,7 @@ from allanite.effects import standard
 from allanite.page.edits import SHEET
 from allanite.page.shown.beside import differences
 from allanite.page.shown.cards import cards, chips, rung, rungs
-from allanite.page.shown.documents import sheet_rows
+from allanite.page.shown.documents import sheet_rows, targets
 from allanite.page.shown.figures import colors_of
 from allanite.page.shown.offers import offers, sentence
 from allanite.page.source import Reading
@@ -226,6 +226,7 @@ def _recording(tab: Tab) -> dict[str, Any]:
         "column": tab.column,
         "digest": now.digest,
         "home": now.home,
+        "targets": targets(whole),
         "span": now.part[0],
         "left_out": [list(one) for one in now.part[1]],
         "audited": now.audited,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
-from allanite.effects.files import model_from_dict
+from allanite.effects.files import kept_of, model_from_dict
 from allanite.fit import fit_model
 from allanite.fit.result import plain
 from allanite.page.bench import look
@@ -66,7 +66,7 @@ def _model(fit: Fit) -> dict[str, Any]:
             {
                 "kind": effect.kind,
                 "parameters": {n: plain(v) for n, v in values.items()},
-                **({"held": sorted(effect.held)} if effect.held else {}),
+                **kept_of(effect),
             }
             for effect, values in zip(fit.model.effects, fit.estimates, strict=True)
         ],

@@ -10,7 +10,7 @@ from allanite.effects import Model
 from allanite.fit import fit_model
 from allanite.page.bench import Bench, look
 from allanite.page.edits import effect as effect_at
-from allanite.page.edits import freed, frozen, parse_model_string, with_value
+from allanite.page.edits import freed, frozen, parse_model_string, with_limits, with_value
 from allanite.page.ladder import Ladder, Step
 from allanite.study import Rung, full, next_rung
 
@@ -95,6 +95,18 @@ class Tab(Bench):
         self._refit(
             f"{verb} {what}",
             f"Fitting with {what} {'free' if value is None else 'held'}",
+            lambda: Rung(fit_model(fit.recording, model)),
+        )
+
+    def limit(self, place: int, name: str, low: float | None, high: float | None) -> None:
+        """Have a parameter fitted between two values; None is an open end."""
+        fit = self.step.fit
+        model = with_limits(fit.model, place, name, low, high)
+        effect = model.effects[place]
+        what = f"{name} of {fit.display_name(effect)}"
+        self._refit(
+            f"{'limit' if name in effect.limits else 'no limits on'} {what}",
+            f"Fitting with {what} {'within its' if name in effect.limits else 'without'} limits",
             lambda: Rung(fit_model(fit.recording, model)),
         )
 

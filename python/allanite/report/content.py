@@ -132,8 +132,9 @@ def _model(entry: Entry, fit: dict[str, Any], place: str) -> list[Block]:
             if name == "overtones" and value.get("value"):
                 first = effect["parameters"]["frequency"]["value"]
                 shown = harmonics_text(first, value["value"], unit_text(entry.recording.unit))
-            if name in effect.get("held", ()):
-                interval = "held"
+            for key, word in (("held", "held"), ("at_limit", "at its limit")):
+                if name in effect.get(key, ()):
+                    interval = word
             other = (
                 data_sheet_value(kind.parameter(name), value, entry.recording.unit) if kind else ""
             )

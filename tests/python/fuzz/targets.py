@@ -3,6 +3,7 @@
 import io
 import json
 import struct
+import warnings
 import zipfile
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -242,6 +243,20 @@ def page():
     return [*paths, *bodies, _text()[0]], call, True
 
 
+def study():
+    """A running page, and all that can be done in its tabs; an input is the seed of one request."""
+    from page_actions import Hand
+
+    hand = Hand()
+    # A value of 1e100 that is tried overflows somewhere: what counts here is what the page makes of it.
+    warnings.simplefilter("default", RuntimeWarning)
+
+    def call(data, _folder):
+        hand.one(np.random.default_rng(list(data[:400])))
+
+    return [bytes([k]) * 8 for k in range(64)], call, False
+
+
 def member():
     """An array inside an archive, whose check sum is right: what is damaged of the archive itself stops at that."""
     _, call, _ = reader(".npz", [])
@@ -287,4 +302,5 @@ def targets():
         "data sheet": lambda: (SHEETS[:1], parsed(".toml", sheet), True),
         "data sheet, JSON": lambda: (SHEETS[1:], parsed(".json", sheet), True),
         "page": page,
+        "page, a study": study,
     }

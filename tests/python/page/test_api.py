@@ -11,11 +11,12 @@ from allanite import Recording
 from allanite.fit import fit_model
 from allanite.page import bench as bench_module
 from allanite.page.ladder import Ladder, Step, Work
+from allanite.page.server import Sessions
 from allanite.page.shown.views import finite, view
 from allanite.page.source import Source
 from allanite.page.tab import Tab
 from allanite.study import Rung
-from page_sessions import act, opened, send, until, wait
+from page_sessions import act, client_of, opened, send, until, wait
 
 
 def test_the_loop(client):
@@ -99,6 +100,88 @@ def test_a_held_value_stays(client):
     assert state["ladder"][1]["chi2"] > state["ladder"][0]["chi2"]
     free = act(client, tab, checked=False, do="hold", place=0, name="N", value=None)
     assert free["chips"][0]["values"][0]["held"] is False
+
+
+def test_limits_are_set_shown_saved_undone_and_lifted(client):
+    tab, before = opened(client, checked=False)
+    free = before["chips"][0]["values"][0]
+    assert (free["limits"], free["kept"]) == ([None, None], "")
+    act(client, tab, checked=False, do="unit", unit="deg/s")
+    state = act(client, tab, checked=False, do="limits", place=0, name="N", low="", high=0.5)
+    value = state["chips"][0]["values"][0]
+    # In the unit that is shown: 0.5 deg/s/√Hz is less than the noise has.
+    assert (value["limits"], value["number"], value["kept"]) == ([None, 0.5], 0.5, "at its limit")
+    assert not value["held"]
+    assert state["ladder"][-1]["label"].startswith("limit N of")
+    assert f"N(N={0.5 * np.pi / 180:.6g}[,{0.5 * np.pi / 180:.6g}])" in state["model"]
+    saved = client.get(f"tabs/{tab}/file/study.json").json()
+    assert saved["axes"][0]["ladder"][1]["effects"][0]["at_limit"] == ["N"]
+    other, _ = opened(client, checked=False)
+    again = act(client, other, do="study", study=saved)
+    assert again["model"].split("+")[0] == state["model"].split("+")[0]
+    assert again["chips"][0]["values"][0]["kept"] == "at its limit"
+    # A trial goes beyond them, a fit from there does not.
+    tried = act(client, tab, checked=False, do="what-if", place=0, name="N", value=0.7)
+    assert tried["chips"][0]["values"][0]["number"] == pytest.approx(0.7)
+    assert tried["chips"][0]["values"][0]["limits"] == [None, 0.5]
+    fitted = act(client, tab, checked=False, do="fit-tried")
+    assert fitted["chips"][0]["values"][0]["number"] == 0.5
+    held = act(client, tab, checked=False, do="hold", place=0, name="N", value=0.4)
+    assert held["chips"][0]["values"][0]["kept"] == "held"
+    act(client, tab, checked=False, do="hold", place=0, name="N", value=None)
+    lifted = act(client, tab, checked=False, do="limits", place=0, name="N")
+    assert lifted["chips"][0]["values"][0]["limits"] == [None, None]
+    undone = act(client, tab, checked=False, do="undo")
+    assert undone["chips"][0]["values"][0]["limits"] == [None, 0.5]
+
+
+def test_a_unit_chosen_for_one_kind_of_sensor_leaves_the_others_in_their_own():
+    rng = np.random.default_rng(1)
+    two = Recording(
+        rng.standard_normal((2000, 2)),
+        10.0,
+        unit=["rad/s", "m/s^2"],
+        columns=["g", "a"],
+        covariates={"oven": np.linspace(20, 21, 2000)},
+    )
+    client = client_of(Sessions([Source("two.npz", recording=two)]))
+    tab, _ = opened(client, checked=False)
+    act(client, tab, checked=False, do="unit", unit="deg/h")
+    other = act(client, tab, checked=False, do="column", column=1)
+    assert other["chips"][0]["values"][0]["unit"].startswith("m/s")
+    assert client.get(f"tabs/{tab}/view/allan").status_code == 200
+    back = act(client, tab, checked=False, do="column", column=0)
+    assert back["chips"][0]["values"][0]["unit"].startswith("°/h")
+    # Nor has a level per root of a power of the frequency another unit, nor what is per a column.
+    odd = act(client, tab, checked=False, do="model", model="N+PL+COV(column=oven,lag=1!)")
+    assert [c["values"][i]["unit"][:4] for c, i in zip(odd["chips"], (0, 1, 0), strict=True)] == [
+        "°/h·", "rad/", "rad/"
+    ]  # fmt: skip
+    act(client, tab, checked=False, do="unit", unit=None)
+
+
+def test_a_clock_is_offered_the_files_that_take_one(client):
+    tab, state = opened(client, checked=False)
+    assert "kalibr.yaml" in state["recording"]["targets"]
+    rng = np.random.default_rng(1)
+    clock = Recording(rng.standard_normal(2000), 1.0, unit="1", columns=["y"])
+    other = client_of(Sessions([Source("clock.npz", recording=clock)]))
+    tab, state = opened(other, checked=False)
+    offered = state["recording"]["targets"]
+    assert set(offered) == {"parameters.json", "noise.h", "state-space.json"}
+    assert {other.get(f"tabs/{tab}/file/{name}").status_code for name in offered} == {200}
+
+
+def test_a_filters_file_waits_for_no_search_of_rivals(client, sessions):
+    tab, _ = opened(client, checked=False)
+    assert b"gyroscope_noise_density" in client.get(f"tabs/{tab}/file/kalibr.yaml").content
+    fit = sessions.tabs[tab].step.fit
+    assert fit._alternatives == {}
+    assert (
+        client.get(f"tabs/{tab}/file/parameters.json").json()["axes"][0]["effects"][0]["rivals"]
+        is not None
+    )
+    assert fit._alternatives
 
 
 def test_tabs_do_not_disturb_each_other(client):

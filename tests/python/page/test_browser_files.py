@@ -1,5 +1,6 @@
 """As a new user with files that others measured: from the file to the filter's file, a part of it, and everything back."""
 
+import base64
 import re
 
 import pytest
@@ -12,8 +13,16 @@ pytestmark = [pytest.mark.browser, pytest.mark.data]
 
 #: Clicks from the file to the filter's file of all axes, at most.
 CLICKS = 8
-#: Every click of a hand is counted; the page's own on a link are none.
-COUNT = "addEventListener('click', e => { if (e.isTrusted) window.clicks = (window.clicks || 0) + 1; }, true)"
+#: Every click of a hand is counted, and every key; the page's own clicks on a link are none.
+COUNT = """for (const kind of ['click', 'keydown'])
+  addEventListener(kind, e => { if (e.isTrusted) window[`${kind}s`] = (window[`${kind}s`] || 0) + 1; }, true)"""
+#: A file is dropped on the page.
+DROP = """([name, content]) => {
+  const files = new DataTransfer();
+  files.items.add(new File([Uint8Array.from(atob(content), c => c.charCodeAt(0))], name));
+  for (const kind of ["dragenter", "dragover", "drop"])
+    dispatchEvent(new DragEvent(kind, { dataTransfer: files, bubbles: true, cancelable: true }));
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +83,34 @@ def test_from_the_file_to_the_filters_file_in_eight_clicks(tab, data, name):
     expected = numbers(al.characterize(recording).export("kalibr"))
     assert len(expected) >= 4
     assert numbers(exported.body.decode()) == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("name", "axes", "target"),
+    [
+        ("hfi_10hz.npz", 6, "kalibr.yaml"),
+        ("phone_gyro_b.npz", 3, "kalibr.yaml"),
+        ("clock_tic_noisefloor_phase.npz", 1, "state-space.json"),
+        ("logs/sample_log_small.ulg", 6, "kalibr.yaml"),
+    ],
+)
+def test_a_dropped_file_becomes_a_filters_file_without_typing(tab, data, name, axes, target):
+    path = data(name)
+    tab.evaluate(DROP, [path.name, base64.b64encode(path.read_bytes()).decode()])
+    tab.wait_for_selector(READY)
+    improve = "#improve-all" if axes > 1 else "#improve"
+    tab.wait_for_selector(f"{improve}:visible")
+    if tab.locator(improve).get_attribute("aria-disabled") == "false":
+        tab.locator(improve).click()
+        tab.wait_for_selector("body[data-busy=true]")
+        tab.wait_for_selector("body[data-busy=false]", timeout=300_000)
+    assert tab.locator(".axis:not(.new)").count() == (axes if axes > 1 else 0)
+    exported = saved(tab, "#export")
+    assert exported.name == f"{path.stem}-{target}"
+    assert len(exported.body) > 300
+    assert tab.evaluate("window.clicks") <= CLICKS
+    assert tab.evaluate("window.keydowns || 0") == 0
 
 
 @pytest.mark.long

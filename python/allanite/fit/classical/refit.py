@@ -39,10 +39,10 @@ def refit(fit: Fit, method: str) -> Fit:
     Raises
     ------
     InputError
-        Lines for a model that has other effects than Q, N, B, K, R; held coefficients.
+        Lines for a model that has other effects than Q, N, B, K, R; held coefficients; limits.
     """
-    if any(set(e.held) for e in fit.model):
-        raise InputError(f"method {method!r} cannot hold values: use whittle")
+    if any(e.held or e.limits for e in fit.model):
+        raise InputError(f"method {method!r} cannot hold values or keep to limits: use whittle")
     values = _gls(fit) if method == "gls" else _lines(fit)
     solution, bins = fit.solution, fit.data.bins
     effects = tuple(_read(own, v) for own, v in zip(solution.effects, values, strict=True))

@@ -356,7 +356,7 @@ def _own(effect: Stochastic, acting: tuple[Modifier, ...], data: Data) -> NDArra
 @lru_cache(maxsize=8192)
 def _open(effect: Stochastic) -> Stochastic:
     """The effect without its coefficient, on which its column does not depend."""
-    return effect.with_values(**{effect.coefficient: None, "hold": ()})
+    return effect.with_values(**{effect.coefficient: None}, hold=(), limits={}, at_limit=())
 
 
 @released

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data, Noise
 
-__all__ = ["MOST_WIDTH", "SAME", "Band", "band_about", "polish_drifting", "seen_at"]
+__all__ = ["MOST_WIDTH", "SAME", "Band", "band_about", "loudest", "polish_drifting", "seen_at"]
 
 #: Ordinates beside the frequencies that a line passes: in its regression, and in its search.
 BESIDE, LEAST_WIDTH, MOST_WIDTH = 512, 1024, 4096
@@ -187,6 +187,21 @@ def fourier_sums(
     return out
 
 
+def loudest(
+    effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
+) -> float:
+    """Frequency of the largest whitened ordinate within the limits of a line, Hz."""
+    j = np.arange(8, ordinates.size)
+    if "frequency" in effect.limits:
+        low, high = effect.limits["frequency"]
+        near = (j >= 2.0 * low * data.duration) & (j <= 2.0 * high * data.duration)
+        # Limits closer than two ordinates have none between them.
+        j = j[near] if near.any() else j
+    ratio = ordinates[j] ** 2 / noise.variance(j)
+    found = float(j[int(np.argmax(ratio))] / (2.0 * data.duration))
+    return float(effect.limits.clipped("frequency", found))
+
+
 def polish_drifting(
     effect: Deterministic, ordinates: NDArray[np.float64], noise: Noise, data: Data
 ) -> Deterministic:
@@ -198,9 +213,7 @@ def polish_drifting(
     f, d = values["frequency"], values["drift"]
     if f is None or d is None:
         if f is None:
-            j = np.arange(8, ordinates.size)
-            top = int(np.argmax(ordinates[8:] ** 2 / noise.variance(j)))
-            f = (8 + top) / (2.0 * T)
+            f = loudest(effect, ordinates, noise, data)
         band = band_about(f, f, ordinates, noise, data)
         middle, drift, _ = band.polished(*band.search()[:2])
     else:

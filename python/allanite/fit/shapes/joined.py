@@ -62,6 +62,10 @@ def put_together(model: Model, place: int, part: RandomPart) -> Model:
         if kept.size:
             chosen, variances = [pieces[i] for i in kept], found.theta[first:]
     made = type(effect).joined(chosen, [float(v) for v in variances])
+    held = {name: effect.values[name] for name in effect.held}
+    made = made.with_values(
+        **held, hold=effect.hold, limits=effect.limits, at_limit=effect.at_limit
+    )
     return Model((*model.effects[:place], made, *model.effects[place + 1 :]))
 
 

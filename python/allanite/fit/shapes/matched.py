@@ -74,7 +74,7 @@ def grid_points(blank: Deterministic, data: Data) -> list[Deterministic]:
     shapes = [
         p.name for p in blank.parameters if p.role == "shape" and blank.values[p.name] is None
     ]
-    grids = [map(float, blank.grid(name, data.n, data.rate)) for name in shapes]
+    grids = [map(float, blank.searched(name, data.n, data.rate)) for name in shapes]
     return [blank.with_values(**dict(zip(shapes, v, strict=True))) for v in product(*grids)]
 
 

@@ -57,13 +57,14 @@ class _Shapes:
         for place, name in places:
             effect = model.effects[place]
             declared = effect.parameter(name)
+            low, high = (effect.limits.clipped(name, e) for e in (declared.low, declared.high))
             signed.append(declared.low < 0.0)
             if declared.low < 0.0:
-                limits.append((declared.low, declared.high))
+                limits.append((low, high))
                 continue
-            grid = effect.grid(name, part.data.n, part.data.rate)
-            low = max(declared.low, grid.min() / 2.0, 1e-300)
-            limits.append((np.log(low), np.log(min(declared.high, grid.max() * 2.0))))
+            grid = effect.searched(name, part.data.n, part.data.rate)
+            low = max(low, grid.min() / 2.0, 1e-300)
+            limits.append((np.log(low), np.log(max(low, min(high, grid.max() * 2.0)))))
         return cls(model, tuple(places), tuple(signed), np.array(limits).reshape(-1, 2))
 
     def start(self) -> Array:

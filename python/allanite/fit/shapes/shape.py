@@ -20,7 +20,7 @@ from allanite.fit.shapes.deterministic import (
     window,
     without_at,
 )
-from allanite.fit.shapes.drifting import polish_drifting
+from allanite.fit.shapes.drifting import loudest, polish_drifting
 from allanite.fit.shapes.joined import put_together, unformed
 from allanite.fit.shapes.matched import grid_points, matched_gains, regressor_ordinates
 from allanite.fit.shapes.polish import polish
@@ -75,7 +75,7 @@ def grid_models(model: Model, place: int, data: Data) -> list[Model]:
         names = [n for n in start.free_shapes if values[n] is None]
         if len(variants) > 1:
             names = [n for n in start.free_shapes if not isinstance(values[n], str)]
-        grids = [start.grid(n, data.n, data.rate) for n in names]
+        grids = [start.searched(n, data.n, data.rate) for n in names]
         chosen = {p.name: values[p.name] for p in start.parameters if p.role == "choice"}
         out += [
             model.replaced(place, **chosen, **dict(zip(names, map(float, point), strict=True)))
@@ -174,10 +174,12 @@ def fit_deterministic_shapes(
                 continue
             rest = _known(others)
             if start is None:
-                start = strongest_line(data.without(rest), noise, data)
+                start = loudest(effect, data.without(rest), noise, data)
             multiples = [m for m, _, _ in effect.lines]
             j = comb_window(start, multiples, data, ZOOM)
-            found = polish_line(start, j, without_at(rest, j, data), noise, data, multiples)
+            left = without_at(rest, j, data)
+            found = polish_line(start, j, left, noise, data, multiples)
+            found = effect.limits.clipped("frequency", found)
             model = model.replaced(place, frequency=found)
             if effect.values["frequency"] is None and not effect.held:
                 # The next line without a frequency is looked for in what this one leaves.
@@ -200,13 +202,6 @@ def _known(effects: tuple[Deterministic, ...]) -> list[Deterministic]:
     """Those with values."""
     known = [e for e in effects if any(v is not None and v != 0.0 for v in e.amplitudes())]
     return [e for e in known if all(e.values[n] is not None for n in e.free_shapes)]
-
-
-def strongest_line(ordinates: NDArray[np.float64], noise: Noise, data: Data) -> float:
-    """Frequency of the largest whitened ordinate pair, Hz."""
-    j = np.arange(8, ordinates.size)
-    ratio = ordinates[8:] ** 2 / noise.variance(j)
-    return float(j[int(np.argmax(ratio))] * data.rate / (2.0 * data.n))
 
 
 def polish_line(
@@ -280,7 +275,7 @@ def _polish_slow(
                 matrix = np.hstack([matrix, beside.matrix])
             return -regress(matrix, values, variance).gain
 
-        grid = np.unique(effect.grid(name, data.n, data.rate))
+        grid = np.unique(effect.searched(name, data.n, data.rate))
         known = effect.values[name]
         if known is None:
             points = grid_points(effect, data)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.threads import go_on
-from allanite.fit.shapes.drifting import SAME, Band, band_about
+from allanite.fit.shapes.drifting import SAME, Band, band_about, loudest
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
@@ -164,8 +164,7 @@ def polish_burst(
     values, T = effect.values, data.duration
     f, start, end = values["frequency"], values["start"], values["end"]
     if f is None:
-        j = np.arange(8, ordinates.size)
-        f = (8 + int(np.argmax(ordinates[8:] ** 2 / noise.variance(j)))) / (2.0 * T)
+        f = loudest(effect, ordinates, noise, data)
     if start is None or end is None:
         about = band_about(f, f, ordinates, noise, data)
         at = placed(about, *search_burst(about)[:3])[:3]

@@ -98,7 +98,7 @@ def _effects(one: Fit, two: Fit, unit: str | None, places: list[int]) -> Iterato
 
 
 def _text(value: Mapping[str, Any]) -> str:
-    spread = "held" if value["held"] else value["spread"]
+    spread = value["kept"] or value["spread"]
     return f"{value['text']} ({spread})" if spread and value["detected"] else str(value["text"])
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
-from allanite.effects import Effect, Periodic, find
-from allanite.page.edits import shown_unit
+from allanite.effects import Effect, Periodic, find, limitable
+from allanite.page.edits import factor_of, shown_unit
 from allanite.plots.curves import parts
 from allanite.plots.words import effect_text, unit_text
 from allanite.report.words import resolved
@@ -52,9 +52,8 @@ def chips(fit: Fit, unit: str | None = None, colors: Sequence[str] = ()) -> list
                     _value(
                         effect,
                         name,
-                        value.to(
-                            shown_unit(effect.parameter(name), value, fit.recording.unit, unit)
-                        ),
+                        value,
+                        shown_unit(effect.parameter(name), value, fit.recording.unit, unit),
                     )
                     for name, value in values.items()
                     if isinstance(value, Estimate)
@@ -64,7 +63,8 @@ def chips(fit: Fit, unit: str | None = None, colors: Sequence[str] = ()) -> list
     return out
 
 
-def _value(effect: Any, name: str, value: Estimate) -> dict[str, Any]:
+def _value(effect: Effect, name: str, own: Estimate, shown: str) -> dict[str, Any]:
+    value = own.to(shown)
     unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
     role = effect.parameter(name).role
     text = f"{number(value.value)}{unit}"
@@ -84,9 +84,19 @@ def _value(effect: Any, name: str, value: Estimate) -> dict[str, Any]:
         "number": float(f"{value.value:.6g}"),
         "unit": unit.strip(),
         "detected": value.detected,
-        "held": name in effect.held,
+        "held": name in effect.hold,
+        "kept": effect.kept(name),
+        "limits": _limits(effect, name, factor_of(own, shown)),
         "free": role in ("coefficient", "shape"),
     }
+
+
+def _limits(effect: Effect, name: str, factor: float) -> list[float | None] | None:
+    """The ends between which a number is fitted, None for an open one; None altogether where it can have none."""
+    if not limitable(effect.parameter(name)):
+        return None
+    ends = effect.limits.to_dict().get(name, [None, None])
+    return [None if end is None else float(f"{end * factor:.6g}") for end in ends]
 
 
 def cards(check: Check) -> list[dict[str, Any]]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError, InputError, about
 from allanite.common.numbers import number
+from allanite.common.units import parse_unit
 from allanite.page.shown.tables import csv_of
 from allanite.page.shown.views import VIEWS, figure_of
 from allanite.page.source import Reading
@@ -25,13 +26,16 @@ if TYPE_CHECKING:
     from allanite.comparison.datasheet import Row
     from allanite.page.source import Source
     from allanite.page.tab import Tab
+    from allanite.recording import Recording
 
-__all__ = ["Made", "accept", "compare_with", "make", "sheet_rows"]
+__all__ = ["Made", "accept", "compare_with", "make", "sheet_rows", "targets"]
 
 #: What the page asks for when a reader lacks nothing else.
 ASKED = ("rate", "unit", "quantity", "column")
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".csv": "text/csv; charset=utf-8"}
+#: What the samples of a clock are, and of a sensor whose unit is not known.
+RATIO = parse_unit("1").kind
 #: File that the page offers → target of the export.
 TARGETS = {
     "parameters.json": "json",
@@ -62,6 +66,14 @@ class Made:
     kind: str
     name: str
     note: str = ""
+
+
+def targets(recording: Recording) -> list[str]:
+    """The parameter files that a log can be exported to: most are for gyroscopes and accelerometers alone."""
+    from allanite.export import ANY_SENSOR
+
+    other = any(parse_unit(unit).kind == RATIO for unit in recording.units)
+    return [name for name, target in TARGETS.items() if not other or target in ANY_SENSOR]
 
 
 def accept(tab: Tab, source: Source, role: str) -> None:
@@ -197,7 +209,10 @@ def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = No
         fits = [s.fit for ladder in tab.board.ladders if (s := ladder.step) is not None]
         if not fits:
             raise InputError("Nothing is fitted yet: open a log first")
-        text = export(axes_of([fit.to_dict() for fit in fits]), TARGETS[name])
+        # A filter's file names no rivals, whose search takes longer than all else.
+        rivals = TARGETS[name] == "json"
+        found = [{"recording": f.recording.describe(), **f.body(searched=rivals)} for f in fits]
+        text = export(axes_of(found), TARGETS[name])
         kind = "text/plain; charset=utf-8"
         return Made(text.encode(), kind, f"{_stem(tab)}-{name}", _missing(tab))
     known = [*(f"{v}.svg" for v in VIEWS), "study.json", "report.html", *TARGETS]

@@ -27,32 +27,44 @@ export function chips() {
 function value(c, v) {
   const row = el("div", { class: "value" }, el("span", { class: "symbol" }, v.symbol));
   if (!v.free) { row.append(el("span", { class: "text" }, v.text), el("span", { class: "spread", title: v.spread }, v.spread)); return row; }
-  const what = `${v.name} of ${c.name}`;
+  const what = `${v.name} of ${c.name}`, limits = between(v), spread = v.kept || v.spread;
   row.append(
-    el("button", { class: "text", title: `Try another value of ${what}`, "aria-label": `${what}: ${v.text}. Try another value`, "data-work": true, onclick: () => edit(row, c, v) }, v.text),
-    el("span", { class: "spread", title: `95 % interval ${v.spread}` }, v.held ? "held" : v.spread),
+    el("button", { class: "text", title: `Try another value of ${what}${v.limits ? ", or set limits on it" : ""}`, "aria-label": `${what}: ${v.text}. Try another value`, "data-work": true, onclick: () => edit(row, c, v) }, v.text),
+    el("span", { class: "spread", title: v.kept ? capital(v.kept) : `95 % interval ${v.spread}` }, spread, limits ? el("small", { class: "limits" }, limits) : null),
     el("button", { class: "icon lock", title: v.held ? `Held: let ${what} free` : `Hold ${what} at this value`, "aria-pressed": String(v.held), "data-work": true,
       "aria-label": `Hold ${what}`, onclick: () => drop(c, v) }, icon(v.held ? "locked" : "open")));
   return row;
 }
+// The limits of a value as they are told.
+function between(v) {
+  const [low, high] = v.limits || [null, null];
+  return low === null ? high === null ? "" : `at most ${high}` : high === null ? `at least ${low}` : `within ${low} … ${high}`;
+}
+// A value is typed to be tried, or limits for it.
 function edit(row, c, v) {
-  const input = el("input", { value: v.number, "aria-label": `${v.name} in ${v.unit || "1"}`, inputmode: "decimal" });
+  const field = (what, value) => el("input", { value: value ?? "", "aria-label": `${what} in ${v.unit || "1"}`, inputmode: "decimal" });
+  const input = field(v.name, v.number), ends = v.limits ? v.limits.map((end, i) => field(`${i ? "Highest" : "Lowest"} ${v.name}`, end)) : [];
   const was = row.querySelector(".text").title;
   let open = true;
   const end = keep => {
     if (!open) return;
-    open = false;  // before the input goes, which blurs it
-    input.remove();
-    if (keep && input.value.trim() && Number(input.value) !== v.number) act({ do: "what-if", place: c.place, name: v.name, value: input.value });
+    open = false;  // before the fields go, which blurs them
+    row.replaceChildren();
+    const [low, high] = ends.map(e => e.value.trim());
+    if (keep === "value" && input.value.trim() && Number(input.value) !== v.number) act({ do: "what-if", place: c.place, name: v.name, value: input.value });
+    if (keep === "limits" && ends.some((e, i) => e.value.trim() !== String(v.limits[i] ?? ""))) act({ do: "limits", place: c.place, name: v.name, low, high });
     chips(); S.hooks.work();
     [...document.querySelectorAll(".chip .text")].find(x => x.title === was)?.focus();
   };
-  input.addEventListener("blur", () => end(false));
-  input.addEventListener("keydown", event => {
-    if (event.key === "Enter") { event.preventDefault(); end(true); }  // else it would press what gets the focus
-    if (event.key === "Escape") { event.stopPropagation(); end(false); }
-  });
+  for (const one of [input, ...ends]) {
+    one.addEventListener("blur", event => { if (!row.contains(event.relatedTarget)) end(null); });
+    one.addEventListener("keydown", event => {
+      if (event.key === "Enter") { event.preventDefault(); end(one === input ? "value" : "limits"); }  // else it would press what gets the focus
+      if (event.key === "Escape") { event.stopPropagation(); end(null); }
+    });
+  }
   row.replaceChildren(el("span", { class: "symbol" }, v.symbol), input, el("span", { class: "spread" }, `${v.unit}  Enter tries it`));
+  if (ends.length) row.append(el("span", { class: "ends" }, ends[0], "…", ends[1], el("small", {}, "Limits: Enter sets them")));
   input.focus(); input.select();
 }
 function lit(node, place) {
@@ -93,7 +105,7 @@ export async function openCatalogue() {
 export function typeModel() {
   $("catalogue").close();
   $("typed").hidden = false;
-  $("typed-model").value = (S.state.model || "").replace(/\(([^)]*)\)/g, (whole, inside) => inside.includes("!") ? whole : "");
+  $("typed-model").value = (S.state.model || "").replace(/\(([^)]*)\)/g, (whole, inside) => /[![]/.test(inside) ? whole : "");
   $("typed-model").focus(); $("typed-model").select();
 }
 export function listenModel() {

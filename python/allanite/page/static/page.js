@@ -61,6 +61,9 @@ function head() {
   $("logs").disabled = logs.length < 2;
   $("recording").textContent = $("recording").title = recording ? recording.text : "";
   $("reading").disabled = !log || fixed;
+  // A clock has no file of Kalibr: what can be exported is offered, and what a hand chose stays chosen.
+  const offered = TARGETS.filter(t => !recording || recording.targets.includes(t[0]));
+  fill($("target"), offered, [S.target, "kalibr.yaml", "state-space.json"].find(name => offered.some(t => t[0] === name)));
   document.title = log ? `${log} – allanite` : "allanite";
 }
 function audit() {
@@ -136,7 +139,6 @@ function dropping() {
 function listen() {
   listenViews(); listenModel(); listenReading(); listenTour(); dropping();
   for (const name of ["undo", "redo", "theme", "full"]) $(name).append(icon(name));
-  fill($("target"), TARGETS, "kalibr.yaml");
   $("audit-more").onclick = () => {
     const open = $("findings").hidden;
     $("findings").hidden = !open;
@@ -154,6 +156,7 @@ function listen() {
   $("help-keys").replaceChildren(...KEYS.flatMap(([k, t]) => [el("dt", {}, el("kbd", {}, k)), el("dd", {}, t)]));
   $("as-python").onclick = () => script("python");
   $("as-command").onclick = () => script("command");
+  $("target").onchange = () => { S.target = $("target").value; };
   $("export").onclick = () => get($("target").value);
   for (const button of document.querySelectorAll("[data-pick]")) button.onclick = () => pick(button.dataset.pick);
   for (const button of document.querySelectorAll("[data-file]")) button.onclick = () => get(button.dataset.file);

@@ -1,5 +1,5 @@
 // A tour of one minute: a sentence about each part of the page, beside that part and never over it.
-import { $, S, act, busy } from "./core.js";
+import { $, S, act, busy, say } from "./core.js";
 
 // The first element of a step that is there is the one that it speaks of.
 const STEPS = [
@@ -22,7 +22,7 @@ export async function tour(from) {
   opener = from;
   if (!S.state.log && !await act({ do: "example" })) return;
   while (busy() || S.state.log && S.state.ladder.length && !document.body.dataset.drawn) await new Promise(done => setTimeout(done, 100));
-  if (!S.state.ladder.length) return;  // cancelled, or not read: the page says why
+  if (!S.state.ladder.length) { say("The tour is of a log that was read: set its rate and units first, or open another one"); return; }
   if (timer) return;
   S.hooks.go("allan");
   $("tour").show(); $("tour-frame").hidden = false;

@@ -147,6 +147,7 @@ async function numbers() {
   } catch (error) { $("table").textContent = error.message; }
 }
 export async function get(name) {
+  const slow = setTimeout(() => say(`Making ${name} …`, 3600), 600);
   try {
     const answer = await fetch(`tabs/${S.tab}/file/${name}?${query()}`);
     if (!answer.ok) throw new Error((await answer.json()).error);
@@ -155,8 +156,8 @@ export async function get(name) {
     const anchor = el("a", { href: URL.createObjectURL(await answer.blob()), download: called });
     anchor.click();
     setTimeout(() => URL.revokeObjectURL(anchor.href), 10000);
-    if (note) say(`${called}: ${note}`);
-  } catch (error) { say(error.message); }
+    say(note ? `${called}: ${note}` : "");
+  } catch (error) { say(error.message); } finally { clearTimeout(slow); }
 }
 export function listenViews() {
   for (const button of document.querySelectorAll("[role=tab]")) {
