@@ -22,5 +22,7 @@ def html(found: Characterization) -> str:
         body = [(row.label, *row.cells) for row in rows(studies)]
         out.append(html_table(sensor.name, ("", *sensor.columns), body))
         out.append(html_list([legend(studies), *in_common(sensor)]))
-    out.append(html_list([*map(str, found.common.lines), *map(str, found.common.events), *remarks(found)]))
+    out.append(
+        html_list([*map(str, found.common.lines), *map(str, found.common.events), *remarks(found)])
+    )
     return "".join(out)

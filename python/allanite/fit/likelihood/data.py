@@ -19,7 +19,7 @@ from allanite.common.threads import go_on
 from allanite.deviation import oadev
 from allanite.effects import Model
 from allanite.fit.likelihood.peaks import is_narrow, means_near
-from allanite.fit.likelihood.remembered import Remembered
+from allanite.fit.likelihood.remembered import Remembered, room_for
 from allanite.fit.likelihood.stop_band import UNSEEN, bins_seen, empty
 from allanite.spectrum import Bins, bins_of, bridge_gaps
 
@@ -33,9 +33,8 @@ __all__ = ["Data", "Noise", "columns", "columns_like", "density", "prepare", "wi
 SHORTEST = 32
 #: Averaging times of the curve, a decade.
 PER_DECADE = 8
-#: Bytes of the ordinates of known functions of time that are remembered, room for three of up to so many samples; and of
-#: the lowest of many.
-WHOLE, LONG, LOWEST = 1 << 27, 10**7, 1 << 25
+#: Bytes of the lowest ordinates of many known functions of time that are remembered.
+LOWEST = 1 << 25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +69,7 @@ class Data:
     gain: NDArray[np.float64] | None = None
     mixing: NDArray[np.float64] | None = None
     #: Ordinates of the regressors of effects that were looked at, and the lowest of them, by effect and shapes.
-    functions: Remembered = field(default_factory=lambda: Remembered(WHOLE), repr=False)
+    functions: Remembered = field(default_factory=lambda: room_for(0), repr=False)
     lowest: Remembered = field(default_factory=lambda: Remembered(LOWEST), repr=False)
 
     __repr__ = brief
@@ -282,12 +281,8 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         bins_seen(ordinates),
         covariates,
         missing=holes if there < holes.size else None,
-        functions=_room(filled.size),
+        functions=room_for(filled.size),
     )
-
-
-def _room(n: int) -> Remembered:
-    return Remembered(max(WHOLE, 24 * min(n, LONG)))
 
 
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
@@ -304,7 +299,7 @@ def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
         missing=missing,
         gain=None,
         mixing=None,
-        functions=_room(data.n),
+        functions=room_for(data.n),
         lowest=Remembered(LOWEST),
     )
 

@@ -9,7 +9,10 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Remembered"]
+__all__ = ["Remembered", "room_for"]
+
+#: Bytes for series of a record, room for three of up to so many samples.
+WHOLE, LONG = 1 << 27, 10**7
 
 
 @dataclass(eq=False)
@@ -58,3 +61,8 @@ class Remembered:
     def holds(self, size: int) -> bool:
         """Whether something of this many bytes is worth keeping: three of it have room."""
         return 3 * size <= self.most
+
+
+def room_for(n: int) -> Remembered:
+    """Room for series as long as a record of n samples."""
+    return Remembered(max(WHOLE, 24 * min(n, LONG)))
