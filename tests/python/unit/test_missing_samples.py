@@ -41,8 +41,11 @@ def record(model, n, mask, seed, signal=None):
     return al.Recording(samples, rate=RATE)
 
 
+@pytest.mark.parametrize("few", [0, 512])
 @pytest.mark.parametrize("kind", ["random", "alternate", 40, "tenth"])
-def test_the_mean_given_the_rest_is_the_dense_one(kind):
+def test_the_mean_given_the_rest_is_the_dense_one(kind, few, monkeypatch):
+    """By conjugate gradients, and at once where few samples are missing."""
+    monkeypatch.setattr("allanite.fit.missing.FEW", few)
     n = 300
     mask = holes(kind, n)
     transform = np.cos(np.pi * np.outer(np.arange(n), np.arange(n) + 0.5) / n) * np.sqrt(2.0 / n)
