@@ -31,7 +31,9 @@ mod _core {
 
     // spectrum
     #[pymodule_export]
-    use super::spectrum::{cosine_transform, inverse_cosine_transform, padded_periodogram};
+    use super::spectrum::{
+        PyLapped, add_rows, cosine_transform, inverse_cosine_transform, padded_periodogram, steps,
+    };
 
     // machine
     #[pymodule_export]
