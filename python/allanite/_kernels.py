@@ -33,6 +33,7 @@ __all__ = [
     "release",
     "simulate",
     "steps",
+    "trim",
     "version",
 ]
 
@@ -82,6 +83,8 @@ def release() -> int:
     forget()
     return _core.release()
 
+
+trim = _core.trim
 
 # -- deviation
 Accumulator = _core.Accumulator

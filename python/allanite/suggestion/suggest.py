@@ -11,6 +11,7 @@ import numpy as np
 
 from allanite.common.threads import Pool
 from allanite.effects import Stochastic
+from allanite.fit.likelihood.remembered import tidy
 from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import cost, over_true
 from allanite.fit.shapes.matched import slow_families
@@ -207,6 +208,7 @@ def suggest(
         lines_found = pool.submit(screen_lines, base, data, whitened.samples)
         spectral = screen_spectral(base, data)
         progress()
+        tidy(data.samples.size)
         # What a slow function of time must beat, or explain something beside.
         red = [
             c for c in spectral.candidates if isinstance(c.effect, Stochastic) and c.effect.wanders

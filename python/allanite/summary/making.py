@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import mmap
 from collections.abc import Iterable
 from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.threads import Pool, processors
 from allanite.common.units import rate_unit
@@ -26,6 +28,8 @@ __all__ = ["summarise", "taken_in"]
 
 #: Rows taken at a time: tiles enough for several threads, and not too many for the caches.
 ROWS = 1 << 17
+#: Rows of a mapped file after which they are let go.
+SEEN = 1 << 20
 
 
 def summarise(
@@ -118,12 +122,29 @@ def _taken_in(
                 f"a chunk with {', '.join(about['columns'])} at {about['rate']:g} Hz follows chunks with"
                 f" {', '.join(head['columns'])} at {head['rate']:g} Hz"
             )
+        mapped = _mapped(chunk)
         for at in range(0, taken[0].size, ROWS):
+            if mapped is not None and at % SEEN == 0:
+                # Pages that were read stay with the system, but do not count as memory of this process.
+                mapped.madvise(mmap.MADV_DONTNEED)
             stretch.update([x[at : at + ROWS] for x in taken], pool)
+        if mapped is not None:
+            mapped.madvise(mmap.MADV_DONTNEED)
     if stretch is None or stretch.stop == stretch.start:
         raise TooShortError("no samples")
+    _kernels.trim()
     head["path"] = path if path is not None else head["path"]
     return Summary(**head, stretches=(stretch,))
+
+
+def _mapped(chunk: Any) -> mmap.mmap | None:
+    """The mapping of a file that is only read."""
+    if not isinstance(chunk, np.memmap) or chunk.mode != "r" or not hasattr(mmap, "MADV_DONTNEED"):
+        return None
+    base: Any = chunk
+    while isinstance(base, np.ndarray):
+        base = base.base
+    return base if isinstance(base, mmap.mmap) else None
 
 
 def _pieces(chunks: Any) -> Iterable[Any]:

@@ -9,7 +9,18 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Remembered"]
+from allanite import _kernels
+
+__all__ = ["Remembered", "tidy"]
+
+#: Samples from which arrays are large enough to be given back.
+LARGE = 1 << 17
+
+
+def tidy(samples: int) -> None:
+    """Between two searches of a record: what they have freed, of a long one many copies of it, goes back to the system."""
+    if samples >= LARGE:
+        _kernels.trim()
 
 
 @dataclass(eq=False)

@@ -105,7 +105,8 @@ def matched_gains(
     """
     j = lowest(data)
     root = 1.0 / np.sqrt(noise.variance(j))
-    whole = regressor_ordinates(points, j, data) * root
+    whole = regressor_ordinates(points, j, data)
+    whole *= root  # of many points, in place
     target = residual[j] * root
     others = [regressor_ordinates([e], j, data) * root for e in beside if e.low]
     if others:
