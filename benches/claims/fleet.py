@@ -1,8 +1,8 @@
 """A fleet of simulated six-axis sensors: which of those with a hidden effect are found and named, which healthy ones too.
 
-Records of 5 min at 100 Hz. Units differ from each other as those of a lot do (N by 5 %, B by 10 %, K by 20 %); some have one
-more effect, or more noise, on one axis, at about twice what a single record can tell. Right is the kind, or for more noise
-the number. The journal in `--folder` makes a run that was ended go on.
+Records of 5 min at 100 Hz. Units differ from each other as those of a lot do (N by 5 %, B by 10 %, K by 20 %); some have
+one more effect, or more noise, on one axis, at about twice what a single record can tell. Right is the kind, or for more
+noise the number. The journal in `--folder` makes a run that was ended go on.
 
     python benches/claims/fleet.py [--sensors 1000] [--odd 30] [--folder /tmp/fleet]
 """
@@ -46,7 +46,7 @@ def bias_step(rng, noise):
     return f"STEP(time={rng.uniform(60.0, 240.0)},height={5.0 * noise})"
 
 
-def noise_level_change(rng, noise):
+def noise_level_change(rng, _):
     """A third of the record is a fifth louder."""
     start = rng.uniform(30.0, 170.0)
     return f"LEVEL(start={start},end={start + 100.0},factor=1.2)"
@@ -58,7 +58,7 @@ def excursion(rng, noise):
     return f"EXC(start={start},end={start + 30.0},height={5.0 * noise})"
 
 
-def bandwidth(rng, noise):
+def bandwidth(rng, _):
     """A filter that others do not have."""
     return f"BW(cutoff={rng.uniform(15.0, 35.0)})"
 
@@ -124,8 +124,9 @@ def main():
     healthy = asked.sensors - asked.odd
     kinds = Counter(kind for _, kind in truth.values())
     print(
-        f"{asked.odd} odd of {asked.sensors} sensors: {len(found)} found, {len(right)} named, {len(false)} of {healthy}"
-        f" healthy ones named ({100 * len(false) / max(healthy, 1):.2f} %), {len(beside)} axes more of odd ones; {dict(kinds)}"
+        f"{asked.odd} odd of {asked.sensors} sensors ({dict(kinds)}): {len(found)} found, {len(right)} named;"
+        f" {len(false)} of {healthy} healthy ones named ({100 * len(false) / max(healthy, 1):.2f} %), and {len(beside)}"
+        f" more axes of odd ones"
     )
     print(f"{len(rows)} axes in {wall:.0f} s, {busy / len(rows):.2f} s of processor time each")
 

@@ -1,11 +1,12 @@
 """A sensor under watch: false alarms of whole runs, and how soon three changes are found.
 
-False alarms: runs of 10⁵ segments under the model N+K, of which the ordinates of segments are independent χ² (`watch.py`), so
-that the powers of the bands are drawn instead of samples. Everything else is as `al.Watch` computes it.
+False alarms: runs of 10⁵ segments under the model N+K, of which the ordinates of segments are independent χ² but for
+rounding (the cosine transform makes white noise and a random walk so), so that the powers of the bands are drawn instead of
+samples. Everything else is as `al.Watch` computes it.
 
-Delays: samples through `al.Watch`, with a change after so many segments, beside the likelihood ratio of the exact change from
-its first sample on, which ends at the same 1/α. A line is twice as strong as what a record of so many segments can tell. No
-test that does not know the time comes near that one: it needs ln(time) more (Lai 1998).
+Delays: samples through `al.Watch`, with a change after so many segments, beside the likelihood ratio of the exact change
+from its first sample on, which ends at the same 1/α. A line is twice as strong as what a record of so many segments can
+tell.
 
     python benches/claims/watch.py [--runs 1000] [--segments 100000] [--changes 300] [--after 100]
 """
@@ -42,9 +43,7 @@ def null_runs(watch, runs, segments, rng):
     slope = 0.5 * (1.0 / null - 1.0 / watch._ratios)
     stake, kept, top = np.zeros((runs, fixed.size)), 1.0, np.zeros(runs)
     for first in range(0, segments, AHEAD):
-        power = 2.0 * rng.standard_gamma(
-            0.5 * np.diff(edges), size=(AHEAD, runs, edges.size - 1)
-        )
+        power = 2.0 * rng.standard_gamma(0.5 * np.diff(edges), size=(AHEAD, runs, edges.size - 1))
         total = np.concatenate([np.zeros((AHEAD, runs, 1)), np.cumsum(power, axis=2)], axis=2)
         power = total[:, :, high] - total[:, :, low]
         for k in range(min(AHEAD, segments - first)):
@@ -143,8 +142,9 @@ def main():
         ours, known = ours[ours > 0], known[ours > 0]
         lost = int((ours == MOST).sum())
         print(
-            f"{name}: {ours.mean():.2f} segments (median {np.median(ours):g}, 95 % {np.quantile(ours, 0.95):g}), the test that"
-            f" knows {known.mean():.2f}: × {ours.mean() / known.mean():.2f}; {early} before, {lost} not in {MOST}",
+            f"{name}: {ours.mean():.2f} segments (median {np.median(ours):g}, 95 % {np.quantile(ours, 0.95):g}), the"
+            f" test that knows {known.mean():.2f}: × {ours.mean() / known.mean():.2f}; {early} before, {lost} not in"
+            f" {MOST}",
             flush=True,
         )
     if asked.runs:

@@ -54,7 +54,9 @@ impl PyLapped {
         taps: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Self> {
         let (after, before) = (after.as_slice()?.to_vec(), before.as_slice()?.to_vec());
-        Ok(Self(Lapped::new(after, before, taps.as_slice()?).map_err(super::errors::to_python)?))
+        Ok(Self(
+            Lapped::new(after, before, taps.as_slice()?, Width::best()).map_err(super::errors::to_python)?,
+        ))
     }
 
     fn halved<'py>(

@@ -141,3 +141,58 @@ unsafe fn steps_avx2(x: &[f64]) -> [f64; 5] {
 unsafe fn steps_avx512(x: &[f64]) -> [f64; 5] {
     steps_of(x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(n: usize) -> Vec<f64> {
+        (0..n).map(|i| ((i * i * 31 + 7 * i) % 97) as f64).collect()
+    }
+
+    #[test]
+    fn every_width_halves_to_the_same_bits() {
+        let taps: [f64; REACH] = std::array::from_fn(|i| 0.3 / (1.0 + i as f64));
+        for size in [0, 1, 7, 8, 9, BLOCK - 1, BLOCK, BLOCK + 5] {
+            let x = values(2 * (size + REACH));
+            let expected: Vec<f64> = (0..size)
+                .map(|k| {
+                    let middle = 2 * k + REACH;
+                    (0..REACH).fold(0.0, |sum, i| sum + taps[i] * (x[middle - 1 - i] + x[middle + i]))
+                })
+                .collect();
+            for width in Width::available() {
+                let mut found = vec![0.0; size];
+                halve(width, &taps, &x, &mut found);
+                assert_eq!(found, expected, "{size}");
+            }
+        }
+    }
+
+    #[test]
+    fn steps_are_counted() {
+        for n in [0, 1, 2, 8, 9, 17, 40] {
+            let mut x = values(n);
+            if n > 2 {
+                x[2] = x[1];
+            }
+            let d: Vec<f64> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let still = d.iter().filter(|d| **d == 0.0).count() as f64;
+            for width in Width::available() {
+                let [low, high, none, square, fourth] = steps(width, &x);
+                assert_eq!(low, x.iter().copied().fold(f64::INFINITY, f64::min));
+                assert_eq!(high, x.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+                // Whole numbers are summed exactly.
+                assert_eq!(none, still, "{n}");
+                assert_eq!(square, d.iter().map(|d| d * d).sum::<f64>());
+                assert_eq!(fourth, d.iter().map(|d| d * d * d * d).sum::<f64>());
+            }
+        }
+        for at in 0..20 {
+            let mut x = values(20);
+            x[at] = f64::NAN;
+            let [low, high, _, square, _] = steps(Width::best(), &x);
+            assert!(low >= 0.0 && high < 97.0 && square.is_nan(), "{at}");
+        }
+    }
+}

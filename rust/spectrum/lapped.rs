@@ -66,7 +66,7 @@ pub struct Sums<'a> {
 
 impl Lapped {
     /// Segments of twice as many samples as the window has after a border, halved by `taps`.
-    pub fn new(after: Vec<f64>, before: Vec<f64>, taps: &[f64]) -> Result<Self> {
+    pub fn new(after: Vec<f64>, before: Vec<f64>, taps: &[f64], width: Width) -> Result<Self> {
         let taps = <[f64; REACH]>::try_from(taps)
             .map_err(|_| Error::Input(format!("{} taps: {REACH} are needed", taps.len())))?;
         let half = after.len();
@@ -78,7 +78,7 @@ impl Lapped {
         let turns =
             (0..half).map(|k| Complex::from_polar(scale, -PI * (8.0 * k as f64 + 1.0) / (8.0 * n))).collect();
         let fft = FftPlanner::new().plan_fft_forward(half);
-        Ok(Self { after, before, taps, turns, fft, width: Width::best() })
+        Ok(Self { after, before, taps, turns, fft, width })
     }
 
     /// Samples of a segment.
@@ -269,4 +269,85 @@ fn add_each(high: &mut [f64], low: &mut [f64], row: &[f64]) {
 #[target_feature(enable = "avx2")]
 unsafe fn add_each_avx2(high: &mut [f64], low: &mut [f64], row: &[f64]) {
     add_each(high, low, row);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HALF: usize = 32;
+
+    /// A window with after² + before² = 1, and taps that are anything.
+    fn lapped(width: Width) -> Lapped {
+        let angle = |j: usize| PI / 4.0 * (1.0 + (j as f64 + 0.5) / HALF as f64);
+        let after = (0..HALF).map(|j| angle(j).sin()).collect();
+        let before = (0..HALF).map(|j| angle(j).cos()).collect();
+        let taps: Vec<f64> = (0..REACH).map(|i| 0.5 / (1.0 + i as f64)).collect();
+        Lapped::new(after, before, &taps, width).unwrap()
+    }
+
+    fn values(n: usize) -> Vec<f64> {
+        (0..n).map(|i| ((i * i * 31 + 7 * i) % 97) as f64 - 40.0).collect()
+    }
+
+    #[test]
+    fn segments_are_their_definition() {
+        let (n, x) = (2 * HALF, values(6 * HALF));
+        for width in Width::available() {
+            let found = lapped(width).segments(&x).unwrap();
+            let Lapped { after, before, .. } = lapped(width);
+            for (segment, found) in found.chunks(n).enumerate() {
+                let (start, end) = (HALF + segment * n, HALF + (segment + 1) * n);
+                let folded = |i: usize| {
+                    let j = n - 1 - i;
+                    if i < HALF {
+                        after[i] * x[start + i] + before[i] * x[start - 1 - i]
+                    } else {
+                        after[j] * x[end - 1 - j] - before[j] * x[end + j]
+                    }
+                };
+                for (k, found) in found.iter().enumerate() {
+                    let turn = |i: usize| (PI / n as f64 * (i as f64 + 0.5) * (k as f64 + 0.5)).cos();
+                    let sum: f64 = (0..n).map(|i| folded(i) * turn(i)).sum();
+                    assert!((found - (2.0 / n as f64).sqrt() * sum).abs() < 1e-10, "{k}");
+                }
+            }
+        }
+        assert!(lapped(Width::portable()).segments(&x[1..]).is_err());
+    }
+
+    #[test]
+    fn tiles_are_the_same_by_any_number_of_threads() {
+        let (tile, kept) = (4 * HALF, 40);
+        let x = values(9 * tile + 2 * HALF);
+        for width in Width::available() {
+            let lapped = lapped(width);
+            let by = |x: &[f64], threads: usize| {
+                let (mut high, mut low) = (vec![0.0; kept], vec![0.0; kept]);
+                let sums = Sums { first: 20, high: &mut high, low: &mut low };
+                let found = lapped.tiles(x, sums, 4, threads).unwrap();
+                (found.count, found.halved, found.bands, high, low)
+            };
+            let whole = by(&x, 1);
+            assert_eq!(whole, by(&x, 3));
+            // The power of what `segments` gives, without the mean of each tile, and its halved samples.
+            let mut power = vec![0.0; kept];
+            for t in 0..9 {
+                let x = &x[t * tile..(t + 1) * tile + 2 * HALF];
+                let mean = x.iter().sum::<f64>() / x.len() as f64;
+                let free: Vec<f64> = x.iter().map(|v| v - mean).collect();
+                for segment in lapped.segments(&free).unwrap().chunks(2 * HALF) {
+                    power.iter_mut().zip(&segment[20..]).for_each(|(sum, c)| *sum += c * c);
+                }
+                let halved = lapped.halved(&x[HALF - REACH..x.len() - HALF + REACH]);
+                assert_eq!(halved, whole.1[t * tile / 2..(t + 1) * tile / 2]);
+            }
+            assert!(whole.3.iter().zip(&power).all(|(a, b)| (a / b - 1.0).abs() < 1e-12));
+            // Nothing is told of a tile with a missing sample, nor of what follows.
+            let mut holed = x.clone();
+            holed[5 * tile + HALF + 3] = f64::NAN;
+            let found = by(&holed, 2);
+            assert_eq!((found.0, &found.1[..]), (5, &whole.1[..5 * tile / 2]));
+        }
+    }
 }
