@@ -26,8 +26,7 @@ class Lapped:
         self,
         x: NDArray[np.float64],
         first: int,
-        high: NDArray[np.float64],
-        low: NDArray[np.float64],
+        sums: tuple[NDArray[np.float64], NDArray[np.float64]],
         bands: int,
         threads: int,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]: ...

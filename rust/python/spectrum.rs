@@ -82,12 +82,11 @@ impl PyLapped {
         py: Python<'py>,
         x: PyReadonlyArray1<'py, f64>,
         first: usize,
-        mut high: PyReadwriteArray1<'py, f64>,
-        mut low: PyReadwriteArray1<'py, f64>,
+        sums: (PyReadwriteArray1<'py, f64>, PyReadwriteArray1<'py, f64>),
         bands: usize,
         threads: usize,
     ) -> PyResult<Tiles<'py>> {
-        let x = x.as_slice()?;
+        let (x, (mut high, mut low)) = (x.as_slice()?, sums);
         let sums = Sums { first, high: high.as_slice_mut()?, low: low.as_slice_mut()? };
         let found = run_short(py, || self.0.tiles(x, sums, bands, threads))?;
         Ok((found.halved.into_pyarray(py), found.bands.into_pyarray(py), found.count))

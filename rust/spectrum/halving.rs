@@ -9,7 +9,7 @@ const BLOCK: usize = 512;
 /// Samples at half the rate whose sums are in registers.
 const LANES: usize = 8;
 
-/// Samples at half the rate: each stands at the middle of two, the first at that of `x[REACH]` and the one before.
+/// Samples at half the rate: each stands at the middle of two, the first at that of `x[REACH]` and the next.
 ///
 /// Sums of products in one order, no fused ones: a sample comes out the same whatever was computed with it, and whatever
 /// computed it.
@@ -157,7 +157,7 @@ mod tests {
             let x = values(2 * (size + REACH));
             let expected: Vec<f64> = (0..size)
                 .map(|k| {
-                    let middle = 2 * k + REACH;
+                    let middle = 2 * k + REACH + 1;
                     (0..REACH).fold(0.0, |sum, i| sum + taps[i] * (x[middle - 1 - i] + x[middle + i]))
                 })
                 .collect();

@@ -345,7 +345,7 @@ mod tests {
             assert!(whole.3.iter().zip(&power).all(|(a, b)| (a / b - 1.0).abs() < 1e-12));
             // Nothing is told of a tile with a missing sample, nor of what follows.
             let mut holed = x.clone();
-            holed[5 * tile + HALF + 3] = f64::NAN;
+            holed[5 * tile + 2 * HALF + 3] = f64::NAN;
             let found = by(&holed, 2);
             assert_eq!((found.0, &found.1[..]), (5, &whole.1[..5 * tile / 2]));
         }

@@ -121,7 +121,7 @@ class Level:
             if self.spectral:
                 # As far as no sample is missing, by all threads.
                 half, bands, taken = kernel().tiles(
-                    x[done * TILE :], LOW, self.power.high, self.power.low, BANDS, self.threads
+                    x[done * TILE :], LOW, (self.power.high, self.power.low), BANDS, self.threads
                 )
                 if taken:
                     self.frames += 2.0 * taken

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 
-__all__ = ["Remembered", "tidy"]
+__all__ = ["LARGE", "Remembered", "tidy"]
 
 #: Samples from which arrays are large enough to be given back.
 LARGE = 1 << 17
