@@ -2,7 +2,7 @@
 //!
 //! The lapped transform folds the zone about each border of two segments into both (Malvar 1990) and takes the
 //! orthonormal DCT-IV of what is folded: one complex FFT of half the length, turned before and after (Britanak, Yip &
-//! Rao 2007, §4.4). Every tile is computed from the same samples in the same order, whoever computes it, and its power is
+//! Rao 2007). Every tile is computed from the same samples in the same order, and its power is
 //! added in the order of the tiles: the number of threads changes no bit of the sums.
 
 use std::cell::RefCell;

@@ -37,7 +37,7 @@ CELLS = 160
 #: Kept samples to an averaging time from which the curve is taken from them where a function of time is taken out.
 ENOUGH = 16
 #: Bytes of what a search comes back to: a record that did not fit is looked at in little memory.
-FUNCTIONS, LOWEST = 1 << 24, 1 << 24
+FUNCTIONS, LOWEST = 1 << 23, 1 << 23
 
 
 @dataclass(frozen=True, slots=True, eq=False)
