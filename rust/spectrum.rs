@@ -8,6 +8,9 @@
 //!
 //! One real FFT of length n (Makhoul 1980, IEEE TASSP 28, 27–34) does it.
 
+pub mod halving;
+pub mod lapped;
+
 use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::Mutex;

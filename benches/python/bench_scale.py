@@ -2,12 +2,16 @@
 
     python benches/python/bench_scale.py [SAMPLES ...]
 
+The largest size is also written to a file (8 GB for 10⁹ samples), which NumPy reads and sums beside the pass: from the
+disk, put out of the cache of the system before, and from the cache.
+
 Each size runs in a process of its own, so that the peak of its memory is its own. The record comes from a generator, a
 chunk at a time: white noise of one chunk, turned and with either sign, so that making it costs little.
 """
 
 from __future__ import annotations
 
+import os
 import resource
 import subprocess
 import sys
@@ -39,12 +43,13 @@ def one(n):
 
     al.summarise(np.zeros(10) + np.arange(10), rate=RATE)
     before = peak()
-    began = perf_counter()
+    began, busy = perf_counter(), process_time()
     total = sum(float(chunk.sum()) for chunk in chunks(n))
-    plain = perf_counter() - began
+    plain, plain_busy = perf_counter() - began, process_time() - busy
     began, busy = perf_counter(), process_time()
     summary = al.summarise(chunks(n), rate=RATE)
-    made, busy = perf_counter() - began - plain, process_time() - busy - plain
+    # Without the generator, which the sum needs as well.
+    made, busy = perf_counter() - began - plain, process_time() - busy - plain_busy
     began = perf_counter()
     fit = al.parse_model("N+K").fit(summary)
     check = fit.check()
@@ -58,28 +63,54 @@ def one(n):
     )
 
 
-def file_of(n):
-    """A mapped file of 8n bytes: reading and summing it in chunks, and the pass over it."""
+def write(path, n):
+    """A file of n samples, on the disk and out of the cache of the system."""
+    data = np.lib.format.open_memmap(path, mode="w+", dtype=np.float64, shape=(n,))
+    at = 0
+    for chunk in chunks(n):
+        data[at : at + chunk.size] = chunk
+        at += chunk.size
+    data.flush()
+
+
+def forget(path):
+    """Put the file out of the cache of the system."""
+    with Path(path).open("rb") as file:
+        os.fsync(file.fileno())
+        os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)
+
+
+def read_and_sum(path, n):
+    """What NumPy needs for it, in chunks that stay in the cache of the processor."""
+    with Path(path).open("rb") as file:
+        file.seek(-8 * n, os.SEEK_END)
+        return sum(float(np.fromfile(file, count=1 << 17).sum()) for _ in range(0, n, 1 << 17))
+
+
+def file_of(path, n):
+    """The file read and summed, and the whole loop over it, side by side: from the disk, and from the cache."""
     import allanite as al
 
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "x.npy"
-        data = np.lib.format.open_memmap(path, mode="w+", dtype=np.float64, shape=(n,))
-        at = 0
-        for chunk in chunks(n):
-            data[at : at + chunk.size] = chunk
-            at += chunk.size
-        data.flush()
-        mapped = np.load(path, mmap_mode="r")
-        began = perf_counter()
-        for at in range(0, n, CHUNK):
-            float(np.array(mapped[at : at + CHUNK]).sum())
-        plain = perf_counter() - began
-        began = perf_counter()
-        al.summarise(mapped, rate=RATE)
-        made = perf_counter() - began
+    mapped = np.load(path, mmap_mode="r")
+    al.summarise(np.zeros(10) + np.arange(10), rate=RATE)
+    for state in ("disk", "cache"):
+        times = []
+        for work in (lambda: read_and_sum(path, n), lambda: al.summarise(mapped, rate=RATE)):
+            if state == "disk":
+                forget(path)
+            began, busy = perf_counter(), process_time()
+            summary = work()
+            times.append((perf_counter() - began, process_time() - busy))
+        (plain, plain_busy), (made, made_busy) = times
+        print(
+            f"NPY of {n:.0e} samples from the {state}: read and summed in {plain:.2f} s, summarised in {made:.2f} s,"
+            f" × {made / plain:.1f}; processor time {1e9 * plain_busy / n:.1f} and {1e9 * made_busy / n:.1f} ns a sample",
+            flush=True,
+        )
+    passed, began = peak(), perf_counter()
+    al.parse_model("N+K").fit(summary).check()
     print(
-        f"NPY of {n:.0e} samples: read and summed in {plain:.2f} s, summarised in {made:.2f} s, × {made / plain:.1f}"
+        f"fit and check in {perf_counter() - began:.1f} s; most memory {passed:.0f} MB, with them {peak():.0f} MB"
     )
 
 
@@ -88,7 +119,10 @@ def main():
         one(int(sys.argv[2]))
         return
     if sys.argv[1:2] == ["--file"]:
-        file_of(int(sys.argv[2]))
+        file_of(sys.argv[2], int(sys.argv[3]))
+        return
+    if sys.argv[1:2] == ["--write"]:
+        write(sys.argv[2], int(sys.argv[3]))
         return
     sizes = [int(float(text)) for text in sys.argv[1:]] or [10**6, 10**7, 10**8, 10**9]
     heads = ("samples", "sum s", "pass s", "cpu ns", "fit+check", "peak MB", "own MB", "file MB")
@@ -99,7 +133,10 @@ def main():
     )
     for n in sizes:
         subprocess.run([sys.executable, __file__, "--one", str(n)], check=True)
-    subprocess.run([sys.executable, __file__, "--file", str(min(max(sizes), 10**8))], check=True)
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(Path(folder) / "x.npy")
+        for what in ("--write", "--file"):
+            subprocess.run([sys.executable, __file__, what, path, str(max(sizes))], check=True)
 
 
 if __name__ == "__main__":

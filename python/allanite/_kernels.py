@@ -7,10 +7,12 @@ from allanite.common.memory import forget
 
 __all__ = [
     "Accumulator",
+    "Lapped",
     "Likelihood",
     "Ordinates",
     "Simulator",
     "TextReader",
+    "add_rows",
     "adjacent_allan",
     "allan_covariance",
     "allan_law",
@@ -30,6 +32,8 @@ __all__ = [
     "read_text",
     "release",
     "simulate",
+    "steps",
+    "trim",
     "version",
 ]
 
@@ -39,6 +43,9 @@ version = _core.version
 cosine_transform = _core.cosine_transform
 inverse_cosine_transform = _core.inverse_cosine_transform
 padded_periodogram = _core.padded_periodogram
+Lapped = _core.Lapped
+add_rows = _core.add_rows
+steps = _core.steps
 
 # -- noise
 Simulator = _core.Simulator
@@ -76,6 +83,8 @@ def release() -> int:
     forget()
     return _core.release()
 
+
+trim = _core.trim
 
 # -- deviation
 Accumulator = _core.Accumulator

@@ -14,6 +14,12 @@ pub fn release() -> usize {
     buffer_pool::release()
 }
 
+/// `machine::buffer_pool::trim`.
+#[pyfunction]
+pub fn trim(py: Python<'_>) {
+    py.detach(buffer_pool::trim);
+}
+
 /// `machine::maps::end_with`: the last line of a program whose mapped file becomes shorter.
 #[pyfunction]
 pub fn end_with_line(line: &str, code: i32) {

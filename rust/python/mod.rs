@@ -31,11 +31,13 @@ mod _core {
 
     // spectrum
     #[pymodule_export]
-    use super::spectrum::{cosine_transform, inverse_cosine_transform, padded_periodogram};
+    use super::spectrum::{
+        PyLapped, add_rows, cosine_transform, inverse_cosine_transform, padded_periodogram, steps,
+    };
 
     // machine
     #[pymodule_export]
-    use super::machine::{end_with_line, release, vector_unit};
+    use super::machine::{end_with_line, release, trim, vector_unit};
 
     // noise
     #[pymodule_export]

@@ -1,10 +1,12 @@
 //! Bindings of the spectrum.
 
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1};
 use pyo3::prelude::*;
 
-use super::gil::run;
-use crate::spectrum;
+use super::gil::{run, run_short};
+use crate::machine::processor::Width;
+use crate::spectrum::lapped::{Lapped, Sums, add_row};
+use crate::spectrum::{self, halving};
 
 /// `spectrum::cosine_transform`.
 #[pyfunction]
@@ -34,4 +36,80 @@ pub fn padded_periodogram<'py>(
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let view = samples.as_slice()?;
     Ok(run(py, |stop| spectrum::padded_periodogram(view, stop))?.into_pyarray(py))
+}
+
+/// `lapped::Lapped`.
+#[pyclass(name = "Lapped", module = "allanite._core", frozen)]
+pub struct PyLapped(Lapped);
+
+/// Halved samples, power in bands tile by tile, and how many tiles that is.
+type Tiles<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, usize);
+
+#[pymethods]
+impl PyLapped {
+    #[new]
+    fn new(
+        after: PyReadonlyArray1<'_, f64>,
+        before: PyReadonlyArray1<'_, f64>,
+        taps: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Self> {
+        let (after, before) = (after.as_slice()?.to_vec(), before.as_slice()?.to_vec());
+        Ok(Self(
+            Lapped::new(after, before, taps.as_slice()?, Width::best()).map_err(super::errors::to_python)?,
+        ))
+    }
+
+    fn halved<'py>(
+        &self,
+        py: Python<'py>,
+        x: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let x = x.as_slice()?;
+        Ok(run_short(py, || Ok(self.0.halved(x)))?.into_pyarray(py))
+    }
+
+    fn segments<'py>(
+        &self,
+        py: Python<'py>,
+        x: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let x = x.as_slice()?;
+        Ok(run_short(py, || self.0.segments(x))?.into_pyarray(py))
+    }
+
+    fn tiles<'py>(
+        &self,
+        py: Python<'py>,
+        x: PyReadonlyArray1<'py, f64>,
+        first: usize,
+        sums: (PyReadwriteArray1<'py, f64>, PyReadwriteArray1<'py, f64>),
+        bands: usize,
+        threads: usize,
+    ) -> PyResult<Tiles<'py>> {
+        let (x, (mut high, mut low)) = (x.as_slice()?, sums);
+        let sums = Sums { first, high: high.as_slice_mut()?, low: low.as_slice_mut()? };
+        let found = run_short(py, || self.0.tiles(x, sums, bands, threads))?;
+        Ok((found.halved.into_pyarray(py), found.bands.into_pyarray(py), found.count))
+    }
+}
+
+/// Adds rows, one after the other, to sums of two doubles.
+#[pyfunction]
+pub fn add_rows(
+    mut high: PyReadwriteArray1<'_, f64>,
+    mut low: PyReadwriteArray1<'_, f64>,
+    rows: PyReadonlyArray2<'_, f64>,
+) -> PyResult<()> {
+    let (high, low) = (high.as_slice_mut()?, low.as_slice_mut()?);
+    for row in rows.as_slice()?.chunks(high.len().max(1)) {
+        add_row(Width::best(), high, low, row);
+    }
+    Ok(())
+}
+
+/// `halving::steps`.
+#[pyfunction]
+pub fn steps(py: Python<'_>, x: PyReadonlyArray1<'_, f64>) -> PyResult<[f64; 5]> {
+    let x = x.as_slice()?;
+    run_short(py, || Ok(halving::steps(Width::best(), x)))
 }

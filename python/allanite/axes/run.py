@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from allanite.axes.characterization import Characterization, common_of
 from allanite.common.errors import AllaniteError
-from allanite.common.memory import give_back
 from allanite.common.threads import side_by_side
+from allanite.fit.likelihood.remembered import give_back
 from allanite.study import LIMIT, improve
 
 if TYPE_CHECKING:
@@ -110,7 +110,6 @@ def improve_columns(
         name, most = column.columns[0], limit + 1
 
         def report(done: int, _total: int) -> None:
-            give_back()
             if on_progress is not None and done < most:
                 on_progress(name, done, most)
 
@@ -122,7 +121,7 @@ def improve_columns(
                 if on_progress is not None:
                     on_progress(name, most, most)
             found = _lighter(found)
-            give_back()
+            give_back(found.fit.data.n)
             return found
 
         return study

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
-import gc
 import math
 import os
 from pathlib import Path
@@ -14,16 +12,7 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from functools import _lru_cache_wrapper
 
-__all__ = [
-    "VARIABLE",
-    "budget",
-    "c_library",
-    "forget",
-    "free_memory",
-    "give_back",
-    "released",
-    "require",
-]
+__all__ = ["VARIABLE", "budget", "forget", "free_memory", "released", "require"]
 
 Kept = TypeVar("Kept", bound="_lru_cache_wrapper[Any]")
 
@@ -53,19 +42,6 @@ def forget() -> None:
     """Empty the caches of fitted models."""
     for kept in _CACHES:
         kept.cache_clear()
-
-
-def c_library(name: str) -> Any:
-    """A function of the C library, or None where it has none of this name."""
-    return getattr(ctypes.CDLL(None), name, None) if os.name == "posix" else None
-
-
-def give_back() -> None:
-    """Give freed memory back to the system, where the C library would keep it."""
-    gc.collect()
-    trim = c_library("malloc_trim")
-    if trim is not None:
-        trim(0)
 
 
 def budget() -> float:

@@ -102,4 +102,8 @@ class Excursion(Event):
         wave = sines(known, j, n)
         place = place.reshape(k.shape)
         scale = np.sqrt(0.5 / n) / np.sin(np.pi * j / (2 * n))
-        return np.asarray((wave[place[:, 1]] - wave[place[:, 0]]) * scale)
+        found = wave[place[:, 1]]
+        for at, before in enumerate(place[:, 0]):
+            found[at] -= wave[before]
+        found *= scale
+        return found

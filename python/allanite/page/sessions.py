@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import ctypes
+import gc
+import os
 import secrets
 import threading
 import time
 from typing import TYPE_CHECKING
 
+from allanite import _kernels
 from allanite.common.errors import InputError
-from allanite.common.memory import c_library, give_back
 from allanite.page.source import MOST_BYTES, Source, Uploads
 from allanite.page.tab import Tab
 
@@ -91,7 +94,7 @@ class Sessions:
                     # The core is at a long step: what it holds is given back once that is done.
                     threading.Thread(target=_give_back_after, args=(job,), daemon=True).start()
             del job
-            give_back()
+            _give_back()
 
     def sweep(self) -> None:
         """Forget the tabs of which nothing is heard any more."""
@@ -110,7 +113,7 @@ class Sessions:
 
 def _few_arenas() -> None:
     """Let threads share their memory: what one of many threads frees is otherwise kept for it."""
-    mallopt = c_library("mallopt")
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if os.name == "posix" else None
     if mallopt is not None:
         mallopt(ARENA_MAX, 2)
 
@@ -118,4 +121,10 @@ def _few_arenas() -> None:
 def _give_back_after(job: Job) -> None:
     job.wait()
     del job
-    give_back()
+    _give_back()
+
+
+def _give_back() -> None:
+    """Give freed memory back to the system, where the C library would keep it."""
+    gc.collect()
+    _kernels.trim()

@@ -12,7 +12,7 @@ import numpy as np
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.plain import plain
 from allanite.summary import Summary
-from allanite.summary import summarise as one_pass
+from allanite.summary.making import taken_in
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,6 +21,8 @@ __all__ = ["Summaries", "summarise"]
 
 #: Summaries merged at a time.
 FAN = 8
+#: Of the core in one task: the scheduler has as many tasks at work as there are processors.
+THREADS = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,7 +133,7 @@ def _computed(task: Any, client: Any) -> Any:
 def _of_block(
     block: NDArray[Any], rate: float, unit: Any, start: int, columns: Sequence[str] | None
 ) -> Summary:
-    return one_pass(block, rate, unit=unit, start=start, columns=columns)
+    return taken_in(block, rate, unit, start, columns, None, THREADS)
 
 
 def _merged(parts: list[Summary]) -> Summary:
@@ -143,6 +145,8 @@ def _of_log(path: str, rate: float | None, unit: Any, columns: Any) -> Summary |
     from allanite.readers import read
 
     try:
-        return one_pass(read(path, rate, unit=unit, column=columns))
+        return taken_in(
+            read(path, rate, unit=unit, column=columns), None, "1", 0, None, None, THREADS
+        )
     except AllaniteError as error:
         return plain(error, 300)

@@ -28,7 +28,8 @@ __all__ = ["JOURNAL", "logs_of", "rows_of", "run_fleet", "write_table"]
 
 #: What a journal's name ends with; it stands beside the table.
 JOURNAL = ".journal"
-#: Single tests that a ladder makes for each effect that it adds, about: what its p-value is multiplied by.
+#: Single tests that a ladder makes for each effect that it adds, at least: what its p-value is multiplied by. It tries all
+#: kinds, again on each rung; the search for one kind alone may be worth less.
 TRIALS = 1000.0
 #: Logs at work at a time, for each worker: the rest wait on the disk.
 AHEAD = 2
@@ -142,7 +143,9 @@ def _numbers(study: Study) -> dict[str, Any]:
         if added is None or added.kind not in {e.kind for e in fit.model}:
             continue
         free = sum(p.role in {"coefficient", "shape", "time"} for p in added.parameters)
-        p = TRIALS * float(chdtrc(free, max(2.0 * (rung.risen or 0.0), 0.0)))
+        p = max(rung.trials or TRIALS, TRIALS) * float(
+            chdtrc(free, max(2.0 * (rung.risen or 0.0), 0.0))
+        )
         effects[added.kind] = min(1.0, p)
     return {
         "model": fit.model.name,

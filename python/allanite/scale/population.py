@@ -272,7 +272,8 @@ def _population(
         if side.any():
             one = SIGMA * float(np.median(np.abs(y[side] - middle)))
             width[side] = np.maximum(width[side], one)
-    z = (y - middle) / width
+    # What most units do not have at all has no width; those without it are not away from the middle.
+    z = np.divide(y - middle, width, out=np.zeros_like(y), where=width > 0.0)
     # The spread itself is known from so many units: Student's law with half their number.
     chance = (
         2.0 * stdtr(max(len(values) // 2, 2), -np.abs(z))

@@ -10,6 +10,7 @@ one looks.
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -320,7 +321,7 @@ def _beside(path: Path) -> Path:
 def _share(segment: int) -> float:
     """Part of the capital that is bet on a change at a segment, from 1; the sum over all is 1."""
     # Telescoping: of 1/ln(e + k − 1) what is lost at each step.
-    return float(1.0 / np.log(np.e + segment - 1.0) - 1.0 / np.log(np.e + segment))
+    return float(1.0 / np.log(math.e + segment - 1.0) - 1.0 / np.log(math.e + segment))
 
 
 def _alternatives() -> tuple[NDArray[np.int64], Array]:

@@ -41,6 +41,8 @@ class Rung:
         How many of `removed` were in the first model.
     brought : tuple of Effect
         What took the place of some of `removed`, or what `added` needs beside it.
+    trials : float or None
+        Single tests that its search was worth; None of what no search has found.
     """
 
     fit: Fit
@@ -49,6 +51,7 @@ class Rung:
     risen: float | None = None
     dropped_start: int = 0
     brought: tuple[Effect, ...] = ()
+    trials: float | None = None
 
     @property
     def new(self) -> tuple[Effect, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -185,6 +186,12 @@ def _is_line(effect: Effect | None) -> bool:
 
 
 def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung | None:
+    """The rung that a suggestion leads to, if it helps; it knows how many tests were made for it."""
+    rung = _helpful(ladder, suggestion, check)
+    return None if rung is None else replace(rung, trials=suggestion.trials)
+
+
+def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung | None:
     """The rung that a suggestion leads to: with what it needs, without what it makes needless; None if it does not help."""
     fit = ladder[-1].fit
     asked = len(ladder[0].fit.model)

@@ -11,6 +11,7 @@ import numpy as np
 
 from allanite.common.threads import Pool
 from allanite.effects import Stochastic
+from allanite.fit.likelihood.remembered import LARGE, give_back
 from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import cost, over_true
 from allanite.fit.shapes.matched import slow_families
@@ -30,7 +31,7 @@ __all__ = ["Suggestion", "same_misfit", "suggest"]
 
 #: Share of the smaller gain that two effects have at the same frequencies, above which they explain one misfit.
 SAME = 0.5
-#: Searches at a time: each holds some copies of the record.
+#: Searches at a time beside that of the spectrum: each holds some copies of the record, so of a large one a single one.
 WORKERS = 2
 
 if TYPE_CHECKING:
@@ -203,10 +204,11 @@ def suggest(
 
     base, data = fit.solution, fit.data
     surplus = over_true(base, data)
-    with Pool(WORKERS) as pool:
+    with Pool(WORKERS if data.samples.size < LARGE else 1) as pool:
         lines_found = pool.submit(screen_lines, base, data, whitened.samples)
         spectral = screen_spectral(base, data)
         progress()
+        give_back(data.samples.size)
         # What a slow function of time must beat, or explain something beside.
         red = [
             c for c in spectral.candidates if isinstance(c.effect, Stochastic) and c.effect.wanders

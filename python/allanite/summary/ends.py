@@ -157,4 +157,4 @@ def _add_segments(
         frames = (b - a) / SEGMENT
         found.power.add(power)
         found.frames += frames
-        found.blocks.add(int((a + b) // 2 // TILE), bands_of(power[:LOW]), frames)
+        found.blocks.add(int((a + b) // 2 // TILE), bands_of(power[:LOW])[None], frames)

@@ -12,7 +12,19 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LOW", "REACH", "SEGMENT", "gain", "halved", "hard_block", "regridded", "segments"]
+from allanite import _kernels
+
+__all__ = [
+    "LOW",
+    "REACH",
+    "SEGMENT",
+    "gain",
+    "halved",
+    "hard_block",
+    "kernel",
+    "regridded",
+    "segments",
+]
 
 Array = NDArray[np.float64]
 #: Samples of a segment, and the lowest coefficient that is looked at: below, the next level of the pyramid sees more.
@@ -40,26 +52,18 @@ def gain(f: Array, halvings: int) -> Array:
     return out
 
 
+@lru_cache(maxsize=1)
+def kernel() -> _kernels.Lapped:
+    """The core's loops, with these weights."""
+    return _kernels.Lapped(*_window(), _taps())
+
+
 def halved(x: Array) -> Array:
     """Every second sample of a low-passed series, at the middle of two, without the first and last `REACH`/2.
 
     Elementwise sums in one order: a sample comes out the same whatever was computed with it.
     """
-    even, odd = np.ascontiguousarray(x[0::2]), np.ascontiguousarray(x[1::2])
-    half = REACH // 2
-    size = even.size - REACH
-    out, pair = np.zeros(size), np.empty(size)
-    for i, tap in enumerate(_taps()):
-        before, after = (even, odd) if i % 2 == 0 else (odd, even)
-        step = (i + 1) // 2
-        np.add(
-            before[half - step : half - step + size],
-            after[half + step : half + step + size],
-            out=pair,
-        )
-        pair *= tap
-        out += pair
-    return out
+    return kernel().halved(np.ascontiguousarray(x))
 
 
 @lru_cache(maxsize=1)
@@ -67,7 +71,7 @@ def _window() -> tuple[Array, Array]:
     """Window at ½, 1½, … samples after the border of two segments, and as far before it."""
     rise = np.cumsum(np.kaiser(SEGMENT + 1, np.pi * ALPHA))
     rise = np.sqrt(rise[:-1] / rise[-1])
-    return rise[SEGMENT // 2 :], rise[: SEGMENT // 2][::-1]
+    return rise[SEGMENT // 2 :], rise[: SEGMENT // 2][::-1].copy()
 
 
 def _turned(zones: Array) -> tuple[Array, Array]:
@@ -80,11 +84,7 @@ def _turned(zones: Array) -> tuple[Array, Array]:
 
 def segments(x: Array) -> Array:
     """Coefficients of consecutive segments, shape (segments, SEGMENT); `x` has half a segment more at each end."""
-    from scipy.fft import dct
-
-    left, right = _turned(x.reshape(-1, SEGMENT))
-    folded = np.concatenate([right[:-1], left[1:, ::-1]], axis=1)
-    return np.asarray(dct(folded, type=4, axis=1, norm="ortho"))
+    return kernel().segments(np.ascontiguousarray(x)).reshape(-1, SEGMENT)
 
 
 def hard_block(x: Array, left: bool, right: bool) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.spectrum import bridge_gaps
-from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, segments
+from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, kernel, segments
 from allanite.summary.sums import Blocks, Sum
 
 __all__ = ["BANDS", "KEEP", "MARGIN", "TILE", "Level", "bands_of", "far", "join", "tile_of"]
@@ -49,6 +49,8 @@ class Level:
     blocks : Blocks
         The same in `BANDS` bands over time.
     deeper : Level or None
+    threads : int
+        Of the core; the numbers do not depend on it.
     """
 
     depth: int
@@ -62,6 +64,7 @@ class Level:
     frames: float = 0.0
     blocks: Blocks = field(default_factory=lambda: Blocks.empty(BANDS))
     deeper: Level | None = None
+    threads: int = 1
 
     def __post_init__(self) -> None:
         if self.power.high.size == 0:
@@ -99,29 +102,43 @@ class Level:
         x = _one(self.tail)
         begin = tile * TILE - MARGIN
         end = (self.stop - MARGIN) // TILE
-        out = [self.take_tile(t, x[t * TILE - MARGIN - begin :]) for t in range(tile, end)]
+        half = self.take_tiles(tile, x[: end * TILE + MARGIN - begin])
         assert self.tiles is not None
         self.tiles = self.tiles[0], end
         self.tail = [x[end * TILE - MARGIN - begin :].copy()]
-        self.deepen(Level(self.depth + 1, tile * TILE // 2, tile * TILE // 2, self.spectral), out)
+        if self.deeper is None and half.size:
+            start = tile * TILE // 2
+            self.deeper = Level(self.depth + 1, start, start, self.spectral, threads=self.threads)
+        if self.deeper is not None:
+            self.deeper.extend(half)
 
-    def deepen(self, middle: Level, out: list[Array]) -> None:
-        """Give the halved samples of finished tiles to the next level."""
-        if not out:
-            return
-        if self.deeper is None:
-            self.deeper = middle
-        self.deeper.extend(_one(out))
-
-    def take_tile(self, tile: int, x: Array) -> Array:
-        """Add the power of a tile, whose samples `x` begins with the margin; returns the halved samples."""
-        half, power, frames = tile_of(x[: TILE + 2 * MARGIN], self.spectral)
-        if frames:
-            kept = power[LOW : LOW + self.power.high.size]
-            self.power.add(kept)
-            self.frames += frames
-            self.blocks.add(tile, bands_of(kept[:LOW]), frames)
-        return half
+    def take_tiles(self, first: int, x: Array) -> Array:
+        """Add the power of consecutive tiles, of whose samples `x` has a margin more at both ends; halves their rate."""
+        count = (x.size - 2 * MARGIN) // TILE
+        out: list[Array] = []
+        done = 0
+        while done < count:
+            if self.spectral:
+                # As far as no sample is missing, by all threads.
+                half, bands, taken = kernel().tiles(
+                    x[done * TILE :], LOW, (self.power.high, self.power.low), BANDS, self.threads
+                )
+                if taken:
+                    self.frames += 2.0 * taken
+                    self.blocks.add(first + done, bands.reshape(taken, BANDS), 2.0)
+                    out.append(half)
+                    done += taken
+                    continue
+            at = done * TILE
+            half, power, frames = tile_of(x[at : at + TILE + 2 * MARGIN], self.spectral)
+            if frames:
+                kept = power[LOW : LOW + self.power.high.size]
+                self.power.add(kept)
+                self.frames += frames
+                self.blocks.add(first + done, bands_of(kept[:LOW])[None], frames)
+            out.append(half)
+            done += 1
+        return _one(out)
 
     def state(self) -> dict[str, Any]:
         """Plain parts, this level and the deeper ones."""
@@ -187,11 +204,9 @@ def join(left: Level, right: Level) -> Level:
         begin = left.tiles[1] * TILE - MARGIN
     x = np.concatenate([_one(left.head if left.whole else left.tail), right.samples()])
     first = -(-(begin + MARGIN) // TILE)
-    halves = [
-        right.take_tile(t, x[t * TILE - MARGIN - begin :]) for t in range(first, right.tiles[0])
-    ]
+    between = x[first * TILE - MARGIN - begin : right.tiles[0] * TILE + MARGIN - begin]
     middle = Level(right.depth + 1, first * TILE // 2, first * TILE // 2, right.spectral)
-    middle.extend(_one(halves))
+    middle.extend(right.take_tiles(first, between))
     deeper = [level for level in (left.deeper, middle, right.deeper) if level is not None]
     found = deeper[0]
     for level in deeper[1:]:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import mmap
 from collections.abc import Iterable
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.threads import Pool, processors
 from allanite.common.units import rate_unit
 from allanite.common.validation import positive_rate
 from allanite.recording import Recording
@@ -20,10 +24,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["summarise"]
+__all__ = ["summarise", "taken_in"]
 
-#: Rows taken at a time.
-ROWS = 1 << 16
+#: Rows taken at a time: tiles enough for several threads, and not too many for the caches.
+ROWS = 1 << 17
+#: Rows of a mapped file after which they are let go.
+SEEN = 1 << 20
 
 
 def summarise(
@@ -70,12 +76,37 @@ def summarise(
     >>> al.summarise(chunks, rate=100.0, unit="deg/s").n
     20000
     """
+    return taken_in(chunks, rate, unit, start, columns, path, processors())
+
+
+def taken_in(
+    chunks: Any,
+    rate: float | None,
+    unit: str | Sequence[str],
+    start: int,
+    columns: Sequence[str] | None,
+    path: str | None,
+    threads: int,
+) -> Summary:
+    """`summarise` by so many threads, which do not change a bit of it: where others are at work beside it, by one."""
     if start < 0:
         raise InputError(f"start is {start}: the index of the first sample, from 0")
+    with Pool(1) if threads > 1 else nullcontext() as pool:
+        return _taken_in(chunks, (rate, unit, columns), start, path, threads, pool)
+
+
+def _taken_in(
+    chunks: Any,
+    asked: tuple[float | None, str | Sequence[str], Sequence[str] | None],
+    start: int,
+    path: str | None,
+    threads: int,
+    pool: Pool | None,
+) -> Summary:
     stretch: Stretch | None = None
     head: dict[str, Any] = {}
     for chunk in _pieces(chunks):
-        taken, about = _taken(chunk, rate, unit, columns)
+        taken, about = _taken(chunk, *asked)
         if stretch is None:
             head = about
             stretch = Stretch.begun(
@@ -84,18 +115,36 @@ def summarise(
                 len(about["covariates_named"]),
                 about["rate"],
                 about["units"],
+                threads,
             )
         elif {**about, "path": None} != {**head, "path": None}:
             raise InputError(
                 f"a chunk with {', '.join(about['columns'])} at {about['rate']:g} Hz follows chunks with"
                 f" {', '.join(head['columns'])} at {head['rate']:g} Hz"
             )
+        mapped = _mapped(chunk)
         for at in range(0, taken[0].size, ROWS):
-            stretch.update([x[at : at + ROWS] for x in taken])
+            if mapped is not None and at % SEEN == 0:
+                # Pages that were read stay with the system, but do not count as memory of this process.
+                mapped.madvise(mmap.MADV_DONTNEED)
+            stretch.update([x[at : at + ROWS] for x in taken], pool)
+        if mapped is not None:
+            mapped.madvise(mmap.MADV_DONTNEED)
     if stretch is None or stretch.stop == stretch.start:
         raise TooShortError("no samples")
+    _kernels.trim()
     head["path"] = path if path is not None else head["path"]
     return Summary(**head, stretches=(stretch,))
+
+
+def _mapped(chunk: Any) -> mmap.mmap | None:
+    """The mapping of a file that is only read."""
+    if not isinstance(chunk, np.memmap) or chunk.mode != "r" or not hasattr(mmap, "MADV_DONTNEED"):
+        return None
+    base: Any = chunk
+    while isinstance(base, np.ndarray):
+        base = base.base
+    return base if isinstance(base, mmap.mmap) else None
 
 
 def _pieces(chunks: Any) -> Iterable[Any]:

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite import _kernels
 from allanite.deviation.accumulator import Accumulator
 from allanite.summary.level import Level, join
 from allanite.summary.sums import Sum
+
+if TYPE_CHECKING:
+    from allanite.common.threads import Pool
 
 __all__ = ["Extremes", "Stretch"]
 
 #: Averaging times per octave of the curve.
 TAUS = 2
 #: Samples looked at at a time: they stay in the cache.
-FEW = 1 << 14
+FEW = 1 << 16
 
 
 @dataclass(slots=True, eq=False)
@@ -51,24 +55,25 @@ class Extremes:
 
     def _take(self, x: NDArray[np.float64], at: int) -> None:
         before = None if self.ends is None else self.ends[1]
-        low, high = int(x.argmin()), int(x.argmax())
-        # Both point at the first NaN, if there is one.
-        if np.isnan(x[low]):
+        low, high, *moments = _kernels.steps(x)
+        if np.isnan(moments[1]) or np.isnan(x[0]):
             holes = np.isnan(x)
             lost = int(np.count_nonzero(holes))
             was = False if before is None else bool(np.isnan(before))
             self.gaps += int(np.count_nonzero(holes & ~np.concatenate([[was], holes[:-1]])))
             self.missing += lost
             self.count -= lost
-            if lost < x.size:
-                low, high = int(np.nanargmin(x)), int(np.nanargmax(x))
+            self._step(x[1:] - x[:-1])
+        else:
+            self.steps.add(np.array([x.size - 1, *moments], dtype=np.float64))
         self.count += x.size
-        if not np.isnan(x[low]):
-            self.low = min(self.low, (float(x[low]), at + low))
-            self.high = max(self.high, (float(x[high]), at + high), key=lambda v: (v[0], -v[1]))
+        # Places are looked for only where there is something new.
+        if low < self.low[0]:
+            self.low = low, at + int(np.flatnonzero(x == low)[0])
+        if high > self.high[0]:
+            self.high = high, at + int(np.flatnonzero(x == high)[0])
         if before is not None:
             self._step(np.array([x[0] - before]))
-        self._step(x[1:] - x[:-1])
         self.ends = float(x[0]) if self.ends is None else self.ends[0], float(x[-1])
 
     def _step(self, d: NDArray[np.float64]) -> None:
@@ -131,29 +136,45 @@ class Stretch:
 
     @classmethod
     def begun(
-        cls, start: int, columns: int, covariates: int, rate: float, units: tuple[str, ...]
+        cls,
+        start: int,
+        columns: int,
+        covariates: int,
+        rate: float,
+        units: tuple[str, ...],
+        threads: int = 1,
     ) -> Stretch:
         """Nothing taken yet."""
         return cls(
             start,
             start,
-            [Level(0, start, start, i < columns) for i in range(columns + covariates)],
+            [
+                Level(0, start, start, i < columns, threads=threads)
+                for i in range(columns + covariates)
+            ],
             [Accumulator(rate, TAUS, unit=unit, start=start) for unit in units],
             [Extremes() for _ in range(columns)],
         )
 
-    def update(self, columns: list[NDArray[Any]]) -> None:
-        """Take the samples that follow, an array a column and covariate."""
-        size = columns[0].size
-        for curve, x in zip(self.curves, columns, strict=False):
-            curve.update(x)
-        for i, x in enumerate(columns):
-            # A copy: the caller may use the memory again.
-            values = np.array(x, dtype=np.float64)
-            if i < len(self.extremes):
-                self.extremes[i].update(values, self.stop)
-            self.levels[i].extend(values)
-        self.stop += size
+    def update(self, columns: list[NDArray[Any]], pool: Pool | None = None) -> None:
+        """Take the samples that follow, an array a column and covariate; with a pool, curves beside the levels."""
+        # Copies: the caller may use the memory again.
+        values = [np.array(x, dtype=np.float64) for x in columns]
+
+        def look() -> None:
+            for curve, x in zip(self.curves, columns, strict=False):
+                curve.update(x)
+            for extremes, x in zip(self.extremes, values, strict=False):
+                extremes.update(x, self.stop)
+
+        beside = None if pool is None else pool.submit(look)
+        if beside is None:
+            look()
+        for level, x in zip(self.levels, values, strict=True):
+            level.extend(x)
+        if beside is not None:
+            beside.result()
+        self.stop += columns[0].size
 
     def merge(self, other: Stretch) -> None:
         """Take the stretch that begins where this one ends; it is used up."""

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite import _kernels
+
 __all__ = ["Blocks", "Sum"]
 
 Array = NDArray[np.float64]
@@ -72,13 +74,18 @@ class Blocks:
         return cls(0, 0, Sum.zeros((0, bands)), np.zeros(0))
 
     def add(self, tile: int, power: Array, frames: float) -> None:
-        """Add the band powers of one tile."""
-        self._make_room(tile >> self.size, (tile >> self.size) + 1)
-        at = (tile >> self.size) - self.first
-        row = Sum(self.sums.high[at], self.sums.low[at])
-        row.add(power)
-        self.sums.high[at], self.sums.low[at] = row.high, row.low
-        self.frames[at] += frames
+        """Add the band powers of consecutive tiles, shape (tiles, bands), of so many segments each."""
+        end = tile + power.shape[0]
+        self._make_room(tile >> self.size, ((end - 1) >> self.size) + 1)
+        at = tile
+        while at < end:
+            block = at >> self.size
+            until = min(end, (block + 1) << self.size)
+            place = block - self.first
+            rows = np.ascontiguousarray(power[at - tile : until - tile])
+            _kernels.add_rows(self.sums.high[place], self.sums.low[place], rows)
+            self.frames[place] += frames * (until - at)
+            at = until
 
     def merge(self, other: Blocks) -> None:
         """Add the blocks of another stretch of the same stream."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import pickle
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 
 import allanite as al
 from allanite.summary import level, reading, summary
+from allanite.summary.making import taken_in
 
 N = 150_000
 
@@ -86,3 +88,11 @@ def test_a_piece_that_never_came_is_a_gap(record):
     fit = al.parse_model("N+K").fit(both)
     # White noise of 1 at 100 Hz is N = 0.1; 1e5 samples know it to 0.22 %, and 4 of these are allowed.
     assert float(fit["N"]) == pytest.approx(0.1, rel=0.009)
+
+
+def test_threads_change_no_bit(record, whole):
+    # Three: also where there are fewer processors.
+    for threads in (1, 3):
+        found = taken_in(record, 100.0, "1", 0, None, None, threads)
+        ours, theirs = found.stretches[0].state(), whole.stretches[0].state()
+        assert pickle.dumps(ours) == pickle.dumps(theirs)

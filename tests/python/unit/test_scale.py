@@ -13,8 +13,9 @@ import pytest
 
 import allanite as al
 from allanite.scale import run_fleet
-from allanite.scale.logs import JOURNAL
+from allanite.scale.logs import JOURNAL, _numbers
 from allanite.scale.watch import SEGMENT, TOLERANCE, Watch, _share
+from allanite.study import Rung, Study
 
 RATE = 100.0
 
@@ -157,6 +158,35 @@ def test_units_that_deviate_are_named_and_by_what():
     assert n.maximum is not None
     assert n.maximum > 0.0105
     assert "buzzing · gx: sinusoid" in str(found)
+
+
+def test_a_number_that_most_units_do_not_have_names_nobody():
+    # Of most units B is 0, without a width: 0/0 was no chance at all, and put every unit among the deviating.
+    rng = np.random.default_rng(5)
+    rows = [unit(f"u{i}", 0.01 * np.exp(0.05 * rng.standard_normal())) for i in range(60)]
+    for i, row in enumerate(rows):
+        b = [0.001 + 5e-5 * i if i < 20 else 0.0, 0.0, 0.004, None]
+        row["numbers"] = json.dumps(json.loads(row["numbers"]) | {"B": b})
+    assert al.fleet(rows).deviating == ()
+
+
+def test_an_effect_of_a_wide_search_must_be_as_much_clearer():
+    # A burst of a tone may be anywhere and of any length: a hundred million tests. Noise gives 24 in logL as well.
+    fit = al.parse_model("N").fit(
+        al.parse_model("N(N=1)").simulate(rate=10.0, duration=60.0, seed=1)
+    )
+    found = [
+        Study(
+            fit.recording,
+            (Rung(fit), Rung(fit, fit.model.effects[0], risen=24.0, trials=trials)),
+            fit.check(),
+            "adequate",
+        )
+        for trials in (None, 1e10)
+    ]
+    few, many = (json.loads(_numbers(study)["effects"])["angle_random_walk"] for study in found)
+    assert few < 1e-6
+    assert many == pytest.approx(1e7 * few)
 
 
 def test_the_spread_of_records_is_not_that_of_units():

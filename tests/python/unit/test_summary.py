@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -154,6 +155,25 @@ def test_saved_pickled_and_columns(short, tmp_path):
         assert other.merge(more).n == 101_000
     assert (tmp_path / "s.summary").stat().st_size < 4e6
     assert s.n == 100_000
+
+
+def test_a_mapped_file_is_let_go_as_it_is_read(tmp_path):
+    status = Path("/proc/self/status")
+    if not status.is_file() or "RssFile" not in status.read_text():
+        pytest.skip("the system does not tell")
+
+    def mapped():
+        line = next(x for x in status.read_text().splitlines() if x.startswith("RssFile"))
+        return int(line.split()[1]) / 1024
+
+    np.save(tmp_path / "x.npy", np.random.default_rng(4).standard_normal(1 << 23))
+    x = np.load(tmp_path / "x.npy", mmap_mode="r")
+    al.summarise(x[: 1 << 20], rate=RATE)
+    before = mapped()
+    s = al.summarise(x, rate=RATE)
+    assert s.n == x.size
+    # Of 64 MB.
+    assert mapped() - before < 16
 
 
 def test_what_a_summary_does_not_know_is_said(short):

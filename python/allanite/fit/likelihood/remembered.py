@@ -9,10 +9,20 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Remembered", "room_for"]
+from allanite import _kernels
+
+__all__ = ["LARGE", "Remembered", "give_back", "room_for"]
 
 #: Bytes for series of a record, room for three of up to so many samples.
 WHOLE, LONG = 1 << 27, 10**7
+#: Samples from which arrays are large enough to be given back.
+LARGE = 1 << 17
+
+
+def give_back(samples: int) -> None:
+    """Between two searches of a record: what they have freed, of a long one many copies of it, goes back to the system."""
+    if samples >= LARGE:
+        _kernels.trim()
 
 
 @dataclass(eq=False)

@@ -18,6 +18,7 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.deviation import Deviation, oadev
 from allanite.fit.likelihood.data import Data
+from allanite.fit.likelihood.remembered import Remembered
 from allanite.spectrum import Bins, bins_of, bridge_gaps
 from allanite.summary.lapped import LOW, SEGMENT, gain
 from allanite.summary.level import BANDS, TILE
@@ -35,6 +36,8 @@ Array = NDArray[np.float64]
 CELLS = 160
 #: Kept samples to an averaging time from which the curve is taken from them where a function of time is taken out.
 ENOUGH = 16
+#: Bytes of what a search comes back to: a record that did not fit is looked at in little memory.
+FUNCTIONS, LOWEST = 1 << 23, 1 << 23
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -255,6 +258,8 @@ def of_summary(summary: Summary) -> Data:
         SummaryBins(n, bins.edges, bins.count, bins.nodes, bins.owner, bins.groups, known, folds),
         covariates,
         (reading.start * factor - summary.start) / summary.rate,
+        functions=Remembered(FUNCTIONS),
+        lowest=Remembered(LOWEST),
         factor=factor,
         summary=summary,
         reading=reading,

@@ -112,7 +112,8 @@ def matched_gains(
     """
     j = lowest(data)
     root = 1.0 / np.sqrt(noise.variance(j))
-    whole = regressor_ordinates(points, j, data) * root
+    whole = regressor_ordinates(points, j, data)
+    whole *= root  # of many points, in place
     target = residual[j] * root
     basis = _beside(beside, j, root, data)
     if basis.size:

@@ -15,6 +15,7 @@ import numpy as np
 
 from allanite.effects import Deterministic
 from allanite.fit.engine import Solution, solve
+from allanite.fit.likelihood.remembered import give_back
 from allanite.fit.likelihood.whitened import cell_means, expected_level
 from allanite.fit.rivals.columns import consistent
 from allanite.fit.rivals.evidence import cost
@@ -49,12 +50,14 @@ def screen_slow(
     arcs: list[float] = []
     families: list[str] = []
     for blank in blanks:
+        give_back(data.samples.size)
         points = grid_points(blank, data)
         null = rival if rival is not None else solution
         gain, directions = matched_gains(
             points, null.ordinates, null.noise(data), data, null.model.deterministic
         )
         arcs.append(arc_length(directions))
+        del directions  # tens of megabytes: not while the best is refitted
         families.append(blank.family)
         top = int(np.argmax(gain))
         if gain[top] < LEAST:

@@ -12,6 +12,7 @@ from allanite import _kernels
 from allanite.common.threads import go_on
 from allanite.effects import CATALOGUE, Periodic
 from allanite.fit.engine import solve
+from allanite.fit.likelihood.remembered import give_back
 from allanite.fit.likelihood.stop_band import empty
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, regress, window
@@ -87,6 +88,7 @@ def screen_lines(
     found: list[Candidate] = []
     for k in range(MOST):
         go_on()
+        give_back(data.samples.size)
         top, above = _strongest(ratio, data.n)
         if ratio[top] <= LEAST or (k >= FEWEST and above < CLEAR):
             break

@@ -129,15 +129,20 @@ def directions(
         points = [p for blank in blanks for p in _points(blank, data.n, data.rate)]
         if not points:
             continue
-        tangents = np.stack([_tangent(p, solution, data) for p in points])
-        moved = tangents / solution.spectrum * root
+        # A thousand points of a thousand bins: one array, in place.
+        moved = np.empty((len(points), root.size))
+        for row, point in zip(moved, points, strict=True):
+            row[:] = _tangent(point, solution, data) / solution.spectrum * root
         size = np.linalg.norm(moved, axis=1)
-        projected = moved - (moved @ basis) @ basis.T
-        norm = np.linalg.norm(projected, axis=1)
+        for row, share in zip(moved, moved @ basis, strict=True):
+            row -= basis @ share
+        norm = np.linalg.norm(moved, axis=1)
         usable = norm > 1e-3 * np.maximum(size, 1e-300)
         if usable.any():
             kept = [p for p, keep in zip(points, usable, strict=True) if keep]
-            yield cls, kept, projected[usable] / norm[usable, None]
+            moved = moved if usable.all() else moved[usable]
+            moved /= norm[usable, None]
+            yield cls, kept, moved
 
 
 def screen_spectral(solution: Solution, data: Data) -> Screen:

@@ -1,0 +1,66 @@
+"""Summaries of 64 logs on a local cluster of one worker and of two, with a thread each.
+
+    python benches/python/bench_dask.py [--samples 2000000] [--rounds 3]
+
+Rounds alternate, so that what else the machine does counts for both. Of each the best is told, and the processor time: two
+workers must not need more than one, and that of the busier one is the time on a machine without others.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+from time import perf_counter, process_time
+
+import numpy as np
+
+FILES, RATE = 64, 1000.0
+
+
+def spent():
+    """Processor time of a worker so far, s."""
+    return process_time()
+
+
+def main():
+    from dask.distributed import Client, LocalCluster
+
+    import allanite as al
+
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--samples", type=int, default=2_000_000)
+    parser.add_argument("--rounds", type=int, default=3)
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [Path(folder) / f"{i:02d}.npy" for i in range(FILES)]
+        for i, path in enumerate(paths):
+            np.save(path, np.random.default_rng(i).standard_normal(asked.samples))
+        clusters = {
+            k: LocalCluster(n_workers=k, threads_per_worker=1, dashboard_address=":0")
+            for k in (1, 2)
+        }
+        clients = {k: Client(cluster) for k, cluster in clusters.items()}
+        walls, busiest = {1: [], 2: []}, {1: [], 2: []}
+        for k, client in clients.items():
+            al.scale.summarise(paths[: 4 * k], rate=RATE, client=client)  # imports
+        for _ in range(asked.rounds):
+            for k, client in clients.items():
+                before, began = client.run(spent), perf_counter()
+                found = al.scale.summarise(paths, rate=RATE, client=client)
+                walls[k].append(perf_counter() - began)
+                busy = [now - before[where] for where, now in client.run(spent).items()]
+                busiest[k].append(max(busy))
+                each = " + ".join(f"{b:.2f}" for b in busy)
+                print(
+                    f"{k} workers: {len(found)} logs in {walls[k][-1]:.2f} s, processor time {each} s"
+                )
+        ratios = [min(of[1]) / min(of[2]) for of in (walls, busiest)]
+        print(f"two workers are {ratios[0]:.2f} × one by time, {ratios[1]:.2f} × by processor time")
+        for k in clients:
+            clients[k].close()
+            clusters[k].close()
+
+
+if __name__ == "__main__":
+    main()
