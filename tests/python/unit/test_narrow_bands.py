@@ -128,7 +128,7 @@ def _with_holes(kind, n, rng):
 @pytest.mark.long
 @pytest.mark.parametrize("kind", ["one sample", "at random", "blocks of 3 s"])
 def test_a_band_narrower_than_a_bin_is_one_beside_holes(kind):
-    """20 ordinates wide, 30 times the noise in it; it ended at the width of a bin, unexplained, once a sample was missing."""
+    """20 ordinates wide; it ended at the width of a bin, unexplained, once a single sample was missing."""
     rng = np.random.default_rng([5, 21])
     n, frequency = 90_000, 9.3
     half = 10.0 * RATE / (2.0 * n)

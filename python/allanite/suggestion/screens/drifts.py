@@ -38,6 +38,8 @@ __all__ = [
 LEAST = 3.0
 #: Shapes tried between the neighbours of the best point of a grid, and what the noise, refitted, may add to its gain.
 BETWEEN, REFITTED = 33, 0.05
+#: An event of so few samples is outliers; in more, most share it by this much at least; in as many a few cannot make one.
+FEWEST, SHARED, MANY = 16, 0.5, 4096
 #: A rise of logL by which one slow function beats another clearly (6 of BIC).
 CLEAR = 3.0
 
@@ -174,7 +176,31 @@ def _refit(
     if effect.amplitudes().size > 1:
         judged = _of_one(judged)
     found = refitted.model.effects[-1]
+    if isinstance(found, Deterministic) and found.happens_once and _of_few(found, base, data):
+        return None
     return Candidate(found, gain, effect.family, refitted, found.numbers, judged=judged)
+
+
+def _of_few(event: Deterministic, base: Solution, data: Data) -> bool:
+    """Whether a short event is that of a few samples alone: outliers, or the tails of the noise."""
+    if event.when is None or event.when[0] == event.when[1] or data.samples.size < data.n:
+        return False
+    first, last = (round((t - data.start) * data.rate) for t in event.when)
+    size = last - first
+    if size > MANY:
+        return False
+    values = data.residual(base.model)
+    if data.missing is not None:
+        values = np.where(data.missing, np.nan, values)
+    parts = [values[max(0, first) : last], values[max(0, first - size) : max(0, first)]]
+    inside, before = (np.sort(part[np.isfinite(part)]) for part in parts)
+    if min(inside.size, before.size) < FEWEST:
+        return inside.size < FEWEST
+    # Without the tenth at either end.
+    middle = inside[inside.size // 10 : -(inside.size // 10)].mean()
+    middle -= before[before.size // 10 : -(before.size // 10)].mean()
+    whole = inside.mean() - before.mean()
+    return bool(middle * whole < SHARED * whole**2)
 
 
 def _louder(solution: Solution, data: Data) -> float:
