@@ -34,6 +34,9 @@ COMPLETED = (
     "the terms whose samples are all there."
 )
 
+#: Below this a number is written with a power of ten.
+SMALL = 1e-4
+
 
 def exact(value: float | None, place: str, figures: int = 3) -> Cell:
     """A number of the document in a few figures; a dash for null."""
@@ -49,16 +52,18 @@ def resolved(values: tuple[float, ...], spread: float) -> tuple[str, ...]:
     """Numbers with two figures of what is uncertain about them, and two of their own: 3.0999 … 3.1002."""
     if not (math.isfinite(spread) and spread > 0):
         return tuple(number(v, 4) for v in values)
-    return tuple(_resolved(v, math.floor(math.log10(spread))) for v in values)
+    # 9.949·10⁻⁵ … 0.00010015 is two notations of one thing.
+    power = any(v and math.isfinite(v) and abs(v) < SMALL for v in values)
+    return tuple(_resolved(v, math.floor(math.log10(spread)), power) for v in values)
 
 
-def _resolved(value: float, last: int) -> str:
+def _resolved(value: float, last: int, power: bool) -> str:
     if value == 0 or not math.isfinite(value):
         return number(value)
     first = math.floor(math.log10(abs(value)))
     figures = min(max(first - last + 2, 2), 12)
-    if not -5 < first < 6:
-        return number(value, figures)
+    if power or not -5 < first < 6:
+        return number(value, figures, power=power)
     return f"{value:.{max(0, figures - 1 - first)}f}".replace("-", "−")
 
 
