@@ -80,7 +80,8 @@ class BiasStep(Event):
     ) -> tuple[Event, float]:
         """The excursion between two of as many times as there are ordinates, ½z² less ln of its length the largest.
 
-        Every octave of lengths is as likely: of two times of return that explain as much the nearer one is it.
+        Every octave of lengths is as likely: of two times of return that explain as much the nearer one is it. None is
+        shorter than a thousandth of the record: its edges would be less certain than it is long.
         """
         from scipy.fft import dct, dst
 
@@ -97,6 +98,7 @@ class BiasStep(Event):
         waves = np.concatenate([waves, waves[-2::-1]])
         m = j
         own = 0.5 * (waves[0] - waves[2 * m]) - (others**2).sum(axis=1)
+        least = max(1, places // 1000)
         best, top, turned = (0, 1), -np.inf, 0.0
         for i in range(m.size - 1):
             shared = 0.5 * (waves[1 : m.size - i] - waves[m[i] + m[i + 1 :]])
@@ -107,6 +109,7 @@ class BiasStep(Event):
                 usable, (score[i + 1 :] - score[i]) ** 2 / np.where(usable, apart, 1.0), 0.0
             )
             gain = 0.5 * gain - np.log(m[: gain.size])
+            gain[: least - 1] = -np.inf
             k = int(np.argmax(gain))
             if gain[k] > top:
                 best, top = (i, i + 1 + k), float(gain[k])

@@ -196,9 +196,9 @@ def _of_few(event: Deterministic, base: Solution, data: Data) -> bool:
     inside, before = (np.sort(part[np.isfinite(part)]) for part in parts)
     if min(inside.size, before.size) < FEWEST:
         return inside.size < FEWEST
-    # Without the tenth at either end.
-    middle = inside[inside.size // 10 : -(inside.size // 10)].mean()
-    middle -= before[before.size // 10 : -(before.size // 10)].mean()
+    # Without the quarter at either end.
+    inner, outer = (part[part.size // 4 : -(part.size // 4)].mean() for part in (inside, before))
+    middle = inner - outer
     whole = inside.mean() - before.mean()
     return bool(middle * whole < SHARED * whole**2)
 
