@@ -1,9 +1,10 @@
 """A band narrower than a bin: is it named as one, and do its intervals hold the truth?
 
 Records of an hour at 50 Hz of N+B+K and a resonance of 3 to 100 ordinates between its half-power points, at 2 to 20 Hz,
-with 30 times the power of the white noise there. The samples come from tests/python/generators.py.
+with 30 times the power of the white noise there, whole or with samples missing. The samples come from
+tests/python/generators.py.
 
-    python benches/claims/narrow_bands.py [--seeds 40]
+    python benches/claims/narrow_bands.py [--seeds 40] [--missing random]
 """
 
 from __future__ import annotations
@@ -27,7 +28,23 @@ START = {"angle_random_walk", "bias_instability", "rate_random_walk"}
 ABOVE = 30.0
 
 
-def one(seed):
+#: What is missing: nothing, one sample, 5 % of them, 5 % in blocks of 3 s (150 samples), a tenth in one piece.
+MISSING = ("nothing", "one", "random", "blocks", "tenth")
+
+
+def lost(missing, rng):
+    """Which samples are missing, shape (LENGTH,)."""
+    k, block = np.arange(LENGTH), 150
+    if missing == "random":
+        return rng.random(LENGTH) < 0.05
+    if missing == "blocks":
+        blocks = LENGTH // block
+        return np.isin(k // block, rng.choice(blocks, blocks // 20, replace=False))
+    length = {"nothing": 0, "one": 1, "tenth": LENGTH // 10}[missing]
+    return (k >= LENGTH // 3) & (k < LENGTH // 3 + length)
+
+
+def one(seed, missing):
     """The study, and the truth by name."""
     rng = np.random.default_rng(seed)
     wide = float(np.exp(rng.uniform(np.log(3.0), np.log(100.0))))
@@ -37,6 +54,7 @@ def one(seed):
     x = g.white(rng, LENGTH, RATE, N)
     x += g.flicker(rng, LENGTH, RATE, B) + g.walk(rng, LENGTH, RATE, K)
     x += g.resonance(rng, LENGTH, RATE, frequency, half / frequency, rms)
+    x[lost(missing, rng)] = np.nan
     study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N+B+K")
     truth = {"RES.frequency": frequency, "RES.damping": half / frequency, "RES.rms": rms, "N.N": N}
     return wide, study, truth
@@ -45,10 +63,11 @@ def one(seed):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--seeds", type=int, default=40)
+    parser.add_argument("--missing", choices=MISSING, default="nothing")
     asked = parser.parse_args()
     found, inside = Counter(), Counter()
     for seed in range(asked.seeds):
-        wide, study, truth = one(seed)
+        wide, study, truth = one(seed, asked.missing)
         added = [e.kind for e in study.fit.model if e.kind not in START]
         right = added == ["resonance"] and study.adequate
         found["right" if right else "other"] += 1

@@ -132,7 +132,7 @@ def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
     def of(lag: NDArray[np.int64]) -> Array:
         return np.asarray(waves[np.minimum(lag, 2 * n - lag)])
 
-    # An unseen mean is free, and with it what is common to all: never all samples are missing.
+    # Positive definite, though the precision of the mean is 0: never are all samples missing.
     return cho_factor(of(np.abs(at[:, None] - at)) + of(at[:, None] + at + 1), lower=True)
 
 
