@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from allanite.effects.disturbance import Disturbance
     from allanite.effects.drifting_line import DriftingLine
     from allanite.effects.excursion import Excursion
+    from allanite.effects.excursions import Excursions
     from allanite.effects.gauss_markov import GaussMarkov
     from allanite.effects.high_pass import HighPass
     from allanite.effects.hysteresis import Hysteresis
@@ -123,6 +124,7 @@ _HOME = {
     "Disturbance": "allanite.effects.disturbance",
     "DriftingLine": "allanite.effects.drifting_line",
     "Excursion": "allanite.effects.excursion",
+    "Excursions": "allanite.effects.excursions",
     "HighPass": "allanite.effects.high_pass",
     "Hysteresis": "allanite.effects.hysteresis",
     "GaussMarkov": "allanite.effects.gauss_markov",
@@ -204,6 +206,7 @@ __all__ = [
     "Effect",
     "Estimate",
     "Excursion",
+    "Excursions",
     "Fit",
     "Fleet",
     "GaussMarkov",

@@ -1,6 +1,7 @@
 """The catalogue of physical effects, one a file, and their sums."""
 
 from allanite.effects._base import Effect, Parameter, Stochastic, StraightLine
+from allanite.effects._event import Away
 from allanite.effects._known import Deterministic, Periodic
 from allanite.effects._level import Level
 from allanite.effects._limits import limitable
@@ -11,6 +12,7 @@ from allanite.effects.registry import CATALOGUE, find, register, standard, title
 
 __all__ = [
     "CATALOGUE",
+    "Away",
     "Deterministic",
     "Effect",
     "Level",

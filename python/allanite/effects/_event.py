@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.effects._known import Deterministic
 
-__all__ = ["Event", "sines"]
+__all__ = ["Away", "Event", "sines"]
 
 #: Ordinates of which one sine each is enough: the square root of those that a search asks for.
 WIDE = 64
@@ -43,6 +43,31 @@ class Event(Deterministic):
         The limit law of a change point (Yao 1987) is not normal; the number given is its 95 % width over 1.96.
         """
         return 5.6 * density / max((self.values["height"] or 0.0) ** 2, 1e-300)
+
+
+@dataclass(frozen=True)
+class Away(Event):
+    """The bias leaves its level and comes back, once or several times.
+
+    Examples
+    --------
+    >>> once = al.Excursion(start=20.0, end=60.0, height=0.2)
+    >>> twice = al.Excursions.together([al.Excursion(start=80.0, end=90.0, height=-0.1), once])
+    >>> [e.start for e in twice.singly], once.singly == (once,), al.Excursion.together([once])
+    ([20.0, 80.0], True, None)
+    """
+
+    family: ClassVar[str] = "event"
+
+    @property
+    def singly(self) -> tuple[Away, ...]:
+        """Each time by itself, with its height, first to last."""
+        return (self,)
+
+    @classmethod
+    def together(cls, events: Sequence[Away]) -> Self | None:
+        """The effect that is all of these `events`; by default None: it is one."""
+        return None
 
 
 def sines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.float64]:

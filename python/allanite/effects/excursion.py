@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._event import Event, sines
+from allanite.effects._event import Away, sines
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
 
 @dataclass(frozen=True)
-class Excursion(Event):
+class Excursion(Away):
     """x(t) = h for start ≤ t < end, 0 before and after.
 
     Examples
@@ -35,7 +35,6 @@ class Excursion(Event):
     kind: ClassVar[str] = "excursion"
     short: ClassVar[str] = "EXC"
     title: ClassVar[str] = "excursion"
-    family: ClassVar[str] = "event"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("start", "s", "when it leaves, from the first sample", "shape", symbol="from"),
         Parameter("end", "s", "when it is back", "shape", symbol="to"),
@@ -51,7 +50,13 @@ class Excursion(Event):
     check_by: ClassVar[str] = (
         "look at the samples and at the laboratory's log about those times; leave the stretch out; repeat the record"
     )
-    rivals: ClassVar[tuple[str, ...]] = ("bias_step", "transient", "burst_noise", "gauss_markov")
+    rivals: ClassVar[tuple[str, ...]] = (
+        "excursions",
+        "bias_step",
+        "transient",
+        "burst_noise",
+        "gauss_markov",
+    )
 
     @property
     def when(self) -> tuple[float, float] | None:

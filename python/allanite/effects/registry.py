@@ -18,6 +18,7 @@ from allanite.effects.covariate import Covariate
 from allanite.effects.disturbance import Disturbance
 from allanite.effects.drifting_line import DriftingLine
 from allanite.effects.excursion import Excursion
+from allanite.effects.excursions import Excursions
 from allanite.effects.gauss_markov import GaussMarkov
 from allanite.effects.high_pass import HighPass
 from allanite.effects.hysteresis import Hysteresis
@@ -171,6 +172,7 @@ CATALOGUE = Catalogue(
         RateOfChange,
         BiasStep,
         Excursion,
+        Excursions,
         Transient,
         WarmUp,
         BurstNoise,

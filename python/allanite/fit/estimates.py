@@ -291,7 +291,8 @@ def _deterministic(
             if error is None:
                 error = _deterministic_shape_error(effect, parameter.name, solution, data)
         else:
-            error = _amplitude_error(effect, parameter.name, amplitudes, covariance)
+            # 0 is that of what does not depend on amplitudes: a count.
+            error = _amplitude_error(effect, parameter.name, amplitudes, covariance) or None
         interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)
         if error is not None and parameter.role == "shape" and parameter.low > 0.0:
             # Times are known to a factor.

@@ -10,7 +10,7 @@ import numpy as np
 from allanite.common.blas import one_thread
 from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
-from allanite.effects import Modifier, Stochastic
+from allanite.effects import Away, Modifier, Stochastic
 from allanite.fit import fit_model
 from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.evidence import RIVAL, gained
@@ -22,6 +22,7 @@ from allanite.study.levels import one_level, several_levels
 from allanite.study.moves import added_to, one_thing, pruned, swapped
 from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
+from allanite.study.visits import every_visit
 from allanite.suggestion import check_fit
 
 if TYPE_CHECKING:
@@ -221,6 +222,14 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
     if pair is not None:
         risen += pair[0].solution.log_likelihood - before
         return Rung(pair[0], added, risen=risen, brought=(pair[1],))
+    every = every_visit(better, asked, check.suggestions) if isinstance(added, Away) else None
+    if every is not None and errors_fall(better, every[0]):
+        better, kinds = every
+        added, gave_way = better.model.effects[-1], (*gave_way, *kinds)
+        risen += better.solution.log_likelihood - before
+        before = better.solution.log_likelihood
+    else:
+        every = None
     changes = several_levels(better, asked) if elsewhere else []
     if changes:
         one = one_level(better, changes)
@@ -228,7 +237,8 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         if one is None:
             return None
         return Rung(one, one.model.effects[-1], (*gave_way, *kinds), risen)
-    if with_it or (len(ladder) > 1 and not _moved(fit, better) and not _faded(fit, better, asked)):
+    still = len(ladder) > 1 and not _moved(fit, better) and not _faded(fit, better, asked)
+    if with_it or (still and every is None):
         # What nothing has moved since it was looked at is as good as it was.
         return Rung(better, added, gave_way, risen, brought=with_it)
     new: list[Effect] = [added]

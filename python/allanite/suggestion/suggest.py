@@ -252,10 +252,8 @@ def suggest(
             if screen.arcs
         },
     }
-    # What is tried only where a simpler form was found is no search of its own: it has its law and that of what it adds.
     # A noise level that changes several times, with a period or with a column is one each.
-    searches = sum(name in slow or name not in screens for name in families)
-    searches += level_forms(data.covariates)
+    searches = len(families) + level_forms(data.covariates)
     candidates = (
         *spectral.candidates,
         *lines,

@@ -71,6 +71,7 @@ VALUES = [
     ("DOT", {"column": "temperature", "coefficient": 0.3, "lag": 1.5}),
     ("STEP", {"time": 11.0, "height": -0.4}),
     ("EXC", {"start": 11.0, "end": 23.0, "height": -0.4}),
+    ("EXCS", {"starts": (11.0, 30.0), "ends": (23.0, 33.0), "heights": (-0.4, 0.2)}),
     ("PULSE", {"time": 11.0, "time_constant": 3.0, "height": -0.4}),
     ("WARM", {"time_constant": 5.0, "amplitude": -0.4}),
     ("RTS", {"amplitude": 0.5, "dwell_time": 1.5}),

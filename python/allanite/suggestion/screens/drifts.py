@@ -62,43 +62,39 @@ def screen_slow(
         del directions  # tens of megabytes: not while the best is refitted
         families.append(blank.family)
         top = int(np.argmax(gain))
-        if gain[top] < LEAST:
-            continue
-        candidate = _refit(points[top], solution, data, rival)
-        if candidate is None:
-            continue
-        found.append(candidate)
+        simple = _refit(points[top], solution, data, rival) if gain[top] >= LEAST else None
+        if simple is not None:
+            found.append(simple)
         # Each place of the simple form that is a place of its own might have been the start of these.
         starts = max(1.0, arcs[-1] / (0.5 * np.pi))
-        forms = _forms(candidate, starts, solution, data)
-        found += _richer(candidate, forms, solution, data, rival)
+        forms = _forms(type(blank), simple, starts, solution, data)
+        found += _richer(simple, forms, solution, data, rival)
         arcs += [arc * times for arc, times in forms.values()]
         families += [effect.family for effect in forms]
     return Screen(tuple(found), tuple(arcs), tuple(families))
 
 
 def _forms(
-    simple: Candidate,
+    kind: type[Deterministic],
+    simple: Candidate | None,
     starts: float,
     solution: Solution,
     data: Data,
 ) -> dict[Deterministic, tuple[float, float]]:
     """Richer forms of an effect that was found, at the best of the shapes that it has not; their arcs, and how often each.
 
-    Beside them what is there between two of its places, which may have nothing to do with the one that was found.
+    Beside them what is there between two places of its kind, which may have nothing to do with the one that was found.
     """
-    assert simple.solution is not None
-    assert isinstance(simple.effect, Deterministic)
-    noise, known = simple.solution.noise(data), solution.model.deterministic
+    noise, known = _noise(simple, solution, data), solution.model.deterministic
     found: dict[Deterministic, tuple[float, float]] = {}
-    for blank in simple.effect.extended():
+    for blank in () if simple is None else simple.effect.extended():
         assert isinstance(blank, Deterministic)
         grid = grid_points(blank, data)
         gain, directions = matched_gains(grid, solution.ordinates, noise, data, known)
         start = grid[int(np.argmax(gain))]
         finer = _finer(start, blank.free_shapes, solution, noise, data)
         found[finer] = arc_length(directions), starts
-    span = best_span(type(simple.effect), solution.ordinates, noise, data, known)
+    span = best_span(kind, solution.ordinates, noise, data, known)
     if span is not None:
         effect, arc = span
         # Each place that is one of its own might be either end.
@@ -109,8 +105,14 @@ def _forms(
     return found
 
 
+def _noise(simple: Candidate | None, solution: Solution, data: Data) -> Noise:
+    """What is left beside the simple form, if one was found."""
+    best = solution if simple is None or simple.solution is None else simple.solution
+    return best.noise(data)
+
+
 def _richer(
-    simple: Candidate,
+    simple: Candidate | None,
     forms: Mapping[Deterministic, tuple[float, float]],
     solution: Solution,
     data: Data,
@@ -118,10 +120,10 @@ def _richer(
 ) -> list[Candidate]:
     """Those of the richer forms, refitted, that explain more than chance lets them."""
     found: list[Candidate] = []
-    assert simple.solution is not None
-    assert isinstance(simple.effect, Deterministic)
-    noise = simple.solution.noise(data)
-    plain = _gain(simple.effect, solution, noise, data)
+    noise = _noise(simple, solution, data)
+    plain = 0.0
+    if simple is not None and isinstance(simple.effect, Deterministic):
+        plain = _gain(simple.effect, solution, noise, data)
     for effect, (arc, _) in forms.items():
         best = _gain(effect, solution, noise, data)
         hope = best - plain + REFITTED * best
@@ -131,7 +133,8 @@ def _richer(
         if candidate is None:
             continue
         # Searching for one more time always gains something: what it adds must be more than chance gives.
-        added = log_chance(Family(effect.family, (arc,)), candidate.gain - simple.gain)
+        more = candidate.gain - (0.0 if simple is None else simple.gain)
+        added = log_chance(Family(effect.family, (arc,)), more)
         if added < np.log(FALSE_ALARM):
             found.append(candidate)
     return found

@@ -1,0 +1,73 @@
+"""A bias that leaves and comes back several times is one effect, found at once."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+import generators as g
+from allanite.common.errors import InputError
+
+RATE, N = 10.0, 40_000
+VISITS = [(300.0, 340.0, 0.02), (1210.0, 1235.0, -0.03), (2500.0, 2580.0, 0.015)]
+
+
+def away(seed, visits):
+    """White noise and a random walk, and a bias that is elsewhere at times."""
+    rng = np.random.default_rng(seed)
+    x = g.white(rng, N, RATE, 0.01) + g.walk(rng, N, RATE, 1e-5)
+    time = np.arange(N) / RATE
+    for start, end, height in visits:
+        x[(time >= start) & (time < end)] += height
+    return al.Recording(x, rate=RATE, unit="deg/s")
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_several_excursions_are_one_effect_found_at_once(seed):
+    study = al.improve(away(seed, VISITS), "N+K")
+    added = [rung.added.kind for rung in study.ladder[1:]]
+    assert added == ["excursions"]
+    assert study.stopped_because == "adequate"
+    effect, values = study.fit.model.effects[-1], study.fit.estimates[-1]
+    for (start, end, height), one in zip(VISITS, effect.singly, strict=True):
+        # Twice the 95 % of an edge, 11 N²/h²: 18 of them are looked at. And a cell of the search.
+        edge = 22.0 * (0.01 / height) ** 2 + 1.0
+        assert abs(one.start - start) < edge and abs(one.end - end) < edge
+        # Four standard errors of a mean over so long, beside the walk's of 1e-5 √l.
+        assert abs(one.height - height) < 4.0 * 0.01 / np.sqrt(end - start) + 1e-3
+    assert values["count"] == 3 and values["count"].interval is None
+    low, high = values["largest"].interval
+    assert low < effect.largest < high
+
+
+def test_one_excursion_stays_one():
+    study = al.improve(away(4, VISITS[1:2]), "N+K")
+    assert [rung.added.kind for rung in study.ladder[1:]] == ["excursion"]
+
+
+def test_a_further_one_joins_those_that_are_known():
+    start = "N+K"
+    first = al.improve(away(5, VISITS), start, limit=1)
+    assert first.fit.model.effects[-1].count == 3
+    # The same by hand: two that the start asks for stay its own.
+    model = al.parse_model(start) + al.Excursions(
+        starts=(300.0, 1210.0), ends=(340.0, 1235.0), heights=(0.02, -0.03)
+    )
+    study = al.improve(away(5, VISITS), model)
+    assert [e.kind for e in study.fit.model][2:] == ["excursions", "excursion"]
+
+
+@pytest.mark.parametrize(
+    "bad", [{"starts": (1.0,)}, {"starts": (2.0,), "ends": (1.0,), "heights": (1.0,)}]
+)
+def test_lists_that_do_not_match_are_refused(bad):
+    with pytest.raises(InputError, match="excursions:"):
+        al.Excursions(**bad)
+
+
+def test_several_excursions_are_written_and_read(tmp_path):
+    model = al.parse_model("N(N=0.01)") + al.Excursions(
+        starts=(1.0, 5.0), ends=(2.0, 9.0), heights=(0.1, -0.2)
+    )
+    path = tmp_path / "model.json"
+    model.save(path)
+    assert al.parse_model(str(path)) == model
