@@ -34,7 +34,10 @@ def example(kind: type[Effect]) -> Effect:
     beside = al.Model((al.AngleRandomWalk(),))
     first = next(iter(kind.candidates(beside, temperature())), kind())
     effect = first.variants()[0]
-    thirds = iter((LENGTH / RATE / 3.0, 2.0 * LENGTH / RATE / 3.0))
+    whole = LENGTH / RATE
+    thirds = iter((whole / 3.0, 2.0 * whole / 3.0))
+    # What comes twice, and when each is over.
+    twice = iter(((whole / 3.0, 2.0 * whole / 3.0), (0.4 * whole, 0.9 * whole)))
     for p in kind.parameters:
         if p.optional or p.role == "derived" or getattr(effect, p.name) is not None:
             continue
@@ -42,7 +45,7 @@ def example(kind: type[Effect]) -> Effect:
             # The grid of an end depends on the beginning that is given already.
             value = float(np.median(effect.grid(p.name, LENGTH, RATE)))
         elif p.role == "time" and "tuple" in texts[p.name]:
-            value = tuple(thirds) if p.unit == "s" else (HEIGHT, 1.0)
+            value = next(twice) if p.unit == "s" else (HEIGHT, 1.0)
         elif p.unit == "unit":
             value = float(np.mean(temperature()["temperature"]))
         elif p.role == "time":

@@ -69,10 +69,11 @@ class Excursions(Away):
     def __post_init__(self) -> None:
         super().__post_init__()
         lists = (self.starts, self.ends, self.heights)
-        given = [values for values in lists if values is not None]
-        if len(given) not in (0, 3) or len({len(values) for values in given}) > 1:
+        if len({len(values) for values in lists if values is not None}) > 1:
             raise InputError(f"{self.kind}: give one start, one end and one height for each")
-        if any(end <= start for start, end in zip(self.starts or (), self.ends or (), strict=True)):
+        if any(
+            end <= start for start, end in zip(self.starts or (), self.ends or (), strict=False)
+        ):
             raise InputError(f"{self.kind}: each must end after its start")
 
     @classmethod

@@ -75,7 +75,7 @@ def _times(event: Away) -> list[tuple[float, float]]:
 
 
 def _missing(solution: Solution, data: Data, rival: Solution | None) -> Away | None:
-    """The excursion that is missing, if of all slow functions it explains most and chance does not explain it."""
+    """The excursion that is missing, if of all slow functions it explains most, and more than chance does."""
     slow = slow_families(solution.model, data.covariates)
     screens = {
         name: screen_slow(blanks, solution, data, rival) for name, blanks in sorted(slow.items())

@@ -31,10 +31,12 @@ def test_several_excursions_are_one_effect_found_at_once(seed):
     for (start, end, height), one in zip(VISITS, effect.singly, strict=True):
         # Twice the 95 % of an edge, 11 N²/h²: 18 of them are looked at. And a cell of the search.
         edge = 22.0 * (0.01 / height) ** 2 + 1.0
-        assert abs(one.start - start) < edge and abs(one.end - end) < edge
+        assert abs(one.start - start) < edge
+        assert abs(one.end - end) < edge
         # Four standard errors of a mean over so long, beside the walk's of 1e-5 √l.
         assert abs(one.height - height) < 4.0 * 0.01 / np.sqrt(end - start) + 1e-3
-    assert values["count"] == 3 and values["count"].interval is None
+    assert values["count"] == 3
+    assert values["count"].interval is None
     low, high = values["largest"].interval
     assert low < effect.largest < high
 
@@ -57,7 +59,8 @@ def test_a_further_one_joins_those_that_are_known():
 
 
 @pytest.mark.parametrize(
-    "bad", [{"starts": (1.0,)}, {"starts": (2.0,), "ends": (1.0,), "heights": (1.0,)}]
+    "bad",
+    [{"starts": (1.0,), "ends": (2.0, 3.0)}, {"starts": (2.0,), "ends": (1.0,), "heights": (1.0,)}],
 )
 def test_lists_that_do_not_match_are_refused(bad):
     with pytest.raises(InputError, match="excursions:"):
