@@ -36,6 +36,7 @@ def example(kind: type[Effect]) -> Effect:
     effect = first.variants()[0]
     whole = LENGTH / RATE
     thirds = iter((whole / 3.0, 2.0 * whole / 3.0))
+    bands = iter((0.1 * RATE, 0.2 * RATE))
     # What comes twice, and when each is over.
     twice = iter(((whole / 3.0, 2.0 * whole / 3.0), (0.4 * whole, 0.9 * whole)))
     for p in kind.parameters:
@@ -49,7 +50,8 @@ def example(kind: type[Effect]) -> Effect:
         elif p.unit == "unit":
             value = float(np.mean(temperature()["temperature"]))
         elif p.role == "time":
-            value = next(thirds) if p.unit == "s" else min(HEIGHT, 0.5 * p.high)
+            times = {"s": thirds, "Hz": bands}.get(str(p.unit))
+            value = min(HEIGHT, 0.5 * p.high) if times is None else next(times)
         elif p.role == "coefficient":
             value = 1.0
         else:

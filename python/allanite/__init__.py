@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from allanite.deviation.theo import theo1, theoh
     from allanite.effects import CATALOGUE, Effect, Model, parse_model, register
     from allanite.effects.angle_random_walk import AngleRandomWalk
+    from allanite.effects.band_level_change import BandLevelChange
     from allanite.effects.bandwidth import Bandwidth
     from allanite.effects.bias_instability import BiasInstability
     from allanite.effects.bias_step import BiasStep
@@ -116,6 +117,7 @@ _HOME = {
     "parse_model": "allanite.effects",
     "register": "allanite.effects",
     "AngleRandomWalk": "allanite.effects.angle_random_walk",
+    "BandLevelChange": "allanite.effects.band_level_change",
     "Bandwidth": "allanite.effects.bandwidth",
     "BiasInstability": "allanite.effects.bias_instability",
     "BiasStep": "allanite.effects.bias_step",
@@ -190,6 +192,7 @@ __all__ = [
     "Accumulator",
     "AllaniteError",
     "AngleRandomWalk",
+    "BandLevelChange",
     "Bandwidth",
     "BiasInstability",
     "BiasStep",

@@ -15,15 +15,17 @@ from allanite.recording import Recording
 from allanite.recording.samples import covariate
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
-    from allanite.effects import Effect
+    from allanite.effects import Effect, Modifier
     from allanite.effects._filter import Response
     from allanite.effects.terms import Term
 
     Array = NDArray[np.float64]
+
+    Gain = Callable[..., Array]
 
 __all__ = ["SAMPLES", "arma", "simulate", "simulate_chunks"]
 
@@ -31,6 +33,8 @@ __all__ = ["SAMPLES", "arma", "simulate", "simulate_chunks"]
 SAMPLES = 2**53
 #: Samples at a time of what comes before a filtered record.
 START = 2**20
+#: Most taps of the filter that cuts a band out, and half of them in units of the inverse of its width.
+TAPS, SHARP = 4096, 4.0
 
 
 def arma(terms: tuple[Term, ...]) -> tuple[float, list[float], list[float]]:
@@ -218,27 +222,34 @@ class _Source:
         key = whole(replicate, "replicate", 0, 2**32 - 1) << 32
         _require(model)
         self.covariates = {k: covariate(k, v, self.n) for k, v in (covariates or {}).items()}
-        self.levels = [e for e in model.modifiers if e.passing]
         self.known = [e.sampler(self.n, self.rate, self.covariates) for e in model.deterministic]
-        # Parts of the noise, and whether the level of a part changes.
-        self.parts: list[tuple[_kernels.Simulator, bool]] = []
-        self.filters = [_Running(e.response(self.rate)) for e in model.filters]
+        # Parts of the noise, and by what the samples of a part are multiplied at each time.
+        self.parts: list[tuple[_kernels.Simulator, list[Gain]]] = []
+        self.filters: list[_Running | _Swelling] = []
+        self.filters += [_Running(e.response(self.rate)) for e in model.filters]
+        span = (0.0, self.n / self.rate)
+        swelling = [e for e in model.modifiers if e.band is not None]
+        of_all = [e for e in swelling if not any(map(e.swells, model.stochastic))]
+        self.filters += [_Swelling(e, self.rate, span) for e in of_all]
         # What is filtered begins before the record, by what the filters remember.
         self.before = sum(f.settling for f in self.filters)
         total = self.n + self.before
-        aside = (*self.levels, *(e for e in model.modifiers if e.whole is not None))
+        levels = [e for e in model.modifiers if e.passing]
+        aside = (*levels, *(e for e in model.modifiers if e.whole is not None))
         steady = Model(tuple(e for e in model if e not in aside))
         generators: list[tuple[str, list[float]]] = []
         for number, effect in enumerate(model.stochastic):
             own = _of_effect(steady, effect, self.rate)
-            if effect.white and self.levels:
-                white = _kernels.Simulator(own, seed, key + 1 + number, axis, total)
-                self.parts.append((white, True))
+            gains = [e.gain for e in levels if e.band is None and effect.white]
+            gains += [_swelling(e, self.rate, span) for e in swelling if e.swells(effect)]
+            if gains:
+                alone = _kernels.Simulator(own, seed, key + 1 + number, axis, total)
+                self.parts.append((alone, gains))
             else:
                 generators += own
         if generators or not self.parts:
             rest = _kernels.Simulator(generators, seed, key, axis, total)
-            self.parts.append((rest, False))
+            self.parts.append((rest, []))
         for first in range(-self.before, 0, START):
             self._noise(min(START, -first), first)
 
@@ -255,22 +266,60 @@ class _Source:
     def _noise(self, count: int, first: int) -> Array:
         """Sum of the random processes."""
         total: Array | None = None
-        for process, changes in self.parts:
+        for process, gains in self.parts:
             part = process.next(count)
-            if changes:
+            if gains:
                 at = np.arange(first, first + count)
                 time = at / self.rate
                 columns = {k: v[np.maximum(at, 0)] for k, v in self.covariates.items()}
-                for level in self.levels:
-                    part *= level.gain(time, columns)
+                for gain in gains:
+                    part *= gain(time, columns)
             if total is None:
                 total = part
             else:
                 total += part
         assert total is not None
         for filtering in self.filters:
-            total = filtering.next(total)
+            total = filtering.next(total, first)
         return total
+
+
+def _swelling(effect: Modifier, rate: float, span: tuple[float, float]) -> Gain:
+    """By what the samples of a band at each time are multiplied."""
+
+    def gain(time: Array, _: Mapping[str, Array] | None = None) -> Array:
+        return np.asarray(np.sqrt(effect.power_between(time, time + 1.0 / rate, span)))
+
+    return gain
+
+
+class _Swelling:
+    """A band of the signal whose level changes, fed piece by piece; it comes late by half of the taps."""
+
+    def __init__(self, effect: Modifier, rate: float, span: tuple[float, float]) -> None:
+        from scipy.signal import firwin
+
+        assert effect.band is not None
+        self.rate, self.gain = rate, _swelling(effect, rate, span)
+        low, high = effect.band
+        wanted = SHARP * rate / max(high - low, 1e-300)
+        half = int(np.clip(wanted, *(TAPS // 64, TAPS // 2)))
+        # A band that begins at 0, or ends with the spectrum, has one edge.
+        edges = [f for f in (low, high) if 0.0 < f < 0.5 * rate]
+        self.taps = firwin(2 * half + 1, edges, fs=rate, pass_zero=low <= 0.0)
+        self.settling = 2 * half
+        self.state = np.zeros(2 * half)
+        self.late = np.zeros(half)
+
+    def next(self, samples: Array, first: int) -> Array:
+        from scipy.signal import lfilter
+
+        # Without a denominator pieces would be rounded as they are cut.
+        band, self.state = lfilter(self.taps, [1.0, 0.0], samples, zi=self.state)
+        late = np.concatenate([self.late, samples])
+        self.late = late[samples.size :]
+        time = np.arange(first, first + samples.size) / self.rate
+        return np.asarray(late[: samples.size] + (self.gain(time) - 1.0) * band)
 
 
 class _Running:
@@ -281,7 +330,7 @@ class _Running:
         self.settling = response.settling
         self.state = np.zeros(len(response.poles))
 
-    def next(self, samples: Array) -> Array:
+    def next(self, samples: Array, _: int) -> Array:
         from scipy.signal import lfilter
 
         out, self.state = lfilter(self.b, self.a, samples, zi=self.state)

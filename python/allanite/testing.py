@@ -259,8 +259,9 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
     """
     columns, kind = dict(covariates or {}), effect.kind
     beside, model = Model((GaussMarkov(q_c=2.0, correlation_time=0.5),)), _as_model(effect)
-    # What filters the whole signal would filter that beside it, too.
-    alone = isinstance(effect, Modifier) and effect.whole is not None
+    # What acts on the whole signal would act on that beside it, too.
+    whole = isinstance(effect, Modifier) and (effect.whole or effect.band)
+    alone = bool(whole)
 
     def run(what: Model, seed: int) -> Array:
         found = simulate(what, n=LENGTH, rate=RATE, seed=seed, covariates=columns)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.parameters import Estimate
-from allanite.effects import Deterministic
+from allanite.effects import Away, Deterministic
+from allanite.fit.solution import Regressed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -138,10 +139,25 @@ def _times(column: str, fit: Fit) -> list[_Seen]:
     for effect, values in zip(fit.model, fit.estimates, strict=True):
         if not isinstance(effect, Deterministic) or not effect.happens_once:
             continue
+        if isinstance(effect, Away):
+            out += _visits(column, fit, effect)
+            continue
         first = next((p.name for p in effect.parameters if p.role == "shape"), "")
         found = values.get(first)
         if isinstance(found, Estimate) and found.std_error and found.unit == "s":
             out.append(_Seen(float(found), float(found.std_error), column, effect.kind))
+    return out
+
+
+def _visits(column: str, fit: Fit, effect: Away) -> list[_Seen]:
+    own = next(own for own in fit.solution.effects if own.effect == effect)
+    out = []
+    if isinstance(own, Regressed):
+        for one, variance in zip(effect.singly, np.diag(own.covariance), strict=True):
+            first = one.free_shapes[0]
+            error = one.shape_error(first, float(variance), fit.data.duration)
+            if error:
+                out.append(_Seen(float(one.values[first]), error, column, one.kind))
     return out
 
 

@@ -17,6 +17,7 @@ SCREENS = {
     "drifting line": "bands of the spectrum turned back at every rate of drift, where a line or a resonance was found",
     "passing line": "stretches of time in bands of the spectrum, where a line or a resonance was found",
     "level": "the white level over time",
+    "band level": "the level of each octave over time",
     "stretch": "stretches of time that are louder in some band",
     "outlier": "single samples beyond what the noise allows",
     "two levels": "the law of the samples where another process has the same spectrum",

@@ -33,6 +33,11 @@ class Modifier(Effect):
     (True, None)
     >>> al.Outliers.at([1.0, 7.0]).moments
     (1.0, 7.0)
+    >>> fan = al.BandLevelChange.changing((2.0, 4.0), (50.0, 100.0), 3.0)
+    >>> fan.band, fan.power_between(50.0, 100.0, (0.0, 100.0)), louder.band
+    ((2.0, 4.0), array(1.8), None)
+    >>> fan.swells(al.Resonance(frequency=3.0, damping=0.01)), fan.swells(al.Resonance(frequency=5.0, damping=0.01))
+    (True, False)
     >>> louder.modify(1.0, 10.0, (0.0, 100.0))  # white noise of variance 1 over the whole record
     (White(variance=2.5),)
     """
@@ -58,6 +63,33 @@ class Modifier(Effect):
     def during(cls, start: float, end: float, factor: float) -> Self | None:
         """The effect where the white level is `factor` times the rest from `start` to `end`, s; by default None."""
         return None
+
+    @classmethod
+    def changing(
+        cls, band: tuple[float, float], when: tuple[float, float], factor: float
+    ) -> Self | None:
+        """The effect where a `band` (Hz) is `factor` times as strong over an interval `when` (s); by default None."""
+        return None
+
+    @property
+    def band(self) -> tuple[float, float] | None:
+        """Lowest and highest frequency (Hz) of noise whose `power_between` times changes; by default None."""
+        return None
+
+    def swells(self, effect: Effect) -> bool:
+        """Whether that noise is of an `effect`: a random process that has the middle of its band there."""
+        if self.band is None or effect.occupies is None or isinstance(effect, Modifier):
+            return False
+        return self.band[0] <= 0.5 * sum(effect.occupies) <= self.band[1]
+
+    def power_between(
+        self,
+        start: NDArray[np.float64] | float,
+        end: NDArray[np.float64] | float,
+        span: tuple[float, float],
+    ) -> NDArray[np.float64]:
+        """Power of its `band` from each `start` to each `end` over that of the whole `span`, s."""
+        return np.ones(np.shape(start))
 
     @property
     def whole(self) -> Modifier | None:

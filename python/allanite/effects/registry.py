@@ -10,6 +10,7 @@ from typing import TypeVar
 from allanite.common.errors import InputError
 from allanite.effects._base import SCREENS, Effect, Stochastic
 from allanite.effects.angle_random_walk import AngleRandomWalk
+from allanite.effects.band_level_change import BandLevelChange
 from allanite.effects.bandwidth import Bandwidth
 from allanite.effects.bias_instability import BiasInstability
 from allanite.effects.bias_step import BiasStep
@@ -180,6 +181,7 @@ CATALOGUE = Catalogue(
         NoiseLevels,
         PeriodicNoiseLevel,
         NoiseOfColumn,
+        BandLevelChange,
         Disturbance,
         Outliers,
     )

@@ -89,7 +89,7 @@ def levels(data: Data, solution: Solution) -> Array:
     They happen once, so that no other block tells of them: 1 nat for each fitted number.
     """
     total = np.zeros(BLOCKS)
-    changes = [e for e in solution.model.modifiers if e.passing]
+    changes = [e for e in solution.model.modifiers if e.passing and e.band is None]
     if not changes:
         return total
     # The power that is left when the changes are taken out, in units of what they make expected.

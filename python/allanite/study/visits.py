@@ -81,10 +81,15 @@ def _missing(solution: Solution, data: Data, rival: Solution | None) -> Away | N
         name: screen_slow(blanks, solution, data, rival) for name, blanks in sorted(slow.items())
     }
     screens = beside_the_best(screens, data)
-    found = [c for screen in screens.values() for c in screen.candidates if c.solution is not None]
+    found = [
+        (c.gain - cost(c.solution.effects[-1], c.solution), c)
+        for screen in screens.values()
+        for c in screen.candidates
+        if c.solution is not None
+    ]
     if not found:
         return None
-    best = max(found, key=lambda c: c.gain - cost(c.solution.effects[-1], c.solution))
+    _, best = max(found, key=lambda one: one[0])
     if not isinstance(best.effect, Away):
         return None
     judged = best.gain if best.judged is None else best.judged

@@ -17,6 +17,7 @@ from allanite.fit.rivals.evidence import cost, over_true
 from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.order import in_order
+from allanite.suggestion.screens.band_levels import screen_band_level
 from allanite.suggestion.screens.bursts import screen_bursts
 from allanite.suggestion.screens.drifting import bands_above, screen_drifting
 from allanite.suggestion.screens.drifts import beside_the_best, screen_slow
@@ -222,13 +223,14 @@ def suggest(
         bursts = pool.submit(screen_bursts, spectral.candidates, data)
         moments = pool.submit(screen_moments, base, data, whitened)
         disturbed = pool.submit(screen_disturbance, base, data, whitened)
+        swelling = pool.submit(screen_band_level, base, data, whitened)
         steady = lines_found.result()
         bands = bands_above(spectral.candidates, base, data)
         lines = (*steady, *screen_drifting(bands, steady, base, data))
         lines = (*lines, *screen_tones(bands, (*lines, *spectral.candidates), base, data))
         progress()
         outliers, levels = moments.result()
-        single = (outliers, disturbed.result(), *levels, bursts.result())
+        single = (outliers, disturbed.result(), *levels, bursts.result(), swelling.result())
         progress()
         screens = beside_the_best({name: f.result() for name, f in found.items()}, data)
         progress()

@@ -77,6 +77,7 @@ VALUES = [
     ("RTS", {"amplitude": 0.5, "dwell_time": 1.5}),
     ("LEVEL", {"start": 10.0, "end": 22.0, "factor": 1.7}),
     ("LEVELS", {"times": (10.0, 22.0), "factors": (1.7, 0.8)}),
+    ("BLEVEL", {"low": 5.0, "high": 12.0, "start": 10.0, "end": 22.0, "factor": 1.7}),
     ("CYCLE", {"period": 4.0, "start": 1.0, "share": 0.25, "factor": 1.7}),
     ("NCOL", {"column": "temperature", "coefficient": 0.02, "reference": LOUD}),
     ("DIST", {"start": 10.0, "end": 13.0}),

@@ -47,4 +47,14 @@ def crowded(model: Model, data: Data) -> NDArray[np.float64]:
     reach = min(ABOUT, (power.size - 1) // 2)
     about = np.lib.stride_tricks.sliding_window_view(np.pad(power, reach, "edge"), 2 * reach + 1)
     share = np.minimum(1.0, white / np.median(about, axis=1))
-    return np.asarray(bins.count / (1.0 + share**2 * (crowding(model, data) - 1.0)))
+    free = bins.count / (1.0 + share**2 * (crowding(model, data) - 1.0))
+    times = np.linspace(*data.span, min(CELLS, data.n) + 1)
+    for effect in model.modifiers:
+        if effect.band is None:
+            continue
+        low, high = (2.0 * data.n * f / data.rate for f in effect.band)
+        inside = np.minimum(bins.edges[1:], high) - np.maximum(bins.edges[:-1], low)
+        part = np.clip(inside, 0.0, None) / np.diff(bins.edges)
+        power = effect.power_between(times[:-1], times[1:], data.span)
+        free /= 1.0 + part * (float(np.mean(power**2)) - 1.0)
+    return np.asarray(free)

@@ -16,7 +16,12 @@ import numpy as np
 from allanite.effects import Deterministic
 from allanite.fit.engine import Solution, solve
 from allanite.fit.likelihood.remembered import give_back
-from allanite.fit.likelihood.whitened import cell_means, expected_level
+from allanite.fit.likelihood.whitened import (
+    cell_means,
+    expected_level,
+    whiten,
+    with_normal_tails,
+)
 from allanite.fit.rivals.columns import consistent
 from allanite.fit.rivals.evidence import cost
 from allanite.fit.shapes.matched import best_span, grid_points, matched_gains
@@ -179,8 +184,10 @@ def _refit(
     if effect.amplitudes().size > 1:
         judged = _of_one(judged)
     found = refitted.model.effects[-1]
-    if isinstance(found, Deterministic) and found.happens_once and _of_few(found, base, data):
-        return None
+    if isinstance(found, Deterministic) and found.happens_once and found.when is not None:
+        if _of_few(found, base, data):
+            return None
+        judged *= _with_normal_tails(found, base, data)
     return Candidate(found, gain, effect.family, refitted, found.numbers, judged=judged)
 
 
@@ -204,6 +211,20 @@ def _of_few(event: Deterministic, base: Solution, data: Data) -> bool:
     middle = inner - outer
     whole = inside.mean() - before.mean()
     return bool(middle * whole < SHARED * whole**2)
+
+
+def _with_normal_tails(event: Deterministic, base: Solution, data: Data) -> float:
+    """The part of a short event's evidence that is left where the samples are normal ones in the same order.
+
+    The mean of a few samples of a heavy tail, or of a coarse step, is no normal number.
+    """
+    assert event.when is not None
+    first, last = (round((t - data.start) * data.rate) for t in event.when)
+    if not 0 < last - first <= MANY or base.ordinates.size != data.n:
+        return 1.0
+    whitened = whiten(base, data)
+    parts = [w.samples[first:last].sum() ** 2 for w in (with_normal_tails(whitened), whitened)]
+    return float(min(1.0, parts[0] / parts[1])) if parts[1] > 0.0 else 1.0
 
 
 def _louder(solution: Solution, data: Data) -> float:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 __all__ = [
     "at_the_ends",
     "louder_by",
+    "octaves_of",
     "only_at_the_ends",
     "screen_disturbance",
     "screen_outliers",
@@ -196,7 +197,7 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
     stuck = _standing_still(solution, data)
     if stuck is not None:
         return stuck
-    bands = _octaves(with_normal_tails(whitened))
+    bands = octaves_of(with_normal_tails(whitened))
     samples = data.residual(solution.model)
     found = []
     for low, high, power, freedom in bands:
@@ -297,7 +298,7 @@ def _loud(power: NDArray[np.float64], freedom: float, first: float, last: float)
     return bool(part.size and chdtrc(freedom * part.size, freedom * part.sum()) < FALSE_ALARM)
 
 
-def _octaves(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], float]]:
+def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], float]]:
     """First ordinate, end, power over time and the freedom of a value of each octave."""
     return [
         (low, high, power, each / overdispersion(power, each))
@@ -308,7 +309,7 @@ def _octaves(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], floa
 
 def louder_by(whitened: Whitened, first: float, last: float) -> float:
     """Rise of logL by another level of each octave that is louder between two parts of the record."""
-    return _louder_by(_octaves(with_normal_tails(whitened)), first, last)
+    return _louder_by(octaves_of(with_normal_tails(whitened)), first, last)
 
 
 def _louder_by(

@@ -156,8 +156,8 @@ def _steadies(candidate: Candidate, data: Data, series: Series) -> bool:
 
 
 def level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
-    """How many forms `screen_levels` looks for beside one interval: several, a period, and each column."""
-    return 2 + len(columns)
+    """How many forms there are beside one interval: several, a period, a band, and each column."""
+    return 3 + len(columns)
 
 
 def _sharp(candidate: Candidate, data: Data, whitened: Whitened) -> Candidate:

@@ -1,0 +1,238 @@
+"""Candidates that change the level of a band over time: one octave of the map is louder or quieter for a while."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.criticism.over_time import overdispersion
+from allanite.effects import CATALOGUE, Modifier
+from allanite.fit.engine import solve
+from allanite.fit.likelihood.whitened import (
+    DOMINATES,
+    band_of,
+    in_time,
+    share_of,
+    shares_about,
+    with_normal_tails,
+)
+from allanite.suggestion.evidence import (
+    COARSE,
+    FALSE_ALARM,
+    best_interval,
+    refine,
+    two_levels,
+)
+from allanite.suggestion.screens.exclusions import octaves_of
+from allanite.suggestion.screens.spectral import Candidate
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.whitened import Whitened
+    from allanite.fit.solution import Process, Solution
+
+__all__ = ["screen_band_level"]
+
+Array = NDArray[np.float64]
+#: Power over time of some ordinates, and the share of it that changes.
+Cell = tuple[Array, float]
+
+#: Frequencies of an octave that are told apart, and fewest samples of a piece whose spectrum tells them.
+CELLS, SHORTEST = 32, 16
+#: Fewest pieces of the interval.
+PIECES = 4
+#: Fewest values of a band.
+FEWEST = 64
+#: Steps from the middle of a band to where its process no longer dominates, each so many times as far.
+STEPS, FARTHER = 24, 1.2
+#: Largest ratio of two powers, in ln; loss of logL within which a value is one of 95 %.
+FARTHEST, CERTAIN = 9.0, 1.92
+
+
+def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Candidate | None:
+    """The band whose level over one interval differs most from that at other times.
+
+    The bands of the model's processes are looked at as the white level is, and each octave. Of an octave it is seen in the
+    spectra of the interval and of the rest from which frequency to which.
+    """
+    kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "band level"]
+    if not kinds or whitened.samples.size < data.n:
+        return None  # a summary keeps no samples
+    steady = with_normal_tails(whitened)
+    ordinates = _kernels.cosine_transform(steady.samples)
+    octaves = octaves_of(steady)
+    bands = list(_dominated(solution, data))
+    searches = float(np.log(max(len(bands) + len(octaves), 1)))
+
+    def series(first: int, size: int) -> Array:
+        return np.asarray(in_time(ordinates[first : first + size]) ** 2)
+
+    found: list[tuple[float, float, float, int, int, list[Cell]]] = []
+    for own, first, size in bands:
+        power = series(first, size)
+        start, end, chance = _interval(power)
+        if chance + searches < np.log(FALSE_ALARM):
+            cells = [
+                (series(at, many), share)
+                for at, many, share in shares_about(own, solution, data, data.n)
+            ]
+            found.append((chance, start, end, first, size, cells))
+    for low, high, octave, freedom in () if found else octaves:
+        start, end, _, chance = best_interval(octave, freedom, min(COARSE, octave.size // 8))
+        if chance + searches < np.log(FALSE_ALARM):
+            when = start / octave.size, end / octave.size
+            band = _band(steady.samples, (low / data.n, high / data.n), when, data.rate)
+            first, size = (0, 0) if band is None else band_of(band, data, data.n)
+            if size >= FEWEST:
+                power = series(first, size)
+                found.append((chance, *_interval(power)[:2], first, size, [(power, 1.0)]))
+    if not found:
+        return None
+    chance, begin, close, first, size, cells = min(found, key=lambda one: one[0])
+    if not 0.0 < close - begin < 1.0:
+        return None
+    factor, gain, known = _factor(cells, begin, close)
+    half = data.rate / (2.0 * data.n)
+    effect = kinds[0].changing(
+        (first * half, (first + size) * half),
+        (data.start + begin * data.duration, data.start + close * data.duration),
+        factor,
+    )
+    if effect is None or abs(factor - 1.0) < max(solution.discrepancy, known):
+        return None
+    refitted = solve(data, solution.model + effect, like=solution, rounds=3)
+    last = refitted.model.effects[-1]
+    return Candidate(last, gain, "level", refitted, last.numbers, min(0.0, chance + searches))
+
+
+def _interval(power: Array) -> tuple[float, float, float]:
+    """The interval whose power differs most, in parts of the record, and ln of the chance of that."""
+    size = power.size
+    freedom = 1.0 / overdispersion(power)
+    cells = min(COARSE, size // 8)
+    start, end, _, chance = best_interval(power, freedom, cells)
+    if size > cells:
+        start, end, _ = refine(power, freedom, start, end, size // cells)
+    return start / size, end / size, chance
+
+
+def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float, float]:
+    """The factor between two parts of a record, the rise of logL by it, and how well it is known.
+
+    Of each cell the process has a share, and its mean over the record is what the model says.
+    """
+    from scipy.optimize import brentq, minimize_scalar
+
+    inside = close - begin
+    seen, counts, shares = [], [], []
+    for power, share in cells:
+        start, end = round(begin * power.size), round(close * power.size)
+        if 0 < end - start < power.size:
+            there = power[start:end].sum(), power.sum() - power[start:end].sum()
+            counts.append((end - start, power.size - end + start))
+            seen.append(np.array(there) / counts[-1])
+            shares.append(share)
+    if not shares:
+        return 1.0, 0.0, 1.0
+    measured, count, share = np.array(seen), np.array(counts, dtype=float), np.array(shares)
+
+    def expected(log_ratio: float, share: Array) -> Array:
+        """Inside of the interval and outside."""
+        ratio = np.exp(log_ratio)
+        mean = ratio * inside + 1.0 - inside
+        return np.asarray(1.0 + share[:, None] * (np.array([ratio, 1.0]) / mean - 1.0))
+
+    def loss(log_ratio: float) -> float:
+        model = expected(log_ratio, share)
+        return float(0.5 * np.sum(count * (np.log(model) + measured / model)))
+
+    best = minimize_scalar(loss, bounds=(-FARTHEST, FARTHEST), method="bounded")
+    gain, found = loss(0.0) - float(best.fun), float(best.x)
+    worst = float(best.fun) + CERTAIN
+    if loss(np.sign(found) * FARTHEST) < worst < loss(0.0):
+        # It may be off at one of the two: the factor that is certain.
+        found = float(brentq(lambda x: loss(x) - worst, 0.0, found))
+    # How much more the cell that tells most scatters once it is steady.
+    telling, own = max(cells, key=lambda cell: cell[1] ** 2 * cell[0].size)
+    first, last = round(begin * telling.size), round(close * telling.size)
+    there, elsewhere = expected(found, np.array([own]))[0]
+    steady = telling / elsewhere
+    steady[first:last] *= elsewhere / there
+    scatter = overdispersion(steady)
+    known = float(np.sqrt(scatter / (2.0 * (share**2 @ count).min())))
+    return float(np.exp(0.5 * found)), gain / scatter, known
+
+
+def _dominated(solution: Solution, data: Data) -> Iterator[tuple[Process, int, int]]:
+    """Processes with a band whose level does not change yet; first ordinate and number of those that each dominates."""
+    half = data.rate / (2.0 * data.n)
+    for own in solution.processes:
+        place = own.effect.occupies
+        if place is None or any(e.swells(own.effect) for e in solution.model.modifiers):
+            continue
+        middle, width = 0.5 * (place[0] + place[1]) / half, 0.5 * (place[1] - place[0]) / half
+        ends = []
+        for sign in (-1.0, 1.0):
+            steps = middle + sign * width * 0.2 * FARTHER ** np.arange(STEPS)
+            seen = [
+                0 < at < data.n and share_of(own, solution, data, round(at)) >= DOMINATES
+                for at in steps
+            ]
+            reach = seen.index(False) if False in seen else STEPS
+            ends.append(steps[reach - 1] if reach else middle)
+        first, size = band_of((ends[0] * half, ends[1] * half), data, data.n)
+        if size >= FEWEST:
+            yield own, first, size
+
+
+def _band(
+    samples: Array, octave: tuple[float, float], when: tuple[float, float], rate: float
+) -> tuple[float, float] | None:
+    """The band about an octave whose power differs most between two parts of a record, Hz.
+
+    An `octave` is in parts of half of the `rate`.
+    """
+    low, high = octave
+    n = samples.size
+    start, end = (round(part * n) for part in when)
+    length = min(round(2.0 * CELLS / (high - low)), (end - start) // PIECES)
+    if length < SHORTEST:
+        return None
+    inside = [samples[a : a + length] for a in range(start, end - length + 1, length)]
+    ends = [*range(0, start - length + 1, length), *range(end, n - length + 1, length)]
+    outside = [samples[a : a + length] for a in ends]
+    if not outside:
+        return None
+    window = np.hanning(length)
+
+    def total(pieces: list[Array]) -> Array:
+        return np.sum([np.abs(np.fft.rfft(p * window)) ** 2 for p in pieces], axis=0)[1:-1]
+
+    place = 2.0 * np.fft.rfftfreq(length)[1:-1]
+    here, there = total(inside), total(outside)
+    usable = np.flatnonzero((place > 0.5 * low) & (place < 2.0 * high))
+    if usable.size < 2:
+        return None
+    # A window spreads each over one and a half of its neighbours.
+    counts = np.array([len(inside), len(outside)]) * 2.0 / 1.5
+    own = np.concatenate([[0.0], np.cumsum(here[usable] / len(inside))])
+    other = np.concatenate([[0.0], np.cumsum(there[usable] / len(outside))])
+    a, b = np.triu_indices(usable.size + 1, 1)
+    width = (b - a).astype(float)
+    one, rest = (own[b] - own[a]), (other[b] - other[a])
+    gain = two_levels(
+        counts[0] * one,
+        counts[0] * width,
+        counts[0] * one + counts[1] * rest,
+        counts.sum() * width,
+        1.0,
+    )
+    top = int(np.argmax(gain))
+    step = 1.0 / length
+    first, last = place[usable[a[top]]] - step, place[usable[b[top] - 1]] + step
+    return 0.5 * rate * float(first), 0.5 * rate * float(last)
