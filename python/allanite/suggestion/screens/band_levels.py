@@ -129,26 +129,26 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
     from scipy.optimize import brentq, minimize_scalar
 
     inside = close - begin
-    seen, counts, shares = [], [], []
-    for power, share in cells:
+    seen, counts, owned = [], [], []
+    for power, own in cells:
         start, end = round(begin * power.size), round(close * power.size)
         if 0 < end - start < power.size:
             there = power[start:end].sum(), power.sum() - power[start:end].sum()
             counts.append((end - start, power.size - end + start))
             seen.append(np.array(there) / counts[-1])
-            shares.append(share)
-    if not shares:
+            owned.append(own)
+    if not owned:
         return 1.0, 0.0, 1.0
-    measured, count, share = np.array(seen), np.array(counts, dtype=float), np.array(shares)
+    measured, count, shares = np.array(seen), np.array(counts, dtype=float), np.array(owned)
 
-    def expected(log_ratio: float, share: Array) -> Array:
+    def expected(log_ratio: float, of: Array) -> Array:
         """Inside of the interval and outside."""
         ratio = np.exp(log_ratio)
         mean = ratio * inside + 1.0 - inside
-        return np.asarray(1.0 + share[:, None] * (np.array([ratio, 1.0]) / mean - 1.0))
+        return np.asarray(1.0 + of[:, None] * (np.array([ratio, 1.0]) / mean - 1.0))
 
     def loss(log_ratio: float) -> float:
-        model = expected(log_ratio, share)
+        model = expected(log_ratio, shares)
         return float(0.5 * np.sum(count * (np.log(model) + measured / model)))
 
     best = minimize_scalar(loss, bounds=(-FARTHEST, FARTHEST), method="bounded")
@@ -164,7 +164,7 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
     steady = telling / elsewhere
     steady[first:last] *= elsewhere / there
     scatter = overdispersion(steady)
-    known = float(np.sqrt(scatter / (2.0 * (share**2 @ count).min())))
+    known = float(np.sqrt(scatter / (2.0 * (shares**2 @ count).min())))
     return float(np.exp(0.5 * found)), gain / scatter, known
 
 
