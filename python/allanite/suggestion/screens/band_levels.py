@@ -46,8 +46,8 @@ Cell = tuple[Array, float]
 CELLS, SHORTEST = 32, 16
 #: Fewest pieces of the interval.
 PIECES = 4
-#: Fewest values of a band.
-FEWEST = 64
+#: Fewest values of a band; share of the evidence of an interval that another may have beside it.
+FEWEST, AGAIN = 64, 0.2
 #: Steps from the middle of a band to where its process no longer dominates, each so many times as far.
 STEPS, FARTHER = 24, 1.2
 #: Largest ratio of two powers, in ln; loss of logL within which a value is one of 95 %.
@@ -63,9 +63,9 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     kinds = [cls for cls in CATALOGUE if issubclass(cls, Modifier) and cls.screened == "band level"]
     if not kinds or whitened.samples.size < data.n:
         return None  # a summary keeps no samples
-    steady = with_normal_tails(whitened)
-    ordinates = _kernels.cosine_transform(steady.samples)
-    octaves = octaves_of(steady)
+    whitened = with_normal_tails(whitened)
+    ordinates = _kernels.cosine_transform(whitened.samples)
+    octaves = octaves_of(whitened)
     bands = list(_dominated(solution, data))
     searches = float(np.log(max(len(bands) + len(octaves), 1)))
 
@@ -86,8 +86,8 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
         start, end, _, chance = best_interval(octave, freedom, min(COARSE, octave.size // 8))
         if chance + searches < np.log(FALSE_ALARM):
             when = start / octave.size, end / octave.size
-            band = _band(steady.samples, (low / data.n, high / data.n), when, data.rate)
-            first, size = (0, 0) if band is None else band_of(band, data, data.n)
+            seen = _band(whitened.samples, (low / data.n, high / data.n), when, data.rate)
+            first, size = (0, 0) if seen is None else band_of(seen, data, data.n)
             if size >= FEWEST:
                 power = series(first, size)
                 found.append((chance, *_interval(power)[:2], first, size, [(power, 1.0)]))
@@ -96,10 +96,15 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     chance, begin, close, first, size, cells = min(found, key=lambda one: one[0])
     if not 0.0 < close - begin < 1.0:
         return None
-    factor, gain, known = _factor(cells, begin, close)
+    factor, gain, known, steady = _factor(cells, begin, close)
     half = data.rate / (2.0 * data.n)
+    band = first * half, (first + size) * half
+    if any(_overlap(band, e.band) for e in solution.model.modifiers if e.band is not None):
+        return None  # what comes again and again is no change at two times
+    if _strongest(steady) > AGAIN * gain:
+        return None
     effect = kinds[0].changing(
-        (first * half, (first + size) * half),
+        band,
         (data.start + begin * data.duration, data.start + close * data.duration),
         factor,
     )
@@ -121,10 +126,21 @@ def _interval(power: Array) -> tuple[float, float, float]:
     return start / size, end / size, chance
 
 
-def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float, float]:
-    """The factor between two parts of a record, the rise of logL by it, and how well it is known.
+def _strongest(power: Array) -> float:
+    """Rise of logL by the interval that differs most."""
+    cells = min(COARSE, power.size // 8)
+    return best_interval(power, 1.0 / overdispersion(power), cells)[2]
 
-    Of each cell the process has a share, and its mean over the record is what the model says.
+
+def _overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    return one[0] < other[1] and other[0] < one[1]
+
+
+def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float, float, Array]:
+    """The factor between two parts of a record, the rise of logL by it, how well it is known, and what is steady then.
+
+    Of each cell the process has a share, and its mean over the record is what the model says. The power over time without
+    the change is that of the cell that tells most.
     """
     from scipy.optimize import brentq, minimize_scalar
 
@@ -138,7 +154,7 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
             seen.append(np.array(there) / counts[-1])
             owned.append(own)
     if not owned:
-        return 1.0, 0.0, 1.0
+        return 1.0, 0.0, 1.0, cells[0][0]
     measured, count, shares = np.array(seen), np.array(counts, dtype=float), np.array(owned)
 
     def expected(log_ratio: float, of: Array) -> Array:
@@ -165,7 +181,7 @@ def _factor(cells: list[Cell], begin: float, close: float) -> tuple[float, float
     steady[first:last] *= elsewhere / there
     scatter = overdispersion(steady)
     known = float(np.sqrt(scatter / (2.0 * (shares**2 @ count).min())))
-    return float(np.exp(0.5 * found)), gain / scatter, known
+    return float(np.exp(0.5 * found)), gain / scatter, known, steady
 
 
 def _dominated(solution: Solution, data: Data) -> Iterator[tuple[Process, int, int]]:
