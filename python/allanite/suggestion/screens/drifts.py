@@ -99,14 +99,14 @@ def _forms(
         start = grid[int(np.argmax(gain))]
         finer = _finer(start, blank.free_shapes, solution, noise, data)
         found[finer] = arc_length(directions), starts
-    span = best_span(kind, solution.ordinates, noise, data, known)
-    if span is not None:
-        effect, arc = span
-        # Each place that is one of its own might be either end.
-        found[_finer(effect, effect.free_shapes, solution, noise, data)] = (
-            arc,
-            max(1.0, arc / (0.5 * np.pi)),
-        )
+    about = None if simple is None else simple.effect.when
+    for near in (None, *(about or ())[:1]):
+        span = best_span(kind, solution.ordinates, noise, data, known, near)
+        if span is not None:
+            effect, arc = span
+            # Each place that is one of its own might be either end.
+            finer = _finer(effect, effect.free_shapes, solution, noise, data)
+            found.setdefault(finer, (arc, max(1.0, arc / (0.5 * np.pi))))
     return found
 
 
