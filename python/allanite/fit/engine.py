@@ -23,7 +23,7 @@ from allanite.fit.shapes.deterministic import Design, Regression, design_of, reg
 from allanite.fit.shapes.limited import within_limits
 from allanite.fit.shapes.narrow import narrowed, within_bins
 from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, reopened
-from allanite.fit.solution import Regressed, Solution, fitted, processes_of
+from allanite.fit.solution import Regressed, Residual, Solution, fitted, processes_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -160,7 +160,7 @@ def _fit(
         best.log_likelihood,
         part.power,
         part.count,
-        ordinates,
+        Residual(data, taken.effects).known(ordinates),
         total,
         seen,
         leverage,
