@@ -302,8 +302,8 @@ def _touch(one: Effect, other: Effect, data: Data) -> bool:
     """Whether two effects have bands or lines that overlap, or ordinates that a fit of either looks at."""
     if any(a[0] <= b[1] and b[0] <= a[1] for a in one.peaks for b in other.peaks):
         return True
-    near = (bins_near(e, data.bins, data.rate) for e in (one, other))
-    return np.intersect1d(*near).size > 0
+    near, beside = (bins_near(e, data.bins, data.rate) for e in (one, other))
+    return bool(np.isin(near, beside).any())
 
 
 def narrowed(
