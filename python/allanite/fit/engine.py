@@ -95,10 +95,8 @@ def _fit(
     part = RandomPart(data, raw, free)
     taken = _Taken((), data.ordinates)
     if like is not None and model.deterministic:
-        # What is left of the record there is nearer to the noise than the record with all of its functions.
         taken = _Taken(like.taken, like.ordinates)
-        part = RandomPart(data, like.power, like.count)
-    ordinates = taken.ordinates
+    ordinates = data.ordinates
     design: Design | None = None
     placed: tuple[object, ...] = ()
     regression: Regression | None = None
