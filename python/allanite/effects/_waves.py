@@ -15,7 +15,7 @@ UNEVEN = 1e-7
 
 
 def waves(frequency: float, time: Array) -> Array:
-    """sin and cos of 2πft, shape (2, n).
+    """Sine and cosine of 2πft, shape (2, n).
 
     Of evenly spaced times by sin(a + b), a at the start of a block and b within it: two products in place of two functions.
     """
