@@ -12,6 +12,9 @@ use super::differences::binomial;
 /// reach rounding.
 const SERIES: usize = 12;
 
+/// Square of what a term may be beside a sum that it no longer changes.
+const ROUNDING: f64 = 1e-34;
+
 /// One exponential, summed `level` times.
 pub struct Exponential {
     level: usize,
@@ -85,6 +88,9 @@ fn exp_without(z: c64, count: usize) -> c64 {
     for k in count..count + 20 {
         term = term * z / (k + 1) as f64;
         sum += term;
+        if term.norm_sqr() < ROUNDING * sum.norm_sqr() {
+            break;
+        }
     }
     sum
 }
@@ -218,19 +224,84 @@ impl<'a> Spaced<'a> {
     }
 
     /// Cross-covariance of differences at spacings i and j ≥ i, by the distance t ≥ 0 of their centres.
-    pub fn with(&self, j: usize) -> impl Fn(f64) -> f64 {
+    pub fn with(&self, j: usize) -> Crossed<'_> {
         let (j, o, lambda) = (j as f64, self.order as f64, self.kernel.lambda);
         let sign = if self.order == 3 { -1.0 } else { 1.0 };
         let reach = o * (self.i + j) / 2.0;
         let both = exp_without(lambda * self.i, 1) * exp_without(lambda * j, 1);
         let far = self.kernel.c * both.powu(self.order as u32) * sign;
-        move |t| {
-            if t >= reach {
-                return (far * (lambda * (t - reach)).exp()).re;
+        Crossed { inner: self, j, sign, reach, far }
+    }
+}
+
+/// Two spacings together.
+pub struct Crossed<'a> {
+    inner: &'a Spaced<'a>,
+    j: f64,
+    sign: f64,
+    reach: f64,
+    far: c64,
+}
+
+impl Crossed<'_> {
+    pub fn at(&self, t: f64) -> f64 {
+        if t >= self.reach {
+            return (self.far * (self.inner.kernel.lambda * (t - self.reach)).exp()).re;
+        }
+        let order = self.inner.order;
+        let start = t - self.j * order as f64 / 2.0;
+        let parts = binomial(order).iter().enumerate();
+        self.sign * parts.map(|(b, c)| c * self.inner.at(start + b as f64 * self.j).re).sum::<f64>()
+    }
+
+    /// φ to the distances of some places from the first of them.
+    pub fn turns(&self, at: &[f64], out: &mut Vec<c64>) {
+        out.clear();
+        out.extend(at.iter().map(|t| (self.inner.kernel.lambda * (t - at[0])).exp()));
+    }
+
+    /// Adds the values at ascending places between two breaks that look alike from either end, by their `turns`: one
+    /// exponential, or two, for all of them.
+    pub fn add(&self, at: &[f64], turns: &[c64], out: &mut [f64]) {
+        let (first, last, m) = (at[0], at[at.len() - 1], self.inner.i);
+        let Exponential { lambda, c, beside, reduced, .. } = *self.inner.kernel;
+        let mut forth = |start: c64| {
+            for (slot, turn) in out.iter_mut().zip(turns) {
+                *slot += (start * turn).re;
             }
-            let start = t - j * o / 2.0;
-            let parts = binomial(self.order).iter().enumerate();
-            sign * parts.map(|(b, c)| c * self.at(start + b as f64 * j).re).sum::<f64>()
+        };
+        if first >= self.reach {
+            forth(self.far * (lambda * (first - self.reach)).exp());
+            return;
+        }
+        let inside = last <= m || (first >= m && last <= 2.0 * m);
+        if self.inner.order != 2 || self.j != m || !inside {
+            for (slot, t) in out.iter_mut().zip(at) {
+                *slot += self.at(*t);
+            }
+            return;
+        }
+        // Both differences at once: the kernel 1, −4, 6, −4, 1 times at five places.
+        if self.inner.reduced {
+            let kernel = |h: f64| (c * exp_without(lambda * h, 3) + reduced[0] * h).re;
+            for (slot, &t) in out.iter_mut().zip(at) {
+                let ends = kernel(t + 2.0 * m) + kernel(2.0 * m - t);
+                *slot += ends - 4.0 * (kernel(t + m) + kernel((t - m).abs())) + 6.0 * kernel(t);
+            }
+            return;
+        }
+        let by = (lambda * m).exp();
+        let (ahead, back, line) = if last <= m {
+            let ahead = (lambda * first).exp() * (by * (by - 4.0) + 6.0);
+            (ahead, (lambda * (m - last)).exp() * (by - 4.0), [-4.0 * m, 6.0])
+        } else {
+            let ahead = (lambda * (first - m)).exp() * (by * (by * (by - 4.0) + 6.0) - 4.0);
+            (ahead, (lambda * (2.0 * m - last)).exp(), [4.0 * m, -2.0])
+        };
+        forth(c * ahead);
+        let back = c * back;
+        for ((slot, turn), t) in out.iter_mut().zip(turns.iter().rev()).zip(at) {
+            *slot += (back * turn).re + beside[0].re * (line[0] + line[1] * t);
         }
     }
 }

@@ -33,22 +33,55 @@ impl Wave {
     }
 }
 
+/// Nodes and weights, panel by panel: ascending, and alike seen from either end of a panel.
+pub struct Nodes {
+    pub at: Vec<f64>,
+    pub weights: Vec<f64>,
+    /// Number of nodes and width of each panel; of panels as wide the nodes lie alike.
+    pub panels: Vec<(usize, usize)>,
+}
+
+impl Nodes {
+    fn every(&mut self, start: usize, width: usize) {
+        self.at.extend((start..start + width).map(|u| u as f64));
+        self.weights.extend(std::iter::repeat_n(1.0, width));
+        self.panels.push((width, width));
+    }
+
+    fn panel(&mut self, start: usize, width: usize) {
+        if width < NARROW {
+            self.every(start, width);
+            return;
+        }
+        let centre = start as f64 + (width as f64 - 1.0) / 2.0;
+        let half = width as f64 / 2.0;
+        let parity = if width % 2 == 0 { 0.5 } else { 0.0 };
+        let at = GAUSS.map(|z| (z * half - parity).round() + parity);
+        let weights = weights(at.map(|y| y / half), half);
+        self.at.extend(at.iter().rev().map(|y| centre - y));
+        self.at.extend(at.iter().map(|y| centre + y));
+        self.weights.extend(weights.iter().rev().chain(&weights));
+        self.panels.push((2 * GAUSS.len(), width));
+    }
+}
+
 /// Nodes and weights whose sum stands for the sum over the integers 0 ≤ u < `end`. Breaks outside are ignored.
-pub fn nodes(breaks: &[usize], end: usize, waves: &[Wave]) -> Vec<(f64, f64)> {
+pub fn nodes(breaks: &[usize], end: usize, waves: &[Wave]) -> Nodes {
     let mut inside: Vec<usize> = breaks.iter().copied().filter(|b| *b < end).collect();
     inside.push(0);
     inside.sort_unstable();
     inside.dedup();
-    let mut out = Vec::with_capacity(1024);
+    let mut out =
+        Nodes { at: Vec::with_capacity(1024), weights: Vec::with_capacity(1024), panels: Vec::new() };
     for (k, &start) in inside.iter().enumerate() {
-        out.push((start as f64, 1.0));
+        out.every(start, 1);
         let next = inside.get(k + 1).copied();
         let (first, stop) = (start + 1, next.unwrap_or(end));
         let length = stop.saturating_sub(first);
         // Up to the middle panels grow from the left break, after it from the right one.
         let left = if next.is_some() { length.div_ceil(2) } else { length };
-        graded(left, waves, |offset, width| panel(&mut out, first + offset, width));
-        graded(length - left, waves, |offset, width| panel(&mut out, stop - offset - width, width));
+        graded(left, waves, |offset, width| out.panel(first + offset, width));
+        graded(length - left, waves, |offset, width| out.panel(stop - offset - width, width));
     }
     out
 }
@@ -61,22 +94,6 @@ fn graded(length: usize, waves: &[Wave], mut emit: impl FnMut(usize, usize)) {
         let width = width.min(length - offset);
         emit(offset, width);
         offset += width;
-    }
-}
-
-fn panel(out: &mut Vec<(f64, f64)>, start: usize, width: usize) {
-    if width < NARROW {
-        out.extend((start..start + width).map(|u| (u as f64, 1.0)));
-        return;
-    }
-    let centre = start as f64 + (width as f64 - 1.0) / 2.0;
-    let half = width as f64 / 2.0;
-    let parity = if width % 2 == 0 { 0.5 } else { 0.0 };
-    let at = GAUSS.map(|z| (z * half - parity).round() + parity);
-    let weights = weights(at.map(|y| y / half), half);
-    for (y, weight) in at.into_iter().zip(weights) {
-        out.push((centre - y, weight));
-        out.push((centre + y, weight));
     }
 }
 
@@ -116,7 +133,8 @@ mod tests {
     use super::*;
 
     fn sum(breaks: &[usize], end: usize, f: impl Fn(f64) -> f64) -> f64 {
-        nodes(breaks, end, &[]).iter().map(|(u, w)| w * f(*u)).sum()
+        let found = nodes(breaks, end, &[]);
+        found.at.iter().zip(&found.weights).map(|(u, w)| w * f(*u)).sum()
     }
 
     #[test]
@@ -141,12 +159,11 @@ mod tests {
     #[test]
     fn weights_of_wide_panels_are_positive() {
         for width in NARROW..200 {
-            let mut out = Vec::new();
-            panel(&mut out, 0, width);
-            assert!(
-                out.iter().all(|(u, w)| *w > 0.0 && u.fract() == 0.0 && *u >= 0.0 && *u < width as f64),
-                "{width}: {out:?}"
-            );
+            let mut out = Nodes { at: Vec::new(), weights: Vec::new(), panels: Vec::new() };
+            out.panel(0, width);
+            let inside = |u: &f64| u.fract() == 0.0 && *u >= 0.0 && *u < width as f64;
+            assert!(out.at.is_sorted() && out.at.iter().all(inside), "{width}: {:?}", out.at);
+            assert!(out.weights.iter().all(|w| *w > 0.0), "{width}: {:?}", out.weights);
         }
     }
 }

@@ -170,7 +170,9 @@ impl Spaced<'_> {
     pub fn with(&self, j: usize) -> impl Fn(f64) -> f64 {
         let powers: Vec<_> = self.powers.iter().map(|p| p.with(j)).collect();
         let exponentials: Vec<_> = self.exponentials.iter().map(|e| e.with(j)).collect();
-        move |t| powers.iter().map(|p| p.at(t)).sum::<f64>() + exponentials.iter().map(|e| e(t)).sum::<f64>()
+        move |t| {
+            powers.iter().map(|p| p.at(t)).sum::<f64>() + exponentials.iter().map(|e| e.at(t)).sum::<f64>()
+        }
     }
 
     /// Distances between centres at which some pair of points meets.
@@ -195,13 +197,31 @@ impl Spaced<'_> {
         let flat = order as f64 * (j - i) as f64 / 2.0;
         let end = (flat + counts.1 as f64 - base).ceil() as usize;
         let breaks: Vec<usize> = self.breaks(j, kinks).iter().map(|t| (t - base).max(0.0) as usize).collect();
-        let covariance = self.with(j);
-        let mut total = 0.0;
-        for (u, weight) in lags::nodes(&breaks, end, waves) {
-            let t = u + base;
-            let count = counts.1 as f64 - (t - flat).max(0.0);
-            let both = if t == 0.0 { 1.0 } else { 2.0 };
-            total += weight * both * count * covariance(t).powi(2);
+        let powers: Vec<_> = self.powers.iter().map(|p| p.with(j)).collect();
+        let exponentials: Vec<_> = self.exponentials.iter().map(|e| e.with(j)).collect();
+        let nodes = lags::nodes(&breaks, end, waves);
+        let mut turns = vec![Vec::new(); exponentials.len()];
+        let (mut first, mut wide, mut total) = (0, 0, 0.0);
+        let (mut at, mut covariance) = (Vec::new(), Vec::new());
+        for &(size, width) in &nodes.panels {
+            let own = first..first + size;
+            first += size;
+            at.clear();
+            at.extend(nodes.at[own.clone()].iter().map(|u| u + base));
+            covariance.clear();
+            covariance.extend(at.iter().map(|t| powers.iter().map(|p| p.at(*t)).sum::<f64>()));
+            for (e, turns) in exponentials.iter().zip(&mut turns) {
+                if width != wide {
+                    e.turns(&at, turns);
+                }
+                e.add(&at, turns, &mut covariance);
+            }
+            wide = width;
+            for ((t, weight), value) in at.iter().zip(&nodes.weights[own]).zip(&covariance) {
+                let count = counts.1 as f64 - (t - flat).max(0.0);
+                let both = if *t == 0.0 { 1.0 } else { 2.0 };
+                total += weight * both * count * value.powi(2);
+            }
         }
         total / (counts.0 as f64 * counts.1 as f64)
     }

@@ -44,6 +44,8 @@ if hasattr(os, "register_at_fork"):
 
 @lru_cache(maxsize=1)
 def _controller() -> Any:
+    # SciPy has a library of its own, which is found only where it is loaded.
+    import scipy.linalg  # noqa: F401
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Effect
+from allanite.effects._waves import waves
 
 __all__ = ["Deterministic", "Periodic"]
 
@@ -191,8 +192,8 @@ class Periodic(Deterministic):
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """Two columns, sin and cos, for each line."""
-        angle = 2.0 * np.pi * (self.frequency or 0.0) * time
-        return np.column_stack([w(m * angle) for m, _, _ in self.lines for w in (np.sin, np.cos)])
+        f = self.frequency or 0.0
+        return np.concatenate([waves(m * f, time) for m, _, _ in self.lines]).T
 
     def amplitudes(self) -> NDArray[np.float64]:
         """(A cos φ, A sin φ) of each line."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -92,22 +93,22 @@ class Model:
             out.append(effect.short if number == 1 else f"{effect.short}{number}")
         return out
 
-    @property
+    @cached_property
     def stochastic(self) -> tuple[Stochastic, ...]:
         """The random processes of the sum."""
         return tuple(e for e in self.effects if isinstance(e, Stochastic))
 
-    @property
+    @cached_property
     def deterministic(self) -> tuple[Deterministic, ...]:
         """The known functions of the sum."""
         return tuple(e for e in self.effects if isinstance(e, Deterministic))
 
-    @property
+    @cached_property
     def modifiers(self) -> tuple[Modifier, ...]:
         """What acts on the white part."""
         return tuple(e for e in self.effects if isinstance(e, Modifier))
 
-    @property
+    @cached_property
     def filters(self) -> tuple[Filter, ...]:
         """What all random processes have passed."""
         return tuple(f for e in self.modifiers if isinstance(f := e.whole, Filter))
@@ -117,7 +118,7 @@ class Model:
         masks = [e.missing(n, rate) for e in self.modifiers if e.removes]
         return np.logical_or.reduce(masks) if masks else None
 
-    @property
+    @cached_property
     def white(self) -> Stochastic | None:
         """The white process, whose level modifiers change."""
         return next((e for e in self.stochastic if e.white), None)

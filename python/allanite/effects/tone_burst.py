@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
 from allanite.effects._tone import Tone
+from allanite.effects._waves import waves
 
 #: Widths 1/length to either side of the frequency that hold all but 2 % of a burst's power.
 LOBES = 4.0
@@ -96,4 +97,6 @@ class ToneBurst(Tone):
         """Its sine and cosine, 0 before and after."""
         start, end = self.when or (-np.inf, np.inf)
         inside = (time >= start) & (time < end)
-        return super().regressors(time, covariates) * inside[:, None]
+        out = np.zeros((2, time.size))
+        out[:, inside] = waves(self.frequency or 0.0, time[inside])
+        return out.T

@@ -23,7 +23,7 @@ from allanite.fit.shapes.deterministic import Design, Regression, design_of, reg
 from allanite.fit.shapes.limited import within_limits
 from allanite.fit.shapes.narrow import narrowed, within_bins
 from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, reopened
-from allanite.fit.solution import Regressed, Solution, fitted, processes_of
+from allanite.fit.solution import Regressed, Residual, Solution, fitted, processes_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -46,6 +46,7 @@ def solve(
     start: Maximum | None = None,
     like: Solution | None = None,
     polish: bool = True,
+    settled: int = 0,
     rounds: int = 8,
 ) -> Solution:
     """Fit all free values of `model` to `data`.
@@ -60,14 +61,17 @@ def solve(
     like : Solution, optional
         Another of the same data: what it has taken out is not taken out again.
     polish : bool
-        False keeps shapes at their (scanned) starting values.
+        False keeps shapes at their (scanned) starting values, but that of a last narrow band and of those it touches.
+    settled : int
+        Of so many effects, from the first, known functions of time and narrow bands keep their shapes: where one more is
+        only looked at, they are where the record has them. Bands that touch one behind these do move.
     rounds : int
         Most alternations between spectrum and regression.
     """
     model = _with_white(model)
 
     def fit(tried: Model) -> Solution:
-        return _fit(data, tried, start, like, polish, rounds)
+        return _fit(data, tried, start, like, polish, settled, rounds)
 
     return within_limits(model, fit) if any(e.limits or e.at_limit for e in model) else fit(model)
 
@@ -78,12 +82,15 @@ def _fit(
     start: Maximum | None,
     like: Solution | None,
     polish: bool,
+    settled: int,
     rounds: int,
 ) -> Solution:
     """`solve` without regard to limits but where shapes are searched."""
     given = model
     bins = data.bins
     free = crowded(model, data) if any(e.passing for e in model.modifiers) else bins.count
+    if not polish:
+        settled = max(settled, len(model) - 1)
     raw = bins.power(data.ordinates)
     part = RandomPart(data, raw, free)
     taken = _Taken((), data.ordinates)
@@ -103,14 +110,17 @@ def _fit(
             anew = fit_shapes(again, part)
             model, best = max((model, best), anew, key=lambda found: found[1].log_likelihood)
         model = with_coefficients(model, best.theta)
-        model, best = narrowed(model, best, part, ordinates)
+        model, best = narrowed(model, best, part, ordinates, settled)
         model = with_coefficients(model, best.theta)
         if not model.deterministic:
             break
         # What known functions add to their cells is no discrepancy: it is looked at once they are taken out.
         level = levels(part.power, part.count, best.spectrum, best.scale if turn else None)
         noise = Noise(data.terms(model), bins, level)
-        model = fit_deterministic_shapes(model, noise, data, lines=polish, slow=polish and turn < 4)
+        slow = polish and turn < 4
+        model = fit_deterministic_shapes(
+            model, noise, data, lines=polish, slow=slow, settled=settled
+        )
         shapes = tuple(e.seen_alike for e in model.deterministic)
         if design is None or shapes != placed:
             design, placed = design_of(model.deterministic, data), shapes
@@ -150,7 +160,7 @@ def _fit(
         best.log_likelihood,
         part.power,
         part.count,
-        ordinates,
+        Residual(data, taken.effects).known(ordinates),
         total,
         seen,
         leverage,

@@ -19,7 +19,7 @@ from allanite.fit.likelihood.whittle import Maximum
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
 
-__all__ = ["Fitted", "Process", "Regressed", "Solution", "fitted", "processes_of"]
+__all__ = ["Fitted", "Process", "Regressed", "Residual", "Solution", "fitted", "processes_of"]
 
 Array = NDArray[np.float64]
 
@@ -100,6 +100,38 @@ def fitted(
     )
 
 
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Residual:
+    """The ordinates of a record without known functions of time.
+
+    As long as the record: those asked for last are remembered beside it, others are made again. A search that comes by
+    hundreds of solutions keeps a few.
+
+    Attributes
+    ----------
+    data : Data
+    taken : tuple of Deterministic
+        What is taken out.
+    """
+
+    data: Data
+    taken: tuple[Deterministic, ...]
+    _key: object = field(default_factory=object)
+
+    @property
+    def ordinates(self) -> Array:
+        """Shape (n,)."""
+        if not self.taken:
+            return self.data.ordinates
+        return self.data.functions.get(self._key, lambda: self.data.without(self.taken))
+
+    def known(self, ordinates: Array) -> Residual:
+        """Itself, with its ordinates at hand."""
+        if self.taken:
+            self.data.functions.get(self._key, lambda: ordinates)
+        return self
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """A fitted model with all that later steps need.
@@ -120,8 +152,8 @@ class Solution:
         Measured bin power (deterministic effects taken out), U² per sample.
     count : ndarray, shape (bins,)
         Degrees of freedom of each bin: ordinates less what the regression used.
-    ordinates : ndarray, shape (n,)
-        Residual ordinates.
+    residual : Residual
+        Where residual ordinates come from.
     log_likelihood : float
         Of the whole record: the residual in all its ordinates.
     seen : ndarray of int64, shape (k,)
@@ -137,12 +169,17 @@ class Solution:
     maximum: float
     power: Array
     count: Array
-    ordinates: Array
+    residual: Residual
     log_likelihood: float
     seen: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     leverage: Array = field(default_factory=lambda: np.zeros(0))
 
     __repr__ = brief
+
+    @property
+    def ordinates(self) -> Array:
+        """Residual ordinates, shape (n,)."""
+        return self.residual.ordinates
 
     @cached_property
     def model(self) -> Model:

@@ -22,7 +22,7 @@ from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.shapes import drifting
 from allanite.fit.shapes.deterministic import comb_ordinates, comb_window
 from allanite.fit.shapes.shape import fit_shapes
-from allanite.fit.solution import Solution, fitted, processes_of
+from allanite.fit.solution import Residual, Solution, fitted, processes_of
 from allanite.spectrum import bins_of
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ def best_fit(model: Model, power: Array, data: Data) -> Solution:
         best.log_likelihood,
         power,
         count,
-        data.ordinates,
+        Residual(data, ()),
         best.log_likelihood,
     )
 

@@ -44,7 +44,7 @@ def test_release_empties_the_caches_of_fitted_models():
         n=4000, rate=100, seed=1
     )
     fit = al.fit_model(recording, "N+K+BW")
-    caches = (data._column, data._behind, data._open, lowpass.terms)
+    caches = (data._behind, data._open, lowpass.terms)
     assert all(cache.cache_info().currsize for cache in caches)
     al.release()
     assert not any(cache.cache_info().currsize for cache in caches)

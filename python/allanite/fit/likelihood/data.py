@@ -375,8 +375,6 @@ def _behind(
     return column
 
 
-@released
-@lru_cache(maxsize=8192)
 def _column(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
     out = _nodes(n).means([term.at_ordinates(n) for term in terms], bins_of(n).owner)
     out.flags.writeable = False

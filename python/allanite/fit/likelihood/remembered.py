@@ -13,7 +13,7 @@ from allanite import _kernels
 
 __all__ = ["LARGE", "Remembered", "give_back", "room_for"]
 
-#: Bytes for series of a record, room for three of up to so many samples.
+#: Bytes for series of a record, room for five of up to so many samples.
 WHOLE, LONG = 1 << 27, 10**7
 #: Samples from which arrays are large enough to be given back.
 LARGE = 1 << 17
@@ -75,4 +75,4 @@ class Remembered:
 
 def room_for(n: int) -> Remembered:
     """Room for series as long as a record of n samples."""
-    return Remembered(max(WHOLE, 24 * min(n, LONG)))
+    return Remembered(max(WHOLE, 40 * min(n, LONG)))

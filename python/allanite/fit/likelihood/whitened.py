@@ -8,6 +8,7 @@ band's power over time, χ²₁ each where the model holds.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -64,7 +65,7 @@ ABOUT, SEEN = (*(-a for a in ASIDES[::-1]), 0.0, *ASIDES), 0.01
 STRETCHES, ENOUGH = 64, 1 << 20
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Whitened:
     """The residual over the root of the density that is probably there: the model's, corrected where it is wrong.
 
@@ -86,6 +87,11 @@ class Whitened:
     step: float = 0.0
 
     __repr__ = brief
+
+    @cached_property
+    def normalised(self) -> Whitened | None:
+        """`with_normal_tails` of it; None where that is itself. Several searches of a check ask."""
+        return _normalised(self)
 
 
 def whiten(solution: Solution, data: Data) -> Whitened:
@@ -195,12 +201,16 @@ def with_normal_tails(whitened: Whitened) -> Whitened:
     A few of the largest samples of heavy tails would decide when a level changes, and of a coarse step hardly any differ.
     What changes over time is still there.
     """
+    return whitened.normalised or whitened
+
+
+def _normalised(whitened: Whitened) -> Whitened | None:
     from scipy.special import ndtri
 
     samples = whitened.samples
     segments = any(each != 1.0 for *_, each in whitened.bands)
     if segments or _normal(samples):
-        return whitened
+        return None
     rng = np.random.default_rng(0)
     if whitened.step > 0.0:
         # In the order of values that rounding made equal is what wanders below a step, and it would be as large as noise.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.threads import go_on
-from allanite.effects import Model, Stochastic
+from allanite.effects import Effect, Model, Stochastic
 from allanite.fit.likelihood.data import density
 from allanite.fit.likelihood.peaks import NARROW, bins_near, by_ordinates, is_narrow, within
 
@@ -298,8 +298,16 @@ def _inverse(slopes: Array) -> Array:
     return np.asarray(inverse / np.outer(scale, scale))
 
 
+def _touch(one: Effect, other: Effect, data: Data) -> bool:
+    """Whether two effects have bands or lines that overlap, or ordinates that a fit of either looks at."""
+    if any(a[0] <= b[1] and b[0] <= a[1] for a in one.peaks for b in other.peaks):
+        return True
+    near, beside = (bins_near(e, data.bins, data.rate) for e in (one, other))
+    return bool(np.isin(near, beside).any())
+
+
 def narrowed(
-    model: Model, best: Maximum, part: RandomPart, ordinates: Array
+    model: Model, best: Maximum, part: RandomPart, ordinates: Array, settled: int = 0
 ) -> tuple[Model, Maximum]:
     """The model with every narrow band where single ordinates have it, and the maximum of the coefficients there.
 
@@ -309,10 +317,14 @@ def narrowed(
         With values of its coefficients.
     ordinates : ndarray, shape (n,)
         Without known functions of time.
+    settled : int
+        Bands among so many effects, from the first, stay where they are if none behind these touches them.
     """
     data, moved = part.data, False
     for place, effect in enumerate(model.effects):
         if not by_ordinates(effect, data):
+            continue
+        if place < settled and not any(_touch(effect, e, data) for e in model.effects[settled:]):
             continue
         assert isinstance(effect, Stochastic)
         if not effect.values[effect.coefficient]:

@@ -50,7 +50,7 @@ def added(
     before = part.linear(model)
     for point, tried in zip(points, models, strict=True):
         random = isinstance(point, Stochastic)
-        linear = part.appended(before, tried) if random else part.linear(tried)
+        linear = part.appended(before, tried) if random else part.linear(tried, (model, before))
         if linear.fixed.any():
             # Held coefficients: the whole problem of each point by itself.
             return _one_by_one(models, base, part)

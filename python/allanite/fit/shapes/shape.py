@@ -156,14 +156,17 @@ class _filled:  # noqa: N801
 
 
 def fit_deterministic_shapes(
-    model: Model, noise: Noise, data: Data, *, lines: bool, slow: bool
+    model: Model, noise: Noise, data: Data, *, lines: bool, slow: bool, settled: int = 0
 ) -> Model:
     """Shapes of deterministic effects given the spectrum: what has no value, frequencies of lines, times and lags.
 
-    The frequency of the last effect, which is new where a search asks, is polished in any case.
+    The frequency of the last effect, which is new where a search asks, is polished in any case. Those of the first so many
+    that are `settled` keep the values that they have.
     """
     for place, effect in enumerate(model.effects):
         if not isinstance(effect, Deterministic) or not effect.free_shapes:
+            continue
+        if place < settled and all(effect.values[n] is not None for n in effect.free_shapes):
             continue
         others = tuple(
             e for i, e in enumerate(model.effects) if i != place and isinstance(e, Deterministic)

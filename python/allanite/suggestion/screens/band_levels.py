@@ -110,7 +110,8 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     )
     if effect is None or abs(factor - 1.0) < max(solution.discrepancy, known):
         return None
-    refitted = solve(data, solution.model + effect, like=solution, rounds=3)
+    model = solution.model
+    refitted = solve(data, model + effect, like=solution, settled=len(model), rounds=3)
     last = refitted.model.effects[-1]
     return Candidate(last, gain, "level", refitted, last.numbers, min(0.0, chance + searches))
 

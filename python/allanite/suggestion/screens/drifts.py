@@ -173,7 +173,7 @@ def _refit(
 
     It is ranked by its whole gain: a random process that takes part of a drift is not the better explanation for that.
     """
-    refitted = solve(data, base.model + effect, like=base, rounds=4)
+    refitted = solve(data, base.model + effect, like=base, settled=len(base.model), rounds=4)
     gain = judged = refitted.log_likelihood - base.log_likelihood
     if rival is not None and gain > 0.0:
         beside = solve(data, rival.model + refitted.model.effects[-1], polish=False, rounds=4)

@@ -238,7 +238,8 @@ def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, M
         ]
         if not others:
             continue
-        columns = np.stack([part.linear(other).matrix for other in others])
+        here = model, part.linear(model)
+        columns = np.stack([part.linear(other, here).matrix for other in others])
         starts = np.stack([best.theta] * len(others))
         thetas, values, scales = climb_many(
             part.power, part.count, columns, starts, best.scale, SCANNED

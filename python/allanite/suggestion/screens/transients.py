@@ -175,7 +175,8 @@ def _sharp(candidate: Candidate, data: Data, whitened: Whitened) -> Candidate:
 
 
 def _refitted(candidate: Candidate, solution: Solution, data: Data) -> Candidate:
-    refitted = solve(data, solution.model + candidate.effect, like=solution, rounds=3)
+    model = solution.model
+    refitted = solve(data, model + candidate.effect, like=solution, settled=len(model), rounds=3)
     return replace(candidate, effect=refitted.model.effects[-1], solution=refitted)
 
 
