@@ -124,11 +124,8 @@ class Deterministic(Effect):
         basis: NDArray[np.float64],
         n: int,
         rate: float,
-        near: float | None = None,
     ) -> tuple[Deterministic, float] | None:
         """What begins at one time of this effect and ends at another, at the best two times; and its arc.
-
-        One of the two is `near` a time from the first sample (s), if that is given.
 
         By default None: there is nothing such. Whitened ordinates are those of a series times `root`; `residual` are what
         is to be explained and the columns of `basis`, orthonormal, shape (ordinates, k), what others can explain of it, of

@@ -77,11 +77,8 @@ class BiasStep(Event):
         basis: NDArray[np.float64],
         n: int,
         rate: float,
-        near: float | None = None,
     ) -> tuple[Event, float]:
         """The excursion between two of as many times as there are ordinates, ½z² less ln of its length the largest.
-
-        With `near`, of those of which one is about that time.
 
         Every octave of lengths is as likely: of two times of return that explain as much the nearer one is it. None is
         shorter than a thousandth of the record: its edges would be less certain than it is long.
@@ -103,32 +100,23 @@ class BiasStep(Event):
         own = 0.5 * (waves[0] - waves[2 * m]) - (others**2).sum(axis=1)
         least = max(1, places // 1000)
         best, top, turned = (0, 1), -np.inf, 0.0
-        middle = None if near is None else round(near * rate / n * places)
-        for k in range(1, places - 1):
-            first, last = k, m.size
-            if middle is not None and abs(k - middle) > 1:
-                first, last = max(k, middle - 2), min(middle + 1, m.size)
-            if own[k - 1] > 0.0 and own[k] > 0.0:
-                cosine = 0.5 * (waves[1] - waves[2 * k + 1]) - others[k] @ others[k - 1]
-                cosine /= np.sqrt(own[k - 1] * own[k])
-                turned += float(np.arccos(np.clip(cosine, -1.0, 1.0)))
-            if first >= last:
-                continue
-            ahead = slice(first, last)
-            shared = 0.5 * (
-                waves[first + 1 - k : last + 1 - k] - waves[first + 1 + k : last + 1 + k]
-            )
-            shared -= others[ahead] @ others[k - 1]
-            apart = own[k - 1] + own[ahead] - 2.0 * shared
+        for i in range(m.size - 1):
+            shared = 0.5 * (waves[1 : m.size - i] - waves[m[i] + m[i + 1 :]])
+            shared -= others[i + 1 :] @ others[i]
+            apart = own[i] + own[i + 1 :] - 2.0 * shared
             usable = apart > SAME * own.max()
             gain = np.where(
-                usable, (score[ahead] - score[k - 1]) ** 2 / np.where(usable, apart, 1.0), 0.0
+                usable, (score[i + 1 :] - score[i]) ** 2 / np.where(usable, apart, 1.0), 0.0
             )
-            gain = 0.5 * gain - np.log(m[first - k : last - k])
-            gain[: max(0, least - 1 - first + k)] = -np.inf
-            at = int(np.argmax(gain))
-            if gain[at] > top:
-                best, top = (k - 1, first + at), float(gain[at])
+            gain = 0.5 * gain - np.log(m[: gain.size])
+            gain[: least - 1] = -np.inf
+            k = int(np.argmax(gain))
+            if gain[k] > top:
+                best, top = (i, i + 1 + k), float(gain[k])
+            if own[i] > 0.0 and own[i + 1] > 0.0:
+                turned += float(
+                    np.arccos(np.clip(shared[0] / np.sqrt(own[i] * own[i + 1]), -1.0, 1.0))
+                )
         times = m * (n / rate / places)
         return Excursion(start=float(times[best[0]]), end=float(times[best[1]])), turned
 

@@ -142,18 +142,12 @@ def best_span(
     noise: Noise,
     data: Data,
     beside: Sequence[Deterministic] = (),
-    near: float | None = None,
 ) -> tuple[Deterministic, float] | None:
-    """What is there from one time of an effect to another, and its arc (`Deterministic.best_span`); as `matched_gains`.
-
-    With one end `near` a time, s, if that is given.
-    """
+    """What is there from one time of an effect to another, and its arc (`Deterministic.best_span`); as `matched_gains`."""
     j = lowest(data)
     root = 1.0 / np.sqrt(noise.variance(j))
     basis = _beside(beside, j, root, data)
-    seen = data.seen(root, j)
-    at = None if near is None else near - data.start
-    found = cls.best_span(residual[j] * root, seen, basis, data.n, data.rate, at)
+    found = cls.best_span(residual[j] * root, data.seen(root, j), basis, data.n, data.rate)
     if found is None or not data.start:
         return found
     effect, arc = found

@@ -74,7 +74,7 @@ def screen_slow(
         starts = max(1.0, arcs[-1] / (0.5 * np.pi))
         forms = _forms(type(blank), simple, starts, solution, data)
         found += _richer(simple, forms, solution, data, rival)
-        arcs += [arc * times for arc, times in forms.values()]
+        arcs += [arc * times for arc, times, _ in forms.values()]
         families += [effect.family for effect in forms]
     return Screen(tuple(found), tuple(arcs), tuple(families))
 
@@ -85,51 +85,48 @@ def _forms(
     starts: float,
     solution: Solution,
     data: Data,
-) -> dict[Deterministic, tuple[float, float]]:
-    """Richer forms of an effect that was found, at the best of the shapes that it has not; their arcs, and how often each.
+) -> dict[Deterministic, tuple[float, float, Noise]]:
+    """Richer forms of an effect that was found, at the best of the shapes that it has not.
+
+    With their arcs, how often each, and the noise in which it was found.
 
     Beside them what is there between two places of its kind, which may have nothing to do with the one that was found.
     """
-    noise, known = _noise(simple, solution, data), solution.model.deterministic
-    found: dict[Deterministic, tuple[float, float]] = {}
+    base, known = solution.noise(data), solution.model.deterministic
+    beside = None if simple is None else simple.solution
+    noise = base if beside is None else beside.noise(data)
+    found: dict[Deterministic, tuple[float, float, Noise]] = {}
     for blank in () if simple is None else simple.effect.extended():
         assert isinstance(blank, Deterministic)
         grid = grid_points(blank, data)
         gain, directions = matched_gains(grid, solution.ordinates, noise, data, known)
         start = grid[int(np.argmax(gain))]
         finer = _finer(start, blank.free_shapes, solution, noise, data)
-        found[finer] = arc_length(directions), starts
-    about = None if simple is None else simple.effect.when
-    for near in (None, *(about or ())[:1]):
-        span = best_span(kind, solution.ordinates, noise, data, known, near)
+        found[finer] = arc_length(directions), starts, noise
+    # The noise beside the step may be too quiet for what has another step: a random walk that stood for it is gone.
+    for own in (noise,) if beside is None else (noise, base):
+        span = best_span(kind, solution.ordinates, own, data, known)
         if span is not None:
             effect, arc = span
             # Each place that is one of its own might be either end.
-            finer = _finer(effect, effect.free_shapes, solution, noise, data)
-            found.setdefault(finer, (arc, max(1.0, arc / (0.5 * np.pi))))
+            finer = _finer(effect, effect.free_shapes, solution, own, data)
+            found.setdefault(finer, (arc, max(1.0, arc / (0.5 * np.pi)), own))
     return found
-
-
-def _noise(simple: Candidate | None, solution: Solution, data: Data) -> Noise:
-    """What is left beside the simple form, if one was found."""
-    best = solution if simple is None or simple.solution is None else simple.solution
-    return best.noise(data)
 
 
 def _richer(
     simple: Candidate | None,
-    forms: Mapping[Deterministic, tuple[float, float]],
+    forms: Mapping[Deterministic, tuple[float, float, Noise]],
     solution: Solution,
     data: Data,
     rival: Solution | None,
 ) -> list[Candidate]:
     """Those of the richer forms, refitted, that explain more than chance lets them."""
     found: list[Candidate] = []
-    noise = _noise(simple, solution, data)
-    plain = 0.0
-    if simple is not None and isinstance(simple.effect, Deterministic):
-        plain = _gain(simple.effect, solution, noise, data)
-    for effect, (arc, _) in forms.items():
+    for effect, (arc, _, noise) in forms.items():
+        plain = 0.0
+        if simple is not None and isinstance(simple.effect, Deterministic):
+            plain = _gain(simple.effect, solution, noise, data)
         best = _gain(effect, solution, noise, data)
         hope = best - plain + REFITTED * best
         if log_chance(Family(effect.family, (arc,)), hope) >= np.log(FALSE_ALARM):
