@@ -17,6 +17,8 @@ __all__ = ["put_together", "unformed"]
 
 #: Most pieces: with more, a shape is better looked at than described.
 MOST = 6
+#: Pieces that are tried without, of the ones that are known worst.
+TRIED = 4
 
 
 def unformed(model: Model, part: RandomPart) -> list[int]:
@@ -50,11 +52,15 @@ def put_together(model: Model, place: int, part: RandomPart) -> Model:
         kept, price = np.arange(len(pieces)), 2.0 + np.log(len(pieces))
         while kept.size:
             theta = found.theta[first:]
-            tried = range(kept.size) if (theta > 0.0).all() else [int(np.argmin(theta))]
+            tried = (
+                _weakest(linear, first, found, part)
+                if (theta > 0.0).all()
+                else [int(theta.argmin())]
+            )
             ends = {i: _without(linear, first + i, found, part) for i in tried}
             least = max(ends, key=lambda i: ends[i].log_likelihood)
             lost = found.log_likelihood - ends[least].log_likelihood
-            if len(ends) == kept.size <= MOST and lost > price:
+            if (theta > 0.0).all() and kept.size <= MOST and lost > price:
                 break
             found = ends[least]
             linear = _taken_out(linear, first + least)
@@ -67,6 +73,15 @@ def put_together(model: Model, place: int, part: RandomPart) -> Model:
         **held, hold=effect.hold, limits=effect.limits, at_limit=effect.at_limit
     )
     return Model((*model.effects[:place], made, *model.effects[place + 1 :]))
+
+
+def _weakest(linear: Linear, first: int, found: Maximum, part: RandomPart) -> list[int]:
+    """The pieces known worst, θ over its standard error: one of them is missed least."""
+    theta = found.theta
+    share = linear.matrix * (np.sqrt(0.5 * part.count) / (linear.matrix @ theta))[:, None]
+    variance = np.diag(np.linalg.pinv(share.T @ share, hermitian=True))[first:]
+    known = theta[first:] ** 2 / np.maximum(variance, 1e-300)
+    return [int(i) for i in np.argsort(known)[:TRIED]]
 
 
 def _taken_out(linear: Linear, place: int) -> Linear:
