@@ -10,6 +10,7 @@
 
 pub mod halving;
 pub mod lapped;
+pub mod spans;
 
 use std::f64::consts::PI;
 use std::sync::Arc;

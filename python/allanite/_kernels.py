@@ -18,6 +18,7 @@ __all__ = [
     "allan_law",
     "allan_variances",
     "averaging_factors",
+    "best_pair",
     "cosine_transform",
     "end_with_line",
     "envelope",
@@ -45,6 +46,7 @@ inverse_cosine_transform = _core.inverse_cosine_transform
 padded_periodogram = _core.padded_periodogram
 Lapped = _core.Lapped
 add_rows = _core.add_rows
+best_pair = _core.best_pair
 steps = _core.steps
 
 # -- noise

@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use super::gil::{run, run_short};
 use crate::machine::processor::Width;
 use crate::spectrum::lapped::{Lapped, Sums, add_row};
+use crate::spectrum::spans;
 use crate::spectrum::{self, halving};
 
 /// `spectrum::cosine_transform`.
@@ -36,6 +37,23 @@ pub fn padded_periodogram<'py>(
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let view = samples.as_slice()?;
     Ok(run(py, |stop| spectrum::padded_periodogram(view, stop))?.into_pyarray(py))
+}
+
+/// `spans::best_pair`: places of the two steps, and the gain.
+#[pyfunction]
+pub fn best_pair(
+    py: Python<'_>,
+    score: PyReadonlyArray1<'_, f64>,
+    own: PyReadonlyArray1<'_, f64>,
+    waves: PyReadonlyArray1<'_, f64>,
+    beside: PyReadonlyArray2<'_, f64>,
+    least: usize,
+    floor: f64,
+) -> PyResult<(usize, usize, f64)> {
+    let (score, own, waves) = (score.as_slice()?, own.as_slice()?, waves.as_slice()?);
+    let beside = beside.as_slice()?;
+    let found = run(py, |stop| spans::best_pair(score, own, waves, beside, least, floor, stop))?;
+    Ok((found.first, found.last, found.gain))
 }
 
 /// `lapped::Lapped`.

@@ -9,6 +9,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite import _kernels
 from allanite.effects._base import Parameter
 from allanite.effects._event import Event, sines
 
@@ -99,26 +100,19 @@ class BiasStep(Event):
         m = j
         own = 0.5 * (waves[0] - waves[2 * m]) - (others**2).sum(axis=1)
         least = max(1, places // 1000)
-        best, top, turned = (0, 1), -np.inf, 0.0
-        for i in range(m.size - 1):
-            shared = 0.5 * (waves[1 : m.size - i] - waves[m[i] + m[i + 1 :]])
-            shared -= others[i + 1 :] @ others[i]
-            apart = own[i] + own[i + 1 :] - 2.0 * shared
-            usable = apart > SAME * own.max()
-            gain = np.where(
-                usable, (score[i + 1 :] - score[i]) ** 2 / np.where(usable, apart, 1.0), 0.0
-            )
-            gain = 0.5 * gain - np.log(m[: gain.size])
-            gain[: least - 1] = -np.inf
-            k = int(np.argmax(gain))
-            if gain[k] > top:
-                best, top = (i, i + 1 + k), float(gain[k])
-            if own[i] > 0.0 and own[i + 1] > 0.0:
-                turned += float(
-                    np.arccos(np.clip(shared[0] / np.sqrt(own[i] * own[i + 1]), -1.0, 1.0))
-                )
+        floor = SAME * float(own.max())
+        first, last, _ = _kernels.best_pair(
+            score, own, waves, np.ascontiguousarray(others), least, floor
+        )
+        known = np.sqrt(np.maximum(own, 0.0))
+        beside = 0.5 * (waves[1] - waves[2 * m[:-1] + 1]) - (others[1:] * others[:-1]).sum(axis=1)
+        seen = (known[1:] > 0.0) & (known[:-1] > 0.0)
+        turn = np.clip(beside[seen] / (known[1:] * known[:-1])[seen], -1.0, 1.0)
         times = m * (n / rate / places)
-        return Excursion(start=float(times[best[0]]), end=float(times[best[1]])), turned
+        return (
+            Excursion(start=float(times[first]), end=float(times[last])),
+            float(np.arccos(turn).sum()),
+        )
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """A thousand times over the record."""
