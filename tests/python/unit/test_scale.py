@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import socket
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +20,7 @@ from allanite.scale.bets import NARROW, share
 from allanite.scale.logs import JOURNAL, _numbers
 from allanite.scale.watch import LONG, SEGMENT, TOLERANCE, Watch
 from allanite.study import Rung, Study
+from command_line import started, until
 
 RATE = 100.0
 
@@ -130,6 +134,31 @@ def test_a_fleet_is_resumed_by_content(logs, tmp_path):
     assert [row["file"] for row in again] == [row["file"] for row in rows]
     assert al.fleet(out).files == 4
     assert list(al.fleet(out).failed)
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="processes of Linux")
+def test_a_fleet_that_was_killed_goes_on_and_leaves_no_process(tmp_path):
+    folder, out = tmp_path / "logs", tmp_path / "fleet.csv"
+    folder.mkdir()
+    for seed in range(8):
+        write_log(folder / f"unit{seed}.csv", seed)
+    journal = out.with_name(out.name + JOURNAL)
+    lines = lambda: journal.read_text().count("\n") if journal.is_file() else 0  # noqa: E731
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    with started("fleet", folder, "--out", out, "--rate", 20, **quiet) as process:
+        until(lambda: lines() >= 2)
+        tasks = Path(f"/proc/{process.pid}/task")
+        children = [pid for at in tasks.iterdir() for pid in (at / "children").read_text().split()]
+        process.send_signal(signal.SIGKILL)
+        process.wait(60)
+    # What is left of a process that ended may stand there until somebody asks for it.
+    stopped = lambda pid: not (at := Path(f"/proc/{pid}/stat")).is_file() or " Z " in at.read_text()  # noqa: E731
+    until(lambda: all(stopped(pid) for pid in children))
+    before, again = lines(), []
+    rows = run_fleet(folder, out, rate=20.0, on_done=lambda i, n, path: again.append(path))
+    # Nothing that was in the journal is done again, and nothing is missing.
+    assert len(again) == 8 - before
+    assert len({row["file"] for row in rows}) == 8
 
 
 def unit(name, n, effects=None, column="gx"):
