@@ -155,7 +155,7 @@ class Watch:
     @property
     def summary(self) -> Summary | None:
         """Of all samples so far: what a new fit needs."""
-        if self.taken == 0:
+        if self._stretch.stop == self._stretch.start:
             return None
         return Summary(self.rate, (self.unit,), ("x",), (), {}, None, (self._stretch.copy(),))
 
@@ -172,7 +172,10 @@ class Watch:
         x = np.asarray(chunk, dtype=np.float64).ravel()
         if x.size == 0:
             return None
-        self._stretch.update([x])
+        # Of a watch that was killed between its two files the summary is ahead of the state, and has some of these.
+        fresh = x[max(0, self._stretch.stop - self.taken) :]
+        if fresh.size:
+            self._stretch.update([fresh])
         self.taken += x.size
         before = self.alarm
         joined = np.concatenate([self._rest, x])
@@ -265,6 +268,8 @@ class Watch:
                 raise InputError("damaged, or no state of a watch") from None
             if _beside(source).is_file():
                 self._stretch = Summary.load(_beside(source)).stretches[0]
+            else:
+                self._stretch = Stretch.begun(self.taken, 1, 0, self.rate, (self.unit,))
 
     def _go_on(self, state: dict[str, Any]) -> None:
         if state["schema"] != SCHEMA:

@@ -303,6 +303,19 @@ def test_a_watch_survives_a_restart(tmp_path):
     assert second.to_dict() == whole.to_dict()
     # The curve's sums are of differences about another origin after a restart.
     same(second.summary, whole.summary, rounding=1e-12)
+    # Killed between the two files, the summary was of more samples than the state: they are not counted twice.
+    first.update(x[12_345:20_000])
+    first.summary.save(tmp_path / "state.summary")
+    third = Watch(model, RATE)
+    third.restore(tmp_path / "state")
+    for piece in (x[12_345:15_000], x[15_000:]):
+        third.update(piece)
+    same(third.summary, whole.summary, rounding=1e-12)
+    # Without its summary a watch goes on, and begins another there.
+    (tmp_path / "state.summary").unlink()
+    third.restore(tmp_path / "state")
+    third.update(x[12_345:])
+    assert (third.summary.start, third.summary.n) == (12_345, x.size - 12_345)
     # What a version before has written is refused, and damage too, in one line.
     state = (tmp_path / "state").read_text()
     for text, told in ((state.replace("state/2", "state/1"), "state/1"), (state[:-9], "damaged")):
