@@ -1,12 +1,13 @@
-"""A sensor under watch: false alarms of whole runs, and how soon three changes are found.
+"""A sensor under watch: false alarms of whole runs, and how soon changes are found.
 
 False alarms: runs of 10⁵ segments under the model N+K, of which the ordinates of segments are independent χ² but for
-rounding (the cosine transform makes white noise and a random walk so), so that the powers of the bands are drawn instead of
-samples. Everything else is as `al.Watch` computes it.
+rounding (the cosine transform makes white noise and a random walk so), so that powers of ordinates are drawn instead of
+samples. What each bet gains by them is as `al.Watch` computes it. Short and long segments are drawn on their own: the
+chance that either alarms is at most the sum of both.
 
-Delays: samples through `al.Watch`, with a change after so many segments, beside the likelihood ratio of the exact change
-from its first sample on, which ends at the same 1/α. A line is twice as strong as what a record of so many segments can
-tell.
+Delays: samples through `al.Watch`, with a change after so many segments, beside two tests with the likelihood ratio of the
+exact change, which end at the same 1/α: one knows when it begins, the other bets on all starts as the watch does. A line is
+twice as strong as what a record of so many segments can tell.
 
     python benches/claims/watch.py [--runs 1000] [--segments 100000] [--changes 300] [--after 100]
 """
@@ -21,55 +22,59 @@ import numpy as np
 import allanite as al
 from allanite import _kernels
 from allanite.fit.likelihood.data import density
-from allanite.scale.watch import FALSE, SEGMENT, TOLERANCE, Watch, _share
+from allanite.scale.bets import share
+from allanite.scale.watch import FALSE, PARTS, SEGMENT, Watch
 
 RATE = 100.0
 MODEL = "N(N=0.01)+K(K=0.001)"
-#: Runs at a time, and segments drawn at a time.
-TOGETHER, AHEAD = 50, 64
+#: Segments drawn at a time, over all runs together, divided by short segments in one.
+TOGETHER = 64
 #: Segments after a change at which a run is given up.
-MOST = 1000
+MOST = 400
 #: What an alarm in 100 needs of the gain of one line among the ordinates of a segment: its limit.
 LIMIT = float(np.log(SEGMENT / FALSE))
 
 
-def null_runs(watch, runs, segments, rng):
+def null_runs(bets, runs, segments, rng):
     """Largest capital of each run."""
-    edges = np.unique(watch._bands)
-    bands, owner = np.unique(watch._bands, axis=0, return_inverse=True)
-    low, high = (np.searchsorted(edges, bands[:, side]) for side in (0, 1))
-    null = np.where(watch._ratios > 1.0, (1.0 + TOLERANCE) ** 2, (1.0 - TOLERANCE) ** 2)
-    fixed = 0.5 * watch._freedom * np.log(null / watch._ratios)
-    slope = 0.5 * (1.0 / null - 1.0 / watch._ratios)
-    stake, kept, top = np.zeros((runs, fixed.size)), 1.0, np.zeros(runs)
-    for first in range(0, segments, AHEAD):
-        power = 2.0 * rng.standard_gamma(0.5 * np.diff(edges), size=(AHEAD, runs, edges.size - 1))
-        total = np.concatenate([np.zeros((AHEAD, runs, 1)), np.cumsum(power, axis=2)], axis=2)
-        power = total[:, :, high] - total[:, :, low]
-        for k in range(min(AHEAD, segments - first)):
-            share = _share(first + k + 1)
-            kept -= share
-            gain = np.take(power[k], owner, axis=1)
-            gain *= slope
-            gain += fixed
-            stake += share
-            stake *= np.exp(gain, out=gain)
-            np.maximum(top, kept + stake.mean(axis=1), out=top)
+    weights = np.exp(bets.weights, dtype=np.float32)
+    stake, kept, top = np.zeros((runs, weights.size), dtype=np.float32), 1.0, np.zeros(runs)
+    z = np.zeros((runs, bets.segment), dtype=np.float32)
+    pairs = z[:, 4::2]
+    for k in range(1, segments + 1):
+        # Two ordinates at a time, but for the first three: no bet parts the others.
+        z[:, 1:4] = rng.standard_normal((runs, 3), dtype=np.float32) ** 2
+        pairs[:] = rng.standard_exponential(pairs.shape, dtype=np.float32)
+        pairs *= 2.0
+        gain = bets.gains(np.cumsum(z, axis=1))
+        stake += np.float32(share(k)) * weights
+        stake *= np.exp(gain, out=gain)
+        kept -= share(k)
+        np.maximum(top, kept + stake.sum(axis=1), out=top)
     return top
 
 
 def false_alarms(runs, segments, seed=0):
     """Prints how many runs end with an alarm."""
-    watch, rng = Watch(al.parse_model(MODEL), RATE), np.random.default_rng([seed, segments])
-    began, top = process_time(), []
-    while len(top) < runs:
-        top += list(null_runs(watch, min(TOGETHER, runs - len(top)), segments, rng))
-    alarms = sum(t >= 1.0 / FALSE for t in top)
-    print(
-        f"{runs} runs of {segments} segments: {alarms} alarms ({100 * alarms / runs:.2f} %), largest capital"
-        f" {max(top):.3g}, {process_time() - began:.0f} s of processor time",
-        flush=True,
-    )
+    watch = Watch(al.parse_model(MODEL), RATE)
+    for part, bets in zip(PARTS, watch._bets, strict=True):
+        bets.__dict__.update(
+            {k: v.astype(np.float32) for k, v in bets.__dict__.items() if k in TABLES}
+        )
+        rng, many = np.random.default_rng([seed, bets.segment]), bets.segment // SEGMENT
+        began, top, each = process_time(), [], max(1, TOGETHER // many)
+        while len(top) < runs:
+            top += list(null_runs(bets, min(each, runs - len(top)), segments // many, rng))
+        alarms = sum(part * t >= 1.0 / FALSE for t in top)
+        print(
+            f"{runs} runs of {segments // many} segments of {bets.segment}: {alarms} alarms ({100 * alarms / runs:.2f} %),"
+            f" largest capital {part * max(top):.3g}, {process_time() - began:.0f} s of processor time",
+            flush=True,
+        )
+
+
+#: Numbers of the gains, which need not be of double precision here.
+TABLES = ("_wide_fixed", "_wide_slope", "_narrow_fixed", "_narrow_slope")
 
 
 def line_of(segments):
@@ -81,9 +86,10 @@ CHANGES = {
     "10 % louder": MODEL.replace("N=0.01", "N=0.011").replace("K=0.001", "K=0.0011"),
     "a lag of 30 Hz": f"{MODEL}+BW(cutoff=30)",
     "a correlation of 0.5 s": f"{MODEL}+GM(correlation_time=0.5,q_c=0.04)",
-    "a line, 1 segment": f"{MODEL}+SIN(frequency=7.3,amplitude={line_of(1)},phase=0.3)",
-    "a line, 4 segments": f"{MODEL}+SIN(frequency=7.3,amplitude={line_of(4)},phase=0.3)",
-    "a line, 16 segments": f"{MODEL}+SIN(frequency=7.3,amplitude={line_of(16)},phase=0.3)",
+    **{
+        f"a line, {many} segments": f"{MODEL}+SIN(frequency=7.3,amplitude={line_of(many)},phase=0.3)"
+        for many in (1, 4, 16, 64)
+    },
 }
 
 
@@ -106,25 +112,26 @@ def known_test(changed, usual):
 
 
 def delays(text, runs, after, seed=1):
-    """Segments from the change to the alarm, of the watch and of the test that knows, shape (2, runs)."""
+    """Segments from the change to the alarm: of the watch, and of the tests that know effect, and time; shape (3, runs)."""
     usual, changed = al.parse_model(MODEL), al.parse_model(text)
-    gain, out = known_test(changed, usual), np.full((2, runs), MOST)
+    gain, out = known_test(changed, usual), np.full((3, runs), MOST)
     for run in range(runs):
-        watch = Watch(usual, RATE)
-        watch.update(usual.simulate(n=after * SEGMENT, rate=RATE, seed=seed, axis=run).samples)
-        if watch.alarm is not None:
+        watch, enough = Watch(usual, RATE), np.log(1.0 / FALSE)
+        quiet = usual.simulate(n=after * SEGMENT, rate=RATE, seed=seed, axis=run).samples
+        mixed, known = -np.inf, 0.0
+        for k, segment in enumerate(np.reshape(quiet, (after, SEGMENT))):
+            mixed = np.logaddexp(mixed, np.log(share(k + 1))) + gain(k - after, segment.copy())
+        if watch.update(quiet) is not None:
             out[0, run] = 0
-            continue
-        known, piece = 0.0, 0
         x = changed.simulate(n=MOST * SEGMENT, rate=RATE, seed=seed + 1, axis=run).samples
-        while out.max(axis=0)[run] == MOST and piece < MOST:
-            segment = np.ascontiguousarray(x[piece * SEGMENT : (piece + 1) * SEGMENT])
-            if out[1, run] == MOST:
-                known += gain(piece, segment)
-                out[1, run] = piece + 1 if known >= np.log(1.0 / FALSE) else MOST
-            if out[0, run] == MOST and watch.update(segment) is not None:
-                out[0, run] = piece + 1
-            piece += 1
+        for piece, segment in enumerate(np.reshape(x, (MOST, SEGMENT))):
+            gained = gain(piece, segment.copy())
+            known += gained
+            mixed = np.logaddexp(mixed, np.log(share(after + piece + 1))) + gained
+            told = (watch.update(segment) is not None, mixed >= enough, known >= enough)
+            out[:, run] = np.where((out[:, run] == MOST) & told, piece + 1, out[:, run])
+            if out[:, run].max() < MOST:
+                break
     return out
 
 
@@ -137,14 +144,15 @@ def main():
     parser.add_argument("--after", type=int, default=100)
     asked = parser.parse_args()
     for name, text in CHANGES.items() if asked.changes else ():
-        ours, known = delays(text, asked.changes, asked.after)
-        early = int((ours == 0).sum())
-        ours, known = ours[ours > 0], known[ours > 0]
-        lost = int((ours == MOST).sum())
+        found = delays(text, asked.changes, asked.after)
+        early = int((found[0] == 0).sum())
+        found = found[:, found[0] > 0]
+        ours, effect, both = found.mean(axis=1)
+        lost = int((found[0] == MOST).sum())
         print(
-            f"{name}: {ours.mean():.2f} segments (median {np.median(ours):g}, 95 % {np.quantile(ours, 0.95):g}), the"
-            f" test that knows {known.mean():.2f}: × {ours.mean() / known.mean():.2f}; {early} before, {lost} not in"
-            f" {MOST}",
+            f"{name}: {ours:.2f} segments (median {np.median(found[0]):g}, 95 % {np.quantile(found[0], 0.95):g}); the test"
+            f" that knows the effect {effect:.2f} (× {effect / both:.2f} of the next), and the time {both:.2f}:"
+            f" × {ours / both:.2f}; {early} before, {lost} not in {MOST}",
             flush=True,
         )
     if asked.runs:

@@ -1,9 +1,10 @@
 """One pass over a long record: time and memory of `al.summarise` and of the loop after it, beside NumPy's read and sum.
 
     python benches/python/bench_scale.py [SAMPLES ...]
+    python benches/python/bench_scale.py day
 
 The largest size is also written to a file (8 GB for 10⁹ samples), which NumPy reads and sums beside the pass: from the
-disk, put out of the cache of the system before, and from the cache.
+disk, put out of the cache of the system before, and from the cache. A day is 24 h of six axes at 1 kHz, a file of 4 GB.
 
 Each size runs in a process of its own, so that the peak of its memory is its own. The record comes from a generator, a
 chunk at a time: white noise of one chunk, turned and with either sign, so that making it costs little.
@@ -63,12 +64,12 @@ def one(n):
     )
 
 
-def write(path, n):
-    """A file of n samples, on the disk and out of the cache of the system."""
-    data = np.lib.format.open_memmap(path, mode="w+", dtype=np.float64, shape=(n,))
-    at = 0
-    for chunk in chunks(n):
-        data[at : at + chunk.size] = chunk
+def write(path, n, columns):
+    """A file of n rows, on the disk and out of the cache of the system."""
+    data = np.lib.format.open_memmap(path, mode="w+", dtype=np.float64, shape=(n, columns))
+    at, flat = 0, data.reshape(-1)
+    for chunk in chunks(n * columns):
+        flat[at : at + chunk.size] = chunk
         at += chunk.size
     data.flush()
 
@@ -87,7 +88,7 @@ def read_and_sum(path, n):
         return sum(float(np.fromfile(file, count=1 << 17).sum()) for _ in range(0, n, 1 << 17))
 
 
-def file_of(path, n):
+def file_of(path, n, columns):
     """The file read and summed, and the whole loop over it, side by side: from the disk, and from the cache."""
     import allanite as al
 
@@ -95,20 +96,25 @@ def file_of(path, n):
     al.summarise(np.zeros(10) + np.arange(10), rate=RATE)
     for state in ("disk", "cache"):
         times = []
-        for work in (lambda: read_and_sum(path, n), lambda: al.summarise(mapped, rate=RATE)):
+        for work in (
+            lambda: read_and_sum(path, n * columns),
+            lambda: al.summarise(mapped, rate=RATE),
+        ):
             if state == "disk":
                 forget(path)
             began, busy = perf_counter(), process_time()
             summary = work()
             times.append((perf_counter() - began, process_time() - busy))
         (plain, plain_busy), (made, made_busy) = times
+        each = [1e9 * busy / (n * columns) for busy in (plain_busy, made_busy)]
         print(
-            f"NPY of {n:.0e} samples from the {state}: read and summed in {plain:.2f} s, summarised in {made:.2f} s,"
-            f" × {made / plain:.1f}; processor time {1e9 * plain_busy / n:.1f} and {1e9 * made_busy / n:.1f} ns a sample",
+            f"NPY of {n:.2e} × {columns} samples from the {state}: read and summed in {plain:.2f} s, summarised in"
+            f" {made:.2f} s, × {made / plain:.1f}; processor time {each[0]:.1f} and {each[1]:.1f} ns a sample",
             flush=True,
         )
     passed, began = peak(), perf_counter()
-    al.parse_model("N+K").fit(summary).check()
+    for column in summary:
+        al.parse_model("N+K").fit(column).check()
     print(
         f"fit and check in {perf_counter() - began:.1f} s; most memory {passed:.0f} MB, with them {peak():.0f} MB"
     )
@@ -118,11 +124,12 @@ def main():
     if sys.argv[1:2] == ["--one"]:
         one(int(sys.argv[2]))
         return
-    if sys.argv[1:2] == ["--file"]:
-        file_of(sys.argv[2], int(sys.argv[3]))
-        return
-    if sys.argv[1:2] == ["--write"]:
-        write(sys.argv[2], int(sys.argv[3]))
+    for name, work in (("--file", file_of), ("--write", write)):
+        if sys.argv[1:2] == [name]:
+            work(sys.argv[2], *map(int, sys.argv[3:]))
+            return
+    if sys.argv[1:2] == ["day"]:
+        with_file(24 * 3600 * int(RATE), 6)
         return
     sizes = [int(float(text)) for text in sys.argv[1:]] or [10**6, 10**7, 10**8, 10**9]
     heads = ("samples", "sum s", "pass s", "cpu ns", "fit+check", "peak MB", "own MB", "file MB")
@@ -133,10 +140,15 @@ def main():
     )
     for n in sizes:
         subprocess.run([sys.executable, __file__, "--one", str(n)], check=True)
+    with_file(max(sizes), 1)
+
+
+def with_file(rows, columns):
+    """Written and read each by a process of its own."""
     with tempfile.TemporaryDirectory() as folder:
-        path = str(Path(folder) / "x.npy")
         for what in ("--write", "--file"):
-            subprocess.run([sys.executable, __file__, what, path, str(max(sizes))], check=True)
+            asked = [what, str(Path(folder) / "x.npy"), str(rows), str(columns)]
+            subprocess.run([sys.executable, __file__, *asked], check=True)
 
 
 if __name__ == "__main__":

@@ -91,12 +91,12 @@ def summarise(
     from dask import delayed
 
     if hasattr(source, "to_delayed") and hasattr(source, "chunks"):
-        return _computed(_tree(source, rate, unit or "1", columns), client)
+        return _computed([_tree(source, rate, unit or "1", columns)], client)[0]
     paths = [str(path) for path in ([source] if isinstance(source, (str, Path)) else source)]
     if not paths:
         raise InputError("no logs: give at least one")
     asked = delayed(_of_log, pure=False)
-    found = _computed(delayed(list)([asked(path, rate, unit, columns) for path in paths]), client)
+    found = _computed([asked(path, rate, unit, columns) for path in paths], client)
     good = {path: one for path, one in zip(paths, found, strict=True) if isinstance(one, Summary)}
     bad = {path: one for path, one in zip(paths, found, strict=True) if isinstance(one, str)}
     return Summaries(good, bad)
@@ -124,10 +124,13 @@ def _tree(array: Any, rate: float | None, unit: Any, columns: Sequence[str] | No
     return level[0]
 
 
-def _computed(task: Any, client: Any) -> Any:
+def _computed(tasks: list[Any], client: Any) -> list[Any]:
+    """Results of tasks, each from the worker that has it: gathered in one task, they would all pass through one."""
     if client is not None:
-        return client.compute(task).result()
-    return task.compute()
+        return list(client.gather(client.compute(tasks)))
+    from dask import compute
+
+    return list(compute(*tasks))
 
 
 def _of_block(

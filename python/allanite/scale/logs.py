@@ -8,8 +8,9 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
+from threading import Thread
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -274,7 +275,8 @@ def _run(
         for path in todo:
             yield path, rows_of(path, *options)
         return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    spawn = get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=spawn, initializer=_end_with_command) as pool:
         waiting = iter(todo)
         running: dict[Any, str] = {}
         while True:
@@ -285,6 +287,17 @@ def _run(
             for task in wait(running, return_when=FIRST_COMPLETED).done:
                 path = running.pop(task)
                 yield path, task.result()
+
+
+def _end_with_command() -> None:
+    """A worker of a command that was killed would wait for logs for ever, and keep its memory."""
+
+    def follow() -> None:
+        if (command := parent_process()) is not None:
+            command.join()
+            os._exit(1)
+
+    Thread(target=follow, daemon=True).start()
 
 
 def write_table(rows: list[dict[str, Any]], target: Path) -> None:

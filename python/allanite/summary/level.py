@@ -95,7 +95,8 @@ class Level:
                 (first, first),
                 [_one(self.head)[first * TILE - MARGIN - self.start :]],
             )
-            self.head = [_one(self.head)[: first * TILE + MARGIN - self.start]]
+            # A copy: a view would keep all that has come so far.
+            self.head = [_one(self.head)[: first * TILE + MARGIN - self.start].copy()]
             self._finish_tail(first)
 
     def _finish_tail(self, tile: int) -> None:

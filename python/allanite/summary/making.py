@@ -28,8 +28,8 @@ __all__ = ["summarise", "taken_in"]
 
 #: Rows taken at a time: tiles enough for several threads, and not too many for the caches.
 ROWS = 1 << 17
-#: Rows of a mapped file after which they are let go.
-SEEN = 1 << 20
+#: Bytes of a mapped file, about, after which they are let go.
+SEEN = 1 << 23
 
 
 def summarise(
@@ -122,14 +122,15 @@ def _taken_in(
                 f"a chunk with {', '.join(about['columns'])} at {about['rate']:g} Hz follows chunks with"
                 f" {', '.join(head['columns'])} at {head['rate']:g} Hz"
             )
-        mapped = _mapped(chunk)
+        mapped, seen = _mapped(chunk), 0
         for at in range(0, taken[0].size, ROWS):
-            if mapped is not None and at % SEEN == 0:
+            rows = [x[at : at + ROWS] for x in taken]
+            stretch.update(rows, pool)
+            seen += sum(x.nbytes for x in rows)
+            if mapped is not None and (seen >= SEEN or at + ROWS >= taken[0].size):
                 # Pages that were read stay with the system, but do not count as memory of this process.
                 mapped.madvise(mmap.MADV_DONTNEED)
-            stretch.update([x[at : at + ROWS] for x in taken], pool)
-        if mapped is not None:
-            mapped.madvise(mmap.MADV_DONTNEED)
+                seen = 0
     if stretch is None or stretch.stop == stretch.start:
         raise TooShortError("no samples")
     _kernels.trim()
