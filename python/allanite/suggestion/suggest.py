@@ -17,7 +17,7 @@ from allanite.fit.rivals.evidence import cost, over_true
 from allanite.fit.shapes.matched import slow_families
 from allanite.suggestion.evidence import FALSE_ALARM, Family, line_trials, log_chance
 from allanite.suggestion.order import in_order
-from allanite.suggestion.screens.band_levels import screen_band_level
+from allanite.suggestion.screens.band_levels import best_levels, screen_band_level
 from allanite.suggestion.screens.bursts import screen_bursts
 from allanite.suggestion.screens.drifting import bands_above, screen_drifting
 from allanite.suggestion.screens.drifts import beside_the_best, screen_slow
@@ -230,7 +230,8 @@ def suggest(
         lines = (*lines, *screen_tones(bands, (*lines, *spectral.candidates), base, data))
         progress()
         outliers, levels = moments.result()
-        single = (outliers, disturbed.result(), *levels, bursts.result(), swelling.result())
+        levels = best_levels((*levels, swelling.result()), data.n)
+        single = (outliers, disturbed.result(), *levels, bursts.result())
         progress()
         screens = beside_the_best({name: f.result() for name, f in found.items()}, data)
         progress()

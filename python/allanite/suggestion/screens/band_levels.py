@@ -27,16 +27,17 @@ from allanite.suggestion.evidence import (
     two_levels,
 )
 from allanite.suggestion.screens.exclusions import octaves_of
+from allanite.suggestion.screens.level_forms import CLOSE
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Process, Solution
 
-__all__ = ["screen_band_level"]
+__all__ = ["best_levels", "screen_band_level"]
 
 Array = NDArray[np.float64]
 #: Power over time of some ordinates, and the share of it that changes.
@@ -114,6 +115,14 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     refitted = solve(data, model + effect, like=solution, settled=len(model), rounds=3)
     last = refitted.model.effects[-1]
     return Candidate(last, gain, "level", refitted, last.numbers, min(0.0, chance + searches))
+
+
+def best_levels(found: Sequence[Candidate | None], n: int) -> list[Candidate]:
+    """The best of the changes of a level and what cannot be told from it: the others are left for the next check."""
+    price = 0.5 * np.log(max(n, 2))
+    worth = [(c.gain - price * c.parameters, c) for c in found if c is not None]
+    best = max((w for w, _ in worth), default=0.0)
+    return [c for w, c in worth if w > best - CLOSE]
 
 
 def _interval(power: Array) -> tuple[float, float, float]:
