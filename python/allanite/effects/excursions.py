@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -17,6 +18,9 @@ from allanite.effects.excursion import Excursion
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
+
+#: A level within this part of the largest excursion about it is none.
+BACK = 0.25
 
 
 @dataclass(frozen=True)
@@ -91,13 +95,24 @@ class Excursions(Away):
 
     @classmethod
     def together(cls, events: Sequence[Away]) -> Self | None:
-        """All of them, first to last."""
+        """All of them, first to last.
+
+        What leaves for long and comes back within, for as long as it is away, is away twice: edges are paired anew.
+        """
         alone = sorted(
             (one.values["start"], one.values["end"], one.values["height"])
             for event in events
             for one in event.singly
         )
-        starts, ends, heights = zip(*alone, strict=True)
+        edges = sorted({edge for start, end, _ in alone for edge in (start, end)})
+        apart = []
+        for first, last in pairwise(edges):
+            there = [h or 0.0 for start, end, h in alone if start <= first and last <= end]
+            if there and abs(sum(there)) > BACK * max(map(abs, there)):
+                apart.append((first, last, sum(there)))
+        starts, ends, heights = zip(
+            *(apart if 0 < len(apart) <= len(alone) else alone), strict=True
+        )
         return cls(starts=starts, ends=ends, heights=heights)
 
     @property

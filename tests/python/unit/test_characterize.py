@@ -94,6 +94,23 @@ def test_a_visit_that_two_axes_feel_is_named_once():
     assert found.to_dict()["common"]["events"][0]["columns"] == ["acc_x", "acc_y"]
 
 
+def test_of_several_excursions_those_that_axes_share_are_events():
+    rng = np.random.default_rng(8)
+    n, rate = 20_000, 10.0
+    time = np.arange(n) / rate
+    x = 0.05 * rng.standard_normal((n, 2))
+    for start, end, axes in (
+        (300.0, 340.0, (0, 1)),
+        (1200.0, 1230.0, (0,)),
+        (1500.0, 1560.0, (0, 1)),
+    ):
+        x[np.ix_((time >= start) & (time < end), axes)] += 0.06
+    log = al.Recording(x, rate, unit="m/s^2", columns=("acc_x", "acc_y"))
+    events = al.characterize(log, "N+K").common.events
+    assert [round(event.time / 10.0) for event in events] == [30, 150]
+    assert all(event.kinds == ("excursion", "excursion") for event in events)
+
+
 def test_what_is_shared_between_axes_is_found_with_its_sign():
     rng = np.random.default_rng(5)
     n, shared = 16_384, 0.3

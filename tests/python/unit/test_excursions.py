@@ -74,3 +74,16 @@ def test_several_excursions_are_written_and_read(tmp_path):
     path = tmp_path / "model.json"
     model.save(path)
     assert al.parse_model(str(path)) == model
+
+
+def test_one_within_another_that_takes_it_back_is_two():
+    long, within = (
+        al.Excursion(start=a, end=b, height=h)
+        for a, b, h in ((12.0, 15.6, 0.06), (12.3, 15.0, -0.061))
+    )
+    both = al.Excursions.together([long, within])
+    assert both.starts == (12.0, 15.0)
+    assert both.ends == (12.3, 15.6)
+    assert both.heights == (0.06, 0.06)
+    deeper = al.Excursion(start=12.3, end=15.0, height=-0.03)
+    assert al.Excursions.together([long, deeper]).heights == (0.06, -0.03)
