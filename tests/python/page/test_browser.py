@@ -244,6 +244,7 @@ def test_improving_is_watched_and_stopped(tab):
     tab.locator("#cancel").click()
     tab.wait_for_selector("body[data-busy=false]")
     stopped = tab.locator("#ladder li").count()
-    assert re.search("cancelled|adequate", tab.inner_text("#verdict"), re.IGNORECASE)
+    # Cancelled before its check, behind it, or at the end.
+    assert re.search("cancelled|fails|adequate", tab.inner_text("#verdict"), re.IGNORECASE)
     tab.wait_for_timeout(2000)
     assert tab.locator("#ladder li").count() == stopped

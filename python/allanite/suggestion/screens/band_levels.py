@@ -49,6 +49,8 @@ CELLS, SHORTEST = 32, 16
 PIECES = 4
 #: Fewest values of a band; share of the evidence of an interval that another may have beside it.
 FEWEST, AGAIN = 64, 0.2
+#: Least part of the record that an interval, or the rest, is.
+SHARE = 1.0 / 64.0
 #: Steps from the middle of a band to where its process no longer dominates, each so many times as far.
 STEPS, FARTHER = 24, 1.2
 #: Largest ratio of two powers, in ln; loss of logL within which a value is one of 95 %.
@@ -95,8 +97,8 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     if not found:
         return None
     chance, begin, close, first, size, cells = min(found, key=lambda one: one[0])
-    if not 0.0 < close - begin < 1.0:
-        return None
+    if not SHARE < close - begin < 1.0 - SHARE:
+        return None  # what rings for a moment is a disturbance
     factor, gain, known, steady = _factor(cells, begin, close)
     half = data.rate / (2.0 * data.n)
     band = first * half, (first + size) * half

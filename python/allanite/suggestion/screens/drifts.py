@@ -246,7 +246,7 @@ def _of_one(gain: float) -> float:
 
 
 def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
-    """The screens by family; a slow function that another one beats clearly is judged by what it adds to that one.
+    """The screens by family; a slow function that others beat clearly is judged by the least that it adds to one of them.
 
     A step at the start looks like a warm-up and like any temperature that rises from there.
     """
@@ -259,17 +259,18 @@ def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]
         return candidate.gain - cost(candidate.solution.effects[-1], candidate.solution)
 
     # Of two forms of one thing the one with more numbers explains a little more.
-    best = max(found, key=evidence)
-    assert best.solution is not None
+    top = max(map(evidence, found))
+    best = [c for c in found if evidence(c) > top - CLEAR]
 
     def judged(candidate: Candidate) -> Candidate:
-        if evidence(candidate) > evidence(best) - CLEAR:
+        if candidate in best:
             return candidate
-        assert best.solution is not None
-        both = solve(data, best.solution.model + candidate.effect, polish=False, rounds=4)
-        left = max(both.log_likelihood - best.solution.log_likelihood, 0.0)
-        before = candidate.gain if candidate.judged is None else candidate.judged
-        return replace(candidate, judged=min(before, left))
+        left = candidate.gain if candidate.judged is None else candidate.judged
+        for other in best:
+            assert other.solution is not None
+            both = solve(data, other.solution.model + candidate.effect, polish=False, rounds=4)
+            left = min(left, max(both.log_likelihood - other.solution.log_likelihood, 0.0))
+        return replace(candidate, judged=left)
 
     arcs: dict[str, list[float]] = {}
     for screen in screens.values():
