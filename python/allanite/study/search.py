@@ -111,6 +111,8 @@ def improve(
             if full(ladder, limit) or _within(rung.fit, tolerance):
                 break
             ladder.append(rung)
+        if ladder[-1].fit.data is not fit.data:
+            fit.data.functions.forget()  # as long as the record each, of one with other samples
         fit = ladder[-1].fit
 
 
