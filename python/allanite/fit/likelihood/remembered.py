@@ -14,7 +14,7 @@ from allanite import _kernels
 __all__ = ["LARGE", "Remembered", "give_back", "room_for"]
 
 #: Bytes for series of a record, room for five of up to so many samples.
-WHOLE, LONG = 1 << 27, 10**7
+WHOLE, LONG = 3 << 25, 10**7
 #: Samples from which arrays are large enough to be given back.
 LARGE = 1 << 17
 
