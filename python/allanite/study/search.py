@@ -225,13 +225,11 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         risen += pair[0].solution.log_likelihood - before
         return Rung(pair[0], added, risen=risen, brought=(pair[1],))
     every = every_visit(better, asked, check.suggestions) if isinstance(added, Away) else None
-    if every is not None and as_good(better, every[0]):
+    if every is not None:
         better, kinds = every
         added, gave_way = better.model.effects[-1], (*gave_way, *kinds)
         risen += better.solution.log_likelihood - before
         before = better.solution.log_likelihood
-    else:
-        every = None
     changes = several_levels(better, asked) if elsewhere else []
     if changes:
         one = one_level(better, changes)

@@ -11,6 +11,7 @@ from allanite.fit import refitted
 from allanite.fit.engine import solve
 from allanite.fit.rivals.evidence import cost
 from allanite.fit.shapes.matched import slow_families
+from allanite.study.errors import as_good
 from allanite.suggestion.evidence import FALSE_ALARM, Family, log_chance
 from allanite.suggestion.screens.drifts import beside_the_best, screen_slow
 
@@ -34,11 +35,13 @@ def every_visit(
     """The fit with one effect in the place of those after the first `asked` by which the bias leaves and comes back.
 
     And of those that are still missing: one says nothing of another, each has samples of its own. What is taken in explains
-    more than any other slow function, and something that the best random process of the `suggestions` does not. With the
-    kinds of the effects that were there before the last. None where one is all there is.
+    more than any other slow function, and something that the best random process of the `suggestions` does not; together
+    they leave a model as good. With the kinds of the effects that were there before the last; None where one is all there
+    is.
     """
-    events = [e for e in fit.model.effects[asked:] if isinstance(e, Away)]
-    rest = Model(tuple(e for e in fit.model if e not in events))
+    known = [e for e in fit.model.effects[asked:] if isinstance(e, Away)]
+    rest = Model(tuple(e for e in fit.model if e not in known))
+    events = list(known)
     wandering = [s for s in suggestions if isinstance(s.effect, Stochastic) and s.effect.wanders]
     rival = max(wandering, key=lambda s: s.delta_log_likelihood, default=None)
     solution = fit.solution
@@ -52,11 +55,14 @@ def every_visit(
         events.append(further)
         model = solution.model + further
         solution = solve(fit.data, model, like=solution, polish=False, rounds=4)
-    one = _together(events) if len(events) > 1 else None
-    if one is None:
-        return None
-    kinds = (e.kind for e in fit.model.effects[asked:-1] if isinstance(e, Away))
-    return refitted(fit, rest + one), tuple(kinds)
+    kinds = tuple(e.kind for e in known[:-1])
+    for visits in (events, known) if len(events) > len(known) else (known,):
+        one = _together(visits) if len(visits) > 1 else None
+        if one is not None:
+            whole = refitted(fit, rest + one)
+            if visits is known or as_good(fit, whole):
+                return whole, kinds
+    return None
 
 
 def _together(events: Sequence[Away]) -> Away | None:
