@@ -260,8 +260,7 @@ def check_simulation(effect: Effect, covariates: Columns | None = None) -> None:
     columns, kind = dict(covariates or {}), effect.kind
     beside, model = Model((GaussMarkov(q_c=2.0, correlation_time=0.5),)), _as_model(effect)
     # What acts on the whole signal would act on that beside it, too.
-    whole = isinstance(effect, Modifier) and (effect.whole or effect.band)
-    alone = bool(whole)
+    alone = isinstance(effect, Modifier) and bool(effect.whole or effect.band)
 
     def run(what: Model, seed: int) -> Array:
         found = simulate(what, n=LENGTH, rate=RATE, seed=seed, covariates=columns)

@@ -9,11 +9,10 @@ import numpy as np
 from allanite.effects import CATALOGUE, Away, Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.engine import solve
-from allanite.fit.rivals.evidence import cost
 from allanite.fit.shapes.matched import slow_families
 from allanite.study.errors import as_good
 from allanite.suggestion.evidence import FALSE_ALARM, Family, log_chance
-from allanite.suggestion.screens.drifts import beside_the_best, screen_slow
+from allanite.suggestion.screens.drifts import beside_the_best, evidence, screen_slow
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -87,15 +86,10 @@ def _missing(solution: Solution, data: Data, rival: Solution | None) -> Away | N
         name: screen_slow(blanks, solution, data, rival) for name, blanks in sorted(slow.items())
     }
     screens = beside_the_best(screens, data)
-    found = [
-        (c.gain - cost(c.solution.effects[-1], c.solution), c)
-        for screen in screens.values()
-        for c in screen.candidates
-        if c.solution is not None
-    ]
+    found = [c for screen in screens.values() for c in screen.candidates]
     if not found:
         return None
-    _, best = max(found, key=lambda one: one[0])
+    best = max(found, key=evidence)
     if not isinstance(best.effect, Away):
         return None
     judged = best.gain if best.judged is None else best.judged

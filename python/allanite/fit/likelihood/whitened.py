@@ -114,10 +114,10 @@ def _steady(white: NDArray[np.float64], effect: Modifier, solution: Solution, da
     Of a process as much of them as it has: its share is taken for constant in cells about its middle.
     """
     assert effect.band is not None
-    owner = next((p for p in solution.processes if effect.swells(p.effect)), None)
-    cells = [(*band_of(effect.band, data, white.size), 1.0)]
-    if owner is not None:
-        cells = list(shares_about(owner, solution, data, white.size))
+    owners = [p for p in solution.processes if effect.swells(p.effect)]
+    cells = [c for own in owners for c in shares_about(own, solution, data, white.size)]
+    if not owners:
+        cells = [(*band_of(effect.band, data, white.size), 1.0)]
     for first, size, share in cells:
         edges = np.linspace(*data.span, size + 2)
         power = effect.power_between(edges[:-1], edges[1:], data.span)

@@ -36,6 +36,7 @@ LOW = 8192
 
 __all__ = [
     "beside_the_best",
+    "evidence",
     "screen_slow",
 ]
 
@@ -245,6 +246,12 @@ def _of_one(gain: float) -> float:
     return float(0.5 * ndtri_exp(-gain - np.log(2.0)) ** 2) if gain > 0.0 else gain
 
 
+def evidence(candidate: Candidate) -> float:
+    """Gain of a refitted candidate less what its numbers cost."""
+    assert candidate.solution is not None
+    return candidate.gain - cost(candidate.solution.effects[-1], candidate.solution)
+
+
 def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]:
     """The screens by family; a slow function that others beat clearly is judged by the least that it adds to one of them.
 
@@ -253,10 +260,6 @@ def beside_the_best(screens: dict[str, Screen], data: Data) -> dict[str, Screen]
     found = [c for screen in screens.values() for c in screen.candidates]
     if not found:
         return screens
-
-    def evidence(candidate: Candidate) -> float:
-        assert candidate.solution is not None
-        return candidate.gain - cost(candidate.solution.effects[-1], candidate.solution)
 
     # Of two forms of one thing the one with more numbers explains a little more.
     top = max(map(evidence, found))
