@@ -6,12 +6,51 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from allanite.effects._base import Parameter
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import Term, White
 
-__all__ = ["Level"]
+__all__ = ["INTERVAL", "Level", "interval_errors", "interval_power"]
+
+#: What one interval is.
+INTERVAL = (
+    Parameter("start", "s", "first time of the interval", "time"),
+    Parameter("end", "s", "last time of the interval", "time"),
+    Parameter("factor", "1", "standard deviation inside over outside", "time", low=1e-6),
+)
+
+
+def interval_power(
+    start: ArrayLike, end: ArrayLike, when: tuple[float, float] | None, factor: float | None
+) -> NDArray[np.float64]:
+    """Mean power of stretches over that outside of the interval `when`: 1 + (factor² − 1) times their part inside of it."""
+    low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    if when is None or factor is None:
+        return np.ones(low.shape)
+    inside = np.clip(np.minimum(high, when[1]) - np.maximum(low, when[0]), 0.0, None)
+    return np.asarray(1.0 + (factor**2 - 1.0) * inside / (high - low))
+
+
+def interval_errors(
+    when: tuple[float, float] | None, factor: float | None, rate: float
+) -> dict[str, float]:
+    """Standard errors of the three values, for so many independent samples a second.
+
+    A level from n samples is known to 1/√(2n), times √(7.81/3.84) as the boundaries were chosen with it (the joint 95 %
+    region of three values against that of one). The error of a boundary is that of the highest point of a Brownian
+    motion with drift on both sides: 95 % of it within 5.5 units of expected logL (Yao 1987, Ann. Statist. 15).
+    """
+    ratio, (start, end) = (factor or 1.0) ** 2, when or (0.0, 0.0)
+    samples = max(1.0, (end - start) * rate)
+    per_sample = 0.25 * (ratio - 1.0) * (1.0 - 1.0 / ratio)
+    boundary = (5.5 / 1.96) / max(per_sample, 1e-12) / max(rate, 1e-300)
+    return {
+        "start": boundary,
+        "end": boundary,
+        "factor": np.sqrt(2.034 * ratio / (2.0 * samples)),
+    }
 
 
 @dataclass(frozen=True)

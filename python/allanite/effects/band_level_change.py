@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.effects._base import Parameter
+from allanite.effects._level import INTERVAL, interval_errors, interval_power
 from allanite.effects._modifier import Modifier
-
-Stretch = NDArray[np.float64] | float
 
 
 @dataclass(frozen=True)
@@ -51,9 +50,7 @@ class BandLevelChange(Modifier):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("low", "Hz", "where the band begins", "time", symbol="from"),
         Parameter("high", "Hz", "where the band ends", "time", symbol="to"),
-        Parameter("start", "s", "first time of the interval", "time"),
-        Parameter("end", "s", "last time of the interval", "time"),
-        Parameter("factor", "1", "standard deviation inside over outside", "time", low=1e-6),
+        *INTERVAL,
     )
     physics: ClassVar[str] = (
         "a machine or a fan ran for a while, or faster; a mount worked loose; a filter or a range was switched"
@@ -90,27 +87,16 @@ class BandLevelChange(Modifier):
 
     def power_between(
         self,
-        start: Stretch,
-        end: Stretch,
+        start: NDArray[np.float64] | float,
+        end: NDArray[np.float64] | float,
         span: tuple[float, float],
     ) -> NDArray[np.float64]:
         """Power of the band in each stretch over the mean of the record."""
-        if self.when is None or self.factor is None:
-            return np.ones(np.shape(start))
-        (begin, close), more = self.when, self.factor**2 - 1.0
-
-        def relative(low: Stretch, high: Stretch) -> NDArray[np.float64]:
-            first, last = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
-            inside = np.minimum(last, close) - np.maximum(first, begin)
-            return np.asarray(1.0 + more * np.clip(inside, 0.0, None) / (last - first))
-
-        return np.asarray(relative(start, end) / relative(*span))
+        whole = interval_power(*span, self.when, self.factor)
+        return np.asarray(interval_power(start, end, self.when, self.factor) / whole)
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Standard errors of times and factor: those of a noise level change of as many values as the band has there."""
-        ratio = (self.factor or 1.0) ** 2
-        width = (self.high or 0.0) - (self.low or 0.0)
-        values = max(1.0, 2.0 * width * ((self.end or 0.0) - (self.start or 0.0)))
-        each = 0.25 * (ratio - 1.0) * (1.0 - 1.0 / ratio)
-        edge = (5.5 / 1.96) / max(each, 1e-12) / max(2.0 * width, 1e-300)
-        return {"start": edge, "end": edge, "factor": np.sqrt(2.034 * ratio / (2.0 * values))}
+        """Standard errors of times and factor: a band has two independent samples a second for each Hz."""
+        return interval_errors(
+            self.when, self.factor, 2.0 * ((self.high or 0.0) - (self.low or 0.0))
+        )

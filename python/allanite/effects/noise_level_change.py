@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.effects._base import Parameter
-from allanite.effects._level import Level
+from allanite.effects._level import INTERVAL, Level, interval_errors, interval_power
+
+if TYPE_CHECKING:
+    from allanite.effects._base import Parameter
 
 
 @dataclass(frozen=True)
@@ -35,11 +37,7 @@ class NoiseLevelChange(Level):
     short: ClassVar[str] = "LEVEL"
     title: ClassVar[str] = "noise level change"
     legend: ClassVar[tuple[str, ...]] = ("factor",)
-    parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter("start", "s", "first time of the interval", "time"),
-        Parameter("end", "s", "last time of the interval", "time"),
-        Parameter("factor", "1", "standard deviation inside over outside", "time", low=1e-6),
-    )
+    parameters: ClassVar[tuple[Parameter, ...]] = INTERVAL
     physics: ClassVar[str] = (
         "for a while something shook, switched range or disturbed the supply; or the sensor lost its damping or lock"
     )
@@ -85,25 +83,8 @@ class NoiseLevelChange(Level):
         columns: Mapping[str, NDArray[np.float64]] | None = None,
     ) -> NDArray[np.float64]:
         """1 + (factor² − 1) times the part of each stretch that lies inside the interval."""
-        low, high = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-        if self.when is None or self.factor is None:
-            return np.ones(low.shape)
-        inside = np.clip(np.minimum(high, self.when[1]) - np.maximum(low, self.when[0]), 0.0, None)
-        return np.asarray(1.0 + (self.factor**2 - 1.0) * inside / (high - low))
+        return interval_power(start, end, self.when, self.factor)
 
     def errors(self, rate: float) -> dict[str, float]:
-        """Standard errors of the three values, for white noise.
-
-        A level from n samples is known to 1/√(2n), times √(7.81/3.84) as the boundaries were chosen with it (the joint 95 %
-        region of three values against that of one). The error of a boundary is that of the highest point of a Brownian
-        motion with drift on both sides: 95 % of it within 5.5 units of expected logL (Yao 1987, Ann. Statist. 15).
-        """
-        ratio = (self.factor or 1.0) ** 2
-        samples = max(1.0, ((self.end or 0.0) - (self.start or 0.0)) * rate)
-        per_sample = 0.25 * (ratio - 1.0) * (1.0 - 1.0 / ratio)
-        boundary = (5.5 / 1.96) / max(per_sample, 1e-12) / rate
-        return {
-            "start": boundary,
-            "end": boundary,
-            "factor": np.sqrt(2.034 * ratio / (2.0 * samples)),
-        }
+        """Standard errors of the three values, for white noise."""
+        return interval_errors(self.when, self.factor, rate)
