@@ -78,6 +78,8 @@ def test_nothing_that_opens_over_it(tab, server, serious):
             tab.wait_for_selector(shown)
             wrong += serious(tab, key, width)
             tab.keyboard.press("n" if key == "n" else "Escape")
+            if key != "n":
+                tab.wait_for_selector(shown, state="hidden")
         tab.locator(".menu summary").click()
         wrong += serious(tab, "menu", width)
         tab.locator(".menu summary").click()

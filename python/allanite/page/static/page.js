@@ -114,7 +114,7 @@ function paint(name) {
   if (S.state) figure();
 }
 function keys(event) {
-  if (event.target.matches("input, select, textarea, dialog *")) return;
+  if (event.target.matches("input, select, textarea, dialog[open] *")) return;
   const key = event.key.toLowerCase();
   if ((event.ctrlKey || event.metaKey) && key === "z") { act({ do: event.shiftKey ? "redo" : "undo" }); event.preventDefault(); return; }
   if (event.ctrlKey || event.metaKey || event.altKey) return;
