@@ -18,17 +18,17 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use rustfft::num_complex::Complex;
 
+use crate::machine::buffer_pool::{Buffer, zeroed};
 use crate::{Error, Result};
 
 fn check(stop: &AtomicBool) -> Result<()> {
     if stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
 }
 
-/// Longest transform whose plan is kept: tables of this length are 32 MiB.
-const KEPT: usize = 1 << 21;
-/// Plans kept at once; a record and its halves need no more.
-const PLANS: usize = 4;
+/// Samples of all plans that are kept of a direction, whose tables take ten bytes each: a record and its halves need no more.
+const KEPT: usize = 3 << 23;
 
 /// Plans of the last lengths. A length with a large prime factor costs twenty transforms to plan.
 static FORWARD: Mutex<Vec<(usize, Arc<dyn RealToComplex<f64>>)>> = Mutex::new(Vec::new());
@@ -53,10 +53,11 @@ fn planned<T: ?Sized>(
     if n <= KEPT
         && let Ok(mut plans) = kept.try_lock()
     {
-        if plans.len() == PLANS {
-            plans.remove(0);
-        }
         plans.push((n, Arc::clone(&plan)));
+        let mut all: usize = plans.iter().map(|(length, _)| length).sum();
+        while all > KEPT {
+            all -= plans.remove(0).0;
+        }
     }
     plan
 }
@@ -79,13 +80,52 @@ pub fn release() {
     }
 }
 
-/// e^{−iπj/2n} for j = 0…len−1, exact to rounding at every j.
-fn half_turns(n: usize) -> impl Fn(usize) -> (f64, f64) {
-    let step = PI / (2.0 * n as f64);
-    move |j| {
-        let (sin, cos) = (step * j as f64).sin_cos();
+/// Turns of a block: e^{−iπj/2n} is that of its first, times one of as many for all blocks.
+const TURNS: usize = 1 << 10;
+
+/// e^{−iπj/2n} for j of one block after the other, right to two roundings.
+struct HalfTurns {
+    step: f64,
+    within: Vec<(f64, f64)>,
+}
+
+impl HalfTurns {
+    fn new(n: usize) -> Self {
+        let step = PI / (2.0 * n as f64);
+        let within = (0..TURNS.min(n)).map(|k| Self::at(step * k as f64)).collect();
+        Self { step, within }
+    }
+
+    fn at(angle: f64) -> (f64, f64) {
+        let (sin, cos) = angle.sin_cos();
         (cos, -sin)
     }
+
+    /// Those of the ordinates from `first` on, a block of them.
+    fn from(&self, first: usize) -> impl Iterator<Item = (f64, f64)> {
+        let (re, im) = Self::at(self.step * first as f64);
+        self.within.iter().map(move |&(c, s)| (re * c - im * s, re * s + im * c))
+    }
+}
+
+/// As many complex numbers as half as many doubles, which hold anything.
+fn complex(buffer: &mut Buffer) -> &mut [Complex<f64>] {
+    let len = buffer.len() / 2;
+    // SAFETY: two doubles, real and imaginary part, are what a complex number is (`repr(C)`), with the same alignment; the
+    // slice ends within the buffer and borrows it.
+    unsafe { std::slice::from_raw_parts_mut(buffer.as_mut_ptr().cast(), len) }
+}
+
+/// Sum of the values less `origin`.
+fn sum_from(origin: f64, values: &[f64]) -> f64 {
+    let mut parts = [0.0; 8];
+    let (whole, rest) = values.as_chunks::<8>();
+    for chunk in whole {
+        for (part, x) in parts.iter_mut().zip(chunk) {
+            *part += x - origin;
+        }
+    }
+    parts.iter().sum::<f64>() + rest.iter().map(|x| x - origin).sum::<f64>()
 }
 
 /// Orthonormal DCT-II with c_0 set to zero. The mean is subtracted first, so that an offset costs no digits.
@@ -95,27 +135,39 @@ pub fn cosine_transform(samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>> 
         return Err(Error::TooShort(format!("a spectrum needs at least 2 samples, found {n}")));
     }
     let origin = samples[0];
-    let mean = samples.iter().map(|x| x - origin).sum::<f64>() / n as f64;
-    let mut folded = vec![0.0; n];
-    for (k, &x) in samples.iter().enumerate() {
-        let place = if k % 2 == 0 { k / 2 } else { n - 1 - k / 2 };
-        folded[place] = (x - origin) - mean;
+    let mean = sum_from(origin, samples) / n as f64;
+    let mut folded = zeroed(n);
+    let (even, odd) = folded.split_at_mut(n.div_ceil(2));
+    let (pairs, last) = samples.as_chunks::<2>();
+    for (([x, y], up), down) in pairs.iter().zip(even.iter_mut()).zip(odd.iter_mut().rev()) {
+        *up = (x - origin) - mean;
+        *down = (y - origin) - mean;
+    }
+    if let ([x], Some(up)) = (last, even.last_mut()) {
+        *up = (x - origin) - mean;
     }
     check(stop)?;
     let fft = forward(n);
-    let mut spectrum = fft.make_output_vec();
-    fft.process(&mut folded, &mut spectrum)
+    let mut room = Buffer::new(2 * (n / 2 + 1));
+    let spectrum = complex(&mut room);
+    let mut scratch = Buffer::new(2 * fft.get_scratch_len());
+    fft.process_with_scratch(&mut folded, spectrum, complex(&mut scratch))
         .map_err(|error| Error::Input(format!("transform of {n} samples: {error}")))?;
+    drop(scratch);
     check(stop)?;
-    let turn = half_turns(n);
+    let turns = HalfTurns::new(n);
     let scale = (2.0 / n as f64).sqrt();
     let mut ordinates = folded;
-    ordinates[0] = 0.0;
-    for (j, value) in spectrum.iter().enumerate().skip(1) {
-        let (cos, sin) = turn(j);
-        ordinates[j] = scale * (value.re * cos - value.im * sin);
-        ordinates[n - j] = -scale * (value.re * sin + value.im * cos);
+    for (block, values) in spectrum.chunks(TURNS).enumerate() {
+        let first = block * TURNS;
+        for ((j, value), (cos, sin)) in (first..).zip(values).zip(turns.from(first)) {
+            if j > 0 {
+                ordinates[j] = scale * (value.re * cos - value.im * sin);
+                ordinates[n - j] = -scale * (value.re * sin + value.im * cos);
+            }
+        }
     }
+    ordinates[0] = 0.0;
     Ok(ordinates)
 }
 
@@ -126,29 +178,39 @@ pub fn inverse_cosine_transform(ordinates: &[f64], stop: &AtomicBool) -> Result<
         return Err(Error::TooShort(format!("a spectrum needs at least 2 ordinates, found {n}")));
     }
     let fft = inverse(n);
-    let mut spectrum = fft.make_input_vec();
-    let turn = half_turns(n);
+    let mut room = Buffer::new(2 * (n / 2 + 1));
+    let spectrum = complex(&mut room);
+    let turns = HalfTurns::new(n);
     let scale = (n as f64 / 2.0).sqrt();
-    for (j, value) in spectrum.iter_mut().enumerate().skip(1) {
-        let (cos, sin) = turn(j);
-        let (a, b) = (scale * ordinates[j], -scale * ordinates[n - j]);
-        // (re, im)·e^{−iπj/2n} = a + ib, undone by the conjugate turn.
-        value.re = a * cos + b * sin;
-        value.im = b * cos - a * sin;
+    for (block, values) in spectrum.chunks_mut(TURNS).enumerate() {
+        let first = block * TURNS;
+        for ((j, value), (cos, sin)) in (first..).zip(values).zip(turns.from(first)) {
+            // (re, im)·e^{−iπj/2n} = a + ib, undone by the conjugate turn.
+            let (a, b) = if j == 0 { (0.0, 0.0) } else { (scale * ordinates[j], -scale * ordinates[n - j]) };
+            value.re = a * cos + b * sin;
+            value.im = b * cos - a * sin;
+        }
     }
     // The middle ordinate of an even length is real.
     if n.is_multiple_of(2) {
         spectrum[n / 2].im = 0.0;
     }
     check(stop)?;
-    let mut folded = vec![0.0; n];
-    fft.process(&mut spectrum, &mut folded)
+    let mut folded = Buffer::new(n);
+    let mut scratch = Buffer::new(2 * fft.get_scratch_len());
+    fft.process_with_scratch(spectrum, &mut folded, complex(&mut scratch))
         .map_err(|error| Error::Input(format!("inverse transform of {n} ordinates: {error}")))?;
-    drop(spectrum);
-    let mut samples = vec![0.0; n];
-    for (k, x) in samples.iter_mut().enumerate() {
-        let place = if k % 2 == 0 { k / 2 } else { n - 1 - k / 2 };
-        *x = folded[place] / n as f64;
+    drop(scratch);
+    let mut samples = zeroed(n);
+    let scale = 1.0 / n as f64;
+    let (even, odd) = folded.split_at(n.div_ceil(2));
+    let (pairs, last) = samples.as_chunks_mut::<2>();
+    for (([x, y], up), down) in pairs.iter_mut().zip(even).zip(odd.iter().rev()) {
+        *x = up * scale;
+        *y = down * scale;
+    }
+    if let ([x], Some(up)) = (last, even.last()) {
+        *x = up * scale;
     }
     Ok(samples)
 }
@@ -157,16 +219,52 @@ pub fn inverse_cosine_transform(ordinates: &[f64], stop: &AtomicBool) -> Result<
 /// one, so that a line between two grid points loses at most 10 % of its power.
 pub fn padded_periodogram(samples: &[f64], stop: &AtomicBool) -> Result<Vec<f64>> {
     let n = samples.len();
-    let mut padded = vec![0.0; 2 * n];
+    let mut padded = Buffer::new(2 * n);
     padded[..n].copy_from_slice(samples);
+    padded[n..].fill(0.0);
     let fft = forward(2 * n);
-    let mut spectrum = fft.make_output_vec();
+    let mut room = Buffer::new(2 * (n + 1));
+    let spectrum = complex(&mut room);
+    let mut scratch = Buffer::new(2 * fft.get_scratch_len());
     check(stop)?;
-    fft.process(&mut padded, &mut spectrum)
+    fft.process_with_scratch(&mut padded, spectrum, complex(&mut scratch))
         .map_err(|error| Error::Input(format!("transform of {} samples: {error}", 2 * n)))?;
-    drop(padded);
+    drop((padded, scratch));
     check(stop)?;
-    Ok(spectrum.iter().map(|value| value.norm_sqr() / n as f64).collect())
+    let mut power = zeroed(n + 1);
+    for (found, value) in power.iter_mut().zip(&*spectrum) {
+        *found = value.norm_sqr() / n as f64;
+    }
+    Ok(power)
+}
+
+/// Sum of squares of the ordinates edges[b] … edges[b+1]−1 of every bin b.
+pub fn squares(ordinates: &[f64], edges: &[i64]) -> Result<Vec<f64>> {
+    edges
+        .windows(2)
+        .map(|ends| {
+            let own = usize::try_from(ends[0])
+                .ok()
+                .zip(usize::try_from(ends[1]).ok())
+                .and_then(|(first, last)| ordinates.get(first..last));
+            let Some(own) = own else {
+                return Err(Error::Input(format!(
+                    "bins: {} … {} is none of {} ordinates",
+                    ends[0],
+                    ends[1],
+                    ordinates.len()
+                )));
+            };
+            let mut parts = [0.0; 16];
+            let (whole, rest) = own.as_chunks::<16>();
+            for chunk in whole {
+                for (part, c) in parts.iter_mut().zip(chunk) {
+                    *part += c * c;
+                }
+            }
+            Ok(parts.iter().sum::<f64>() + rest.iter().map(|c| c * c).sum::<f64>())
+        })
+        .collect()
 }
 
 #[cfg(test)]
@@ -207,6 +305,40 @@ mod tests {
                 prop_assert!((a - (b - mean)).abs() < 1e-9);
             }
         }
+
+        #[test]
+        fn squares_of_bins_are_those_of_their_ordinates(
+            ordinates in prop::collection::vec(-1e3_f64..1e3, 1..200),
+            cuts in prop::collection::vec(0_usize..200, 2..9),
+        ) {
+            let mut edges: Vec<i64> = cuts.iter().map(|&c| c.min(ordinates.len()) as i64).collect();
+            edges.sort_unstable();
+            let fast = squares(&ordinates, &edges).unwrap();
+            for (found, ends) in fast.iter().zip(edges.windows(2)) {
+                let own: f64 = ordinates[ends[0] as usize..ends[1] as usize].iter().map(|c| c * c).sum();
+                // 200 squares of 1e6, rounding 1e-16 each.
+                prop_assert!((found - own).abs() <= 1e-13 * own);
+            }
+        }
+    }
+
+    #[test]
+    fn turns_are_right_in_every_block() {
+        let n = 5 * TURNS + 7;
+        let turns = HalfTurns::new(n);
+        for first in (0..n).step_by(TURNS) {
+            for (j, (cos, sin)) in (first..n).zip(turns.from(first)) {
+                let angle = PI / (2.0 * n as f64) * j as f64;
+                // Two roundings of each part, of at most one.
+                assert!((cos - angle.cos()).abs() < 4e-16 && (sin + angle.sin()).abs() < 4e-16);
+            }
+        }
+    }
+
+    #[test]
+    fn bins_beyond_the_ordinates_are_refused() {
+        assert!(squares(&[1.0, 2.0], &[0, 3]).is_err());
+        assert!(squares(&[1.0, 2.0], &[-1, 2]).is_err());
     }
 
     #[test]

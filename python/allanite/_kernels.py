@@ -33,6 +33,7 @@ __all__ = [
     "read_text",
     "release",
     "simulate",
+    "squares",
     "steps",
     "trim",
     "version",
@@ -47,6 +48,7 @@ padded_periodogram = _core.padded_periodogram
 Lapped = _core.Lapped
 add_rows = _core.add_rows
 best_pair = _core.best_pair
+squares = _core.squares
 steps = _core.steps
 
 # -- noise

@@ -32,7 +32,8 @@ mod _core {
     // spectrum
     #[pymodule_export]
     use super::spectrum::{
-        PyLapped, add_rows, best_pair, cosine_transform, inverse_cosine_transform, padded_periodogram, steps,
+        PyLapped, add_rows, best_pair, cosine_transform, inverse_cosine_transform, padded_periodogram,
+        squares, steps,
     };
 
     // machine

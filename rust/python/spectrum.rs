@@ -39,6 +39,17 @@ pub fn padded_periodogram<'py>(
     Ok(run(py, |stop| spectrum::padded_periodogram(view, stop))?.into_pyarray(py))
 }
 
+/// `spectrum::squares`.
+#[pyfunction]
+pub fn squares<'py>(
+    py: Python<'py>,
+    ordinates: PyReadonlyArray1<'py, f64>,
+    edges: PyReadonlyArray1<'py, i64>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let (ordinates, edges) = (ordinates.as_slice()?, edges.as_slice()?);
+    Ok(run_short(py, || spectrum::squares(ordinates, edges))?.into_pyarray(py))
+}
+
 /// `spans::best_pair`: places of the two steps, and the gain.
 #[pyfunction]
 pub fn best_pair(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Effect
-from allanite.effects._waves import waves
+from allanite.effects._waves import sines, sines_pointwise, waves
 
 __all__ = ["Deterministic", "Periodic"]
 
@@ -168,7 +168,8 @@ class Periodic(Deterministic):
         self, n: int, rate: float, covariates: Mapping[str, NDArray[np.float64]]
     ) -> Callable[[int, int], NDArray[np.float64]]:
         """A function (first, last) → samples of the lines."""
-        return self._pointwise(rate, covariates)
+        lines = self._turning()
+        return lambda first, last: sines_pointwise(lines, np.arange(first, last) / rate)
 
     @property
     def lines(self) -> tuple[tuple[int, float, float], ...]:
@@ -200,14 +201,12 @@ class Periodic(Deterministic):
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """Shape (n,): A sin(2πft + φ) of each line, in half the time that its two regressors take."""
-        total = np.zeros(time.size)
-        for multiple, amplitude, phase in self.lines:
-            part = 2.0 * np.pi * (self.frequency or 0.0) * multiple * time
-            part += phase
-            np.sin(part, out=part)
-            part *= amplitude
-            total += part
-        return total
+        return sines(self._turning(), time)
+
+    def _turning(self) -> list[tuple[float, float, float]]:
+        """Angular frequency (rad/s), amplitude and phase of each line."""
+        turn = 2.0 * np.pi * (self.frequency or 0.0)
+        return [(turn * m, amplitude, phase) for m, amplitude, phase in self.lines]
 
     def own_allan_variance(self, m: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
         """A² sin⁴(πfτ)/(m sin(πfτ0))² of each sampled line."""

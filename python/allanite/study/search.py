@@ -10,7 +10,7 @@ import numpy as np
 from allanite.common.blas import one_thread
 from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
-from allanite.effects import Away, Modifier, Stochastic
+from allanite.effects import Away, Deterministic, Modifier, Stochastic
 from allanite.fit import fit_model
 from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.evidence import RIVAL, gained
@@ -23,7 +23,7 @@ from allanite.study.moves import added_to, one_thing, pruned, swapped
 from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
 from allanite.study.visits import every_visit
-from allanite.suggestion import check_fit
+from allanite.suggestion import check_fit, same_misfit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -154,18 +154,19 @@ def _with_companions(before: Fit, rung: Rung) -> Rung:
 
 
 def _more(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
-    """Rungs for the lines that the same check found behind the one that was just added, and for what came after them.
+    """Rungs for what the same check found behind the addition that was just made, and for what came after them.
 
-    One line says nothing of another: each has its own ordinates. What was found beside a band that gave way is none. Where
-    none of them has moved the model, another check would find what this one did: the best of what is no line.
+    One line says nothing of another: each has its own ordinates. Where nothing has given way and the model is where it was,
+    another check would find what this one did. What one addition explains another may not be there for.
     """
-    if ladder[-1].removed or not _is_line(ladder[-1].added):
-        return
     ladder = list(ladder)
-    still = not _moved(check.fit, ladder[-1].fit)
+    lines, still = _is_line(ladder[-1].added), _alone(check.fit, ladder[-1])
+    came = [s for s in check.significant if s.effect is ladder[-1].added]
     for suggestion in check.significant:
-        if suggestion.effect is ladder[-1].added:
+        if suggestion in came or any(same_misfit(s, suggestion) for s in came):
             continue
+        if ladder[-1].removed or not (still or lines):
+            return
         line = _is_line(suggestion.effect) and not suggestion.note
         if not line and not still:
             return
@@ -176,12 +177,19 @@ def _more(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
             or rung.risen < AS_FOUND * suggestion.delta_log_likelihood
         ):
             return
-        if line and (rung.added is not suggestion.effect or _moved(ladder[-1].fit, rung.fit)):
+        alone = _alone(ladder[-1].fit, rung)
+        if line and (rung.added is not suggestion.effect or not alone):
             return
         ladder.append(rung)
         yield rung
-        if not line:
-            return
+        came.append(suggestion)
+        lines, still = lines and line, still and alone
+
+
+def _alone(before: Fit, rung: Rung) -> bool:
+    """Whether an addition leaves to others what they had to explain: it is no function of time that stands for several."""
+    slow = any(isinstance(effect, Deterministic) and effect.low for effect in rung.new)
+    return not slow and not _moved(before, rung.fit)
 
 
 def _is_line(effect: Effect | None) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 from allanite.common.threads import Pool
 from allanite.effects import Stochastic
 from allanite.fit.likelihood.remembered import LARGE, give_back
+from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.result import Fit, plain
 from allanite.fit.rivals.evidence import cost, over_true
 from allanite.fit.shapes.matched import slow_families
@@ -205,9 +206,11 @@ def suggest(
 
     base, data = fit.solution, fit.data
     surplus = over_true(base, data)
+    # By the model alone: a discrepancy would take what is narrow for its own.
+    white = whitened_ordinates(base, data, np.ones(base.count.size))
     with Pool(WORKERS if data.samples.size < LARGE else 1) as pool:
-        lines_found = pool.submit(screen_lines, base, data, whitened.samples)
-        spectral = screen_spectral(base, data)
+        lines_found = pool.submit(screen_lines, base, data, whitened.samples, white)
+        spectral = screen_spectral(base, data, white)
         progress()
         give_back(data.samples.size)
         # What a slow function of time must beat, or explain something beside.
@@ -225,7 +228,7 @@ def suggest(
         disturbed = pool.submit(screen_disturbance, base, data, whitened)
         swelling = pool.submit(screen_band_level, base, data, whitened)
         steady = lines_found.result()
-        bands = bands_above(spectral.candidates, base, data)
+        bands = bands_above(spectral.candidates, base, data, white)
         lines = (*steady, *screen_drifting(bands, steady, base, data))
         lines = (*lines, *screen_tones(bands, (*lines, *spectral.candidates), base, data))
         progress()

@@ -14,6 +14,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood import peaks
 from allanite.fit.likelihood.data import bins_of, column_of, density, prepare
 from allanite.fit.likelihood.peaks import bins_near, is_narrow, means_near, within
+from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.narrow import Window, within_bins
 from allanite.study.errors import errors_fall
 from allanite.suggestion.screens.narrow import narrow_bands, widths_tried
@@ -201,7 +202,9 @@ def test_the_excess_is_where_it_was_put():
     rng = np.random.default_rng(8)
     samples = g.white(rng, LENGTH, RATE, N) + _wandering(rng, 7.3, 0.003, 0.03)[0]
     data = prepare(_recording(samples))
-    best = max(narrow_bands(solve(data, al.parse_model("N")), data), key=lambda band: band.gain)
+    known = solve(data, al.parse_model("N"))
+    white = whitened_ordinates(known, data, np.ones(known.count.size))
+    best = max(narrow_bands(known, data, white), key=lambda band: band.gain)
     assert best.low < 7.303
     assert best.high > 7.297
     # Most of the power of the process is in the band.

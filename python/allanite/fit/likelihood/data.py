@@ -19,7 +19,7 @@ from allanite.common.threads import go_on
 from allanite.deviation import oadev
 from allanite.effects import Model
 from allanite.fit.likelihood.peaks import is_narrow, means_near
-from allanite.fit.likelihood.remembered import Remembered, room_for
+from allanite.fit.likelihood.remembered import Remembered, room_for, times_of
 from allanite.fit.likelihood.stop_band import UNSEEN, bins_seen, empty
 from allanite.spectrum import Bins, bins_of, bridge_gaps
 
@@ -82,10 +82,7 @@ class Data:
     @property
     def time(self) -> NDArray[np.float64]:
         """Seconds since the first sample of the recording."""
-        time = np.arange(self.n, dtype=np.float64)
-        time /= self.rate
-        time += self.start
-        return time
+        return times_of(self.n, self.rate, self.start)
 
     @property
     def duration(self) -> float:
@@ -177,10 +174,9 @@ class Data:
         once: NDArray[np.float64] | None = None
         for effect, amplitudes in parts:
             if self.functions.holds(amplitudes.size * self.ordinates.nbytes):
-                for amplitude, row in zip(amplitudes, self.rows(effect), strict=True):
-                    if amplitude:
-                        part = amplitude * row
-                        total = part if total is None else np.add(total, part, out=total)
+                if amplitudes.any():
+                    part = amplitudes @ self.rows(effect)
+                    total = part if total is None else np.add(total, part, out=total)
             elif amplitudes.any():
                 signal = effect.with_amplitudes(amplitudes).signal(self.time, self.covariates)
                 once = signal if once is None else np.add(once, signal, out=once)

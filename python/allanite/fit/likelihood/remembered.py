@@ -4,19 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
+from functools import lru_cache
 from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.memory import released
 
-__all__ = ["LARGE", "Remembered", "give_back", "room_for"]
+__all__ = ["LARGE", "Remembered", "give_back", "room_for", "times_of"]
 
 #: Bytes for series of a record, room for five of up to so many samples.
 WHOLE, LONG = 3 << 25, 10**7
 #: Samples from which arrays are large enough to be given back.
 LARGE = 1 << 17
+
+
+@released
+@lru_cache(maxsize=1)
+def times_of(n: int, rate: float, start: float) -> NDArray[np.float64]:
+    """Seconds of each sample of a record, which every function of time asks for, shape (n,)."""
+    time = np.arange(n, dtype=np.float64)
+    time /= rate
+    time += start
+    time.flags.writeable = False
+    return time
 
 
 def give_back(samples: int) -> None:

@@ -13,7 +13,6 @@ import numpy as np
 from allanite.effects import CATALOGUE, Deterministic, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.peaks import seen_singly
-from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.deterministic import design_of, regress
 from allanite.fit.shapes.drifting import MOST_WIDTH, Band, band_about, polish_drifting, seen_at
 from allanite.suggestion.evidence import Family, line_trials, log_chance
@@ -21,6 +20,8 @@ from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from numpy.typing import NDArray
 
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
@@ -38,7 +39,10 @@ DRIFTS = 1.0
 
 
 def bands_above(
-    spectral: tuple[Candidate, ...], solution: Solution, data: Data
+    spectral: tuple[Candidate, ...],
+    solution: Solution,
+    data: Data,
+    white: NDArray[np.float64],
 ) -> tuple[Band, ...]:
     """The bands in which a line may be that is not one at all times; none of a summary or with missing samples.
 
@@ -49,7 +53,7 @@ def bands_above(
     noise = solution.noise(data)
     return tuple(
         band_about(low, high, solution.ordinates, noise, data)
-        for low, high in _places(spectral, solution, data)
+        for low, high in _places(spectral, data, white)
     )
 
 
@@ -88,15 +92,14 @@ def with_it(
 
 
 def _places(
-    spectral: tuple[Candidate, ...], solution: Solution, data: Data
+    spectral: tuple[Candidate, ...], data: Data, white: NDArray[np.float64]
 ) -> Iterator[tuple[float, float]]:
     """Bands (Hz) in which the ordinates have more power than the model says, and that of the best resonance."""
-    # By the model alone: a discrepancy would take the band for its own.
-    excess = whitened_ordinates(solution, data, np.ones(solution.count.size))[1:]
-    np.square(excess, out=excess)
-    total = np.concatenate([[0.0], np.cumsum(np.minimum(excess, TALLEST, out=excess))])
+    total = np.square(white)
+    total[0] = 0.0
+    np.cumsum(np.minimum(total, TALLEST, out=total), out=total)
     for width in WIDTHS:
-        if width < excess.size // 4:
+        if width < total.size // 4:
             mean = (total[width:] - total[:-width]) / width
             top = int(np.argmax(mean))
             above = float(mean[top]) - 1.0

@@ -277,8 +277,9 @@ def _narrowly(
         return None
 
     def spectrum(at: int) -> NDArray[np.float64]:
-        power = np.abs(rfft(samples[at : at + length] * window, padded)) ** 2
-        return np.asarray(np.add.reduceat(power[: edges[-1]], edges[:-1]) / np.diff(edges))
+        found = rfft(samples[at : at + length] * window, padded)[: edges[-1]]
+        power = found.real**2 + found.imag**2
+        return np.asarray(np.add.reduceat(power, edges[:-1]) / np.diff(edges))
 
     window = np.hanning(length)
     some = sorted({others[k * len(others) // ELSEWHERE] for k in range(ELSEWHERE)})

@@ -14,7 +14,6 @@ from allanite.effects import CATALOGUE, Periodic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.remembered import give_back
 from allanite.fit.likelihood.stop_band import empty
-from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.deterministic import comb_window, line_ordinates, regress, window
 from allanite.fit.shapes.shape import ZOOM, polish_line
 from allanite.suggestion.evidence import Family, log_chance, octave_trials
@@ -73,13 +72,15 @@ def _over_level(power: NDArray[np.float64], floor: float, bins: Bins) -> list[tu
 
 
 def screen_lines(
-    solution: Solution, data: Data, whitened: NDArray[np.float64]
+    solution: Solution, data: Data, whitened: NDArray[np.float64], white: NDArray[np.float64]
 ) -> tuple[Candidate, ...]:
-    """The strongest lines of the residual (`whitened`, in time) with the harmonics that stand out, refitted."""
+    """The strongest lines of the residual with the harmonics that stand out, refitted.
+
+    It is `whitened`, in time; `white` are its ordinates by the model alone.
+    """
     if solution.best.scale is not None or data.gain is not None:
         # A line of a few cycles would be taken for a discrepancy of its own bin; a draw of the model would dilute it.
-        plain = whitened_ordinates(solution, data, np.ones(solution.count.size))
-        whitened = _kernels.inverse_cosine_transform(plain)
+        whitened = _kernels.inverse_cosine_transform(white)
     ratio = _kernels.padded_periodogram(whitened)
     levels = _over_level(ratio, 1.0 if solution.best.scale is None else 0.01, data.bins)
     ratio[: 2 * FEWEST_CYCLES] = 0.0

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.fit.likelihood.peaks import NARROW
-from allanite.fit.likelihood.whitened import whitened_ordinates
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from numpy.typing import NDArray
 
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Solution
@@ -47,11 +48,10 @@ def widths_tried(n: int) -> int:
     return max(1, sum(width <= NARROW * n for width in WIDTHS))
 
 
-def narrow_bands(solution: Solution, data: Data) -> Iterator[Excess]:
-    """The band of every width that stands out most, where bins are wider than it."""
-    # By the model alone: a discrepancy would take the band for its own.
-    white = whitened_ordinates(solution, data, np.ones(solution.count.size))
-    total = np.cumsum(np.square(white, out=white))
+def narrow_bands(solution: Solution, data: Data, white: NDArray[np.float64]) -> Iterator[Excess]:
+    """The band of every width that stands out most in ordinates that are `white` by the model, where bins are wider."""
+    total = np.square(white)
+    np.cumsum(total, out=total)
     hertz = data.rate / (2.0 * data.n)
     # Ordinates that share what they show count less.
     share = np.minimum(solution.count / np.diff(data.bins.edges), 1.0)

@@ -145,8 +145,8 @@ def directions(
             yield cls, kept, moved
 
 
-def screen_spectral(solution: Solution, data: Data) -> Screen:
-    """Refitted best candidate of every kind, from every point of its grid."""
+def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) -> Screen:
+    """Refitted best candidate of every kind, from every point of its grid; `white` are ordinates by the model alone."""
     part = RandomPart(data, solution.power, solution.count)
     found: list[Candidate] = []
     arcs: list[float] = []
@@ -157,21 +157,23 @@ def screen_spectral(solution: Solution, data: Data) -> Screen:
         if issubclass(cls, Stochastic) and points[0].occupies is not None:
             points = _promising(points, unit, solution)
         best = _refit(points, solution, part)
-        narrow = _within_a_bin(points[0], solution, part)
+        narrow = _within_a_bin(points[0], solution, part, white)
         both = [c for c in (best, narrow) if c is not None]
         if both:
             found.append(max(both, key=lambda c: c.gain))
     return Screen(tuple(found), tuple(arcs), tuple(families))
 
 
-def _within_a_bin(point: Effect, base: Solution, part: RandomPart) -> Candidate | None:
+def _within_a_bin(
+    point: Effect, base: Solution, part: RandomPart, white: NDArray[np.float64]
+) -> Candidate | None:
     """The band narrower than a bin that stands out most in single ordinates; bins would not see a weak one."""
     data = part.data
     if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
         return None
     if not seen_singly(data):
         return None
-    best = max(narrow_bands(base, data), key=lambda band: band.gain, default=None)
+    best = max(narrow_bands(base, data, white), key=lambda band: band.gain, default=None)
     if best is None or _chance(FLAT * best.gain, data) > np.log(FALSE_ALARM):
         return None
     made = point.banded(best.low, best.high)
