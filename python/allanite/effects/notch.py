@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
 from allanite.effects._filter import Filter, Response
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
 
 #: Qualities that are tried, from a wide notch to a narrow one, and what is left at the centre: a scan with deep ones
 #: alone misses every notch that is not on its grid.
@@ -94,6 +97,11 @@ class Notch(Filter):
             return None
         half = 0.5 * self.frequency / self.quality
         return self.frequency - half, self.frequency + half
+
+    def shows(self, model: Model, rate: float, duration: float) -> bool:
+        """Whether the density rises again behind it, for half of its half-width at least: else it is a low-pass."""
+        beyond = self.occupies
+        return beyond is not None and 0.5 * ((self.frequency or 0.0) + beyond[1]) < 0.5 * rate
 
     def response(self, rate: float) -> Response:
         """The notch of a quality at this rate."""

@@ -12,7 +12,7 @@ from allanite.page.bench import Bench, look
 from allanite.page.edits import effect as effect_at
 from allanite.page.edits import freed, frozen, parse_model_string, with_limits, with_value
 from allanite.page.ladder import Ladder, Step
-from allanite.study import Rung, full, next_rung
+from allanite.study import Rung, exchanged, full, next_rung
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -174,14 +174,13 @@ class Tab(Bench):
             assert step is not None
             check = self.finish(job, step)
             rungs = [s.rung for s in ladder.steps[: ladder.at + 1]]
-            if check.adequate or self.within(step) or full(rungs[begun:]):
-                return True
+            good = check.adequate or self.within(step) or full(rungs[begun:])
             best = check.significant[0].effect if check.significant else None
             tried = "" if best is None else f", trying {step.fit.display_name(best)}"
             job.say(f"{before}step {len(rungs) - begun}{tried}")
-            rung = next_rung(rungs, check)
+            rung = exchanged(rungs) if good else next_rung(rungs, check)
             if rung is None:
-                return False
+                return good
             self.climb(job, Step(" ".join(rung.changes), rung), column)
 
     def accept(self, tolerance: float | None) -> None:

@@ -36,6 +36,8 @@ LOUD, LEAST = 6.0, 0.2
 #: Relative scatter of an activity found from k changes is this over √k: the median of k normal magnitudes has a standard
 #: error of 0.787/√k of their deviation, and lies at 0.6745 of it.
 SCATTER = 1.17
+#: Averages in a row, and the one before, that a tap takes at most.
+BRIEF = 4
 #: Share of the windows in motion above which the record is said to move.
 SHARE = 0.2
 
@@ -115,7 +117,7 @@ def rest_of(recording: Recording) -> Rest | None:
     tilt = _tilt(recording, kinds)
     share = float(moving.mean())
     moves = share > SHARE or tilt > TILT
-    span = _longest(~loud, length / recording.rate, recording.duration)
+    span = _stillest(recording, kinds, ~loud, length)
     return Rest(moves, share, worst[1], worst[2], name, unit, tilt, span)
 
 
@@ -136,12 +138,17 @@ def _column(recording: Recording, at: int) -> NDArray[Any]:
     return x * recording.rate if recording.quantity == "increment" else x
 
 
-def _activity(x: NDArray[np.float64], m: int, length: int) -> NDArray[np.float64]:
-    """Usual change between averages of m samples, of each window: shape (windows,)."""
+def _moves(x: NDArray[np.float64], m: int) -> NDArray[np.float64]:
+    """Change from each average of m samples to the next, shape (averages − 1,)."""
     groups = x[: x.size // m * m].reshape(-1, m)
     # A few outliers in a group must not move it: the middle of three thirds where there are so many.
     mean = groups.mean(axis=1) if m < 9 else np.median(_thirds(groups), axis=1)
-    moves = np.abs(np.diff(mean))
+    return np.abs(np.diff(mean))
+
+
+def _activity(x: NDArray[np.float64], m: int, length: int) -> NDArray[np.float64]:
+    """Usual change between averages of m samples, of each window: shape (windows,)."""
+    moves = _moves(x, m)
     per = _changes(m, length)
     windows = max(x.size // length, 1)
     if not moves.size:
@@ -181,14 +188,52 @@ def _tilt(recording: Recording, kinds: list[str]) -> float:
     return float(np.degrees(np.arccos(np.clip(cosine.min(), -1, 1))))
 
 
-def _longest(calm: NDArray[np.bool_], window: float, duration: float) -> tuple[float, float] | None:
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], calm.astype(int), [0]))))
-    if edges.size == 0:
+def _stillest(
+    recording: Recording, kinds: list[str], calm: NDArray[np.bool_], length: int
+) -> tuple[float, float] | None:
+    """Start and end, s, of the longest stretch of `calm` windows of this length in which no axis is moved for a moment.
+
+    The usual change of a window does not tell of a turn within it. A tap is shorter than `BRIEF`, and a sensor at rest has
+    some; but a stretch neither begins nor ends with what is left of a motion.
+    """
+    m = max(1, round(AVERAGE * recording.rate))
+    moved = np.zeros(max(recording.n // m, 1), dtype=bool)
+    quiet = calm[np.minimum(np.arange(moved.size) * m // length, calm.size - 1)]
+    if not quiet.any():
         return None
-    starts, ends = edges[::2], edges[1::2]
-    best = int(np.argmax(ends - starts))
-    end = duration if ends[best] == calm.size else float(ends[best]) * window
-    return float(starts[best]) * window, end
+    for at, kind in enumerate(kinds):
+        if kind not in LIMITS:
+            continue
+        level, si = LIMITS[kind]
+        moves = _moves(_column(recording, at), m) / math.sqrt(2)
+        usual = np.nanmedian(np.where(quiet[1:], moves, np.nan)) / 0.6745
+        least = max(LOUD * usual, LEAST * level / conversion(recording.units[at], si))
+        over = moves > least
+        moved[1:] |= over
+        moved[:-1] |= over
+    still = quiet.copy()
+    for first, last in _runs(moved):
+        if last - first > BRIEF:
+            still[first:last] = False
+    runs = _runs(still)
+    if not runs:
+        return None
+    first, last = max(runs, key=lambda run: run[1] - run[0])
+    near = min(WINDOW, (last - first) // 2)
+    after, before = (
+        np.flatnonzero(moved[first : first + near]),
+        np.flatnonzero(moved[last - near : last]),
+    )
+    end = float(recording.duration) if last == moved.size and not before.size else None
+    first += int(after[-1]) + 1 if after.size else 0
+    last -= near - int(before[0]) if before.size else 0
+    return first * m / recording.rate, last * m / recording.rate if end is None else end
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and end of each run of what is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(int), [0])))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def quiet_span(recording: Recording) -> tuple[float, float]:

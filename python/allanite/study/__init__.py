@@ -1,6 +1,7 @@
 """The ladder: check, add what is missing, keep only what is needed, until nothing helps."""
 
+from allanite.study.ending import exchanged
 from allanite.study.ladder import Rung, Study, misfit_left
 from allanite.study.search import LIMIT, full, improve, next_rung
 
-__all__ = ["LIMIT", "Rung", "Study", "full", "improve", "misfit_left", "next_rung"]
+__all__ = ["LIMIT", "Rung", "Study", "exchanged", "full", "improve", "misfit_left", "next_rung"]

@@ -13,7 +13,7 @@ from allanite.study.moves import CHANCE
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
-__all__ = ["as_good", "errors_fall", "predicts", "rises", "wider"]
+__all__ = ["as_good", "errors_fall", "predicts", "rises", "wider", "within_chance"]
 
 #: An Allan error that is none: half a per cent.
 LITTLE = 0.005
@@ -62,9 +62,9 @@ def predicts(before: Fit, after: Fit) -> bool:
 
 def as_good(before: Fit, after: Fit) -> bool:
     """Whether a model with less in it is as good: no error rises, the Allan error to no more than chance leads to."""
-    error = after.error
-    if not errors_fall(before, after):
-        return False
-    return not rises(before, after) or (error.adev_rms_percent or 0.0) <= (
-        error.chance_rms_percent or 0.0
-    )
+    return errors_fall(before, after) and (not rises(before, after) or within_chance(after))
+
+
+def within_chance(fit: Fit) -> bool:
+    """Whether the Allan error is no larger than chance leads to."""
+    return (fit.error.adev_rms_percent or 0.0) <= (fit.error.chance_rms_percent or 0.0)

@@ -81,10 +81,11 @@ def pruned(
     return fit, removed[::-1]
 
 
-def _may_come(effect: Effect) -> bool:
-    """True if a swap may add this effect; one-off events, filters and X are only suggested."""
+def _may_come(effect: Effect, place: Effect) -> bool:
+    """True if a swap may put an effect in another's place; one-off events and X are only suggested, filters elsewhere."""
     once = isinstance(effect, Deterministic) and effect.happens_once
-    return not (once or effect.last_resort or isinstance(effect, Modifier))
+    filtering = isinstance(effect, Modifier) and not isinstance(place, Modifier)
+    return not (once or effect.last_resort or filtering)
 
 
 def _without(fit: Fit, place: int, least: float) -> Fit | None:
@@ -225,7 +226,7 @@ def swapped(
             continue
         for found in fit.alternatives(place):
             new = found.effect.kind
-            if (new, effect.kind) in tried or new in barred or not _may_come(found.effect):
+            if (new, effect.kind) in tried or new in barred or not _may_come(found.effect, effect):
                 continue
             if best is not None and found.evidence <= best[0]:
                 continue

@@ -15,7 +15,8 @@ from allanite.fit import fit_model
 from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
-from allanite.study.errors import as_good, errors_fall, predicts, rises, wider
+from allanite.study.ending import exchanged
+from allanite.study.errors import as_good, errors_fall, predicts, rises, wider, within_chance
 from allanite.study.harmonics import with_companions
 from allanite.study.ladder import Rung, Study
 from allanite.study.levels import one_level, several_levels
@@ -43,6 +44,8 @@ LIMIT, ALONE = 8, 32
 AS_FOUND = 0.8
 #: Share of the power of a bin from which a process is seen there.
 VISIBLE = 0.05
+#: log10 of the p-value from which what happens once is there whatever the Allan curve says.
+SURE = -6.0
 #: Suggestions that are tried beside one that cannot stand alone.
 ANOTHER = 6
 
@@ -103,7 +106,7 @@ def improve(
         stop = _stop(check, tolerance)
         if stop is None and full(ladder, limit):
             stop = "limit"
-        better = None if stop is not None else next_rung(ladder, check)
+        better = exchanged(ladder) if stop is not None else next_rung(ladder, check)
         if better is None:
             return Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
         ladder.append(better)
@@ -144,7 +147,9 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
         if rung is not None:
             return _with_companions(ladder[-1].fit, rung)
     shape = unstacked(ladder)
-    return shape if shape is not None and errors_fall(ladder[-1].fit, shape.fit) else None
+    if shape is not None and errors_fall(ladder[-1].fit, shape.fit):
+        return shape
+    return exchanged(ladder)
 
 
 def _with_companions(before: Fit, rung: Rung) -> Rung:
@@ -225,8 +230,13 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
     # The curve says nothing of when a sensor is loud.
     elsewhere = isinstance(added, Modifier) and added.passing
     falls = elsewhere or errors_fall(fit, better)
+    # What is hardly an event, and makes the curve worse than chance does, is a part of a random process.
+    hardly = suggestion.effect_happens_once and suggestion.log10_p > SURE and not elsewhere
+    falls = falls and not (hardly and rises(fit, better) and not within_chance(better))
     settled = falls and (elsewhere or not wider(fit, better))
     pair = None if settled else _with_another(fit, better, check, falls)
+    if pair is not None and hardly and not falls and not isinstance(pair[1], Stochastic):
+        return None
     if pair is None and not falls:
         return None
     if pair is not None:
@@ -245,8 +255,8 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         if one is None:
             return None
         return Rung(one, one.model.effects[-1], (*gave_way, *kinds), risen)
-    still = len(ladder) > 1 and not _moved(fit, better) and not _faded(fit, better, asked)
-    if with_it or (still and every is None):
+    still = every is None and len(ladder) > 1 and not _moved(fit, better)
+    if with_it or (still and not _faded(fit, better, asked)):
         # What nothing has moved since it was looked at is as good as it was.
         return Rung(better, added, gave_way, risen, brought=with_it)
     new: list[Effect] = [added]
@@ -328,6 +338,8 @@ def _bins_moved(before: Fit, after: Fit) -> NDArray[np.bool_]:
 
 def _faded(before: Fit, after: Fit, asked: int) -> bool:
     """Whether one of the effects behind the first `asked` was seen in the record and is no more, beside the last."""
+    if len(after.model) <= len(before.model):
+        return True
     return any(shown(before, p) and not shown(after, p) for p in range(asked, len(before.model)))
 
 

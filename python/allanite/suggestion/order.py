@@ -31,6 +31,8 @@ STRONG = 1.1
 RIVAL = 6.0
 #: Share of the power of outliers below which something else that happens in time has explained them.
 LEFT = 0.1
+#: The same where they have more evidence than that has.
+HALF = 0.5
 #: Outliers nearer to each other than this part of the record are in one place, of which each has so many.
 PLACES, CROWD = 256, 4
 #: Share of the evidence of a disturbance below which something else that happens in time has explained it.
@@ -52,18 +54,22 @@ def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Sug
 
 
 def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """Whether it is outliers that nothing else in time explains, at the ends, in a few places or behind what is stationary.
+    """Whether it is outliers that nothing else in time explains, and that make what is stationary or explain most of all.
 
-    Of a settling that begins high above the noise the first samples stand out, of a loud stretch those within; beside it
-    they do not. What is stationary has them anywhere: a tap would be called a resonance, lost samples a fast lag.
+    Or they are at the ends, or in a few places. Of a settling that begins high above the noise the first samples stand out,
+    of a loud stretch those within; beside it they do not. What is stationary has them anywhere: a tap would be called a
+    resonance, lost samples a fast lag.
     """
     effect = out.effect
     if not isinstance(effect, Modifier) or not effect.removes or effect.when is not None:
         return False
     taken = effect.missing(fit.data.n, fit.data.rate)
     ends = only_at_the_ends(effect, fit.data)
-    if not (ends or _in_few_places(taken) or _made_by(out, found)):
+    most = all(s.rank < out.rank for s in found if s.significant and s is not out)
+    if not (ends or most or _in_few_places(taken) or _made_by(out, found)):
         return False
+    if most and any(s.significant and s.effect.screened == "two levels" for s in found):
+        return False  # what jumps and comes back, again and again
 
     def power(one: Fit) -> float:
         if ends:
@@ -73,7 +79,7 @@ def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     def explains(one: Effect) -> bool:
         return isinstance(one, Deterministic) and one.may_be(effect) if ends else _in_time(one)
 
-    least = LEFT * power(fit)
+    least = (HALF if most else LEFT) * power(fit)
     return not any(
         power(one.found) < least
         for one in found
