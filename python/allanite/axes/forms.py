@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.fit.several.many import Pooled
 
-__all__ = ["Form", "common_form"]
+__all__ = ["Form", "common_form", "labels_of"]
 
 #: By how much ln(evidence) may be lower than that of an axis' own model: two are then called equally good.
 EQUAL = 2.0
@@ -150,20 +150,22 @@ def _pooled(fits: Mapping[str, Fit]) -> tuple[Pooled, ...]:
 
 
 def _estimates(fit: Fit) -> dict[str, Estimate]:
-    """Numbers of the form on one axis, by label; of several of a kind the first is that of the lowest first shape."""
-    shared = [
-        (effect, values)
-        for effect, values in zip(fit.model, fit.estimates, strict=True)
-        if _shared(effect)
-    ]
-    shared.sort(key=lambda pair: _rank(pair[0]))
-    labels = Model(tuple(effect for effect, _ in shared)).labels
+    """Numbers of the form on one axis, by label."""
     table = {}
-    for (effect, values), label in zip(shared, labels, strict=True):
+    for effect, values, label in zip(fit.model, fit.estimates, labels_of(fit.model), strict=True):
+        if not _shared(effect):
+            continue
         for name, value in values.items():
             if isinstance(value, Estimate) and effect.parameter(name).role != "derived":
                 table[name if name == label else f"{label}.{name}"] = value
     return table
+
+
+def labels_of(model: Model) -> tuple[str, ...]:
+    """Labels of the effects of an axis: of several of a kind the first is that of the lowest first shape, on all axes."""
+    order = sorted(range(len(model)), key=lambda place: _rank(model.effects[place]))
+    labels = Model(tuple(model.effects[place] for place in order)).labels
+    return tuple(label for _, label in sorted(zip(order, labels, strict=True)))
 
 
 def _rank(effect: Effect) -> tuple[str, float]:

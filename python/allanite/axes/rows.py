@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from allanite.axes.forms import labels_of
 from allanite.common.numbers import number, with_interval
 from allanite.common.parameters import Estimate
 from allanite.common.printing import printed, table_unit
@@ -67,7 +68,7 @@ def _labelled(fit: Fit) -> dict[str, _Cell]:
 
 
 def _shown(fit: Fit) -> Iterator[tuple[str, _Cell]]:
-    for effect, values, label in zip(fit.model, fit.estimates, fit.model.labels, strict=True):
+    for effect, values, label in zip(fit.model, fit.estimates, labels_of(fit.model), strict=True):
         for name in effect.shown():
             value = values.get(name)
             if isinstance(value, Estimate):

@@ -20,6 +20,8 @@ __all__ = ["fit_table", "misfit_line", "parameter_rows", "undecided_sentence"]
 WIDER = 0.1
 #: Models that a sentence names.
 NAMED = 3
+#: Probability below which another model is preferred.
+HARDLY = 0.05
 
 
 def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
@@ -84,14 +86,22 @@ def misfit_line(fit: Fit) -> str:
     return line
 
 
+def _percent(share: float) -> str:
+    return "100 %" if share > 0.995 else f"{100.0 * share:.2g} %"
+
+
 def undecided_sentence(fit: Fit, found: Undecided) -> str:
     """Which models explain the record as well as that of a fit, and the intervals that are wider over all of them."""
     (own, share), *others = found.models
     others = sorted(others, key=lambda model: -model[1])
-    names = ", ".join(f"{name} ({100.0 * p:.2g} %)" for name, p in others[:NAMED])
+    names = ", ".join(f"{name} ({_percent(p)})" for name, p in others[:NAMED])
     if len(others) > NAMED:
         names += f" and {len(others) - NAMED} more"
-    sentence = f"this record cannot tell {own} ({100.0 * share:.2g} %) from {names}"
+    sentence = f"this record cannot tell {own} ({_percent(share)}) from {names}"
+    if share < HARDLY:
+        sentence = (
+            f"by its likelihood alone this record prefers {names} to {own} ({_percent(share)})"
+        )
     wider = []
     every = zip(fit.model.effects, fit.model.labels, fit.estimates, found.intervals, strict=True)
     for effect, label, values, intervals in every:

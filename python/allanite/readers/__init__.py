@@ -133,7 +133,14 @@ def read(
         return _recording(None, request, table_of(path))
     path = Path(path)
     with about(path):
-        pick = lambda names, units: choose(names, units, request).all  # noqa: E731
+
+        def pick(names: Sequence[str], units: Sequence[str | None]) -> list[int]:
+            choice = choose(names, units, request)
+            # Of columns without names any may be the time.
+            nameless = all(name == f"x{i}" for i, name in enumerate(names))
+            sought = nameless and choice.time is None and request.rate is None
+            return list(range(len(names))) if sought and not request.timeless else choice.all
+
         table = read_table(path, pick, request.topics)
         return _recording(path, request, table)
 

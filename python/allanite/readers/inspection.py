@@ -14,7 +14,7 @@ from allanite.common.units import FREQUENCY, parse_unit
 from allanite.readers._choice import Request, choose
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.sensor_names import role_of
-from allanite.readers.understand import kind_of, understand
+from allanite.readers.understand import falls, kind_of, understand
 from allanite.readers.unit_names import remedy_of, usual_units
 from allanite.recording import Recording
 from allanite.recording.at_rest import finding_of
@@ -321,6 +321,8 @@ def _column(table: Table, at: int, given: Mapping[str, str], *, used: bool, time
     name, x = table.names[at], table[at]
     unit = table.units[at] or given.get(name)
     role = "time" if time else role_of(name, unit)
+    if role == "time" and not time and falls(x):
+        role = "other"
     counts = kind_of(x)
     if role in ("sensor", "other") and counts and unit is None and not (used and role == "sensor"):
         role = "time" if counts == "clock" else counts

@@ -58,7 +58,12 @@ def read(path: Path, pick: Picker) -> Table:
         A cell that is no number, a row of another length; names file, row, column and text.
     """
     with path.open("rb") as stream:
-        if b"\0" in stream.read(4096):
+        begin = stream.read(4096)
+        if begin.startswith(b"version https://git-lfs.github.com/spec/"):
+            raise InputError(
+                "a pointer of Git LFS, not the log: fetch the log itself (git lfs pull)"
+            )
+        if b"\0" in begin:
             from allanite.readers import FORMATS
 
             raise InputError(
@@ -78,6 +83,8 @@ def _read(path: Path, pick: Picker) -> Table:
     wanted = None
     if header is not None:
         names, units = split_header(header)
+        if "" in names:
+            names, units = names_below(path, names, units)
         if not any(units):
             units = units_below(path, len(names)) or units
         wanted = sorted(set(pick(names, units)))
@@ -98,14 +105,48 @@ def stated_rate(path: Path) -> float | None:
     return float(found[1]) * (1e3 if (found[2] or "").lower() == "k" else 1.0) if found else None
 
 
-def units_below(path: Path, count: int) -> tuple[str | None, ...] | None:
-    """Units that stand in a line of their own below the names, each in brackets: ``(us) (na) (m/s^2)``."""
+def names_below(
+    path: Path, names: tuple[str, ...], units: tuple[str | None, ...]
+) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
+    """Names of two lines: groups of columns, and below them the column of each, as spreadsheets have them."""
+    rows = list(_rows(path, len(names)))
+    above = next((i for i, cells in enumerate(rows) if split_header(cells)[0] == names), None)
+    below = rows[above + 1] if above is not None and above + 1 < len(rows) else []
+    if not all(below[i] for i, name in enumerate(names) if not name) or any(map(_is_number, below)):
+        return names, units
+    found: list[str] = []
+    of: list[str | None] = []
+    group = ""
+    for name, unit, own in zip(names, units, below, strict=True):
+        group = name or group
+        of.append(unit if name or not of else of[-1])
+        found.append(f"{group} {plain(own)}".strip())
+    return tuple(found), tuple(of)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _rows(path: Path, count: int) -> Iterator[list[str]]:
+    """The first lines that have so many cells."""
     with path.open("rb") as stream:
         lines = stream.read(16384).decode("utf-8", "replace").splitlines()[:60]
     for line in lines:
         cells = [cell.strip() for cell in re.split(r"[\t;,]", line)]
+        if len(cells) == count:
+            yield cells
+
+
+def units_below(path: Path, count: int) -> tuple[str | None, ...] | None:
+    """Units that stand in a line of their own below the names, each in brackets: ``(us) (na) (m/s^2)``."""
+    for cells in _rows(path, count):
         found = [_UNIT.match(cell) for cell in cells]
-        if len(cells) == count and all(found):
+        if all(found):
             return tuple(plain(m[1]) if m is not None and m[1] else None for m in found)
     return None
 

@@ -19,12 +19,16 @@ if TYPE_CHECKING:
     from allanite.readers._choice import Choice, Request
     from allanite.readers._table import Table
 
-__all__ = ["clocks_of", "kind_of", "understand"]
+__all__ = ["clocks_of", "falls", "kind_of", "understand"]
 
 #: Rows looked at, and rows below which numbers tell nothing.
 ROWS, FEWEST = 20_000, 20
 #: Largest less smallest value of a counter that begins anew: of two to four decimal digits, or of 7, 8, 12 or 16 bits.
 SPANS = (99, 127, 255, 999, 4095, 9999, 65535)
+#: Rows in which a time that begins anew rises for each in which it falls.
+AGAIN = 20
+#: Seconds of a day, and dates of the years 1990 to 2100, seconds since 1970.
+DAY, DATES = 86_400, (6.3e8, 4.1e9)
 
 
 # A step beyond doubles, or beside ones near their smallest, is like no other.
@@ -40,8 +44,9 @@ def kind_of(values: NDArray[Any]) -> str | None:
     Returns
     -------
     str or None
-        ``"index"`` (every row one more), ``"counter"`` (the same, beginning anew), ``"clock"`` (rises in
-        nearly every row by much the same, or in whole steps that several rows share), or None.
+        ``"index"`` (every row one more), ``"counter"`` (the same, beginning anew), ``"date"`` (of one day, in all rows),
+        ``"clock"`` (rises in nearly every row by much the same or never falls, or in whole steps that several rows share),
+        or None.
     """
     x = np.asarray(values[:ROWS])
     if x.size < FEWEST or x.dtype.kind not in "iuf":
@@ -54,7 +59,9 @@ def kind_of(values: NDArray[Any]) -> str | None:
         return "index"
     rising = steps > 0
     if not rising.any():
-        return None
+        day = x.dtype.kind in "iu" or float(x[0]).is_integer()
+        day = day and int(x[0]) % DAY == 0 and DATES[0] < x[0] < DATES[1]
+        return "date" if day and not steps.any() else None
     usual = float(np.median(steps[rising]))
     alike = float(np.mean(np.abs(steps[rising] / usual - 1) < 0.5))
     if rising.mean() > 0.9 and alike > 0.8:
@@ -63,6 +70,8 @@ def kind_of(values: NDArray[Any]) -> str | None:
             return "counter"
         # A sensor that warms up rises too, but comes back within its noise now and then.
         return "clock" if rising.mean() > 0.98 or again.mean() < 0.02 else None
+    if rising.all():
+        return "clock"  # that of a log which is sent in bursts
     # Whole seconds of a faster log: shared by several rows, never falling.
     few = rising.sum() >= 5 and np.all(steps >= 0) and bool(np.ptp(steps[rising]) <= 1e-6 * usual)
     return "clock" if few and float(np.ptp(np.diff(np.flatnonzero(rising)))) <= 3 else None
@@ -84,15 +93,21 @@ def understand(table: Table, choice: Choice, request: Request) -> tuple[Choice, 
     kinds = {}
     if not request.columns and request.quantity in (None, "rate"):
         for i in choice.samples:
-            if table.units[i] is None and sensor_kind(table.names[i]) is None:
+            if table.units[i] is None:
                 kind = kind_of(table[i])
-                if kind is not None:
+                # A name tells more, but of what rises in every row.
+                named = sensor_kind(table.names[i]) is not None
+                if kind is not None and not (named and np.any(np.diff(table[i]) <= 0)):
                     kinds[i] = kind
     if len(kinds) == len(choice.samples):
         kinds = {}  # nothing else is there: the phase of a clock, or an angle
     samples = tuple(i for i in choice.samples if i not in kinds)
     clocks = [i for i, kind in kinds.items() if kind == "clock"]
     stamped = table.time is not None or choice.time is not None
+    if request.columns and not stamped:
+        beside = (i for i, x in enumerate(table.columns) if x is not None and i not in choice.all)
+        clocks = [i for i in beside if table.units[i] is None and kind_of(table[i]) == "clock"][:1]
+        kinds = dict.fromkeys(clocks, "clock")
     if clocks and not stamped and not request.timeless:
         at = clocks.pop(0)
         choice = replace(choice, time=at)
@@ -100,7 +115,7 @@ def understand(table: Table, choice: Choice, request: Request) -> tuple[Choice, 
             Finding(
                 "time_column",
                 "info",
-                f"column {_shown(table, at)} rises by much the same in every row: taken as the time",
+                f"column {_shown(table, at)} rises as time does: taken as the time",
                 values={"column_index": at},
                 remedy=" ({column} takes it as a sensor)",
             )
@@ -124,9 +139,17 @@ def understand(table: Table, choice: Choice, request: Request) -> tuple[Choice, 
         and not is_split(table[time], table[rest], table.names[rest])
     ):
         clocks.append(rest)
-    others = tuple(dict.fromkeys((*choice.clocks, *clocks)))
+    # A time that falls, and not to begin anew, is something else of that name: a temperature T.
+    steady = (i for i in choice.clocks if table.columns[i] is None or not falls(table[i]))
+    others = tuple(dict.fromkeys((*steady, *clocks)))
     told += clocks_of(table, choice.time, others)
     return replace(choice, samples=samples, clocks=others), told
+
+
+def falls(values: NDArray[Any]) -> bool:
+    """Whether numbers are no time: they fall, and not to begin anew."""
+    steps = np.diff(np.asarray(values[:ROWS], dtype=np.float64))
+    return bool(0 < np.count_nonzero(steps > 0) < AGAIN * np.count_nonzero(steps < 0))
 
 
 def clocks_of(table: Table, at: int | None, others: tuple[int, ...]) -> list[Finding]:

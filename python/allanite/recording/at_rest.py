@@ -206,7 +206,8 @@ def _stillest(
             continue
         level, si = LIMITS[kind]
         moves = _moves(_column(recording, at), m) / math.sqrt(2)
-        usual = np.nanmedian(np.where(quiet[1:], moves, np.nan)) / 0.6745
+        there = moves[quiet[1:] & np.isfinite(moves)]
+        usual = float(np.median(there)) / 0.6745 if there.size else 0.0
         least = max(LOUD * usual, LEAST * level / conversion(recording.units[at], si))
         over = moves > least
         moved[1:] |= over

@@ -22,8 +22,11 @@ TIME_UNITS = {
 # Spacing in the column's own numbers above which the next smaller unit is the likelier one: below
 # 2 it is seconds (faster than 0.5 Hz), 2…500 milliseconds (2…500 Hz), 500…2e5 microseconds.
 _SPACING_LIMITS = ((2.0, "s"), (500.0, "ms"), (2e5, "us"), (math.inf, "ns"))
-# Stamps of the present give their unit away: seconds since 1970 of the years 1990 to 2100.
-_PRESENT = (6.3e8, 4.1e9)
+# Stamps of the present give their unit away: seconds since 1970 of the years 2000 to 2100. Nanoseconds since a telephone
+# was switched on, a week ago, are microseconds of 1991.
+_PRESENT = (9.4e8, 4.1e9)
+# Share of steps of two and more from which whole numbers are no rounded seconds.
+_VARIED = 0.1
 # Rates of logs, Hz: epochs whose rate would lie beyond are counters that happen to be as large.
 _RATES = (1e-2, 1e6)
 
@@ -139,6 +142,8 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
             remedy=" Give {rate}, or the unit in the header: time [s], time [ms]",
         )
     # Whole numbers 1, 2, 2, 1, … apart are rounded: to milliseconds, since 0.6 Hz is no usual rate.
-    limits = _SPACING_LIMITS[1:] if whole and step > 1.0 else _SPACING_LIMITS
+    steps = np.diff(some)
+    varied = whole and np.mean(steps > 1) > _VARIED
+    limits = _SPACING_LIMITS[1:] if whole and (step > 1.0 or varied) else _SPACING_LIMITS
     unit = next(unit for limit, unit in limits if step <= limit)
     return unit, "usual" if unit == "s" and not whole else "size"

@@ -24,6 +24,8 @@ WINDOW = 16
 EVENTS = 20_000
 #: Missing samples of one gap that are counted.
 MOST = 1e18
+#: Samples before and after a stamp that comes late, the earliest of which say whether some are missing.
+NEAR = 1024
 #: Missing samples up to which a late stamp takes part in the estimate of the rate.
 SHORT = 32
 
@@ -269,11 +271,29 @@ class Steps:
             # Bursts, or jitter as large as the interval, say nothing about single samples.
             self.lost = True
             late = late[steps[late] > max(20 * usual, 20 * float(np.mean(steps)))]
+            late = late[~self._caught_up(late)]
             self._apart(late)
             missing = np.rint(np.minimum(steps[late] * self.rate, MOST)) - 1
             self.gaps = list(zip(late.tolist(), missing.astype(np.int64).tolist(), strict=True))
             return
         self._missing(late)
+
+    def _caught_up(self, late: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Whether what came late came all the same: the samples after it are as early as those before it ever were."""
+        steps = self.clean
+        step = (float(steps.sum()) - float(steps[late].sum())) / max(steps.size - late.size, 1)
+        delay = np.concatenate([[0.0], np.cumsum(steps - step)])
+
+        def earliest(first: int, end: int) -> float:
+            return float(delay[max(first, 0) : end].min())
+
+        return np.array(
+            [
+                earliest(i + 1, i + 1 + NEAR) - earliest(i + 1 - NEAR, i + 1) < 0.5 * steps[i]
+                for i in late.tolist()
+            ],
+            dtype=bool,
+        )
 
     def _multiples(self, late: NDArray[np.int64]) -> bool:
         """Whether late stamps are late by whole samples, and not bursts of one length."""

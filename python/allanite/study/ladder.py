@@ -61,11 +61,19 @@ class Rung:
     @property
     def changes(self) -> tuple[str, ...]:
         """What was done, one text an effect: ``+ sinusoid``, ``− rate random walk``; what is gone by its count."""
+        left = Counter(self.removed)
+        more = {e.kind for e in self.new if e.title.startswith("several") and left[e.kind]}
+        left.subtract(more)
         gone = tuple(
             f"− {title_of(kind)}" if count == 1 else f"− {count} × {title_of(kind)}"
-            for kind, count in Counter(self.removed).items()
+            for kind, count in left.items()
+            if count > 0
         )
-        return (*(f"+ {self.fit.display_name(e)}" for e in self.new), *gone)
+        came = (
+            self.fit.display_name(e).replace("several", "further", int(e.kind in more))
+            for e in self.new
+        )
+        return (*(f"+ {name}" for name in came), *gone)
 
     def __repr__(self) -> str:
         added = "start" if self.added is None else f"+ {self.added.kind}"
@@ -198,8 +206,8 @@ class Study:
             )
         lines.append(f"stopped: {self.ending}")
         if not self._good_enough:
-            left_over = self.check.left
-            lines += ["left unexplained:", *(f"  {s}" for s in left_over)] if left_over else []
+            left_over = self.check.left or [self.check.nowhere]
+            lines += ["left unexplained:", *(f"  {s}" for s in left_over)]
         lines += ["", fit_table(self.fit, remedy="")]
         if self.undecided is not None:
             lines.append(f"! {undecided_sentence(self.fit, self.undecided)}")
@@ -251,7 +259,7 @@ class Study:
 
         head = ("step", "misfit left", "discrepancy", "ADEV rms", "worst", "prediction", "model")
         title = f"{self.recording.path or 'recording'} · {self.recording.columns[0]}"
-        left = [] if self._good_enough else self.check.left
+        left = [] if self._good_enough else self.check.left or [self.check.nowhere]
         ending = [f"stopped: {self.ending}", *left]
         if self.undecided is not None:
             ending.append(undecided_sentence(self.fit, self.undecided))

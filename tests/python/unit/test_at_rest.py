@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 from allanite.cli.words import WORDS
 from allanite.common.errors import InputError, TooShortError
-from allanite.recording.at_rest import finding_of, rest_of
+from allanite.recording.at_rest import finding_of, quiet_span, rest_of
 
 RATE = 100
 NAMES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
@@ -198,3 +198,20 @@ def test_the_quiet_stretch_that_was_kept_is_told():
     (told,) = [f for f in kept.audit if f.kind == "quiet_stretch"]
     assert told.message.startswith("kept the longest quiet stretch, ")
     assert told.message.endswith("–600 s of 600 s")
+
+
+def test_a_quiet_stretch_has_no_turn_in_it_and_begins_with_no_motion():
+    rng = np.random.default_rng(8)
+    rate, n = 200.0, 60 * 200
+    x = 0.02 * rng.standard_normal((n, 3)) + [0.0, 0.0, 9.81]
+    t = np.arange(n) / rate
+    x[:, 2] = 9.81 * np.cos(np.pi * np.clip((t - 23.0) / 0.9, 0.0, 1.0)) + x[:, 2] - 9.81
+    x[:, 0] += 3.0 * np.exp(-t / 0.3)  # what is left of putting it down
+    record = al.Recording(x, rate=rate, unit="m/s^2", columns=("ax", "ay", "az"))
+    start, end = quiet_span(record)
+    assert 23.8 < start < 25.5
+    assert end == pytest.approx(60.0)
+    # A tap is no motion: the stretch goes on.
+    x[40 * 200 : 40 * 200 + 40, 1] += 2.0
+    record = al.Recording(x, rate=rate, unit="m/s^2", columns=("ax", "ay", "az"))
+    assert quiet_span(record)[1] == pytest.approx(60.0)

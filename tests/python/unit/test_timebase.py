@@ -265,3 +265,35 @@ def test_a_coordinate_of_xarray_is_the_time():
 def test_polars_date_times():
     polars = pytest.importorskip("polars")
     assert Recording(noise(1000), time=polars.Series(DATES)).rate == pytest.approx(100)
+
+
+def test_nanoseconds_since_a_telephone_was_switched_on_are_no_date():
+    step = 2_000_000 + np.random.default_rng(3).integers(-3000, 3000, N)
+    found = read_stamps(672_705_976_809_250 + np.cumsum(step))
+    assert (found.unit, found.rate) == ("ns", pytest.approx(500.0, rel=1e-3))
+
+
+def test_whole_milliseconds_of_several_sensors():
+    rng = np.random.default_rng(4)
+    stamps = 156_496 + np.cumsum(rng.choice([0, 1, 2], N, p=[0.2, 0.45, 0.35]))
+    assert read_stamps(stamps).unit == "ms"
+
+
+def test_samples_that_come_late_in_bursts_are_not_lost():
+    rng = np.random.default_rng(6)
+    n, rate = 40_000, 100.0
+    taken = np.arange(n) / rate
+    # Handed over a few at a time; three times the reader slept for half a second, once samples were lost.
+    arrived = np.ceil(taken / 0.07) * 0.07 + rng.uniform(0.0, 1e-4, n).cumsum() * 1e-4
+    for at in (5_000, 17_000, 30_000):
+        late = slice(at, at + 50)
+        arrived[late] = np.maximum(arrived[late], taken[at] + 0.5 + 1e-5 * np.arange(50))
+    found = read_stamps(arrived + 1e-6 * np.arange(n))
+    # Three times half a second is 0.4 % of the record.
+    assert found.rate == pytest.approx(rate, rel=1e-3)
+    assert found.gaps == ()
+    arrived[20_000:] += 3.0
+    found = read_stamps(arrived + 1e-6 * np.arange(n))
+    ((row, missing),) = found.gaps
+    assert row == pytest.approx(19_999, abs=8)
+    assert missing == pytest.approx(300, abs=8)

@@ -67,7 +67,7 @@ def test_a_ramp_is_the_time_whatever_its_name(tmp_path, name):
     r = al.read(csv(tmp_path, f"{name},a,b", np.arange(N) / 50, X[:, 0], X[:, 1]))
     assert (r.columns, r.rate) == (("a", "b"), pytest.approx(50))
     if name == "Zeitachse":  # which no name gave away
-        assert "Zeitachse rises by much the same in every row: taken as the time" in said(r)
+        assert "Zeitachse rises as time does: taken as the time" in said(r)
 
 
 def test_the_time_row_of_a_matlab_matrix(tmp_path):
@@ -351,3 +351,56 @@ def test_no_unit_is_said_with_what_to_give(tmp_path):
     (told,) = [f for f in al.read(path, rate=100).audit if f.kind == "no_unit"]
     assert told.severity == "info"
     assert not [f for f in al.read(path, rate=100, unit="1").audit if f.kind == "no_unit"]
+
+
+def test_the_time_of_a_file_without_names_beside_a_column_that_is_asked_for(tmp_path):
+    path = tmp_path / "log.txt"
+    day, second = 1_524_614_400, 36_013 + np.arange(N) // 5
+    np.savetxt(path, np.column_stack([np.full(N, day), second, X]), fmt="%.6g")
+    text = path.read_text().replace("1.52461e+09", "2018-04-25")
+    path.write_text(text)
+    r = al.read(path, column="x2", unit="rad/s")
+    assert (r.columns, r.rate) == (("x2",), pytest.approx(5.0, rel=2e-2))
+    columns = al.inspect(path).columns
+    assert [c.role for c in columns[:2]] == ["date", "time"]
+
+
+def test_a_clock_named_like_its_sensor(tmp_path):
+    late = np.cumsum(np.random.default_rng(5).exponential(0.01, N))
+    r = al.read(csv(tmp_path, "gyro_0,gyro_1,gyro_2", late, X[:, 0], X[:, 1]))
+    assert r.columns == ("gyro_1", "gyro_2")
+    # One that comes back is none.
+    late[50] = late[48]
+    with pytest.raises(InputError, match="no sampling rate"):
+        al.read(csv(tmp_path, "gyro_0,gyro_1,gyro_2", late, X[:, 0], X[:, 1]))
+
+
+def test_a_temperature_called_t_is_no_second_clock(tmp_path):
+    warm = np.round(36.0 + 0.2 * np.sin(np.arange(N) / 50.0), 1)
+    path = csv(tmp_path, "time,gx,T", np.arange(N) / 50, X[:, 0], warm)
+    assert "two_clocks" not in {f.kind for f in al.read(path).audit}
+    assert [c.role for c in al.inspect(path).columns] == ["time", "sensor", "other"]
+
+
+def test_names_of_two_lines(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = np.column_stack([np.arange(N) / 50, X])
+    head = "Time (s),IMU Gyroscope (deg/s),,\n,X,Y,Z\n"
+    path.write_text(head + "\n".join(",".join(f"{v:.6g}" for v in row) for row in rows) + "\n")
+    r = al.read(path)
+    assert r.columns == tuple(f"IMU Gyroscope {axis}" for axis in "XYZ")
+    assert set(r.units) == {"deg/s"}
+
+
+def test_a_pointer_of_git_lfs_is_named(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 456492\n")
+    with pytest.raises(InputError, match="pointer of Git LFS"):
+        al.read(path)
+
+
+def test_text_that_matlab_saved(tmp_path):
+    path = tmp_path / "log.mat"
+    np.savetxt(path, np.column_stack([np.arange(N) / 50, X]), fmt="%16.7e")
+    r = al.read(path)
+    assert (len(r.columns), r.rate) == (3, pytest.approx(50))

@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require
+from allanite.readers import text
 from allanite.readers._table import Table, columns_of
 from allanite.readers.arrays._mat5 import arrays
 from allanite.readers.arrays._trial import tried
@@ -35,7 +36,7 @@ RATES = (
 )
 
 
-def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+def read(path: Path, pick: Picker) -> Table:
     """Read the numeric arrays of the longest common length, each a column or several.
 
     Structures are walked into; a scalar called Fs, rate, … is the sampling rate. An array of three
@@ -46,6 +47,10 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     InputError
         A damaged file, or no numeric array in it.
     """
+    with path.open("rb") as stream:
+        begin = stream.read(1024)
+    if begin.strip() and b"\0" not in begin and not begin.startswith(b"MATLAB"):
+        return text.read(path, pick)  # written by save -ascii
     found = dict(_v73(path) if _is_hdf5(path) else _v5(path))
     return assemble(found)
 

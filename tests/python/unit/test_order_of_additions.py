@@ -1,0 +1,57 @@
+"""What goes first, and what gives way at the end: by the evidence, whatever was found first."""
+
+import numpy as np
+
+import allanite as al
+import generators as g
+from allanite.fit import fit_model
+from allanite.study import Rung, exchanged
+
+RATE = 5.0
+
+
+def test_scattered_outliers_go_before_what_has_less_evidence():
+    rng = np.random.default_rng(11)
+    n = 20_000
+    x = g.white(rng, n, RATE, 0.01) + g.gauss_markov(rng, n, RATE, 4e-3, 20.0)
+    at = rng.choice(n, 25, replace=False)
+    x[at] += rng.choice([-1.0, 1.0], 25) * 0.4
+    study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N+B+K")
+    first = study.ladder[1]
+    assert first.added.kind == "outliers"
+    assert study.misfit_left[1] < 50.0
+    assert {"outliers", "gauss_markov"} <= {e.kind for e in study.fit.model}
+
+
+def test_a_loud_stretch_is_no_heap_of_outliers():
+    rng = np.random.default_rng(12)
+    n = 20_000
+    x = g.white(rng, n, RATE, 0.01)
+    x[9_000:11_000] *= 3.0
+    study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N")
+    assert [e.kind for e in study.fit.model] == ["angle_random_walk", "noise_level_change"]
+
+
+def test_the_last_model_is_the_one_that_the_record_prefers():
+    rng = np.random.default_rng(13)
+    n = 20_000
+    x = g.white(rng, n, RATE, 0.01) + g.gauss_markov(rng, n, RATE, 4e-3, 20.0)
+    record = al.Recording(x, rate=RATE, unit="rad/s")
+    first, last = fit_model(record, "N"), fit_model(record, "N+K")
+    ladder = [Rung(first), Rung(last, last.model.effects[-1])]
+    rung = exchanged(ladder)
+    assert rung is not None
+    assert (rung.added.kind, rung.removed) == ("gauss_markov", ("rate_random_walk",))
+    assert rung.risen > 3.0
+    # What has left takes no place again, and the model that was asked about is not exchanged.
+    assert exchanged([*ladder, rung]) is None
+    assert exchanged([Rung(last)]) is None
+
+
+def test_a_notch_has_two_sides():
+    """A low-pass with a floor falls to the Nyquist frequency, and is no notch there."""
+    rng = np.random.default_rng(14)
+    white = g.white(rng, 40_001, 100.0, 0.01)
+    x = 0.6 * white[1:] + 0.4 * white[:-1] + 0.3 * g.white(rng, 40_000, 100.0, 0.01)
+    study = al.improve(al.Recording(x, rate=100.0, unit="rad/s"), "N+B+K")
+    assert "notch" not in {e.kind for e in study.fit.model}
