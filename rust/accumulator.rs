@@ -6,8 +6,8 @@
 //! the order of merging changes what is summed; of integers the sums are exact.
 
 use crate::deviation::loops::sums::{self, Group};
-use crate::machine::processor::Width;
-use crate::phase::{add_to, plain_sum, running_sum};
+use crate::machine::processor::{Width, compiled_for_each_width};
+use crate::phase::{add_to, running_sum, wide_sum};
 use crate::{Error, Result};
 
 /// Largest q + 1.
@@ -89,6 +89,14 @@ impl Level {
     }
 }
 
+/// What an update computes in, for fresh memory costs as much as what is computed in it.
+#[derive(Default)]
+struct Room {
+    blocks: Vec<f64>,
+    pairs: Vec<f64>,
+    phase: Vec<f64>,
+}
+
 /// A stretch of a stream: everything needed to continue it, to join it with its neighbours, and to read it.
 #[derive(Clone, Debug)]
 pub struct Accumulator {
@@ -156,7 +164,7 @@ impl Accumulator {
     /// Takes the next samples; NaN marks a missing one.
     pub fn update(&mut self, samples: &[f64]) -> Result<()> {
         // One pass in the usual case: only a NaN or an infinity makes the sum of finite numbers not finite.
-        let clean = plain_sum(samples).is_finite();
+        let clean = wide_sum(self.width, samples).is_finite();
         if !clean && let Some(bad) = samples.iter().position(|x| x.is_infinite()) {
             let at = self.start + self.samples + bad as u64;
             return Err(Error::Input(format!(
@@ -168,22 +176,21 @@ impl Accumulator {
         let first = samples.iter().find(|x| !x.is_nan()).map(|x| x.round());
         self.origin = self.origin.or(first);
         let origin = self.origin.unwrap_or(0.0);
-        let mut blocks = Vec::with_capacity(PASS.min(samples.len()));
+        let mut room = Room::default();
         for chunk in samples.chunks(PASS) {
-            blocks.clear();
-            blocks.extend(chunk.iter().map(|x| x - origin));
+            room.blocks.resize(chunk.len(), 0.0);
+            counted_from(self.width, chunk, origin, &mut room.blocks);
             if !clean {
-                self.gaps += blocks.iter().map(|x| u64::from(x.is_nan())).sum::<u64>();
+                self.gaps += chunk.iter().map(|x| u64::from(x.is_nan())).sum::<u64>();
             }
             self.samples += chunk.len() as u64;
-            self.append(&blocks);
+            self.append(&mut room);
         }
         Ok(())
     }
 
     /// Blocks for the first level, and the pairs they complete for each next one.
-    fn append(&mut self, blocks: &[f64]) {
-        let mut blocks = std::borrow::Cow::Borrowed(blocks);
+    fn append(&mut self, Room { blocks, pairs, phase }: &mut Room) {
         for level in 0.. {
             if blocks.is_empty() {
                 return;
@@ -192,29 +199,30 @@ impl Accumulator {
             let end = here.end();
             // An odd end has a left half waiting for its right one, unless the stretch itself began there.
             let waiting = (end % 2 == 1 && end > here.start).then(|| here.tail.last().copied()).flatten();
-            let skip = usize::from(end % 2 == 1);
-            let mut pairs: Vec<f64> = Vec::with_capacity(blocks.len() / 2 + 1);
-            pairs.extend(waiting.map(|left| left + blocks[0]));
-            pairs.extend(blocks[skip.min(blocks.len())..].chunks_exact(2).map(|pair| pair[0] + pair[1]));
-            here.push(&blocks);
-            self.settle(level, PASS);
+            let whole = &blocks[usize::from(end % 2 == 1)..];
+            let first = usize::from(waiting.is_some());
+            pairs.resize(first + whole.len() / 2, 0.0);
+            pairs[..first].copy_from_slice(waiting.map(|left| left + blocks[0]).as_slice());
+            pair_sums(self.width, whole, &mut pairs[first..]);
+            here.push(blocks);
+            self.settle(level, PASS, phase);
             if !pairs.is_empty() && level + 1 == self.levels.len() {
                 let start = self.levels[level].start.div_ceil(2);
                 self.levels.push(Level::new(start, self.grid.at(level + 1).len()));
             }
-            blocks = pairs.into();
+            std::mem::swap(blocks, pairs);
         }
     }
 
     /// Sums the terms whose blocks are all there, once at least `least` of them wait.
-    fn settle(&mut self, level: usize, least: usize) {
+    fn settle(&mut self, level: usize, least: usize, phase: &mut Vec<f64>) {
         let waiting = self.levels[level].tail.len().saturating_sub(SPAN);
         if waiting == 0 || waiting < least.min(PASS) / if level == 0 { 1 } else { 4 } {
             return;
         }
         let factors = self.grid.at(level);
         let here = &mut self.levels[level];
-        add_terms(self.width, &here.tail, waiting, &factors, &mut here.sums, &mut here.counts);
+        add_terms(self.width, &here.tail, waiting, &factors, phase, (&mut here.sums, &mut here.counts));
         here.tail.drain(..waiting);
         here.next += waiting as u64;
     }
@@ -276,7 +284,7 @@ impl Accumulator {
             let factors = self.grid.at(level);
             let (mut sums, mut counts) = (here.sums.clone(), here.counts.clone());
             let waiting = here.tail.len();
-            add_terms(self.width, &here.tail, waiting, &factors, &mut sums, &mut counts);
+            add_terms(self.width, &here.tail, waiting, &factors, &mut vec![], (&mut sums, &mut counts));
             for ((q, sum), count) in factors.iter().zip(sums).zip(counts) {
                 let all = (here.end() - here.start + 1).saturating_sub(2 * *q as u64);
                 if all > 0 {
@@ -297,7 +305,7 @@ fn join(width: Width, ours: &mut Level, theirs: &Level, factors: &[usize], moved
     // Terms that begin on our side and end on theirs.
     let begun = ours.tail.len();
     ours.push(&theirs.head.iter().map(&moved).collect::<Vec<_>>());
-    add_terms(width, &ours.tail, begun, factors, &mut ours.sums, &mut ours.counts);
+    add_terms(width, &ours.tail, begun, factors, &mut vec![], (&mut ours.sums, &mut ours.counts));
     for (to, from) in ours.sums.iter_mut().zip(&theirs.sums) {
         add_to(to, from[0]);
         add_to(to, from[1]);
@@ -315,19 +323,24 @@ fn add_terms(
     blocks: &[f64],
     begun: usize,
     factors: &[usize],
-    sums: &mut [[f64; 2]],
-    counts: &mut [u64],
+    phase: &mut Vec<f64>,
+    (sums, counts): (&mut [[f64; 2]], &mut [u64]),
 ) {
-    let mut phase = Vec::with_capacity(blocks.len() + 1);
-    phase.extend_from_slice(blocks);
-    phase.push(0.0);
-    let runs =
-        if plain_sum(blocks).is_nan() { runs_between_gaps(&mut phase) } else { vec![(0, blocks.len())] };
-    running_sum(&mut phase, width);
+    let count = blocks.len();
+    phase.resize(count + 1, 0.0);
+    running_sum(blocks, &mut phase[..count], width);
+    phase[count] = blocks.last().map_or(0.0, |last| phase[count - 1] + last);
+    let mut runs = vec![(0, count)];
+    if phase[count].is_nan() {
+        let mut filled = blocks.to_vec();
+        runs = runs_between_gaps(&mut filled);
+        running_sum(&filled, &mut phase[..count], width);
+        phase[count] = phase[count - 1] + filled[count - 1];
+    }
     let placed: Vec<_> = factors.iter().copied().enumerate().collect();
     let groups: Vec<Group> = sums::groups(width, &placed);
     let mut found = vec![0.0; factors.len()];
-    sums::add(width, (&phase, 0), (0, begun), &runs, &groups, &mut found);
+    sums::add(width, (phase, 0), (0, begun), &runs, &groups, &mut found);
     for ((to, sum), (count, m)) in sums.iter_mut().zip(found).zip(counts.iter_mut().zip(factors)) {
         add_to(to, sum);
         let terms = |run: &(usize, usize)| begun.min((run.1 + 1).saturating_sub(2 * m)).saturating_sub(run.0);
@@ -335,18 +348,41 @@ fn add_terms(
     }
 }
 
-/// Runs of finite blocks; the others, and the last value, which closes the phase, become zeros.
+/// Runs of finite blocks; the others become zeros.
 fn runs_between_gaps(blocks: &mut [f64]) -> Vec<(usize, usize)> {
-    let last = blocks.len() - 1;
     let mut runs = Vec::new();
     let mut open = 0;
-    for (i, block) in blocks[..last].iter_mut().enumerate() {
+    for (i, block) in blocks.iter_mut().enumerate() {
         if block.is_nan() {
             *block = 0.0;
             runs.extend((i > open).then_some((open, i)));
             open = i + 1;
         }
     }
-    runs.extend((last > open).then_some((open, last)));
+    runs.extend((blocks.len() > open).then_some((open, blocks.len())));
     runs
+}
+
+compiled_for_each_width! {
+    fn counted_from(samples: &[f64], origin: f64, out: &mut [f64]) = counted_from_inline
+}
+
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+#[inline(always)]
+fn counted_from_inline(samples: &[f64], origin: f64, out: &mut [f64]) {
+    for (out, x) in out.iter_mut().zip(samples) {
+        *out = x - origin;
+    }
+}
+
+compiled_for_each_width! {
+    fn pair_sums(blocks: &[f64], out: &mut [f64]) = pair_sums_inline
+}
+
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+#[inline(always)]
+fn pair_sums_inline(blocks: &[f64], out: &mut [f64]) {
+    for (out, pair) in out.iter_mut().zip(blocks.as_chunks::<2>().0) {
+        *out = pair[0] + pair[1];
+    }
 }

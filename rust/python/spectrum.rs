@@ -71,10 +71,8 @@ impl PyLapped {
         before: PyReadonlyArray1<'_, f64>,
         taps: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Self> {
-        let (after, before) = (after.as_slice()?.to_vec(), before.as_slice()?.to_vec());
-        Ok(Self(
-            Lapped::new(after, before, taps.as_slice()?, Width::best()).map_err(super::errors::to_python)?,
-        ))
+        let (after, before, taps) = (after.as_slice()?, before.as_slice()?, taps.as_slice()?);
+        Ok(Self(Lapped::new(after, before, taps, Width::best()).map_err(super::errors::to_python)?))
     }
 
     fn halved<'py>(
