@@ -59,10 +59,16 @@ impl Weights {
         }
     }
 
-    /// Adds the power of the coefficients 0, 2, 4, … and n − 1, n − 3, … of a transformed segment, from the places
-    /// `from` on.
+    /// Power of the coefficients 0, 2, 4, … and n − 1, n − 3, … of a transformed segment, from the places `from` on, put
+    /// together with what is there.
     #[inline(always)]
-    pub fn add_power(&self, turned: &[Complex<f64>], from: usize, power: &mut [Vec<f64>; 2]) {
+    pub fn power(
+        &self,
+        turned: &[Complex<f64>],
+        from: usize,
+        power: &mut [Vec<f64>; 2],
+        put: impl Fn(f64, f64) -> f64,
+    ) {
         let [even, odd] = power;
         let count = even.len();
         let (turned, odd) = (&turned[from..from + count], &mut odd[..count]);
@@ -70,8 +76,8 @@ impl Weights {
         for k in 0..count {
             let x = turned[k].re * re[k] - turned[k].im * im[k];
             let y = turned[k].re * im[k] + turned[k].im * re[k];
-            even[k] += x * x;
-            odd[k] += y * y;
+            even[k] = put(even[k], x * x);
+            odd[k] = put(odd[k], y * y);
         }
     }
 

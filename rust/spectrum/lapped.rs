@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use realfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
@@ -137,18 +137,16 @@ impl Lapped {
         self.fft.process_with_scratch(&mut room.turned, &mut room.scratch);
     }
 
-    /// Halves the rate of one tile; returns the power of its segments at the coefficients `kept`.
+    /// Halves the rate of one tile; returns the power of its segments at the coefficients `kept`, or nothing where a
+    /// sample is missing.
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     #[inline(always)]
-    fn tile(
-        &self,
-        x: &[f64],
-        mean: f64,
-        kept: &Range<usize>,
-        halved: &mut [f64],
-        room: &mut Room,
-    ) -> Vec<f64> {
+    fn tile(&self, x: &[f64], kept: &Range<usize>, halved: &mut [f64], room: &mut Room) -> Option<Vec<f64>> {
         split(x, &mut room.even, &mut room.odd);
+        let mean = (plain_sum(&room.even) + plain_sum(&room.odd)) / x.len() as f64;
+        if mean.is_nan() {
+            return None;
+        }
         let beyond = self.half / 2 - REACH / 2;
         let inner = beyond..x.len() / 2 - beyond;
         halve_split(&self.taps, &room.even[inner.clone()], &room.odd[inner], halved);
@@ -156,21 +154,25 @@ impl Lapped {
         let pairs = kept.start / 2..kept.end.div_ceil(2);
         let from = pairs.start.min(self.half - pairs.end);
         let to = pairs.end.max(self.half - pairs.start);
-        for power in &mut room.power {
-            power.clear();
-            power.resize(to - from, 0.0);
-        }
+        room.power.iter_mut().for_each(|power| power.resize(to - from, 0.0));
         for segment in 0..EACH {
             self.transform(segment, mean, room);
-            self.weights.add_power(&room.turned, from, &mut room.power);
+            if segment == 0 {
+                self.weights.power(&room.turned, from, &mut room.power, |_, new| new);
+            } else {
+                self.weights.power(&room.turned, from, &mut room.power, |old, new| old + new);
+            }
         }
         let [even, odd] = &room.power;
+        let even = &even[pairs.start - from..pairs.end - from];
         let odd = &odd[self.half - pairs.end - from..self.half - pairs.start - from];
-        let found = even[pairs.start - from..pairs.end - from].iter().zip(odd.iter().rev());
-        let mut power: Vec<f64> = found.flat_map(|(even, odd)| [*even, *odd]).collect();
+        let mut power = vec![0.0; 2 * pairs.len()];
+        for ((to, even), odd) in power.as_chunks_mut::<2>().0.iter_mut().zip(even).zip(odd.iter().rev()) {
+            *to = [*even, *odd];
+        }
         power.truncate(kept.end - 2 * pairs.start);
         power.drain(..kept.start % 2);
-        power
+        Some(power)
     }
 
     /// # Safety
@@ -180,12 +182,11 @@ impl Lapped {
     unsafe fn tile_avx2(
         &self,
         x: &[f64],
-        mean: f64,
         kept: &Range<usize>,
         halved: &mut [f64],
         room: &mut Room,
-    ) -> Vec<f64> {
-        self.tile(x, mean, kept, halved, room)
+    ) -> Option<Vec<f64>> {
+        self.tile(x, kept, halved, room)
     }
 
     /// # Safety
@@ -195,12 +196,11 @@ impl Lapped {
     unsafe fn tile_avx512(
         &self,
         x: &[f64],
-        mean: f64,
         kept: &Range<usize>,
         halved: &mut [f64],
         room: &mut Room,
-    ) -> Vec<f64> {
-        self.tile(x, mean, kept, halved, room)
+    ) -> Option<Vec<f64>> {
+        self.tile(x, kept, halved, room)
     }
 
     /// Halves the rate of consecutive tiles and adds the power of their segments, as far as no sample is missing.
@@ -212,31 +212,36 @@ impl Lapped {
         if sums.high.len() != sums.low.len() || sums.first + sums.high.len() > self.segment() {
             return Err(Error::Input(format!("{} sums of {}", sums.high.len(), self.segment())));
         }
-        let span = |t: usize| &x[t * tile..(t + 1) * tile + 2 * half];
-        // Margins belong to two tiles: each half of a segment is summed once.
-        let halves: Vec<f64> = x.chunks(half).map(plain_sum).collect();
-        let means: Vec<f64> = (halves.windows(2 * EACH + 2).step_by(2 * EACH).take(count))
-            .map(|halves| halves.iter().sum::<f64>() / (tile + 2 * half) as f64)
-            .take_while(|mean| !mean.is_nan())
-            .collect();
-        let mut halved = vec![0.0; means.len() * tile / 2];
-        let items = halved.chunks_mut(tile / 2).zip(&means).enumerate();
+        let mut halved = vec![0.0; count * tile / 2];
+        let items = halved.chunks_mut(tile / 2).enumerate();
         let (stop, kept) = (AtomicBool::new(false), sums.first..sums.first + sums.high.len());
-        let work = |(): &mut (), (t, (halved, mean)): (usize, (&mut [f64], &f64))| {
-            self.with_room(tile + 2 * half, |room| {
+        // What follows a tile with a missing sample is left for another call.
+        let holed = AtomicUsize::new(count);
+        let work = |(): &mut (), (t, halved): (usize, &mut [f64])| {
+            if t > holed.load(Ordering::Relaxed) {
+                return None;
+            }
+            let x = &x[t * tile..(t + 1) * tile + 2 * half];
+            let power = self.with_room(x.len(), |room| {
                 // SAFETY: a `Width` is only made of units that the processor has.
                 unsafe {
                     match self.width.unit() {
-                        Unit::Portable => self.tile(span(t), *mean, &kept, halved, room),
+                        Unit::Portable => self.tile(x, &kept, halved, room),
                         #[cfg(target_arch = "x86_64")]
-                        Unit::Avx2 => self.tile_avx2(span(t), *mean, &kept, halved, room),
+                        Unit::Avx2 => self.tile_avx2(x, &kept, halved, room),
                         #[cfg(target_arch = "x86_64")]
-                        Unit::Avx512 => self.tile_avx512(span(t), *mean, &kept, halved, room),
+                        Unit::Avx512 => self.tile_avx512(x, &kept, halved, room),
                     }
                 }
-            })
+            });
+            if power.is_none() {
+                holed.fetch_min(t, Ordering::Relaxed);
+            }
+            power
         };
-        let power = for_each(threads, items, &stop, || (), work)?;
+        let power: Vec<_> =
+            for_each(threads, items, &stop, || (), work)?.into_iter().map_while(|p| p).collect();
+        halved.truncate(power.len() * tile / 2);
         let of_bands = sums.first.min(sums.high.len());
         let edge = |band: usize| of_bands * band / bands;
         let mut in_bands = Vec::with_capacity(bands * power.len());
@@ -244,7 +249,7 @@ impl Lapped {
             add_row(self.width, sums.high, sums.low, one);
             in_bands.extend((0..bands).map(|b| plain_sum(&one[edge(b)..edge(b + 1)])));
         }
-        Ok(Tiles { halved, bands: in_bands, count: means.len() })
+        Ok(Tiles { halved, bands: in_bands, count: power.len() })
     }
 }
 
