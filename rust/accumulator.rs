@@ -5,10 +5,13 @@
 //! sample while m < 32). Blocks are added in pairs that the grid fixes, so that neither the lengths of the chunks nor
 //! the order of merging changes what is summed; of integers the sums are exact.
 
+mod blocks;
+
 use crate::deviation::loops::sums::{self, Group};
-use crate::machine::processor::{Width, compiled_for_each_width};
+use crate::machine::processor::Width;
 use crate::phase::{add_to, running_sum, wide_sum};
 use crate::{Error, Result};
+use blocks::{counted_from, pair_sums, runs_between_gaps};
 
 /// Largest q + 1.
 const TOP: usize = 32;
@@ -17,11 +20,25 @@ const SPAN: usize = 2 * (TOP - 1);
 /// Blocks that one pass takes: about 32 KiB of phase, which all factors of a level read from the first-level cache.
 const PASS: usize = 4096;
 
-/// Factors of one octave: 16 ≤ q < 32, and those below 16 on the first level.
+/// Factors of one octave: 16 ≤ q < 32, and with those below 16 on the first level.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Grid {
-    low: Vec<usize>,
-    octave: Vec<usize>,
+    first: Terms,
+    others: Terms,
+}
+
+/// Factors of a level, and which of them share a pass.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Terms {
+    factors: Vec<usize>,
+    groups: Vec<Group>,
+}
+
+impl Terms {
+    fn new(factors: Vec<usize>) -> Self {
+        let placed: Vec<_> = factors.iter().copied().enumerate().collect();
+        Self { groups: sums::groups(Width::best(), &placed), factors }
+    }
 }
 
 impl Grid {
@@ -41,12 +58,12 @@ impl Grid {
             .collect();
         low.sort_unstable();
         low.dedup();
-        Ok(Self { low, octave })
+        low.extend(&octave);
+        Ok(Self { first: Terms::new(low), others: Terms::new(octave) })
     }
 
-    fn at(&self, level: usize) -> Vec<usize> {
-        let low: &[usize] = if level == 0 { &self.low } else { &[] };
-        low.iter().chain(&self.octave).copied().collect()
+    fn at(&self, level: usize) -> &Terms {
+        if level == 0 { &self.first } else { &self.others }
     }
 }
 
@@ -119,7 +136,7 @@ type LevelState = (u64, Vec<f64>, Vec<f64>, u64, Vec<[f64; 2]>, Vec<u64>);
 impl Accumulator {
     /// An empty stretch that begins with sample `start` of its stream.
     pub fn new(grid: Grid, start: u64) -> Self {
-        let levels = vec![Level::new(start, grid.at(0).len())];
+        let levels = vec![Level::new(start, grid.at(0).factors.len())];
         Self { grid, start, samples: 0, gaps: 0, origin: None, levels, width: Width::best() }
     }
 
@@ -134,7 +151,7 @@ impl Accumulator {
     pub fn restored(grid: Grid, (start, samples, gaps, origin, levels): State) -> Result<Self> {
         let mut kept = Vec::with_capacity(levels.len());
         for (at, (start, head, tail, next, sums, counts)) in levels.into_iter().enumerate() {
-            let factors = grid.at(at).len();
+            let factors = grid.at(at).factors.len();
             if sums.len() != factors || counts.len() != factors || next < start || head.len() > SPAN {
                 return Err(Error::Input(format!("level {at} of the accumulator's state is damaged")));
             }
@@ -208,7 +225,7 @@ impl Accumulator {
             self.settle(level, PASS, phase);
             if !pairs.is_empty() && level + 1 == self.levels.len() {
                 let start = self.levels[level].start.div_ceil(2);
-                self.levels.push(Level::new(start, self.grid.at(level + 1).len()));
+                self.levels.push(Level::new(start, self.grid.at(level + 1).factors.len()));
             }
             std::mem::swap(blocks, pairs);
         }
@@ -220,9 +237,15 @@ impl Accumulator {
         if waiting == 0 || waiting < least.min(PASS) / if level == 0 { 1 } else { 4 } {
             return;
         }
-        let factors = self.grid.at(level);
         let here = &mut self.levels[level];
-        add_terms(self.width, &here.tail, waiting, &factors, phase, (&mut here.sums, &mut here.counts));
+        add_terms(
+            self.width,
+            &here.tail,
+            waiting,
+            self.grid.at(level),
+            phase,
+            (&mut here.sums, &mut here.counts),
+        );
         here.tail.drain(..waiting);
         here.next += waiting as u64;
     }
@@ -254,7 +277,7 @@ impl Accumulator {
             }
             if level == self.levels.len() {
                 let start = self.start.div_ceil(1 << level);
-                self.levels.push(Level::new(start, self.grid.at(level).len()));
+                self.levels.push(Level::new(start, self.grid.at(level).factors.len()));
             }
             let moved = |block: &f64| block + shift * (1_u64 << level) as f64;
             let ours = &mut self.levels[level];
@@ -270,7 +293,7 @@ impl Accumulator {
             };
             ours.push(straddling.as_slice());
             if let Some(theirs) = theirs {
-                join(self.width, ours, theirs, &self.grid.at(level), moved);
+                join(self.width, ours, theirs, self.grid.at(level), moved);
             }
             straddling = left.zip(right).map(|(left, right)| left + right);
         }
@@ -281,11 +304,11 @@ impl Accumulator {
     pub fn reading(&self) -> Reading {
         let mut out = Vec::new();
         for (level, here) in self.levels.iter().enumerate() {
-            let factors = self.grid.at(level);
+            let terms = self.grid.at(level);
             let (mut sums, mut counts) = (here.sums.clone(), here.counts.clone());
             let waiting = here.tail.len();
-            add_terms(self.width, &here.tail, waiting, &factors, &mut vec![], (&mut sums, &mut counts));
-            for ((q, sum), count) in factors.iter().zip(sums).zip(counts) {
+            add_terms(self.width, &here.tail, waiting, terms, &mut vec![], (&mut sums, &mut counts));
+            for ((q, sum), count) in terms.factors.iter().zip(sums).zip(counts) {
                 let all = (here.end() - here.start + 1).saturating_sub(2 * *q as u64);
                 if all > 0 {
                     out.push(((*q as u64) << level, 1 << level, sum[0] + sum[1], count, all - count));
@@ -297,7 +320,7 @@ impl Accumulator {
 }
 
 /// Appends a level of the next stretch to the same level of this one.
-fn join(width: Width, ours: &mut Level, theirs: &Level, factors: &[usize], moved: impl Fn(&f64) -> f64) {
+fn join(width: Width, ours: &mut Level, theirs: &Level, terms: &Terms, moved: impl Fn(&f64) -> f64) {
     if theirs.next == theirs.start {
         ours.push(&theirs.tail.iter().map(moved).collect::<Vec<_>>());
         return;
@@ -305,7 +328,7 @@ fn join(width: Width, ours: &mut Level, theirs: &Level, factors: &[usize], moved
     // Terms that begin on our side and end on theirs.
     let begun = ours.tail.len();
     ours.push(&theirs.head.iter().map(&moved).collect::<Vec<_>>());
-    add_terms(width, &ours.tail, begun, factors, &mut vec![], (&mut ours.sums, &mut ours.counts));
+    add_terms(width, &ours.tail, begun, terms, &mut vec![], (&mut ours.sums, &mut ours.counts));
     for (to, from) in ours.sums.iter_mut().zip(&theirs.sums) {
         add_to(to, from[0]);
         add_to(to, from[1]);
@@ -322,7 +345,7 @@ fn add_terms(
     width: Width,
     blocks: &[f64],
     begun: usize,
-    factors: &[usize],
+    Terms { factors, groups }: &Terms,
     phase: &mut Vec<f64>,
     (sums, counts): (&mut [[f64; 2]], &mut [u64]),
 ) {
@@ -337,52 +360,11 @@ fn add_terms(
         running_sum(&filled, &mut phase[..count], width);
         phase[count] = phase[count - 1] + filled[count - 1];
     }
-    let placed: Vec<_> = factors.iter().copied().enumerate().collect();
-    let groups: Vec<Group> = sums::groups(width, &placed);
     let mut found = vec![0.0; factors.len()];
-    sums::add(width, (phase, 0), (0, begun), &runs, &groups, &mut found);
+    sums::add(width, (phase, 0), (0, begun), &runs, groups, &mut found);
     for ((to, sum), (count, m)) in sums.iter_mut().zip(found).zip(counts.iter_mut().zip(factors)) {
         add_to(to, sum);
         let terms = |run: &(usize, usize)| begun.min((run.1 + 1).saturating_sub(2 * m)).saturating_sub(run.0);
         *count += runs.iter().map(|run| terms(run) as u64).sum::<u64>();
-    }
-}
-
-/// Runs of finite blocks; the others become zeros.
-fn runs_between_gaps(blocks: &mut [f64]) -> Vec<(usize, usize)> {
-    let mut runs = Vec::new();
-    let mut open = 0;
-    for (i, block) in blocks.iter_mut().enumerate() {
-        if block.is_nan() {
-            *block = 0.0;
-            runs.extend((i > open).then_some((open, i)));
-            open = i + 1;
-        }
-    }
-    runs.extend((blocks.len() > open).then_some((open, blocks.len())));
-    runs
-}
-
-compiled_for_each_width! {
-    fn counted_from(samples: &[f64], origin: f64, out: &mut [f64]) = counted_from_inline
-}
-
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-#[inline(always)]
-fn counted_from_inline(samples: &[f64], origin: f64, out: &mut [f64]) {
-    for (out, x) in out.iter_mut().zip(samples) {
-        *out = x - origin;
-    }
-}
-
-compiled_for_each_width! {
-    fn pair_sums(blocks: &[f64], out: &mut [f64]) = pair_sums_inline
-}
-
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-#[inline(always)]
-fn pair_sums_inline(blocks: &[f64], out: &mut [f64]) {
-    for (out, pair) in out.iter_mut().zip(blocks.as_chunks::<2>().0) {
-        *out = pair[0] + pair[1];
     }
 }

@@ -157,4 +157,14 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn every_width_sums_to_the_same_bits() {
+        for n in [0, 1, 15, 16, 17, 100] {
+            let values: Vec<f64> = (0..n).map(|i| f64::from(i).sin()).collect();
+            for width in crate::machine::processor::Width::available() {
+                assert_eq!(crate::phase::wide_sum(width, &values), super::sum(&values));
+            }
+        }
+    }
 }

@@ -60,8 +60,8 @@ pub fn best_pair(
 #[pyclass(name = "Lapped", module = "allanite._core", frozen)]
 pub struct PyLapped(Lapped);
 
-/// Halved samples, power in bands tile by tile, and how many tiles that is.
-type Tiles<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, usize);
+/// Power in bands tile by tile, and how many tiles that is.
+type Tiles<'py> = (Bound<'py, PyArray1<f64>>, usize);
 
 #[pymethods]
 impl PyLapped {
@@ -97,6 +97,7 @@ impl PyLapped {
         &self,
         py: Python<'py>,
         x: PyReadonlyArray1<'py, f64>,
+        mut halved: PyReadwriteArray1<'py, f64>,
         first: usize,
         sums: (PyReadwriteArray1<'py, f64>, PyReadwriteArray1<'py, f64>),
         bands: usize,
@@ -104,8 +105,9 @@ impl PyLapped {
     ) -> PyResult<Tiles<'py>> {
         let (x, (mut high, mut low)) = (x.as_slice()?, sums);
         let sums = Sums { first, high: high.as_slice_mut()?, low: low.as_slice_mut()? };
-        let found = run_short(py, || self.0.tiles(x, sums, bands, threads))?;
-        Ok((found.halved.into_pyarray(py), found.bands.into_pyarray(py), found.count))
+        let halved = halved.as_slice_mut()?;
+        let found = run_short(py, || self.0.tiles(x, halved, sums, bands, threads))?;
+        Ok((found.bands.into_pyarray(py), found.count))
     }
 }
 

@@ -52,8 +52,6 @@ thread_local! {
 
 /// What tiles without a missing sample tell.
 pub struct Tiles {
-    /// Samples at half the rate, of all tiles.
-    pub halved: Vec<f64>,
     /// Power in each band, tile by tile.
     pub bands: Vec<f64>,
     /// Tiles before the first with a missing sample.
@@ -205,14 +203,24 @@ impl Lapped {
 
     /// Halves the rate of consecutive tiles and adds the power of their segments, as far as no sample is missing.
     ///
-    /// `x` begins half a segment before the first tile and ends as far behind the last.
-    pub fn tiles(&self, x: &[f64], sums: Sums<'_>, bands: usize, threads: usize) -> Result<Tiles> {
+    /// `x` begins half a segment before the first tile and ends as far behind the last. `halved` is written up to the
+    /// tile that holds a missing sample.
+    pub fn tiles(
+        &self,
+        x: &[f64],
+        halved: &mut [f64],
+        sums: Sums<'_>,
+        bands: usize,
+        threads: usize,
+    ) -> Result<Tiles> {
         let (half, tile) = (self.half, EACH * self.segment());
         let count = x.len().saturating_sub(2 * half) / tile;
         if sums.high.len() != sums.low.len() || sums.first + sums.high.len() > self.segment() {
             return Err(Error::Input(format!("{} sums of {}", sums.high.len(), self.segment())));
         }
-        let mut halved = vec![0.0; count * tile / 2];
+        if halved.len() != count * tile / 2 {
+            return Err(Error::Input(format!("room for {} halved samples of {count} tiles", halved.len())));
+        }
         let items = halved.chunks_mut(tile / 2).enumerate();
         let (stop, kept) = (AtomicBool::new(false), sums.first..sums.first + sums.high.len());
         // What follows a tile with a missing sample is left for another call.
@@ -241,7 +249,6 @@ impl Lapped {
         };
         let power: Vec<_> =
             for_each(threads, items, &stop, || (), work)?.into_iter().map_while(|p| p).collect();
-        halved.truncate(power.len() * tile / 2);
         let of_bands = sums.first.min(sums.high.len());
         let edge = |band: usize| of_bands * band / bands;
         let mut in_bands = Vec::with_capacity(bands * power.len());
@@ -249,7 +256,7 @@ impl Lapped {
             add_row(self.width, sums.high, sums.low, one);
             in_bands.extend((0..bands).map(|b| plain_sum(&one[edge(b)..edge(b + 1)])));
         }
-        Ok(Tiles { halved, bands: in_bands, count: power.len() })
+        Ok(Tiles { bands: in_bands, count: power.len() })
     }
 }
 
@@ -325,8 +332,10 @@ mod tests {
             let by = |x: &[f64], threads: usize| {
                 let (mut high, mut low) = (vec![0.0; kept], vec![0.0; kept]);
                 let sums = Sums { first: 20, high: &mut high, low: &mut low };
-                let found = lapped.tiles(x, sums, 4, threads).unwrap();
-                (found.count, found.halved, found.bands, high, low)
+                let mut halved = vec![0.0; 9 * tile / 2];
+                let found = lapped.tiles(x, &mut halved, sums, 4, threads).unwrap();
+                halved.truncate(found.count * tile / 2);
+                (found.count, halved, found.bands, high, low)
             };
             let whole = by(&x, 1);
             assert_eq!(whole, by(&x, 3));

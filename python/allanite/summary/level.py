@@ -129,13 +129,15 @@ class Level:
         while done < count:
             if self.spectral:
                 # As far as no sample is missing, by all threads.
-                half, bands, taken = kernel().tiles(
-                    x[done * TILE :], LOW, (self.power.high, self.power.low), BANDS, self.threads
+                half = np.empty((count - done) * TILE // 2)
+                sums = self.power.high, self.power.low
+                bands, taken = kernel().tiles(
+                    x[done * TILE :], half, LOW, sums, BANDS, self.threads
                 )
                 if taken:
                     self.frames += 2.0 * taken
                     self.blocks.add(first + done, bands.reshape(taken, BANDS), 2.0)
-                    out.append(half)
+                    out.append(half[: taken * TILE // 2])
                     done += taken
                     continue
             at = done * TILE
