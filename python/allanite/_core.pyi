@@ -34,8 +34,7 @@ class Lapped:
         self,
         x: NDArray[np.float64],
         halved: NDArray[np.float64],
-        first: int,
-        sums: tuple[NDArray[np.float64], NDArray[np.float64]],
+        sums: tuple[int, NDArray[np.float64], NDArray[np.float64]],
         bands: int,
         threads: int,
     ) -> tuple[NDArray[np.float64], int]: ...

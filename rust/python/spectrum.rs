@@ -98,12 +98,11 @@ impl PyLapped {
         py: Python<'py>,
         x: PyReadonlyArray1<'py, f64>,
         mut halved: PyReadwriteArray1<'py, f64>,
-        first: usize,
-        sums: (PyReadwriteArray1<'py, f64>, PyReadwriteArray1<'py, f64>),
+        sums: (usize, PyReadwriteArray1<'py, f64>, PyReadwriteArray1<'py, f64>),
         bands: usize,
         threads: usize,
     ) -> PyResult<Tiles<'py>> {
-        let (x, (mut high, mut low)) = (x.as_slice()?, sums);
+        let (x, (first, mut high, mut low)) = (x.as_slice()?, sums);
         let sums = Sums { first, high: high.as_slice_mut()?, low: low.as_slice_mut()? };
         let halved = halved.as_slice_mut()?;
         let found = run_short(py, || self.0.tiles(x, halved, sums, bands, threads))?;

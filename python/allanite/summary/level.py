@@ -130,9 +130,9 @@ class Level:
             if self.spectral:
                 # As far as no sample is missing, by all threads.
                 half = np.empty((count - done) * TILE // 2)
-                sums = self.power.high, self.power.low
+                sums = LOW, self.power.high, self.power.low
                 bands, taken = kernel().tiles(
-                    x[done * TILE :], half, LOW, sums, BANDS, self.threads
+                    x[done * TILE :], half, sums, BANDS, self.threads
                 )
                 if taken:
                     self.frames += 2.0 * taken
