@@ -131,9 +131,7 @@ class Level:
                 # As far as no sample is missing, by all threads.
                 half = np.empty((count - done) * TILE // 2)
                 sums = LOW, self.power.high, self.power.low
-                bands, taken = kernel().tiles(
-                    x[done * TILE :], half, sums, BANDS, self.threads
-                )
+                bands, taken = kernel().tiles(x[done * TILE :], half, sums, BANDS, self.threads)
                 if taken:
                     self.frames += 2.0 * taken
                     self.blocks.add(first + done, bands.reshape(taken, BANDS), 2.0)

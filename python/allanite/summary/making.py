@@ -183,7 +183,7 @@ def _taken(
         table = samples if samples.ndim == 2 else samples[:, None]
         return [table.T, *(x[None] for x in chunk.covariates.values())], about
     array = chunk if isinstance(chunk, np.ndarray) else np.asarray(chunk)
-    if array.dtype.kind not in "iuf" or array.ndim not in (1, 2):
+    if array.dtype.kind not in "iuf" or array.ndim not in (1, 2) or 0 in array.shape[1:]:
         raise InputError(
             f"a chunk must hold real numbers of shape (n,) or (n, columns), found {array.dtype} of shape {array.shape}"
         )
