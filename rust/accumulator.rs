@@ -5,10 +5,13 @@
 //! sample while m < 32). Blocks are added in pairs that the grid fixes, so that neither the lengths of the chunks nor
 //! the order of merging changes what is summed; of integers the sums are exact.
 
+mod blocks;
+
 use crate::deviation::loops::sums::{self, Group};
 use crate::machine::processor::Width;
-use crate::phase::{add_to, plain_sum, running_sum};
+use crate::phase::{add_to, running_sum, wide_sum};
 use crate::{Error, Result};
+use blocks::{counted_from, pair_sums, runs_between_gaps};
 
 /// Largest q + 1.
 const TOP: usize = 32;
@@ -17,11 +20,25 @@ const SPAN: usize = 2 * (TOP - 1);
 /// Blocks that one pass takes: about 32 KiB of phase, which all factors of a level read from the first-level cache.
 const PASS: usize = 4096;
 
-/// Factors of one octave: 16 ≤ q < 32, and those below 16 on the first level.
+/// Factors of one octave: 16 ≤ q < 32, and with those below 16 on the first level.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Grid {
-    low: Vec<usize>,
-    octave: Vec<usize>,
+    first: Terms,
+    others: Terms,
+}
+
+/// Factors of a level, and which of them share a pass.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Terms {
+    factors: Vec<usize>,
+    groups: Vec<Group>,
+}
+
+impl Terms {
+    fn new(factors: Vec<usize>) -> Self {
+        let placed: Vec<_> = factors.iter().copied().enumerate().collect();
+        Self { groups: sums::groups(Width::best(), &placed), factors }
+    }
 }
 
 impl Grid {
@@ -41,12 +58,12 @@ impl Grid {
             .collect();
         low.sort_unstable();
         low.dedup();
-        Ok(Self { low, octave })
+        low.extend(&octave);
+        Ok(Self { first: Terms::new(low), others: Terms::new(octave) })
     }
 
-    fn at(&self, level: usize) -> Vec<usize> {
-        let low: &[usize] = if level == 0 { &self.low } else { &[] };
-        low.iter().chain(&self.octave).copied().collect()
+    fn at(&self, level: usize) -> &Terms {
+        if level == 0 { &self.first } else { &self.others }
     }
 }
 
@@ -89,6 +106,14 @@ impl Level {
     }
 }
 
+/// What an update computes in, for fresh memory costs as much as what is computed in it.
+#[derive(Default)]
+struct Room {
+    blocks: Vec<f64>,
+    pairs: Vec<f64>,
+    phase: Vec<f64>,
+}
+
 /// A stretch of a stream: everything needed to continue it, to join it with its neighbours, and to read it.
 #[derive(Clone, Debug)]
 pub struct Accumulator {
@@ -111,7 +136,7 @@ type LevelState = (u64, Vec<f64>, Vec<f64>, u64, Vec<[f64; 2]>, Vec<u64>);
 impl Accumulator {
     /// An empty stretch that begins with sample `start` of its stream.
     pub fn new(grid: Grid, start: u64) -> Self {
-        let levels = vec![Level::new(start, grid.at(0).len())];
+        let levels = vec![Level::new(start, grid.at(0).factors.len())];
         Self { grid, start, samples: 0, gaps: 0, origin: None, levels, width: Width::best() }
     }
 
@@ -126,7 +151,7 @@ impl Accumulator {
     pub fn restored(grid: Grid, (start, samples, gaps, origin, levels): State) -> Result<Self> {
         let mut kept = Vec::with_capacity(levels.len());
         for (at, (start, head, tail, next, sums, counts)) in levels.into_iter().enumerate() {
-            let factors = grid.at(at).len();
+            let factors = grid.at(at).factors.len();
             if sums.len() != factors || counts.len() != factors || next < start || head.len() > SPAN {
                 return Err(Error::Input(format!("level {at} of the accumulator's state is damaged")));
             }
@@ -156,7 +181,7 @@ impl Accumulator {
     /// Takes the next samples; NaN marks a missing one.
     pub fn update(&mut self, samples: &[f64]) -> Result<()> {
         // One pass in the usual case: only a NaN or an infinity makes the sum of finite numbers not finite.
-        let clean = plain_sum(samples).is_finite();
+        let clean = wide_sum(self.width, samples).is_finite();
         if !clean && let Some(bad) = samples.iter().position(|x| x.is_infinite()) {
             let at = self.start + self.samples + bad as u64;
             return Err(Error::Input(format!(
@@ -168,22 +193,21 @@ impl Accumulator {
         let first = samples.iter().find(|x| !x.is_nan()).map(|x| x.round());
         self.origin = self.origin.or(first);
         let origin = self.origin.unwrap_or(0.0);
-        let mut blocks = Vec::with_capacity(PASS.min(samples.len()));
+        let mut room = Room::default();
         for chunk in samples.chunks(PASS) {
-            blocks.clear();
-            blocks.extend(chunk.iter().map(|x| x - origin));
+            room.blocks.resize(chunk.len(), 0.0);
+            counted_from(self.width, chunk, origin, &mut room.blocks);
             if !clean {
-                self.gaps += blocks.iter().map(|x| u64::from(x.is_nan())).sum::<u64>();
+                self.gaps += chunk.iter().map(|x| u64::from(x.is_nan())).sum::<u64>();
             }
             self.samples += chunk.len() as u64;
-            self.append(&blocks);
+            self.append(&mut room);
         }
         Ok(())
     }
 
     /// Blocks for the first level, and the pairs they complete for each next one.
-    fn append(&mut self, blocks: &[f64]) {
-        let mut blocks = std::borrow::Cow::Borrowed(blocks);
+    fn append(&mut self, Room { blocks, pairs, phase }: &mut Room) {
         for level in 0.. {
             if blocks.is_empty() {
                 return;
@@ -192,29 +216,36 @@ impl Accumulator {
             let end = here.end();
             // An odd end has a left half waiting for its right one, unless the stretch itself began there.
             let waiting = (end % 2 == 1 && end > here.start).then(|| here.tail.last().copied()).flatten();
-            let skip = usize::from(end % 2 == 1);
-            let mut pairs: Vec<f64> = Vec::with_capacity(blocks.len() / 2 + 1);
-            pairs.extend(waiting.map(|left| left + blocks[0]));
-            pairs.extend(blocks[skip.min(blocks.len())..].chunks_exact(2).map(|pair| pair[0] + pair[1]));
-            here.push(&blocks);
-            self.settle(level, PASS);
+            let whole = &blocks[usize::from(end % 2 == 1)..];
+            let first = usize::from(waiting.is_some());
+            pairs.resize(first + whole.len() / 2, 0.0);
+            pairs[..first].copy_from_slice(waiting.map(|left| left + blocks[0]).as_slice());
+            pair_sums(self.width, whole, &mut pairs[first..]);
+            here.push(blocks);
+            self.settle(level, PASS, phase);
             if !pairs.is_empty() && level + 1 == self.levels.len() {
                 let start = self.levels[level].start.div_ceil(2);
-                self.levels.push(Level::new(start, self.grid.at(level + 1).len()));
+                self.levels.push(Level::new(start, self.grid.at(level + 1).factors.len()));
             }
-            blocks = pairs.into();
+            std::mem::swap(blocks, pairs);
         }
     }
 
     /// Sums the terms whose blocks are all there, once at least `least` of them wait.
-    fn settle(&mut self, level: usize, least: usize) {
+    fn settle(&mut self, level: usize, least: usize, phase: &mut Vec<f64>) {
         let waiting = self.levels[level].tail.len().saturating_sub(SPAN);
         if waiting == 0 || waiting < least.min(PASS) / if level == 0 { 1 } else { 4 } {
             return;
         }
-        let factors = self.grid.at(level);
         let here = &mut self.levels[level];
-        add_terms(self.width, &here.tail, waiting, &factors, &mut here.sums, &mut here.counts);
+        add_terms(
+            self.width,
+            &here.tail,
+            waiting,
+            self.grid.at(level),
+            phase,
+            (&mut here.sums, &mut here.counts),
+        );
         here.tail.drain(..waiting);
         here.next += waiting as u64;
     }
@@ -246,7 +277,7 @@ impl Accumulator {
             }
             if level == self.levels.len() {
                 let start = self.start.div_ceil(1 << level);
-                self.levels.push(Level::new(start, self.grid.at(level).len()));
+                self.levels.push(Level::new(start, self.grid.at(level).factors.len()));
             }
             let moved = |block: &f64| block + shift * (1_u64 << level) as f64;
             let ours = &mut self.levels[level];
@@ -262,7 +293,7 @@ impl Accumulator {
             };
             ours.push(straddling.as_slice());
             if let Some(theirs) = theirs {
-                join(self.width, ours, theirs, &self.grid.at(level), moved);
+                join(self.width, ours, theirs, self.grid.at(level), moved);
             }
             straddling = left.zip(right).map(|(left, right)| left + right);
         }
@@ -273,11 +304,11 @@ impl Accumulator {
     pub fn reading(&self) -> Reading {
         let mut out = Vec::new();
         for (level, here) in self.levels.iter().enumerate() {
-            let factors = self.grid.at(level);
+            let terms = self.grid.at(level);
             let (mut sums, mut counts) = (here.sums.clone(), here.counts.clone());
             let waiting = here.tail.len();
-            add_terms(self.width, &here.tail, waiting, &factors, &mut sums, &mut counts);
-            for ((q, sum), count) in factors.iter().zip(sums).zip(counts) {
+            add_terms(self.width, &here.tail, waiting, terms, &mut vec![], (&mut sums, &mut counts));
+            for ((q, sum), count) in terms.factors.iter().zip(sums).zip(counts) {
                 let all = (here.end() - here.start + 1).saturating_sub(2 * *q as u64);
                 if all > 0 {
                     out.push(((*q as u64) << level, 1 << level, sum[0] + sum[1], count, all - count));
@@ -289,7 +320,7 @@ impl Accumulator {
 }
 
 /// Appends a level of the next stretch to the same level of this one.
-fn join(width: Width, ours: &mut Level, theirs: &Level, factors: &[usize], moved: impl Fn(&f64) -> f64) {
+fn join(width: Width, ours: &mut Level, theirs: &Level, terms: &Terms, moved: impl Fn(&f64) -> f64) {
     if theirs.next == theirs.start {
         ours.push(&theirs.tail.iter().map(moved).collect::<Vec<_>>());
         return;
@@ -297,7 +328,7 @@ fn join(width: Width, ours: &mut Level, theirs: &Level, factors: &[usize], moved
     // Terms that begin on our side and end on theirs.
     let begun = ours.tail.len();
     ours.push(&theirs.head.iter().map(&moved).collect::<Vec<_>>());
-    add_terms(width, &ours.tail, begun, factors, &mut ours.sums, &mut ours.counts);
+    add_terms(width, &ours.tail, begun, terms, &mut vec![], (&mut ours.sums, &mut ours.counts));
     for (to, from) in ours.sums.iter_mut().zip(&theirs.sums) {
         add_to(to, from[0]);
         add_to(to, from[1]);
@@ -314,39 +345,26 @@ fn add_terms(
     width: Width,
     blocks: &[f64],
     begun: usize,
-    factors: &[usize],
-    sums: &mut [[f64; 2]],
-    counts: &mut [u64],
+    Terms { factors, groups }: &Terms,
+    phase: &mut Vec<f64>,
+    (sums, counts): (&mut [[f64; 2]], &mut [u64]),
 ) {
-    let mut phase = Vec::with_capacity(blocks.len() + 1);
-    phase.extend_from_slice(blocks);
-    phase.push(0.0);
-    let runs =
-        if plain_sum(blocks).is_nan() { runs_between_gaps(&mut phase) } else { vec![(0, blocks.len())] };
-    running_sum(&mut phase, width);
-    let placed: Vec<_> = factors.iter().copied().enumerate().collect();
-    let groups: Vec<Group> = sums::groups(width, &placed);
+    let count = blocks.len();
+    phase.resize(count + 1, 0.0);
+    running_sum(blocks, &mut phase[..count], width);
+    phase[count] = blocks.last().map_or(0.0, |last| phase[count - 1] + last);
+    let mut runs = vec![(0, count)];
+    if phase[count].is_nan() {
+        let mut filled = blocks.to_vec();
+        runs = runs_between_gaps(&mut filled);
+        running_sum(&filled, &mut phase[..count], width);
+        phase[count] = phase[count - 1] + filled[count - 1];
+    }
     let mut found = vec![0.0; factors.len()];
-    sums::add(width, (&phase, 0), (0, begun), &runs, &groups, &mut found);
+    sums::add(width, (phase, 0), (0, begun), &runs, groups, &mut found);
     for ((to, sum), (count, m)) in sums.iter_mut().zip(found).zip(counts.iter_mut().zip(factors)) {
         add_to(to, sum);
         let terms = |run: &(usize, usize)| begun.min((run.1 + 1).saturating_sub(2 * m)).saturating_sub(run.0);
         *count += runs.iter().map(|run| terms(run) as u64).sum::<u64>();
     }
-}
-
-/// Runs of finite blocks; the others, and the last value, which closes the phase, become zeros.
-fn runs_between_gaps(blocks: &mut [f64]) -> Vec<(usize, usize)> {
-    let last = blocks.len() - 1;
-    let mut runs = Vec::new();
-    let mut open = 0;
-    for (i, block) in blocks[..last].iter_mut().enumerate() {
-        if block.is_nan() {
-            *block = 0.0;
-            runs.extend((i > open).then_some((open, i)));
-            open = i + 1;
-        }
-    }
-    runs.extend((last > open).then_some((open, last)));
-    runs
 }

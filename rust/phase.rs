@@ -15,7 +15,9 @@ mod series;
 use std::arch::x86_64::{_mm_sfence, _mm256_loadu_pd, _mm256_stream_pd};
 use std::sync::atomic::AtomicBool;
 
-use crate::machine::processor::Width;
+#[cfg(target_arch = "x86_64")]
+use crate::machine::processor::Unit;
+use crate::machine::processor::{Width, compiled_for_each_width};
 use crate::parallel::for_each;
 use crate::{Error, Result};
 
@@ -212,16 +214,27 @@ fn raised(at: usize, [high, low]: [f64; 2], local: &[f64], slope: f64, out: &mut
     }
 }
 
-/// Exclusive running sum in place, by the widest instructions there are.
-pub(crate) fn running_sum(values: &mut [f64], width: Width) {
+compiled_for_each_width! {
+    /// [`plain_sum`], the same bits.
+    pub(crate) fn wide_sum(values: &[f64]) -> f64 = scan::sum
+}
+
+/// Exclusive running sum, by the widest instructions there are.
+pub(crate) fn running_sum(values: &[f64], out: &mut [f64], width: Width) {
+    #[cfg(target_arch = "x86_64")]
+    if width.unit() == Unit::Avx512 {
+        // SAFETY: a `Width` is only made of units that the processor has.
+        unsafe { scan::avx512(values, out) };
+        return;
+    }
+    out.copy_from_slice(values);
     #[cfg(target_arch = "x86_64")]
     if width.is_wide() {
         // SAFETY: a wide `Width` is only made on a processor with AVX2 and FMA.
-        unsafe { scan::avx2(values, 0.0, 0.0) };
+        unsafe { scan::avx2(out, 0.0, 0.0) };
         return;
     }
-    let _ = width;
-    scan::plain(values, 0.0, 0.0);
+    scan::plain(out, 0.0, 0.0);
 }
 
 fn look_at_blocks<T: Sample>(

@@ -33,11 +33,11 @@ class Lapped:
     def tiles(
         self,
         x: NDArray[np.float64],
-        first: int,
-        sums: tuple[NDArray[np.float64], NDArray[np.float64]],
+        halved: NDArray[np.float64],
+        sums: tuple[int, NDArray[np.float64], NDArray[np.float64]],
         bands: int,
         threads: int,
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]: ...
+    ) -> tuple[NDArray[np.float64], int]: ...
 
 def add_rows(
     high: NDArray[np.float64], low: NDArray[np.float64], rows: NDArray[np.float64]

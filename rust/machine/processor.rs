@@ -110,3 +110,34 @@ impl Width {
         self.0.name()
     }
 }
+
+/// A function of a [`Width`] that does what a plain one does, which is compiled for each unit; without fused sums, so
+/// that all give the same bits. The plain one must be `#[inline(always)]`.
+macro_rules! compiled_for_each_width {
+    ($(#[$about:meta])* $public:vis fn $name:ident($($arg:ident: $type:ty),*) $(-> $out:ty)? = $plain:path) => {
+        $(#[$about])*
+        $public fn $name(width: $crate::machine::processor::Width, $($arg: $type),*) $(-> $out)? {
+            use $crate::machine::processor::Unit;
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx2")]
+            fn avx2($($arg: $type),*) $(-> $out)? {
+                $plain($($arg),*)
+            }
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx2,avx512f,avx512vl")]
+            fn avx512($($arg: $type),*) $(-> $out)? {
+                $plain($($arg),*)
+            }
+            match width.unit() {
+                Unit::Portable => $plain($($arg),*),
+                // SAFETY: a `Width` is only made of units that the processor has.
+                #[cfg(target_arch = "x86_64")]
+                Unit::Avx2 => unsafe { avx2($($arg),*) },
+                // SAFETY: as above.
+                #[cfg(target_arch = "x86_64")]
+                Unit::Avx512 => unsafe { avx512($($arg),*) },
+            }
+        }
+    };
+}
+pub(crate) use compiled_for_each_width;

@@ -71,6 +71,45 @@ pub unsafe fn avx2(values: &mut [f64], slope: f64, carry: f64) -> f64 {
     carry
 }
 
+/// Exclusive running sum of `values`.
+///
+/// # Safety
+/// The processor has AVX-512F.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+pub unsafe fn avx512(values: &[f64], out: &mut [f64]) {
+    use std::arch::x86_64::{
+        _mm512_add_pd, _mm512_castpd_si512, _mm512_castsi512_pd, _mm512_cvtsd_f64, _mm512_loadu_pd,
+        _mm512_maskz_alignr_epi64, _mm512_permutexvar_pd, _mm512_set1_epi64, _mm512_setzero_pd,
+        _mm512_storeu_pd,
+    };
+    /// Lanes moved up, zeros below them.
+    macro_rules! up {
+        ($v:expr, $by:literal) => {{
+            let v = _mm512_castpd_si512($v);
+            _mm512_castsi512_pd(_mm512_maskz_alignr_epi64::<{ 8 - $by }>(u8::MAX << $by, v, v))
+        }};
+    }
+    let mut carry = _mm512_setzero_pd();
+    let (eights, rest) = values.as_chunks::<8>();
+    let (eights_out, rest_out) = out[..values.len()].as_chunks_mut::<8>();
+    for (eight, out) in eights.iter().zip(eights_out) {
+        // SAFETY: eight doubles each; the accesses are unaligned.
+        let v = unsafe { _mm512_loadu_pd(eight.as_ptr()) };
+        let two = _mm512_add_pd(v, up!(v, 1));
+        let four = _mm512_add_pd(two, up!(two, 2));
+        let all = _mm512_add_pd(four, up!(four, 4));
+        // SAFETY: as above.
+        unsafe { _mm512_storeu_pd(out.as_mut_ptr(), _mm512_add_pd(carry, up!(all, 1))) };
+        carry = _mm512_add_pd(carry, _mm512_permutexvar_pd(_mm512_set1_epi64(7), all));
+    }
+    let mut carry = _mm512_cvtsd_f64(carry);
+    for (value, out) in rest.iter().zip(rest_out) {
+        *out = carry;
+        carry += value;
+    }
+}
+
 /// Sum in sixteen lanes.
 #[inline(always)]
 pub fn sum(values: &[f64]) -> f64 {
@@ -106,6 +145,25 @@ mod tests {
                 let found = unsafe { super::avx2(&mut wide, 0.25, 3.0) };
                 assert_eq!(found, end);
                 assert_eq!(wide, expected);
+            }
+            #[cfg(target_arch = "x86_64")]
+            if crate::machine::processor::Width::best().name() == "avx512" {
+                let mut plain = values.clone();
+                super::plain(&mut plain, 0.0, 0.0);
+                let mut wide = vec![0.0; n];
+                // SAFETY: the processor has AVX-512.
+                unsafe { super::avx512(&values, &mut wide) };
+                assert_eq!(wide, plain);
+            }
+        }
+    }
+
+    #[test]
+    fn every_width_sums_to_the_same_bits() {
+        for n in [0, 1, 15, 16, 17, 100] {
+            let values: Vec<f64> = (0..n).map(|i| f64::from(i).sin()).collect();
+            for width in crate::machine::processor::Width::available() {
+                assert_eq!(crate::phase::wide_sum(width, &values), super::sum(&values));
             }
         }
     }

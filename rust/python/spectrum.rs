@@ -71,8 +71,8 @@ pub fn best_pair(
 #[pyclass(name = "Lapped", module = "allanite._core", frozen)]
 pub struct PyLapped(Lapped);
 
-/// Halved samples, power in bands tile by tile, and how many tiles that is.
-type Tiles<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, usize);
+/// Power in bands tile by tile, and how many tiles that is.
+type Tiles<'py> = (Bound<'py, PyArray1<f64>>, usize);
 
 #[pymethods]
 impl PyLapped {
@@ -82,10 +82,8 @@ impl PyLapped {
         before: PyReadonlyArray1<'_, f64>,
         taps: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Self> {
-        let (after, before) = (after.as_slice()?.to_vec(), before.as_slice()?.to_vec());
-        Ok(Self(
-            Lapped::new(after, before, taps.as_slice()?, Width::best()).map_err(super::errors::to_python)?,
-        ))
+        let (after, before, taps) = (after.as_slice()?, before.as_slice()?, taps.as_slice()?);
+        Ok(Self(Lapped::new(after, before, taps, Width::best()).map_err(super::errors::to_python)?))
     }
 
     fn halved<'py>(
@@ -110,15 +108,16 @@ impl PyLapped {
         &self,
         py: Python<'py>,
         x: PyReadonlyArray1<'py, f64>,
-        first: usize,
-        sums: (PyReadwriteArray1<'py, f64>, PyReadwriteArray1<'py, f64>),
+        mut halved: PyReadwriteArray1<'py, f64>,
+        sums: (usize, PyReadwriteArray1<'py, f64>, PyReadwriteArray1<'py, f64>),
         bands: usize,
         threads: usize,
     ) -> PyResult<Tiles<'py>> {
-        let (x, (mut high, mut low)) = (x.as_slice()?, sums);
+        let (x, (first, mut high, mut low)) = (x.as_slice()?, sums);
         let sums = Sums { first, high: high.as_slice_mut()?, low: low.as_slice_mut()? };
-        let found = run_short(py, || self.0.tiles(x, sums, bands, threads))?;
-        Ok((found.halved.into_pyarray(py), found.bands.into_pyarray(py), found.count))
+        let halved = halved.as_slice_mut()?;
+        let found = run_short(py, || self.0.tiles(x, halved, sums, bands, threads))?;
+        Ok((found.bands.into_pyarray(py), found.count))
     }
 }
 

@@ -1,150 +1,132 @@
 //! Every second sample of a low-passed series, and what single samples tell.
 
-use crate::machine::processor::{Unit, Width};
+use crate::machine::processor::compiled_for_each_width;
 
 /// Samples to each side that a halved sample is made of.
 pub const REACH: usize = 16;
 /// Samples at half the rate that are made at a time; even and odd samples of these stay in the first cache.
 const BLOCK: usize = 512;
-/// Samples at half the rate whose sums are in registers.
-const LANES: usize = 8;
+/// Samples at half the rate whose sums are in registers: two chains of additions hide each other's latency.
+const LANES: usize = 16;
+/// Samples whose moments are in registers.
+const STEPS: usize = 8;
 
-/// Samples at half the rate: each stands at the middle of two, the first at that of `x[REACH]` and the next.
-///
-/// Sums of products in one order, no fused ones: a sample comes out the same whatever was computed with it, and whatever
-/// computed it.
-pub fn halve(width: Width, taps: &[f64; REACH], x: &[f64], out: &mut [f64]) {
-    // SAFETY: a `Width` is only made of units that the processor has.
-    unsafe {
-        match width.unit() {
-            Unit::Portable => halve_inline(taps, x, out),
-            #[cfg(target_arch = "x86_64")]
-            Unit::Avx2 => halve_avx2(taps, x, out),
-            #[cfg(target_arch = "x86_64")]
-            Unit::Avx512 => halve_avx512(taps, x, out),
-        }
-    }
+compiled_for_each_width! {
+    /// Samples at half the rate: each stands at the middle of two, the first at that of `x[REACH]` and the next.
+    ///
+    /// Sums of products in one order, no fused ones: a sample comes out the same whatever was computed with it, and
+    /// whatever computed it.
+    pub fn halve(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) = halve_inline
 }
 
-/// [`halve`] for a caller that has been compiled for its vectors.
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-pub fn halve_inline(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) {
+fn halve_inline(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) {
+    let (mut even, mut odd) = ([0.0; BLOCK + REACH], [0.0; BLOCK + REACH]);
     for (block, out) in out.chunks_mut(BLOCK).enumerate() {
-        block_of(taps, &x[2 * BLOCK * block..], out);
+        let pairs = out.len() + REACH;
+        split(&x[2 * BLOCK * block..][..2 * pairs], &mut even, &mut odd);
+        halve_split(taps, &even[..pairs], &odd[..pairs], out);
+    }
+}
+
+/// Even and odd samples of an even number of them.
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+#[inline(always)]
+pub fn split(x: &[f64], even: &mut [f64], odd: &mut [f64]) {
+    for ((pair, even), odd) in x.as_chunks::<2>().0.iter().zip(even).zip(odd) {
+        (*even, *odd) = (pair[0], pair[1]);
+    }
+}
+
+/// [`halve`] of even and odd samples, `REACH` more of each than there are to be made, for a caller that has been
+/// compiled for its vectors.
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+#[inline(always)]
+pub fn halve_split(taps: &[f64; REACH], even: &[f64], odd: &[f64], out: &mut [f64]) {
+    let mut at = 0;
+    let mut lanes = out.chunks_exact_mut(LANES);
+    for out in &mut lanes {
+        out.copy_from_slice(&halved_at::<LANES>(taps, even, odd, at));
+        at += LANES;
+    }
+    for out in lanes.into_remainder() {
+        [*out] = halved_at::<1>(taps, even, odd, at);
+        at += 1;
     }
 }
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
-fn block_of(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) {
-    let mut even = [0.0; BLOCK + REACH + LANES];
-    let mut odd = [0.0; BLOCK + REACH + LANES];
-    let (pairs, _) = x[..2 * (out.len() + REACH)].as_chunks::<2>();
-    for (i, [a, b]) in pairs.iter().enumerate() {
-        (even[i], odd[i]) = (*a, *b);
-    }
-    for (at, out) in out.chunks_mut(LANES).enumerate() {
-        let at = LANES * at;
-        let mut sum = [0.0; LANES];
-        for (i, tap) in taps.iter().enumerate() {
-            let (before, after) = if i % 2 == 0 { (&even, &odd) } else { (&odd, &even) };
-            let step = i.div_ceil(2);
-            let eight =
-                |from: &[f64], at: usize| *from[at..].first_chunk::<LANES>().expect("room for the lanes");
-            let (before, after) = (eight(before, at + REACH / 2 - step), eight(after, at + REACH / 2 + step));
-            for lane in 0..LANES {
-                sum[lane] += tap * (before[lane] + after[lane]);
-            }
+fn halved_at<const N: usize>(taps: &[f64; REACH], even: &[f64], odd: &[f64], at: usize) -> [f64; N] {
+    let (even, odd) = (&even[at..at + N + REACH], &odd[at..at + N + REACH]);
+    let mut sum = [0.0; N];
+    for step in 0..REACH / 2 {
+        let (before, after) = (REACH / 2 - step, REACH / 2 + step);
+        for lane in 0..N {
+            sum[lane] += taps[2 * step] * (even[before + lane] + odd[after + lane]);
         }
-        out.copy_from_slice(&sum[..out.len()]);
-    }
-}
-
-/// # Safety
-/// The processor has AVX2.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-unsafe fn halve_avx2(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) {
-    halve_inline(taps, x, out);
-}
-
-/// # Safety
-/// The processor has AVX-512F and VL.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx2")]
-unsafe fn halve_avx512(taps: &[f64; REACH], x: &[f64], out: &mut [f64]) {
-    halve_inline(taps, x, out);
-}
-
-/// Smallest and largest sample, how many steps from one to the next are 0, and Σd² and Σd⁴ of them.
-///
-/// Samples that are missing are no extreme, and make the sums NaN.
-pub fn steps(width: Width, x: &[f64]) -> [f64; 5] {
-    // SAFETY: a `Width` is only made of units that the processor has.
-    unsafe {
-        match width.unit() {
-            Unit::Portable => steps_of(x),
-            #[cfg(target_arch = "x86_64")]
-            Unit::Avx2 => steps_avx2(x),
-            #[cfg(target_arch = "x86_64")]
-            Unit::Avx512 => steps_avx512(x),
+        for lane in 0..N {
+            sum[lane] += taps[2 * step + 1] * (odd[before - 1 + lane] + even[after + 1 + lane]);
         }
     }
+    sum
+}
+
+compiled_for_each_width! {
+    /// Smallest and largest sample, how many steps from one to the next are 0, and Σd² and Σd⁴ of them.
+    ///
+    /// Samples that are missing are no extreme, and make the sums NaN.
+    pub fn steps(x: &[f64]) -> [f64; 5] = steps_of
 }
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 #[inline(always)]
 fn steps_of(x: &[f64]) -> [f64; 5] {
     let Some((last, _)) = x.split_last() else { return [f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0, 0.0] };
-    let (ours, rest) = x[..x.len() - 1].as_chunks::<LANES>();
-    let (next, rest_next) = x[1..].as_chunks::<LANES>();
+    let (ours, rest) = x[..x.len() - 1].as_chunks::<STEPS>();
+    let (next, rest_next) = x[1..].as_chunks::<STEPS>();
     // Lanes without a step stand still: they are taken off again.
-    let mut end = [[*last; LANES]; 2];
+    let mut end = [[*last; STEPS]; 2];
     end[0][..rest.len()].copy_from_slice(rest);
     end[1][..rest.len()].copy_from_slice(rest_next);
-    let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
-    let (mut still, mut square, mut fourth) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    let (mut low, mut high) = ([f64::INFINITY; STEPS], [f64::NEG_INFINITY; STEPS]);
+    let (mut still, mut square, mut fourth) = ([0_u64; STEPS], [0.0; STEPS], [0.0; STEPS]);
     for (ours, next) in ours.iter().zip(next).chain([(&end[0], &end[1])]) {
-        for lane in 0..LANES {
-            let (a, step) = (ours[lane], next[lane] - ours[lane]);
-            let d = step * step;
-            low[lane] = if a < low[lane] { a } else { low[lane] };
-            high[lane] = if a > high[lane] { a } else { high[lane] };
-            still[lane] += if step == 0.0 { 1.0 } else { 0.0 };
-            square[lane] += d;
-            fourth[lane] += d * d;
+        let step: [f64; STEPS] = std::array::from_fn(|lane| next[lane] - ours[lane]);
+        // A loop a quantity: together they are not made into vectors.
+        for lane in 0..STEPS {
+            low[lane] = if ours[lane] < low[lane] { ours[lane] } else { low[lane] };
+        }
+        for lane in 0..STEPS {
+            high[lane] = if ours[lane] > high[lane] { ours[lane] } else { high[lane] };
+        }
+        for lane in 0..STEPS {
+            still[lane] += u64::from(step[lane] == 0.0);
+        }
+        let d = step.map(|step| step * step);
+        for lane in 0..STEPS {
+            square[lane] += d[lane];
+        }
+        for lane in 0..STEPS {
+            fourth[lane] += d[lane] * d[lane];
         }
     }
-    let sum = |lanes: [f64; LANES]| lanes.iter().sum::<f64>();
+    // Hidden: the compiler would pair lanes of both sums, in each step.
+    let sum = |lanes: [f64; STEPS]| std::hint::black_box(lanes).iter().sum::<f64>();
     [
         low.into_iter().fold(f64::INFINITY, f64::min),
         high.into_iter().fold(f64::NEG_INFINITY, f64::max),
-        sum(still) - if last.is_nan() { 0.0 } else { (LANES - rest.len()) as f64 },
+        (still.iter().sum::<u64>() - if last.is_nan() { 0 } else { (STEPS - rest.len()) as u64 }) as f64,
         sum(square),
         sum(fourth),
     ]
 }
 
-/// # Safety
-/// The processor has AVX2.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-unsafe fn steps_avx2(x: &[f64]) -> [f64; 5] {
-    steps_of(x)
-}
-
-/// # Safety
-/// The processor has AVX-512F and VL.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx2")]
-unsafe fn steps_avx512(x: &[f64]) -> [f64; 5] {
-    steps_of(x)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::processor::Width;
 
     fn values(n: usize) -> Vec<f64> {
         (0..n).map(|i| ((i * i * 31 + 7 * i) % 97) as f64).collect()

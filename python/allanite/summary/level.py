@@ -79,39 +79,47 @@ class Level:
         """Those of the head (all, where `whole`), in one piece."""
         return _one(self.head)
 
-    def extend(self, x: Array) -> None:
-        """Take the samples that follow."""
-        if x.size == 0:
-            return
-        (self.head if self.whole else self.tail).append(x)
-        self.stop += x.size
+    def extend(self, *pieces: Array) -> None:
+        """Take the samples that follow; what is kept of them is copied, since the caller may use their memory again."""
+        self.stop += sum(x.size for x in pieces)
         if not self.whole:
             assert self.tiles is not None
             if self.stop >= (self.tiles[1] + 1) * TILE + MARGIN:
-                self._finish_tail(self.tiles[1])
-        elif self.stop - self.start > KEEP:
+                self.tail.extend(pieces[:-1])
+                self._finish_tail(self.tiles[1], pieces[-1])
+            else:
+                self.tail.extend(x.copy() for x in pieces)
+            return
+        self.head.extend(x.copy() for x in pieces)
+        if self.stop - self.start > KEEP:
             first = -(-(self.start + MARGIN) // TILE)
-            self.tiles, self.tail = (
-                (first, first),
-                [_one(self.head)[first * TILE - MARGIN - self.start :]],
-            )
+            rest = _one(self.head)[first * TILE - MARGIN - self.start :]
+            self.tiles, self.tail = (first, first), []
             # A copy: a view would keep all that has come so far.
             self.head = [_one(self.head)[: first * TILE + MARGIN - self.start].copy()]
-            self._finish_tail(first)
+            self._finish_tail(first, rest)
 
-    def _finish_tail(self, tile: int) -> None:
-        x = _one(self.tail)
-        begin = tile * TILE - MARGIN
-        end = (self.stop - MARGIN) // TILE
-        half = self.take_tiles(tile, x[: end * TILE + MARGIN - begin])
+    def _finish_tail(self, tile: int, x: Array) -> None:
         assert self.tiles is not None
-        self.tiles = self.tiles[0], end
-        self.tail = [x[end * TILE - MARGIN - begin :].copy()]
-        if self.deeper is None and half.size:
+        tail = _one(self.tail)
+        end = (self.stop - MARGIN) // TILE
+        # Tiles that begin in what was kept are put together; the others are taken where they lie.
+        parted = min(end, tile - (-tail.size // TILE))
+        used = (parted - tile) * TILE + 2 * MARGIN - tail.size if parted < end else x.size
+        runs = [(tile, np.concatenate([tail, x[:used]]))] if tail.size else []
+        if parted < end:
+            runs.append((parted, x[used - 2 * MARGIN :] if tail.size else x))
+        halves = []
+        for first, run in runs:
+            count = (run.size - 2 * MARGIN) // TILE
+            halves.append(self.take_tiles(first, run[: count * TILE + 2 * MARGIN]))
+            rest = run[count * TILE :]
+        self.tiles, self.tail = (self.tiles[0], end), [rest.copy()]
+        if self.deeper is None and halves:
             start = tile * TILE // 2
             self.deeper = Level(self.depth + 1, start, start, self.spectral, threads=self.threads)
         if self.deeper is not None:
-            self.deeper.extend(half)
+            self.deeper.extend(*halves)
 
     def take_tiles(self, first: int, x: Array) -> Array:
         """Add the power of consecutive tiles, of whose samples `x` has a margin more at both ends; halves their rate."""
@@ -121,13 +129,13 @@ class Level:
         while done < count:
             if self.spectral:
                 # As far as no sample is missing, by all threads.
-                half, bands, taken = kernel().tiles(
-                    x[done * TILE :], LOW, (self.power.high, self.power.low), BANDS, self.threads
-                )
+                half = np.empty((count - done) * TILE // 2)
+                sums = LOW, self.power.high, self.power.low
+                bands, taken = kernel().tiles(x[done * TILE :], half, sums, BANDS, self.threads)
                 if taken:
                     self.frames += 2.0 * taken
                     self.blocks.add(first + done, bands.reshape(taken, BANDS), 2.0)
-                    out.append(half)
+                    out.append(half[: taken * TILE // 2])
                     done += taken
                     continue
             at = done * TILE

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 __all__ = ["summarise", "taken_in"]
 
-#: Rows taken at a time: tiles enough for several threads, and not too many for the caches.
-ROWS = 1 << 17
+#: Samples taken at a time, and rows of many columns: tiles enough for several threads, and not too many for the cache.
+SAMPLES, ROWS = 1 << 19, 1 << 17
 #: Bytes of a mapped file, about, after which they are let go.
 SEEN = 1 << 23
 
@@ -115,7 +115,8 @@ def _taken_in(
                 len(about["covariates_named"]),
                 about["rate"],
                 about["units"],
-                threads,
+                # One is at work on the curves.
+                max(1, threads - 1),
             )
         elif {**about, "path": None} != {**head, "path": None}:
             raise InputError(
@@ -123,11 +124,14 @@ def _taken_in(
                 f" {', '.join(head['columns'])} at {head['rate']:g} Hz"
             )
         mapped, seen = _mapped(chunk), 0
-        for at in range(0, taken[0].size, ROWS):
-            rows = [x[at : at + ROWS] for x in taken]
+        count = taken[0].shape[1]
+        step = max(ROWS, SAMPLES // sum(table.shape[0] for table in taken))
+        for at in range(0, count, step):
+            # Column by column a table would go through the cache once for each.
+            rows = [x for table in taken for x in np.ascontiguousarray(table[:, at : at + step])]
             stretch.update(rows, pool)
             seen += sum(x.nbytes for x in rows)
-            if mapped is not None and (seen >= SEEN or at + ROWS >= taken[0].size):
+            if mapped is not None and (seen >= SEEN or at + step >= count):
                 # Pages that were read stay with the system, but do not count as memory of this process.
                 mapped.madvise(mmap.MADV_DONTNEED)
                 seen = 0
@@ -162,7 +166,7 @@ def _pieces(chunks: Any) -> Iterable[Any]:
 def _taken(
     chunk: Any, rate: float | None, unit: str | Sequence[str], columns: Sequence[str] | None
 ) -> tuple[list[NDArray[Any]], dict[str, Any]]:
-    """A chunk as columns and covariates, and what is known of them."""
+    """A chunk as tables of columns and of each covariate, a row a column, and what is known of them."""
     if isinstance(chunk, Recording):
         if chunk.quantity == "angle":
             raise InputError("a summary is of rates: difference the angles first")
@@ -177,9 +181,9 @@ def _taken(
             "path": chunk.path,
         }
         table = samples if samples.ndim == 2 else samples[:, None]
-        return [*table.T, *chunk.covariates.values()], about
+        return [table.T, *(x[None] for x in chunk.covariates.values())], about
     array = chunk if isinstance(chunk, np.ndarray) else np.asarray(chunk)
-    if array.dtype.kind not in "iuf" or array.ndim not in (1, 2):
+    if array.dtype.kind not in "iuf" or array.ndim not in (1, 2) or 0 in array.shape[1:]:
         raise InputError(
             f"a chunk must hold real numbers of shape (n,) or (n, columns), found {array.dtype} of shape {array.shape}"
         )
@@ -197,4 +201,4 @@ def _taken(
         "covariate_units": {},
         "path": None,
     }
-    return list((array if array.ndim == 2 else array[:, None]).T), about
+    return [(array if array.ndim == 2 else array[:, None]).T], about

@@ -50,10 +50,6 @@ class Extremes:
 
     def update(self, x: NDArray[np.float64], at: int) -> None:
         """Take the samples from place `at` on."""
-        for first in range(0, x.size, FEW):
-            self._take(x[first : first + FEW], at + first)
-
-    def _take(self, x: NDArray[np.float64], at: int) -> None:
         before = None if self.ends is None else self.ends[1]
         low, high, *moments = _kernels.steps(x)
         if np.isnan(moments[1]) or np.isnan(x[0]):
@@ -158,14 +154,17 @@ class Stretch:
 
     def update(self, columns: list[NDArray[Any]], pool: Pool | None = None) -> None:
         """Take the samples that follow, an array a column and covariate; with a pool, curves beside the levels."""
-        # Copies: the caller may use the memory again.
-        values = [np.array(x, dtype=np.float64) for x in columns]
+        values = [np.require(x, np.float64, ["C", "A"]) for x in columns]
 
         def look() -> None:
-            for curve, x in zip(self.curves, columns, strict=False):
-                curve.update(x)
-            for extremes, x in zip(self.extremes, values, strict=False):
-                extremes.update(x, self.stop)
+            for curve, extremes, given, x in zip(
+                self.curves, self.extremes, columns, values, strict=False
+            ):
+                # The curve of whole numbers is exact.
+                whole = given if given.dtype.kind in "iu" else x
+                for first in range(0, x.size, FEW):
+                    curve.update(whole[first : first + FEW])
+                    extremes.update(x[first : first + FEW], self.stop + first)
 
         beside = None if pool is None else pool.submit(look)
         if beside is None:

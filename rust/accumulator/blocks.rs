@@ -1,0 +1,69 @@
+//! What is done to the blocks of a level, a sample at a time.
+
+use crate::machine::processor::compiled_for_each_width;
+
+/// Runs of finite blocks; the others become zeros.
+pub fn runs_between_gaps(blocks: &mut [f64]) -> Vec<(usize, usize)> {
+    let mut runs = Vec::new();
+    let mut open = 0;
+    for (i, block) in blocks.iter_mut().enumerate() {
+        if block.is_nan() {
+            *block = 0.0;
+            runs.extend((i > open).then_some((open, i)));
+            open = i + 1;
+        }
+    }
+    runs.extend((blocks.len() > open).then_some((open, blocks.len())));
+    runs
+}
+
+compiled_for_each_width! {
+    /// Samples, counted from an origin.
+    pub fn counted_from(samples: &[f64], origin: f64, out: &mut [f64]) = counted_from_inline
+}
+
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+#[inline(always)]
+fn counted_from_inline(samples: &[f64], origin: f64, out: &mut [f64]) {
+    for (out, x) in out.iter_mut().zip(samples) {
+        *out = x - origin;
+    }
+}
+
+compiled_for_each_width! {
+    /// Sums of pairs; a last one without a partner is left out.
+    pub fn pair_sums(blocks: &[f64], out: &mut [f64]) = pair_sums_inline
+}
+
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+#[inline(always)]
+fn pair_sums_inline(blocks: &[f64], out: &mut [f64]) {
+    for (out, pair) in out.iter_mut().zip(blocks.as_chunks::<2>().0) {
+        *out = pair[0] + pair[1];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::machine::processor::Width;
+
+    proptest! {
+        #[test]
+        fn every_width_gives_the_bits_of_the_definition(
+            samples in prop::collection::vec(-1e6_f64..1e6, 0..100),
+            origin in -1e6_f64..1e6,
+        ) {
+            for width in Width::available() {
+                let mut counted = vec![0.0; samples.len()];
+                counted_from(width, &samples, origin, &mut counted);
+                prop_assert!(counted.iter().zip(&samples).all(|(found, x)| *found == x - origin));
+                let mut pairs = vec![0.0; samples.len() / 2];
+                pair_sums(width, &samples, &mut pairs);
+                prop_assert!(pairs.iter().zip(samples.chunks(2)).all(|(found, pair)| *found == pair[0] + pair[1]));
+            }
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! What stands before and behind the Fourier transform of a lapped segment, on even and odd samples that lie apart.
+//!
+//! Plain loops over slices of one length, which become vectors as wide as the caller was compiled for.
+
+#![expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+
+use realfft::num_complex::Complex;
+
+use super::halving::split;
+
+/// Window after a border of two segments and before it, at the even places ascending and at the odd ones descending; and
+/// the turns, real and imaginary parts.
+pub struct Weights {
+    even: [Vec<f64>; 2],
+    odd: [Vec<f64>; 2],
+    turns: [Vec<f64>; 2],
+}
+
+impl Weights {
+    pub fn new(after: &[f64], before: &[f64], turns: &[Complex<f64>]) -> Self {
+        let [mut even, mut odd] = [(); 2].map(|()| [(); 2].map(|()| vec![0.0; after.len() / 2]));
+        for (i, window) in [after, before].into_iter().enumerate() {
+            split(window, &mut even[i], &mut odd[i]);
+            odd[i].reverse();
+        }
+        let turns = [turns.iter().map(|turn| turn.re).collect(), turns.iter().map(|turn| turn.im).collect()];
+        Self { even, odd, turns }
+    }
+
+    /// The zones about both borders of a segment folded into it, and turned: what its Fourier transform takes.
+    ///
+    /// The first border stands before place `at` of even and odd samples.
+    #[inline(always)]
+    pub fn fold(&self, even: &[f64], odd: &[f64], at: usize, mean: f64, out: &mut [Complex<f64>]) {
+        let (half, quarter) = (out.len(), out.len() / 2);
+        let end = at + half;
+        let (re, im) = (&self.turns[0][..half], &self.turns[1][..half]);
+        let (first, second) = out.split_at_mut(quarter);
+        {
+            let [after, before] = [&self.even[0][..quarter], &self.even[1][..quarter]];
+            let (a, b) = (&odd[at - quarter..at], &even[at..at + quarter]);
+            let (c, d) = (&odd[end - quarter..end], &even[end..end + quarter]);
+            for k in 0..quarter {
+                let back = quarter - 1 - k;
+                let x = after[k] * (b[k] - mean) + before[k] * (a[back] - mean);
+                let y = after[k] * (c[back] - mean) - before[k] * (d[k] - mean);
+                first[k] = Complex::new(x * re[k] - y * im[k], x * im[k] + y * re[k]);
+            }
+        }
+        let [after, before] = [&self.odd[0][..quarter], &self.odd[1][..quarter]];
+        let (a, b) = (&even[at - quarter..at], &odd[at..at + quarter]);
+        let (c, d) = (&even[end - quarter..end], &odd[end..end + quarter]);
+        let (re, im) = (&re[quarter..], &im[quarter..]);
+        for k in 0..quarter {
+            let back = quarter - 1 - k;
+            let x = after[k] * (c[k] - mean) - before[k] * (d[back] - mean);
+            let y = after[k] * (b[back] - mean) + before[k] * (a[k] - mean);
+            second[k] = Complex::new(x * re[k] - y * im[k], x * im[k] + y * re[k]);
+        }
+    }
+
+    /// Power of the coefficients 0, 2, 4, … and n − 1, n − 3, … of a transformed segment, from the places `from` on, put
+    /// together with what is there.
+    #[inline(always)]
+    pub fn power(
+        &self,
+        turned: &[Complex<f64>],
+        from: usize,
+        power: &mut [Vec<f64>; 2],
+        put: impl Fn(f64, f64) -> f64,
+    ) {
+        let [even, odd] = power;
+        let count = even.len();
+        let (turned, odd) = (&turned[from..from + count], &mut odd[..count]);
+        let (re, im) = (&self.turns[0][from..from + count], &self.turns[1][from..from + count]);
+        for k in 0..count {
+            let x = turned[k].re * re[k] - turned[k].im * im[k];
+            let y = turned[k].re * im[k] + turned[k].im * re[k];
+            even[k] = put(even[k], x * x);
+            odd[k] = put(odd[k], y * y);
+        }
+    }
+
+    /// The turn behind the transform.
+    pub fn turn(&self, turned: &mut [Complex<f64>]) {
+        for ((value, re), im) in turned.iter_mut().zip(&self.turns[0]).zip(&self.turns[1]) {
+            *value *= Complex::new(*re, *im);
+        }
+    }
+}
