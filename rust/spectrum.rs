@@ -28,8 +28,10 @@ fn check(stop: &AtomicBool) -> Result<()> {
     if stop.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
 }
 
-/// Samples of all plans that are kept of a direction, whose tables take ten bytes each: a record and its halves need no more.
+/// Samples of all plans that are kept of a direction, whose tables take ten bytes each, and most of these: a record and its
+/// halves need no more.
 const KEPT: usize = 3 << 23;
+const PLANS: usize = 4;
 
 /// Plans of the last lengths. A length with a large prime factor costs twenty transforms to plan.
 static FORWARD: Mutex<Vec<(usize, Arc<dyn RealToComplex<f64>>)>> = Mutex::new(Vec::new());
@@ -56,7 +58,7 @@ fn planned<T: ?Sized>(
     {
         plans.push((n, Arc::clone(&plan)));
         let mut all: usize = plans.iter().map(|(length, _)| length).sum();
-        while all > KEPT {
+        while all > KEPT || plans.len() > PLANS {
             all -= plans.remove(0).0;
         }
     }

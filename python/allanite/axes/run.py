@@ -92,7 +92,7 @@ def _lighter(study: Study) -> Study:
     """
     check = study.check
     for rung in study.ladder:
-        rung.fit.data.functions.forget()
+        rung.fit.data.forget()
     shown = tuple(s for i, s in enumerate(check.suggestions) if s.significant or i < SHOWN)
     return replace(study, check=replace(check, suggestions=shown))
 

@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from allanite.common.blas import one_thread
 from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
-from allanite.effects import Away, Deterministic, Modifier, Stochastic
+from allanite.effects import Away, Modifier, Stochastic
 from allanite.fit import fit_model
-from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
 from allanite.study.ending import exchanged
@@ -20,6 +17,7 @@ from allanite.study.errors import as_good, errors_fall, predicts, rises, wider, 
 from allanite.study.harmonics import with_companions
 from allanite.study.ladder import Rung, Study
 from allanite.study.levels import one_level, several_levels
+from allanite.study.moved import alone, bins_moved, faded, moved
 from allanite.study.moves import added_to, one_thing, pruned, swapped
 from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
@@ -28,8 +26,6 @@ from allanite.suggestion import check_fit, same_misfit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
-
-    from numpy.typing import NDArray
 
     from allanite.effects import Effect, Model
     from allanite.fit.result import Fit
@@ -45,7 +41,7 @@ AS_FOUND = 0.8
 #: Share of the power of a bin from which a process is seen there.
 VISIBLE = 0.05
 #: log10 of the p-value from which what happens once is there whatever the Allan curve says.
-SURE = -6.0
+SURE = -4.0
 #: Suggestions that are tried beside one that cannot stand alone.
 ANOTHER = 6
 
@@ -114,9 +110,10 @@ def improve(
             if full(ladder, limit) or _within(rung.fit, tolerance):
                 break
             ladder.append(rung)
-        if ladder[-1].fit.data is not fit.data:
-            fit.data.functions.forget()  # as long as the record each, of one with other samples
         fit = ladder[-1].fit
+        for rung in ladder:
+            if rung.fit.data is not fit.data:
+                rung.fit.data.forget()
 
 
 def _stop(check: Check, tolerance: float | None) -> str | None:
@@ -165,10 +162,12 @@ def _more(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
     another check would find what this one did. What one addition explains another may not be there for.
     """
     ladder = list(ladder)
-    lines, still = _is_line(ladder[-1].added), _alone(check.fit, ladder[-1])
-    came = [s for s in check.significant if s.effect is ladder[-1].added]
+    lines, still = _is_line(ladder[-1].added), alone(check.fit, ladder[-1])
+    came = [s for s in check.significant if any(s.effect is e for e in ladder[-1].new)]
     for suggestion in check.significant:
         if suggestion in came or any(same_misfit(s, suggestion) for s in came):
+            continue
+        if _is_there(suggestion, ladder[-1].fit):
             continue
         if ladder[-1].removed or not (still or lines):
             return
@@ -182,19 +181,15 @@ def _more(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
             or rung.risen < AS_FOUND * suggestion.delta_log_likelihood
         ):
             return
-        alone = _alone(ladder[-1].fit, rung)
-        if line and (rung.added is not suggestion.effect or not alone):
+        apart = alone(ladder[-1].fit, rung)
+        if line and (rung.added is not suggestion.effect or not apart):
             return
+        if rung.fit.data is not ladder[-1].fit.data:
+            ladder[-1].fit.data.forget()
         ladder.append(rung)
         yield rung
         came.append(suggestion)
-        lines, still = lines and line, still and alone
-
-
-def _alone(before: Fit, rung: Rung) -> bool:
-    """Whether an addition leaves to others what they had to explain: it is no function of time that stands for several."""
-    slow = any(isinstance(effect, Deterministic) and effect.low for effect in rung.new)
-    return not slow and not _moved(before, rung.fit)
+        lines, still = lines and line, still and apart
 
 
 def _is_line(effect: Effect | None) -> bool:
@@ -204,7 +199,12 @@ def _is_line(effect: Effect | None) -> bool:
 def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung | None:
     """The rung that a suggestion leads to, if it helps; it knows how many tests were made for it."""
     rung = _helpful(ladder, suggestion, check)
-    return None if rung is None else replace(rung, trials=suggestion.trials)
+    if rung is None:
+        return None
+    hardly = suggestion.effect_happens_once and suggestion.log10_p > SURE
+    if hardly and rises(ladder[-1].fit, rung.fit) and not within_chance(rung.fit):
+        return None  # hardly an event, and the curve is worse than chance makes it: a part of something else
+    return replace(rung, trials=suggestion.trials)
 
 
 def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung | None:
@@ -230,18 +230,17 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
     # The curve says nothing of when a sensor is loud.
     elsewhere = isinstance(added, Modifier) and added.passing
     falls = elsewhere or errors_fall(fit, better)
-    # What is hardly an event, and makes the curve worse than chance does, is a part of a random process.
-    hardly = suggestion.effect_happens_once and suggestion.log10_p > SURE and not elsewhere
-    falls = falls and not (hardly and rises(fit, better) and not within_chance(better))
     settled = falls and (elsewhere or not wider(fit, better))
     pair = None if settled else _with_another(fit, better, check, falls)
-    if pair is not None and hardly and not falls and not isinstance(pair[1], Stochastic):
-        return None
     if pair is None and not falls:
         return None
     if pair is not None:
         risen += pair[0].solution.log_likelihood - before
-        return Rung(pair[0], added, risen=risen, brought=(pair[1],))
+        # What is left without some samples is told first: what these were needs no model.
+        both = (
+            (pair[1], added) if isinstance(added, Modifier) and added.removes else (added, pair[1])
+        )
+        return Rung(pair[0], both[0], risen=risen, brought=both[1:])
     every = every_visit(better, asked, check.suggestions) if isinstance(added, Away) else None
     if every is not None:
         better, kinds = every
@@ -255,8 +254,8 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         if one is None:
             return None
         return Rung(one, one.model.effects[-1], (*gave_way, *kinds), risen)
-    still = every is None and len(ladder) > 1 and not _moved(fit, better)
-    if with_it or (still and not _faded(fit, better, asked)):
+    still = every is None and len(ladder) > 1 and not moved(fit, better)
+    if with_it or (still and not faded(fit, better, asked)):
         # What nothing has moved since it was looked at is as good as it was.
         return Rung(better, added, gave_way, risen, brought=with_it)
     new: list[Effect] = [added]
@@ -322,27 +321,6 @@ def _ended_where_it_began(before: Fit, after: Fit) -> bool:
     return old == new and gained(after.solution, before.solution, before.data) < RIVAL
 
 
-def _moved(before: Fit, after: Fit) -> bool:
-    """Whether an addition changes what the others have to explain: in some bin their spectrum, by more than its scatter."""
-    return bool(_bins_moved(before, after).any())
-
-
-def _bins_moved(before: Fit, after: Fit) -> NDArray[np.bool_]:
-    """Bins in which the spectrum has changed by more than its scatter; all, where there are others."""
-    old, new = before.solution.spectrum, after.solution.spectrum
-    if old.size != new.size:
-        return np.ones(new.size, dtype=bool)
-    scatter = np.sqrt(2.0 / np.maximum(after.solution.weight, 1e-9))
-    return np.asarray(np.abs(np.log(new / old)) > scatter)
-
-
-def _faded(before: Fit, after: Fit, asked: int) -> bool:
-    """Whether one of the effects behind the first `asked` was seen in the record and is no more, beside the last."""
-    if len(after.model) <= len(before.model):
-        return True
-    return any(shown(before, p) and not shown(after, p) for p in range(asked, len(before.model)))
-
-
 def _touched(places: set[int], ladder: Sequence[Rung], better: Fit) -> set[int]:
     """Those places of a model that an addition may have left in a wrong light: the new one, and on the first rung all.
 
@@ -351,13 +329,13 @@ def _touched(places: set[int], ladder: Sequence[Rung], better: Fit) -> set[int]:
     """
     if len(ladder) == 1:
         return places
-    moved = _bins_moved(ladder[-1].fit, better)
+    at = bins_moved(ladder[-1].fit, better)
     solution = better.solution
-    least = VISIBLE * solution.spectrum[moved]
+    least = VISIBLE * solution.spectrum[at]
     stay = {
         place
         for place, own in enumerate(solution.effects)
-        if isinstance(own, Process) and not (own.power[moved] > least).any()
+        if isinstance(own, Process) and not (own.power[at] > least).any()
     }
     return (places - stay) | (places & {len(better.model) - 1})
 
@@ -388,7 +366,7 @@ def _best_beside(
     """The fit with the first of the suggestions beside which the Allan error falls, else no error rises; and its effect."""
     tolerable: tuple[Fit, Effect] | None = None
     for suggestion in suggestions[:ANOTHER]:
-        if any(one_thing(e, suggestion.effect, better) for e in better.model):
+        if _is_there(suggestion, better):
             continue
         both = better.add(suggestion)
         if not suggestion.effect_happens_once and not predicts(better, both):
@@ -398,3 +376,11 @@ def _best_beside(
                 return both, suggestion.effect
             tolerable = tolerable or (both, suggestion.effect)
     return tolerable
+
+
+def _is_there(suggestion: Suggestion, fit: Fit) -> bool:
+    """Whether a model has the effect already, or one that is the same hump of the spectrum."""
+    effect = suggestion.effect
+    if effect.single and any(e.kind == effect.kind for e in fit.model):
+        return True
+    return any(one_thing(e, effect, fit) for e in fit.model)

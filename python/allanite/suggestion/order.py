@@ -31,8 +31,8 @@ STRONG = 1.1
 RIVAL = 6.0
 #: Share of the power of outliers below which something else that happens in time has explained them.
 LEFT = 0.1
-#: The same where they have more evidence than that has.
-HALF = 0.5
+#: The same of samples that are anywhere, and by how much more evidence they have than anything else.
+HALF, FAR = 0.5, 10.0
 #: Outliers nearer to each other than this part of the record are in one place, of which each has so many.
 PLACES, CROWD = 256, 4
 #: Share of the evidence of a disturbance below which something else that happens in time has explained it.
@@ -65,11 +65,9 @@ def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
         return False
     taken = effect.missing(fit.data.n, fit.data.rate)
     ends = only_at_the_ends(effect, fit.data)
-    most = all(s.rank < out.rank for s in found if s.significant and s is not out)
-    if not (ends or most or _in_few_places(taken) or _made_by(out, found)):
+    alone = ends or _in_few_places(taken) or _made_by(out, found)
+    if not alone and not _by_far(out, found):
         return False
-    if most and any(s.significant and s.effect.screened == "two levels" for s in found):
-        return False  # what jumps and comes back, again and again
 
     def power(one: Fit) -> float:
         if ends:
@@ -79,12 +77,20 @@ def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     def explains(one: Effect) -> bool:
         return isinstance(one, Deterministic) and one.may_be(effect) if ends else _in_time(one)
 
-    least = (HALF if most else LEFT) * power(fit)
+    least = (LEFT if alone else HALF) * power(fit)
     return not any(
         power(one.found) < least
         for one in found
         if one.significant and one is not out and explains(one.effect)
     )
+
+
+def _by_far(out: Suggestion, found: list[Suggestion]) -> bool:
+    """Whether it has far more evidence than anything else; what jumps and comes back, again and again, is no outlier."""
+    others = [s for s in found if s.significant and s is not out]
+    if any(s.effect.screened == "two levels" for s in others):
+        return False
+    return out.rank > FAR * max((s.rank for s in others), default=0.0)
 
 
 def _made_by(out: Suggestion, found: list[Suggestion]) -> bool:

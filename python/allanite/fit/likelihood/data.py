@@ -189,6 +189,11 @@ class Data:
             total *= self.gain
         return np.subtract(ordinates, total, out=total)
 
+    def forget(self) -> None:
+        """Keep nothing as long as the record: of one with other samples, or that is done with."""
+        self.functions.forget()
+        self.lowest.forget()
+
     def rows(self, effect: Deterministic) -> NDArray[np.float64]:
         """Ordinates of every regressor of an effect, shape (regressors, n)."""
 

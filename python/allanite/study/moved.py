@@ -1,0 +1,45 @@
+"""Whether an addition changes what the other effects of a model have to explain."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.effects import Deterministic
+from allanite.fit.rivals.alternatives import shown
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from allanite.fit.result import Fit
+    from allanite.study.ladder import Rung
+
+__all__ = ["alone", "bins_moved", "faded", "moved"]
+
+
+def moved(before: Fit, after: Fit) -> bool:
+    """Whether an addition changes what the others have to explain: in some bin their spectrum, by more than its scatter."""
+    return bool(bins_moved(before, after).any())
+
+
+def bins_moved(before: Fit, after: Fit) -> NDArray[np.bool_]:
+    """Bins in which the spectrum has changed by more than its scatter; all, where there are others."""
+    old, new = before.solution.spectrum, after.solution.spectrum
+    if old.size != new.size:
+        return np.ones(new.size, dtype=bool)
+    scatter = np.sqrt(2.0 / np.maximum(after.solution.weight, 1e-9))
+    return np.asarray(np.abs(np.log(new / old)) > scatter)
+
+
+def faded(before: Fit, after: Fit, asked: int) -> bool:
+    """Whether one of the effects behind the first `asked` was seen in the record and is no more, beside the last."""
+    if len(after.model) <= len(before.model):
+        return True
+    return any(shown(before, p) and not shown(after, p) for p in range(asked, len(before.model)))
+
+
+def alone(before: Fit, rung: Rung) -> bool:
+    """Whether an addition leaves to others what they had to explain: it is no function of time that stands for several."""
+    slow = any(isinstance(effect, Deterministic) and effect.low for effect in rung.new)
+    return not slow and not moved(before, rung.fit)
