@@ -91,6 +91,8 @@ class Where:
             inside = [
                 r for r in self.time if low <= r["start_s"] and r["end_s"] <= high
             ] or self.time
+            # The largest samples of a stretch may be louder where most are quieter: what is said of both agrees.
+            inside = [r for r in inside if (r["ratio"] > 1.0) == (r["z"] > 0.0)] or inside
             peak = max(inside, key=lambda r: abs(r["z"]))
             out.append(
                 f"over time: {low:.5g}–{high:.5g} s, {peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz: the power is "

@@ -15,6 +15,7 @@ missing samples solve Q_mm x_m = −Q_mo x_o, Q = Cᵀ S⁻¹ C, by conjugate gr
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -44,7 +45,9 @@ ROUNDS, SETTLED = 8, 0.02
 #: Draws of the unknown part, from which its share in each ordinate is found: of a short record more; samples drawn in all.
 DRAWS, FEWEST_DRAWS, DRAWN = 8, 2, 200_000
 #: As many missing samples are solved for at once.
-FEW = 512
+FEW = 2048
+#: What rounding may take from their matrix, of its diagonal.
+ROUNDED = (1e-12, 1e-10, 1e-8)
 #: Relative residual at which conjugate gradients stop, and their most steps.
 PRECISE, STEPS = 1e-5, 400
 
@@ -121,7 +124,7 @@ def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
 
     Σ_j p_j φ_j(i) φ_j(k) depends on i − k and on i + k + 1.
     """
-    from scipy.linalg import cho_factor
+    from scipy.linalg import LinAlgError, cho_factor
 
     at = np.flatnonzero(missing)
     if at.size > FEW:
@@ -132,8 +135,14 @@ def _factor(missing: Mask, precision: Array) -> tuple[Array, bool] | None:
     def of(lag: NDArray[np.int64]) -> Array:
         return np.asarray(waves[np.minimum(lag, 2 * n - lag)])
 
-    # Positive definite, though the precision of the mean is 0: never are all samples missing.
-    return cho_factor(of(np.abs(at[:, None] - at)) + of(at[:, None] + at + 1), lower=True)
+    matrix = of(np.abs(at[:, None] - at)) + of(at[:, None] + at + 1)
+    own = matrix.diagonal().copy()
+    for more in (0.0, *ROUNDED):
+        # Positive definite, though the precision of the mean is 0: never are all samples missing. But for rounding.
+        np.fill_diagonal(matrix, own * (1.0 + more))
+        with suppress(LinAlgError):
+            return cho_factor(matrix, lower=True)
+    return None
 
 
 def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0) -> Data:

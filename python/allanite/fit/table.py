@@ -64,10 +64,10 @@ def _cells(value: Any, column: str | None) -> tuple[str, str]:
     return text, f"{low:.{figures}g} … {high:.{figures}g}"
 
 
-def misfit_line(fit: Fit) -> str:
-    """One sentence on the agreement."""
+def misfit_line(fit: Fit, whole: bool = True) -> str:
+    """One sentence on the agreement; of the curve alone, where the `whole` comparison is not adequate."""
     m, e = fit.misfit, fit.error
-    words = "adequate" if fit.adequate else "not adequate"
+    words = ("adequate" if whole else "the curve agrees") if fit.adequate else "not adequate"
     line = f"χ²/dof = {m.reduced:.2f} ({m.chi2:.0f}/{m.dof}), p = {m.p_value:.2g}: {words}"
     if e.adev_rms_percent is not None:
         line += (
@@ -123,8 +123,11 @@ def undecided_sentence(fit: Fit, found: Undecided) -> str:
 WRONG = "! the model is not adequate: limits and intervals are those of a wrong model"
 
 
-def fit_table(fit: Fit, remedy: str = "; improve adds what is missing") -> str:
-    """Recording, coefficients with intervals, agreement; of a wrong model the remedy, unless the text around says it."""
+def fit_table(fit: Fit, remedy: str = "; improve adds what is missing", whole: bool = True) -> str:
+    """Recording, coefficients with intervals, agreement; of a wrong model the remedy, unless the text around says it.
+
+    Where the curve agrees the text around may say that the `whole` comparison is not adequate.
+    """
     r = fit.recording
     lines = [
         f"{r.path or 'recording'} · {r.columns[0]} · {r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s), {r.unit}",
@@ -139,4 +142,4 @@ def fit_table(fit: Fit, remedy: str = "; improve adds what is missing") -> str:
     ]
     wrong = [] if fit.adequate else [WRONG + remedy]
     doubts = [f"! {s}" for s in fit.degeneracies]
-    return "\n".join([*lines, "", misfit_line(fit), *wrong, *doubts])
+    return "\n".join([*lines, "", misfit_line(fit, whole), *wrong, *doubts])

@@ -25,7 +25,7 @@ _TEMPERATURE = re.compile(
 _OTHER = re.compile(
     r"(^|[^a-z])(mag|magn|magnet\w*|baro\w*|press\w*|humid\w*|volt\w*|vbat|batt\w*|alt\w*|lat|lon\w*|"
     r"seq|sequence|index|idx|date|packetcounter|counter|count|sample|samples|no|number|status|flags?|roll|pitch|yaw|"
-    r"quat\w*|orientation|q[0-3wxyz]|heading|id)([^a-z]|$)|^(mag|m|b)[xyz]$|^unnamed: \d+$"
+    r"quat\w*|orientation|absolute|valid|q[0-3wxyz]|heading|id)([^a-z]|$)|^(mag|m|b)[xyz]$|^unnamed: \d+$"
 )
 _GYRO = re.compile(r"gyr|ang.*(vel|rate)|omega|^[gw]_?[xyz]$|^rate_?[xyz]?$|(^|[^a-z])gyr")
 _ACCEL = re.compile(r"acc|^a_?[xyz]$|^f_?[xyz]$|spec\w*_?force")

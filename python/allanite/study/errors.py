@@ -33,6 +33,10 @@ def wider(before: Fit, after: Fit) -> bool:
 def errors_fall(before: Fit, after: Fit) -> bool:
     """Whether neither the discrepancy nor the Allan error rises by more than its own scatter."""
     old, new = before.error, after.error
+    last = after.model.effects[-1]
+    other = after.data is not before.data and removes(last)
+    if other and last.when is None:
+        return True  # samples that do not belong hide by how much a model is wrong
     if after.discrepancy.interval[0] > before.discrepancy.interval[1]:
         return False
     if old.adev_rms_percent is None or new.adev_rms_percent is None:
@@ -41,7 +45,7 @@ def errors_fall(before: Fit, after: Fit) -> bool:
     chance = new.chance_rms_percent or 0.0
     if new.adev_rms_percent > max(CHANCE * chance, np.hypot(old.adev_rms_percent, chance)):
         return False
-    if after.data is not before.data and removes(after.model.effects[-1]):
+    if other:
         return True  # the curve of another record
     # Chance is large at long τ alone, and excuses nothing at short ones.
     return after.curve.risen(before.curve, CHANCE) <= LITTLE**2

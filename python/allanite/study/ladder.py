@@ -61,19 +61,27 @@ class Rung:
     @property
     def changes(self) -> tuple[str, ...]:
         """What was done, one text an effect: ``+ sinusoid``, ``− rate random walk``; what is gone by its count."""
-        left = Counter(self.removed)
-        more = {e.kind for e in self.new if e.title.startswith("several") and left[e.kind]}
-        left.subtract(more)
+        several = {e.kind for e in self.new if e.title.startswith("several")}
+        # What left and came back beside another is where it was.
+        back = Counter(self.removed) & Counter(
+            e.kind for e in self.brought if e.kind not in several
+        )
+        left = Counter(self.removed) - back
+        further = several & set(left)
+        left.subtract(further)
         gone = tuple(
             f"− {title_of(kind)}" if count == 1 else f"− {count} × {title_of(kind)}"
             for kind, count in left.items()
             if count > 0
         )
-        came = (
-            self.fit.display_name(e).replace("several", "further", int(e.kind in more))
-            for e in self.new
-        )
-        return (*(f"+ {name}" for name in came), *gone)
+        came = []
+        for effect in self.new:
+            if effect is not self.added and back[effect.kind]:
+                back[effect.kind] -= 1
+                continue
+            name = self.fit.display_name(effect)
+            came.append("+ " + name.replace("several", "further", int(effect.kind in further)))
+        return (*came, *gone)
 
     def __repr__(self) -> str:
         added = "start" if self.added is None else f"+ {self.added.kind}"
@@ -208,7 +216,7 @@ class Study:
         if not self._good_enough:
             left_over = self.check.left or [self.check.nowhere]
             lines += ["left unexplained:", *(f"  {s}" for s in left_over)]
-        lines += ["", fit_table(self.fit, remedy="")]
+        lines += ["", fit_table(self.fit, remedy="", whole=self._good_enough)]
         if self.undecided is not None:
             lines.append(f"! {undecided_sentence(self.fit, self.undecided)}")
         return "\n".join(lines)

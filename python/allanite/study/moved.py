@@ -15,12 +15,20 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.study.ladder import Rung
 
-__all__ = ["alone", "bins_moved", "faded", "moved"]
+__all__ = ["alone", "bins_moved", "faded", "moved", "rise"]
 
 
 def moved(before: Fit, after: Fit) -> bool:
     """Whether an addition changes what the others have to explain: in some bin their spectrum, by more than its scatter."""
     return bool(bins_moved(before, after).any())
+
+
+def rise(before: Fit, after: Fit) -> float:
+    """Rise of logL from one fit to another; 0 where it is of other samples, which have another likelihood."""
+    counts = [0 if f.data.missing is None else int(f.data.missing.sum()) for f in (before, after)]
+    if counts[0] != counts[1]:
+        return 0.0
+    return after.solution.log_likelihood - before.solution.log_likelihood
 
 
 def bins_moved(before: Fit, after: Fit) -> NDArray[np.bool_]:

@@ -17,7 +17,7 @@ from allanite.study.errors import as_good, errors_fall, predicts, rises, wider, 
 from allanite.study.harmonics import with_companions
 from allanite.study.ladder import Rung, Study
 from allanite.study.levels import one_level, several_levels
-from allanite.study.moved import alone, bins_moved, faded, moved
+from allanite.study.moved import alone, bins_moved, faded, moved, rise
 from allanite.study.moves import added_to, one_thing, pruned, swapped
 from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
@@ -223,19 +223,21 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
     if not suggestion.effect_happens_once and not predicts(fit, better):
         return None
     risen = suggestion.delta_log_likelihood - suggestion.surplus
-    before = better.solution.log_likelihood
+    taken = better
     if gave_way:
-        risen = before - fit.solution.log_likelihood
+        risen = rise(fit, better) or risen
     added = suggestion.effect
     # The curve says nothing of when a sensor is loud.
     elsewhere = isinstance(added, Modifier) and added.passing
     falls = elsewhere or errors_fall(fit, better)
     settled = falls and (elsewhere or not wider(fit, better))
+    # What was hidden by samples that do not belong is told in the same step, if it is there.
+    settled = settled and not (isinstance(added, Modifier) and added.removes and rises(fit, better))
     pair = None if settled else _with_another(fit, better, check, falls)
     if pair is None and not falls:
         return None
     if pair is not None:
-        risen += pair[0].solution.log_likelihood - before
+        risen += rise(better, pair[0])
         # What is left without some samples is told first: what these were needs no model.
         both = (
             (pair[1], added) if isinstance(added, Modifier) and added.removes else (added, pair[1])
@@ -245,8 +247,8 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
     if every is not None:
         better, kinds = every
         added, gave_way = better.model.effects[-1], (*gave_way, *kinds)
-        risen += better.solution.log_likelihood - before
-        before = better.solution.log_likelihood
+        risen += rise(taken, better)
+        taken = better
     changes = several_levels(better, asked) if elsewhere else []
     if changes:
         one = one_level(better, changes)
@@ -289,7 +291,7 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         if split is None:
             break
         better = split
-    risen += better.solution.log_likelihood - before
+    risen += rise(taken, better)
     if _ended_where_it_began(fit, better):
         return None
     start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)

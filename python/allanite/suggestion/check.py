@@ -118,7 +118,7 @@ class Check:
     def __str__(self) -> str:
         from allanite.fit.table import fit_table
 
-        lines = [fit_table(self.fit, remedy=""), ""]
+        lines = [fit_table(self.fit, remedy="", whole=self.adequate), ""]
         sentences = self.left
         lines += ["where it fails:"] if sentences else [self.nowhere]
         lines += [f"  {s}" for s in sentences]

@@ -31,8 +31,8 @@ STRONG = 1.1
 RIVAL = 6.0
 #: Share of the power of outliers below which something else that happens in time has explained them.
 LEFT = 0.1
-#: The same of samples that are anywhere, and by how much more evidence they have than anything else.
-HALF, FAR = 0.5, 10.0
+#: Times the evidence of anything else, from which outliers go first wherever they are.
+FAR = 10.0
 #: Outliers nearer to each other than this part of the record are in one place, of which each has so many.
 PLACES, CROWD = 256, 4
 #: Share of the evidence of a disturbance below which something else that happens in time has explained it.
@@ -54,9 +54,9 @@ def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Sug
 
 
 def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """Whether it is outliers that nothing else in time explains, and that make what is stationary or explain most of all.
+    """Whether it is outliers that nothing else in time explains, at the ends, in a few places or behind what is stationary.
 
-    Or they are at the ends, or in a few places. Of a settling that begins high above the noise the first samples stand out,
+    Or they have by far the most evidence. Of a settling that begins high above the noise the first samples stand out,
     of a loud stretch those within; beside it they do not. What is stationary has them anywhere: a tap would be called a
     resonance, lost samples a fast lag.
     """
@@ -65,8 +65,9 @@ def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
         return False
     taken = effect.missing(fit.data.n, fit.data.rate)
     ends = only_at_the_ends(effect, fit.data)
-    alone = ends or _in_few_places(taken) or _made_by(out, found)
-    if not alone and not _by_far(out, found):
+    if _by_far(out, found):
+        return True
+    if not (ends or _in_few_places(taken) or _made_by(out, found)):
         return False
 
     def power(one: Fit) -> float:
@@ -77,7 +78,7 @@ def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     def explains(one: Effect) -> bool:
         return isinstance(one, Deterministic) and one.may_be(effect) if ends else _in_time(one)
 
-    least = (LEFT if alone else HALF) * power(fit)
+    least = LEFT * power(fit)
     return not any(
         power(one.found) < least
         for one in found
@@ -86,9 +87,9 @@ def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
 
 
 def _by_far(out: Suggestion, found: list[Suggestion]) -> bool:
-    """Whether it has far more evidence than anything else; what jumps and comes back, again and again, is no outlier."""
+    """Whether it has far more evidence than anything else; what jumps and comes back, or shakes for a while, is none."""
     others = [s for s in found if s.significant and s is not out]
-    if any(s.effect.screened == "two levels" for s in others):
+    if any(s.effect.screened == "two levels" or _takes_a_stretch(s.effect) for s in others):
         return False
     return out.rank > FAR * max((s.rank for s in others), default=0.0)
 

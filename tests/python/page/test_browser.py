@@ -71,7 +71,7 @@ def test_the_loop(tab):
     kinds = tab.locator(".chip").evaluate_all("chips => chips.map(c => c.dataset.kind)")
     assert {"gauss_markov", "sinusoid"} <= set(kinds)
     tab.get_by_role("button", name="What else explains it?").click()
-    told = re.compile(r"^(This record cannot tell N\+|No other model).*\.$")
+    told = re.compile(r"^(This record cannot tell N\+|By its likelihood alone|No other model).*\.$")
     tab.locator("#cards [role=status]", has_text=told).wait_for()
     tab.keyboard.press("Control+z")
     tab.wait_for_selector("#ladder li:nth-child(3)", state="detached")

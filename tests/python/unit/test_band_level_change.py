@@ -5,6 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
+from allanite.suggestion.screens.band_levels import _strongest
 
 RATE, N = 50.0, 90_000
 
@@ -81,3 +82,8 @@ def test_it_is_simulated_in_pieces_as_in_one(model):
     assert abs(ratio / (9.0 if len(model) == 2 else 5.4) - 1.0) < 0.2
     if len(model) == 2:
         assert abs(power(inside, 17.0, 25.0) / power(outside, 17.0, 25.0) - 1.0) < 0.1
+
+
+def test_an_octave_of_a_few_values_has_no_interval():
+    """A telephone's record of a minute had such octaves, and ended with an overflow."""
+    assert _strongest(np.array([1.0, 2.0, 0.5, 1.0, 3.0])) == 0.0

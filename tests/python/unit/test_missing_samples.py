@@ -238,3 +238,16 @@ def test_an_ordinate_and_its_mirror_image_have_one_vote(seed):
     samples[1::2] = np.nan
     check = al.parse_model("N+B+K").fit(al.Recording(samples, rate=RATE)).check()
     assert not check.significant
+
+
+def test_many_single_gaps_are_solved_for_at_once_though_the_spectrum_is_steep():
+    n = 2693
+    missing = np.zeros(n, dtype=bool)
+    missing[1::4] = True
+    j = np.maximum(np.arange(n), 1.0)
+    for spectrum in (1.0 / j**2, np.exp(-60.0 * j / n) + 1e-26):
+        bridge = _Bridge(missing, spectrum)
+        assert bridge.exact is not None
+        x = np.cos(np.pi * 3.0 * (np.arange(n) + 0.5) / n)
+        start = np.where(missing, 0.0, x)
+        assert np.abs(bridge.mean(start) - x).max() < 1e-3

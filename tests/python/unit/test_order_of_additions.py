@@ -1,5 +1,7 @@
 """What goes first, and what gives way at the end: by the evidence, whatever was found first."""
 
+import itertools
+
 import numpy as np
 
 import allanite as al
@@ -54,3 +56,29 @@ def test_a_notch_has_two_sides():
     x = 0.6 * white[1:] + 0.4 * white[:-1] + 0.3 * g.white(rng, 40_000, 100.0, 0.01)
     study = al.improve(al.Recording(x, rate=100.0, unit="rad/s"), "N+B+K")
     assert "notch" not in {e.kind for e in study.fit.model}
+
+
+def test_a_phase_that_wraps_hides_its_clock():
+    """Five jumps of the range of a counter make an adequate model of a clock thousands of times worse; not beside them."""
+    rng = np.random.default_rng(15)
+    n = 30_000
+    phase = np.cumsum(4.5 + g.white(rng, n, 1.0, 0.2)) % 25_000.0
+    record = al.Recording(phase, rate=1.0, unit="1", quantity="angle")
+    study = al.improve(record, "N+B+K")
+    assert study.ladder[1].added.kind == "outliers"
+    # The scatter of N from 30 000 increments is 0.4 %.
+    assert abs(study.fit["N"].value / 0.2 - 1.0) < 0.03
+    # The likelihood of other samples is another one: what is left is told by what the step explains.
+    left = study.misfit_left
+    assert left[0] == 100.0
+    assert all(a >= b for a, b in itertools.pairwise(left))
+
+
+def test_what_left_and_came_back_is_where_it_was():
+    record = al.Recording(np.random.default_rng(16).standard_normal(2000), rate=1.0, unit="1")
+    fit = fit_model(record, "N+B+K")
+    walk, flicker = fit.model.effects[2], fit.model.effects[1]
+    rung = Rung(fit, flicker, ("rate_random_walk",), brought=(walk,))
+    assert rung.changes == ("+ flicker FM",)
+    rung = Rung(fit, walk, ("rate_random_walk",))
+    assert rung.changes == ("+ random-walk FM", "− rate random walk")

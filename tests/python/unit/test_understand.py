@@ -380,27 +380,3 @@ def test_a_temperature_called_t_is_no_second_clock(tmp_path):
     path = csv(tmp_path, "time,gx,T", np.arange(N) / 50, X[:, 0], warm)
     assert "two_clocks" not in {f.kind for f in al.read(path).audit}
     assert [c.role for c in al.inspect(path).columns] == ["time", "sensor", "other"]
-
-
-def test_names_of_two_lines(tmp_path):
-    path = tmp_path / "log.csv"
-    rows = np.column_stack([np.arange(N) / 50, X])
-    head = "Time (s),IMU Gyroscope (deg/s),,\n,X,Y,Z\n"
-    path.write_text(head + "\n".join(",".join(f"{v:.6g}" for v in row) for row in rows) + "\n")
-    r = al.read(path)
-    assert r.columns == tuple(f"IMU Gyroscope {axis}" for axis in "XYZ")
-    assert set(r.units) == {"deg/s"}
-
-
-def test_a_pointer_of_git_lfs_is_named(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 456492\n")
-    with pytest.raises(InputError, match="pointer of Git LFS"):
-        al.read(path)
-
-
-def test_text_that_matlab_saved(tmp_path):
-    path = tmp_path / "log.mat"
-    np.savetxt(path, np.column_stack([np.arange(N) / 50, X]), fmt="%16.7e")
-    r = al.read(path)
-    assert (len(r.columns), r.rate) == (3, pytest.approx(50))

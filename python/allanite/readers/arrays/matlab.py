@@ -49,7 +49,7 @@ def read(path: Path, pick: Picker) -> Table:
     """
     with path.open("rb") as stream:
         begin = stream.read(1024)
-    if begin.strip() and b"\0" not in begin and not begin.startswith(b"MATLAB"):
+    if begin.lstrip()[:1].isdigit() or begin.lstrip()[:1] in (b"-", b"+"):
         return text.read(path, pick)  # written by save -ascii
     found = dict(_v73(path) if _is_hdf5(path) else _v5(path))
     return assemble(found)

@@ -141,6 +141,8 @@ def _interval(power: Array) -> tuple[float, float, float]:
 def _strongest(power: Array) -> float:
     """Rise of logL by the interval that differs most."""
     cells = min(COARSE, power.size // 8)
+    if cells < 2:
+        return 0.0
     return best_interval(power, 1.0 / overdispersion(power), cells)[2]
 
 
