@@ -23,6 +23,7 @@ __all__ = [
     "end_with_line",
     "envelope",
     "family_variance",
+    "few_arenas",
     "gls_nonnegative",
     "inverse_cosine_transform",
     "kalman_filter",
@@ -50,6 +51,7 @@ add_rows = _core.add_rows
 best_pair = _core.best_pair
 squares = _core.squares
 steps = _core.steps
+few_arenas = _core.few_arenas
 
 # -- noise
 Simulator = _core.Simulator
@@ -68,7 +70,7 @@ def release() -> int:
 
     At most two arrays stay for the next call, a simulated record and the phase of one, each of less than twice the
     bytes that its last user took and of at most 256 MiB: fresh memory costs more than the sums made in it. So do plans of
-    the transforms of the last four lengths up to 2²¹, and spectra of the effects of fitted models, which are not counted.
+    the transforms of the last four lengths, up to 2.5·10⁷ samples in all, and spectra of the effects of fitted models, which are not counted.
     Arrays in use are not touched; a fit made before still works and computes anew what it needs.
 
     Returns

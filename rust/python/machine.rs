@@ -14,6 +14,12 @@ pub fn release() -> usize {
     buffer_pool::release()
 }
 
+/// `machine::buffer_pool::few_arenas`.
+#[pyfunction]
+pub fn few_arenas() {
+    buffer_pool::few_arenas();
+}
+
 /// `machine::buffer_pool::trim`.
 #[pyfunction]
 pub fn trim(py: Python<'_>) {

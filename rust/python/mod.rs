@@ -38,7 +38,7 @@ mod _core {
 
     // machine
     #[pymodule_export]
-    use super::machine::{end_with_line, release, trim, vector_unit};
+    use super::machine::{end_with_line, few_arenas, release, trim, vector_unit};
 
     // noise
     #[pymodule_export]

@@ -141,6 +141,7 @@ def _run(arguments: Sequence[str] | None) -> int:
                 from allanite import _kernels
 
                 _kernels.end_with_line(CUT, 2)
+                _kernels.few_arenas()
             code = cli.main(args=arguments, prog_name="allanite", standalone_mode=False)
             sys.stdout.flush()
     except click.exceptions.NoArgsIsHelpError as error:

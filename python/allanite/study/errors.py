@@ -33,9 +33,8 @@ def wider(before: Fit, after: Fit) -> bool:
 def errors_fall(before: Fit, after: Fit) -> bool:
     """Whether neither the discrepancy nor the Allan error rises by more than its own scatter."""
     old, new = before.error, after.error
-    last = after.model.effects[-1]
-    other = after.data is not before.data and removes(last)
-    if other and last.when is None:
+    other = after.data is not before.data and removes(after.model.effects[-1])
+    if other and after.model.effects[-1].when is None:
         return True  # samples that do not belong hide by how much a model is wrong
     if after.discrepancy.interval[0] > before.discrepancy.interval[1]:
         return False
