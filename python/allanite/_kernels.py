@@ -70,7 +70,8 @@ def release() -> int:
 
     At most two arrays stay for the next call, a simulated record and the phase of one, each of less than twice the
     bytes that its last user took and of at most 256 MiB: fresh memory costs more than the sums made in it. So do plans of
-    the transforms of the last four lengths, up to 2.5·10⁷ samples in all, and spectra of the effects of fitted models, which are not counted.
+    the transforms of the last four lengths, up to 2.5·10⁷ samples in all, and spectra of the effects of fitted models,
+    which are not counted.
     Arrays in use are not touched; a fit made before still works and computes anew what it needs.
 
     Returns

@@ -69,9 +69,12 @@ def _rung_text(rung: Rung) -> str:
         return f"start\n{rung.fit.model.name}"
     if rung.removed:
         return "\n".join(rung.changes)
-    # Nothing has moved what is new from the end of the model.
-    values = zip(rung.fit.model.effects, rung.fit.estimates, strict=True)
-    last = [values_text(*own, most=1) for own in values][-len(rung.new) :]
+    # What is new is at the end of the model, in the order in which it was tried.
+    new = list(zip(rung.fit.model.effects, rung.fit.estimates, strict=True))[-len(rung.new) :]
+    last = []
+    for effect in rung.new:
+        at = next((i for i, pair in enumerate(new) if pair[0].kind == effect.kind), None)
+        last.append("" if at is None else values_text(*new.pop(at), most=1))
     lines = [f"+ {effect_text(rung.fit, rung.new[0])}", *rung.changes[1:]]
     return "\n".join(text for pair in zip(lines, last, strict=True) for text in pair if text)
 
