@@ -102,7 +102,9 @@ def improve(
         stop = _stop(check, tolerance)
         if stop is None and full(ladder, limit):
             stop = "limit"
-        better = exchanged(ladder) if stop is not None else next_rung(ladder, check)
+        better = None
+        if stop != "within tolerance":
+            better = exchanged(ladder) if stop is not None else next_rung(ladder, check)
         if better is None:
             return Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
         ladder.append(better)
