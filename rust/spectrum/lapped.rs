@@ -16,7 +16,7 @@ use rustfft::{Fft, FftPlanner};
 
 use super::fold::Weights;
 use super::halving::{REACH, halve, halve_split, split};
-use crate::machine::processor::{Unit, Width, compiled_for_each_width};
+use crate::machine::processor::{Width, compiled_for_each_width};
 use crate::parallel::for_each;
 use crate::phase::{add_to, plain_sum};
 use crate::{Error, Result};
@@ -173,34 +173,6 @@ impl Lapped {
         Some(power)
     }
 
-    /// # Safety
-    /// The processor has AVX2.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    unsafe fn tile_avx2(
-        &self,
-        x: &[f64],
-        kept: &Range<usize>,
-        halved: &mut [f64],
-        room: &mut Room,
-    ) -> Option<Vec<f64>> {
-        self.tile(x, kept, halved, room)
-    }
-
-    /// # Safety
-    /// The processor has AVX2 and AVX-512F and VL.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,avx512f,avx512vl")]
-    unsafe fn tile_avx512(
-        &self,
-        x: &[f64],
-        kept: &Range<usize>,
-        halved: &mut [f64],
-        room: &mut Room,
-    ) -> Option<Vec<f64>> {
-        self.tile(x, kept, halved, room)
-    }
-
     /// Halves the rate of consecutive tiles and adds the power of their segments, as far as no sample is missing.
     ///
     /// `x` begins half a segment before the first tile and ends as far behind the last. `halved` is written up to the
@@ -230,18 +202,7 @@ impl Lapped {
                 return None;
             }
             let x = &x[t * tile..(t + 1) * tile + 2 * half];
-            let power = self.with_room(x.len(), |room| {
-                // SAFETY: a `Width` is only made of units that the processor has.
-                unsafe {
-                    match self.width.unit() {
-                        Unit::Portable => self.tile(x, &kept, halved, room),
-                        #[cfg(target_arch = "x86_64")]
-                        Unit::Avx2 => self.tile_avx2(x, &kept, halved, room),
-                        #[cfg(target_arch = "x86_64")]
-                        Unit::Avx512 => self.tile_avx512(x, &kept, halved, room),
-                    }
-                }
-            });
+            let power = self.with_room(x.len(), |room| tile_of(self.width, self, x, &kept, halved, room));
             if power.is_none() {
                 holed.fetch_min(t, Ordering::Relaxed);
             }
@@ -258,6 +219,13 @@ impl Lapped {
         }
         Ok(Tiles { bands: in_bands, count: power.len() })
     }
+}
+
+compiled_for_each_width! {
+    /// [`Lapped::tile`].
+    fn tile_of(
+        lapped: &Lapped, x: &[f64], kept: &Range<usize>, halved: &mut [f64], room: &mut Room
+    ) -> Option<Vec<f64>> = Lapped::tile
 }
 
 compiled_for_each_width! {

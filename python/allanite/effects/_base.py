@@ -69,6 +69,8 @@ class Effect:
     family: ClassVar[str] = "spectral"
     #: Whether two of them equal one larger one.
     single: ClassVar[bool] = False
+    #: What comes where one that describes several things takes the place of one with fewer; empty of others.
+    further: ClassVar[str] = ""
     #: Whether it describes without explaining: two effects of the standard that explain as much are preferred.
     last_resort: ClassVar[bool] = False
     #: Whether it stands for what has no name: used where the catalogue has no explanation.
@@ -220,6 +222,15 @@ class Effect:
         first, last = (0.5 * grid.min(), 2.0 * grid.max()) if grid.min() > 0.0 else (low, high)
         ends = [end for end in (low, high) if np.isfinite(end) and first <= end <= last]
         return np.unique([*ends, *inside]) if ends or inside.size else grid.clip(low, high)
+
+    def search_ends(self, name: str, n: int, rate: float) -> tuple[float, float]:
+        """Ends within which a fit looks for the shape `name`, on n samples at `rate` Hz: half and twice those of its grid.
+
+        A band or a gap beyond the Nyquist frequency is none of the record.
+        """
+        grid = self.searched(name, n, rate)
+        most = 0.5 * rate if name == "frequency" else np.inf
+        return float(grid.min()) / 2.0, min(2.0 * float(grid.max()), most)
 
     def errors(self, rate: float) -> dict[str, float]:
         """Standard errors of values that the spectrum does not determine, at `rate` Hz; by default none."""

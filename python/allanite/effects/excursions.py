@@ -46,6 +46,7 @@ class Excursions(Away):
     kind: ClassVar[str] = "excursions"
     short: ClassVar[str] = "EXCS"
     title: ClassVar[str] = "several excursions"
+    further: ClassVar[str] = "further excursions"
     single: ClassVar[bool] = True
     unplanned: ClassVar[str] = "its evidence is that of its largest: plan an excursion"
     parameters: ClassVar[tuple[Parameter, ...]] = (

@@ -38,6 +38,7 @@ class NoiseLevels(Level):
     kind: ClassVar[str] = "noise_levels"
     short: ClassVar[str] = "LEVELS"
     title: ClassVar[str] = "several noise levels"
+    further: ClassVar[str] = "further noise levels"
     single: ClassVar[bool] = True
     unplanned: ClassVar[str] = (
         "its evidence is that of its strongest interval: plan a noise level change"

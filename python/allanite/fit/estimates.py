@@ -113,7 +113,7 @@ def _averaged(
         if value.interval is not None:
             error, interval = law.standard_error(place), law.interval(place)
             if not interval[0] <= float(value) <= interval[1]:
-                # Beside other noise that is as likely another value is the best: both are.
+                # With other noise that is as likely another value is the best: the interval holds that and this one.
                 own = value.interval
                 interval = min(interval[0], own[0]), max(interval[1], own[1])
             out[name] = Estimate(value.value, error, interval, value.unit, value.detected, name)

@@ -174,7 +174,9 @@ class Tab(Bench):
             assert step is not None
             check = self.finish(job, step)
             rungs = [s.rung for s in ladder.steps[: ladder.at + 1]]
-            good = check.adequate or self.within(step) or full(rungs[begun:])
+            if self.within(step) and not check.adequate:
+                return True
+            good = check.adequate or full(rungs[begun:])
             best = check.significant[0].effect if check.significant else None
             tried = "" if best is None else f", trying {step.fit.display_name(best)}"
             job.say(f"{before}step {len(rungs) - begun}{tried}")

@@ -111,7 +111,9 @@ def names_below(
     """Names of two lines: groups of columns, and below them the column of each, as spreadsheets have them."""
     rows = list(_rows(path, len(names)))
     above = next((i for i, cells in enumerate(rows) if split_header(cells)[0] == names), None)
-    below = rows[above + 1] if above is not None and above + 1 < len(rows) else []
+    if above is None or above + 1 == len(rows):
+        return names, units
+    below = rows[above + 1]
     if not all(below[i] for i, name in enumerate(names) if not name) or any(map(_is_number, below)):
         return names, units
     found: list[str] = []

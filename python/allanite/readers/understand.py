@@ -11,6 +11,7 @@ from allanite.common.errors import InputError
 from allanite.readers._split_time import is_split
 from allanite.readers.sensor_names import sensor_kind
 from allanite.recording.findings import Finding
+from allanite.recording.stamp_units import PRESENT
 from allanite.recording.timebase import read_stamps
 
 if TYPE_CHECKING:
@@ -27,8 +28,8 @@ ROWS, FEWEST = 20_000, 20
 SPANS = (99, 127, 255, 999, 4095, 9999, 65535)
 #: Rows in which a time that begins anew rises for each in which it falls.
 AGAIN = 20
-#: Seconds of a day, and dates of the years 1990 to 2100, seconds since 1970.
-DAY, DATES = 86_400, (6.3e8, 4.1e9)
+#: Seconds of a day.
+DAY = 86_400
 
 
 # A step beyond doubles, or beside ones near their smallest, is like no other.
@@ -60,7 +61,7 @@ def kind_of(values: NDArray[Any]) -> str | None:
     rising = steps > 0
     if not rising.any():
         day = x.dtype.kind in "iu" or float(x[0]).is_integer()
-        day = day and int(x[0]) % DAY == 0 and DATES[0] < x[0] < DATES[1]
+        day = day and int(x[0]) % DAY == 0 and PRESENT[0] < x[0] < PRESENT[1]
         return "date" if day and not steps.any() else None
     usual = float(np.median(steps[rising]))
     alike = float(np.mean(np.abs(steps[rising] / usual - 1) < 0.5))

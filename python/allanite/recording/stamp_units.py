@@ -12,7 +12,7 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["TIME_UNITS", "numbers_of", "unit_of_stamps"]
+__all__ = ["PRESENT", "TIME_UNITS", "numbers_of", "unit_of_stamps"]
 
 #: Units of stamps, s. A day is that of a Julian date.
 TIME_UNITS = {
@@ -24,7 +24,7 @@ TIME_UNITS = {
 _SPACING_LIMITS = ((2.0, "s"), (500.0, "ms"), (2e5, "us"), (math.inf, "ns"))
 # Stamps of the present give their unit away: seconds since 1970 of the years 2000 to 2100. Nanoseconds since a telephone
 # was switched on, a week ago, are microseconds of 1991.
-_PRESENT = (9.4e8, 4.1e9)
+PRESENT = (9.4e8, 4.1e9)
 # Share of steps of two and more from which whole numbers are no rounded seconds.
 _VARIED = 0.1
 # Rates of logs, Hz: epochs whose rate would lie beyond are counters that happen to be as large.
@@ -128,7 +128,7 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
     middle = abs(float(t[t.size // 2]))
     for unit in ("s", "ms", "us", "ns"):
         second = TIME_UNITS[unit]
-        present = _PRESENT[0] < middle * second < _PRESENT[1]
+        present = PRESENT[0] < middle * second < PRESENT[1]
         if present and _RATES[0] < 1 / (step * second) < _RATES[1]:
             return unit, "epoch"
     some = t[:10_000]

@@ -61,26 +61,21 @@ class Rung:
     @property
     def changes(self) -> tuple[str, ...]:
         """What was done, one text an effect: ``+ sinusoid``, ``− rate random walk``; what is gone by its count."""
-        several = {e.kind for e in self.new if e.title.startswith("several")}
+        further = {e.kind for e in self.new if e.further} & set(self.removed)
         # What left and came back beside another is where it was.
-        back = Counter(self.removed) & Counter(
-            e.kind for e in self.brought if e.kind not in several
-        )
-        left = Counter(self.removed) - back
-        further = several & set(left)
-        left.subtract(further)
+        back = Counter(self.removed) & Counter(e.kind for e in self.brought if not e.further)
+        left = Counter(self.removed) - back - Counter(further)
         gone = tuple(
             f"− {title_of(kind)}" if count == 1 else f"− {count} × {title_of(kind)}"
             for kind, count in left.items()
-            if count > 0
         )
         came = []
         for effect in self.new:
             if effect is not self.added and back[effect.kind]:
                 back[effect.kind] -= 1
                 continue
-            name = self.fit.display_name(effect)
-            came.append("+ " + name.replace("several", "further", int(effect.kind in further)))
+            more = effect.kind in further
+            came.append(f"+ {effect.further if more else self.fit.display_name(effect)}")
         return (*came, *gone)
 
     def __repr__(self) -> str:
@@ -152,7 +147,7 @@ class Study:
     @property
     def verdict(self) -> str:
         """``adequate``, ``within tolerance`` or ``unexplained``."""
-        return self.stopped_because if self._good_enough else "unexplained"
+        return self.stopped_because if self._good_enough else self.check.verdict
 
     @property
     def _good_enough(self) -> bool:

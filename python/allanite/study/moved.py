@@ -48,6 +48,6 @@ def faded(before: Fit, after: Fit, asked: int) -> bool:
 
 
 def alone(before: Fit, rung: Rung) -> bool:
-    """Whether an addition leaves to others what they had to explain: it is no function of time that stands for several."""
+    """Whether an addition takes nothing from the others: no spectrum has moved, and it is no slow function of time."""
     slow = any(isinstance(effect, Deterministic) and effect.low for effect in rung.new)
     return not slow and not moved(before, rung.fit)

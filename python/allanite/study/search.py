@@ -161,7 +161,7 @@ def _more(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
     """Rungs for what the same check found behind the addition that was just made, and for what came after them.
 
     One line says nothing of another: each has its own ordinates. Where nothing has given way and the model is where it was,
-    another check would find what this one did. What one addition explains another may not be there for.
+    another check would find what this one did. What explains the same misfit as an addition is left to the next check.
     """
     ladder = list(ladder)
     lines, still = _is_line(ladder[-1].added), alone(check.fit, ladder[-1])
@@ -240,7 +240,7 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         return None
     if pair is not None:
         risen += rise(better, pair[0])
-        # What is left without some samples is told first: what these were needs no model.
+        # The process is named first: samples that are taken out say nothing of the sensor's noise.
         both = (
             (pair[1], added) if isinstance(added, Modifier) and added.removes else (added, pair[1])
         )

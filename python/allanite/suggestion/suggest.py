@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.threads import Pool
-from allanite.effects import Stochastic
+from allanite.effects import Modifier, Stochastic
 from allanite.fit.likelihood.remembered import LARGE, give_back
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.result import Fit, plain
@@ -317,7 +317,7 @@ def _suggestion(
         float(2.0 * (x + surplus) - penalty),
         float(log_p / np.log(10.0)),
         float(np.exp(min(log_p - single, 700.0))),
-        _removed(fit, candidate),
+        _removed(fit, found, candidate),
         (),
         found,
         fit,
@@ -326,10 +326,14 @@ def _suggestion(
     )
 
 
-def _removed(fit: Fit, candidate: Candidate) -> float:
+def _removed(fit: Fit, found: Fit, candidate: Candidate) -> float:
     """Per cent of the spectrum's misfit: of what a saturated model would gain beyond chance.
 
-    A line adds to both what bins do not see.
+    A line adds to both what bins do not see. What takes samples out or changes their level has its evidence elsewhere: what
+    is left of the misfit of the samples that stay.
     """
-    excess = max(fit.excess, 0.0) + (candidate.gain if candidate.family == "line" else 0.0)
+    excess, effect = max(fit.excess, 0.0), found.model.effects[-1]
+    if isinstance(effect, Modifier) and (effect.removes or effect.passing):
+        return 100.0 * max(1.0 - max(found.excess, 0.0) / excess, 0.0) if excess else 0.0
+    excess += candidate.gain if candidate.family == "line" else 0.0
     return 100.0 * candidate.gain / max(excess, candidate.gain)

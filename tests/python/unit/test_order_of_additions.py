@@ -1,13 +1,15 @@
 """What goes first, and what gives way at the end: by the evidence, whatever was found first."""
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 import allanite as al
 import generators as g
 from allanite.fit import fit_model
-from allanite.study import Rung, exchanged
+from allanite.study import Rung, exchanged, search
 
 RATE = 5.0
 
@@ -59,12 +61,14 @@ def test_a_notch_has_two_sides():
 
 
 def test_a_phase_that_wraps_hides_its_clock():
-    """Five jumps of the range of a counter make an adequate model of a clock thousands of times worse; not beside them."""
+    """Five jumps of the range of a counter make the noise of a clock a thousand times too high; not beside them."""
     rng = np.random.default_rng(15)
     n = 30_000
     phase = np.cumsum(4.5 + g.white(rng, n, 1.0, 0.2)) % 25_000.0
     record = al.Recording(phase, rate=1.0, unit="1", quantity="angle")
     study = al.improve(record, "N+B+K")
+    start = study.ladder[0].fit
+    assert start["N"].value > 1000.0 * 0.2
     assert study.ladder[1].added.kind == "outliers"
     # The scatter of N from 30 000 increments is 0.4 %.
     assert abs(study.fit["N"].value / 0.2 - 1.0) < 0.03
@@ -82,3 +86,40 @@ def test_what_left_and_came_back_is_where_it_was():
     assert rung.changes == ("+ flicker FM",)
     rung = Rung(fit, walk, ("rate_random_walk",))
     assert rung.changes == ("+ random-walk FM", "− rate random walk")
+
+
+def _fit_with(error):
+    return SimpleNamespace(error=SimpleNamespace(adev_rms_percent=error, chance_rms_percent=8.0))
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "log10_p", "once", "taken"),
+    [
+        (5.7, 9.7, -3.3, True, False),
+        (5.7, 7.9, -3.3, True, True),  # as chance makes it
+        (12.0, 9.7, -3.3, True, True),  # it falls
+        (5.7, 9.7, -4.9, True, True),  # an event, whatever the curve says
+        (5.7, 9.7, -3.3, False, True),
+    ],
+)
+def test_what_is_hardly_an_event_does_not_bend_the_curve(
+    monkeypatch, before, after, log10_p, once, taken
+):
+    suggestion = SimpleNamespace(effect_happens_once=once, log10_p=log10_p, trials=10.0)
+    rung = Rung(_fit_with(after))
+    monkeypatch.setattr(search, "_helpful", lambda *_: rung)
+    found = search._rung([Rung(_fit_with(before))], suggestion, None)
+    assert (found is not None) == taken
+
+
+def test_outliers_remove_what_is_gone_of_the_misfit_of_the_samples_that_stay():
+    rng = np.random.default_rng(17)
+    n = 20_000
+    x = g.white(rng, n, RATE, 0.01) + g.sinusoid(n, RATE, 0.31, 0.004)
+    at = rng.choice(n, 25, replace=False)
+    x[at] += 0.4
+    check = fit_model(al.Recording(x, rate=RATE, unit="rad/s"), "N").check()
+    out = next(s for s in check.suggestions if s.kind == "outliers")
+    # Beside a line that is still there nearly nothing of the spectrum's misfit has gone.
+    assert out.significant
+    assert out.removes_percent < 50.0

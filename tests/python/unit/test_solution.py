@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.common.parameters import Estimate
 from allanite.fit.engine import solve
+from allanite.fit.estimates import _averaged
+from allanite.fit.likelihood.marginal import Mixture
 from allanite.fit.solution import Process, Regressed
 
 PARTS = ("N", "K", "SIN(frequency=2.1)", "R", "LEVEL(start=100,end=200,factor=1.5)")
@@ -79,3 +82,16 @@ def test_without_functions_of_time_nothing_is_regressed(recording):
     assert found.functions == ()
     assert found.seen.size == found.leverage.size == 0
     assert found.taken == ()
+
+
+@pytest.mark.parametrize("away", [0.0, 2.0, 8.0, -8.0])
+def test_an_interval_over_the_noise_holds_its_value(away):
+    """With noise that is as likely the best height is elsewhere: the value stood outside of its own interval."""
+    step = al.BiasStep(time=10.0, height=1.0)
+    value = Estimate(1.0, 0.1, (0.8, 1.2), "deg/s", True, "height")
+    law = Mixture(np.array([[1.0 + 0.1 * away]]), np.array([[0.01]]), np.ones(1))
+    found = _averaged(step, {"height": value}, law)["height"]
+    low, high = found.interval
+    assert low <= 1.0 <= high
+    assert low <= law.interval(0)[0]
+    assert high >= law.interval(0)[1]

@@ -32,3 +32,11 @@ def test_text_that_matlab_saved(tmp_path):
     np.savetxt(path, np.column_stack([np.arange(N) / 50, X]), fmt="%16.7e")
     r = al.read(path)
     assert (len(r.columns), r.rate) == (3, pytest.approx(50))
+
+
+@pytest.mark.parametrize("first", ["", '""'])
+def test_a_name_that_is_empty_is_no_group(tmp_path, first):
+    path = tmp_path / "log.csv"
+    rows = (f"{k},{a:.6g},{b:.6g}" for k, (a, b, _) in enumerate(X))
+    path.write_text(f"{first},gx,gy\n" + "\n".join(rows) + "\n")
+    assert {"gx", "gy"} <= set(al.read(path, rate=100).columns)

@@ -173,11 +173,12 @@ class Data:
         total: NDArray[np.float64] | None = None
         once: NDArray[np.float64] | None = None
         for effect, amplitudes in parts:
+            if not amplitudes.any():
+                continue
             if self.functions.holds(amplitudes.size * self.ordinates.nbytes):
-                if amplitudes.any():
-                    part = amplitudes @ self.rows(effect)
-                    total = part if total is None else np.add(total, part, out=total)
-            elif amplitudes.any():
+                part = amplitudes @ self.rows(effect)
+                total = part if total is None else np.add(total, part, out=total)
+            else:
                 signal = effect.with_amplitudes(amplitudes).signal(self.time, self.covariates)
                 once = signal if once is None else np.add(once, signal, out=once)
         if once is not None:

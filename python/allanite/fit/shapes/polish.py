@@ -62,11 +62,9 @@ class _Shapes:
             if declared.low < 0.0:
                 limits.append((low, high))
                 continue
-            grid = effect.searched(name, part.data.n, part.data.rate)
-            low = max(low, grid.min() / 2.0, 1e-300)
-            # A band or a gap beyond the Nyquist frequency is none of the record.
-            most = 0.5 * part.data.rate if name == "frequency" else np.inf
-            limits.append((np.log(low), np.log(max(low, min(high, grid.max() * 2.0, most)))))
+            least, most = effect.search_ends(name, part.data.n, part.data.rate)
+            low = max(low, least, 1e-300)
+            limits.append((np.log(low), np.log(max(low, min(high, most)))))
         return cls(model, tuple(places), tuple(signed), np.array(limits).reshape(-1, 2))
 
     def start(self) -> Array:
