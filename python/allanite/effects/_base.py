@@ -50,8 +50,9 @@ class Effect:
     (1, (), (), None)
     >>> lag.kept("q_c"), al.GaussMarkov(q_c=0.01, hold=("q_c",)).kept("q_c")
     ('', 'held')
-    >>> lag.errors(10.0), al.GaussMarkov(limits={"correlation_time": (600, 900)}).searched("correlation_time", 10_000, 10.0)
-    ({}, array([600., 900.]))
+    >>> slow = al.GaussMarkov(limits={"correlation_time": (600, 900)})
+    >>> lag.errors(10.0), *(ask("correlation_time", 10_000, 10.0) for ask in (slow.searched, slow.search_ends))
+    ({}, array([600., 900.]), (300.0, 1800.0))
     >>> al.HighPass(cutoff=1.0).shows(al.parse_model("N(N=1)+HP(f=1,order=1)"), 100.0, 600.0)
     True
     """
