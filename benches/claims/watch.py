@@ -21,7 +21,7 @@ import numpy as np
 
 import allanite as al
 from allanite import _kernels
-from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.expected import density
 from allanite.scale.bets import share
 from allanite.scale.watch import FALSE, PARTS, SEGMENT, Watch
 

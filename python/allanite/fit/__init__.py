@@ -11,7 +11,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.likelihood.summarised import of_summary, refused
 from allanite.fit.measures import Error, Misfit
-from allanite.fit.missing import settle
+from allanite.fit.missing.completion import settle
 from allanite.fit.result import Fit
 from allanite.summary import Summary
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Model, Stochastic
-from allanite.fit.likelihood.data import column
-from allanite.fit.likelihood.holes import mixing_of, seen_of
+from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.peaks import bins_near, by_ordinates
 from allanite.fit.likelihood.whittle import information
+from allanite.fit.missing.mixing import mixing_of, seen_of
 from allanite.fit.shapes.narrow import Window
 
 if TYPE_CHECKING:

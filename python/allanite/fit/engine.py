@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.blas import one_thread
-from allanite.effects import Deterministic, Effect, Model, Stochastic, white_noise
+from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic, white_noise
 from allanite.fit.likelihood.crowding import crowded
-from allanite.fit.likelihood.data import Noise
 from allanite.fit.likelihood.discrepancy import best_scale, levels
+from allanite.fit.likelihood.expected import Noise
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.shapes.deterministic import Design, Regression, design_of, regress
 from allanite.fit.shapes.limited import within_limits
@@ -26,7 +26,7 @@ from allanite.fit.shapes.shape import fit_deterministic_shapes, fit_shapes, reop
 from allanite.fit.solution import Regressed, Residual, Solution, fitted, processes_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whittle import Maximum
@@ -34,8 +34,11 @@ if TYPE_CHECKING:
 __all__ = ["Solution", "solve", "with_coefficients"]
 
 Array = NDArray[np.float64]
-#: An amplitude that moves by less of its standard error is where it was: 5e-5 of logL.
-STILL = 0.01
+#: An amplitude that moves by less of its standard error is where it was: 5e-5 of logL; where one more effect is only
+#: looked at, 5e-3.
+STILL, ROUGHLY = 0.01, 0.1
+#: A line of so many standard errors or fewer leaves some 0.03 of logL outside its window.
+FAINT = 12.0
 
 
 @one_thread()
@@ -126,8 +129,8 @@ def _fit(
             design, placed = design_of(model.deterministic, data), shapes
         regression = _regress(model.deterministic, design, data, noise.variance(design.ordinates))
         model = _with_amplitudes(model, design, regression)
-        scatter = np.sqrt(np.diag(regression.covariance))
-        taken = taken.moved(model.deterministic, [scatter[own] for own in design.parts], data)
+        before = taken.ordinates
+        taken = taken.moved(model.deterministic, design, regression, data, settled > 0)
         ordinates = taken.ordinates
         used = np.zeros(bins.count.size)
         np.add.at(
@@ -140,7 +143,7 @@ def _fit(
         part = RandomPart(data, raw * free / count, count)
         total = RandomPart(data, raw, free).judged(best)
         total += within_bins(model, data, ordinates, free)
-        if abs(total - previous) < 1e-3 and turn > 0:
+        if turn > 0 and (abs(total - previous) < 1e-3 or ordinates is before):
             break
         previous = total
     assert best is not None
@@ -188,32 +191,56 @@ def _functions(
 
 @dataclass(frozen=True, slots=True)
 class _Taken:
-    """Known functions of time that are taken out of ordinates, and what is left."""
+    """Known functions of time that are taken out of ordinates, and what is left; those `near` where they are looked at."""
 
     effects: tuple[Deterministic, ...]
     ordinates: Array
+    near: tuple[Deterministic, ...] = ()
 
     def moved(
-        self, effects: tuple[Deterministic, ...], scatters: list[Array], data: Data
+        self,
+        effects: tuple[Deterministic, ...],
+        design: Design,
+        regression: Regression,
+        data: Data,
+        looked_at: bool,
     ) -> _Taken:
-        """With these taken out instead; amplitudes that move by less than `STILL` of their scatter stay."""
+        """With these taken out instead; amplitudes that hardly move stay.
+
+        Of a faint line that is only looked at, what is beyond its window is less than anyone notices.
+        """
+        scatter = np.sqrt(np.diag(regression.covariance))
         before = list(self.effects)
-        parts = []
-        now = []
-        for effect, scatter in zip(effects, scatters, strict=True):
+        parts, now, near = [], [], []
+        for effect, own in zip(effects, design.parts, strict=True):
             amplitudes = effect.amplitudes()
             old = next((e for e in before if e.seen_alike == effect.seen_alike), None)
             if old is not None:
                 before = [e for e in before if e is not old]
                 change = amplitudes - old.amplitudes()
-                if (np.abs(change) <= STILL * scatter).all():
+                if (np.abs(change) <= (ROUGHLY if looked_at else STILL) * scatter[own]).all():
                     now.append(old)
+                    near += [old] * _among(old, self.near)
                     continue
                 amplitudes = change
-            parts.append((effect, amplitudes))
+            size = np.linalg.norm(amplitudes / np.maximum(scatter[own], 1e-300))
+            if looked_at and isinstance(effect, Periodic) and size < FAINT:
+                near.append(effect)
+            parts.append((effect, amplitudes, _among(effect, near)))
             now.append(effect)
-        parts += [(effect, -effect.amplitudes()) for effect in before]
-        return _Taken(tuple(now), data.exchanged(self.ordinates, parts))
+        parts += [(e, -e.amplitudes(), _among(e, self.near)) for e in before]
+        left = data.exchanged(self.ordinates, [(e, a) for e, a, local in parts if not local])
+        for effect, amplitudes, local in parts:
+            if local:
+                j = design.ordinates
+                left = left.copy() if left is self.ordinates else left
+                left[j] -= design_of((effect,), data, j).matrix @ amplitudes
+        return _Taken(tuple(now), left, tuple(near))
+
+
+def _among(effect: Effect, effects: Sequence[Effect]) -> bool:
+    """Whether it is one of these itself."""
+    return any(e is effect for e in effects)
 
 
 def _given(model: Model, part: RandomPart) -> Maximum | None:

@@ -23,7 +23,7 @@ from allanite.fit.likelihood.discrepancy import chance_deviance, judge, scale_in
 from allanite.fit.likelihood.stop_band import empty_ranges
 from allanite.fit.likelihood.whittle import normal_scores
 from allanite.fit.measures import Discrepancy, Error, Misfit
-from allanite.fit.missing import complete
+from allanite.fit.missing.completion import complete
 from allanite.fit.prediction import predict
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
-from allanite.fit.likelihood.data import Noise
 from allanite.fit.likelihood.discrepancy import SCALES, levels
+from allanite.fit.likelihood.expected import Noise
 from allanite.fit.likelihood.whittle import Maximum
 
 if TYPE_CHECKING:

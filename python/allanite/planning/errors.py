@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Deterministic, Effect, Model, Stochastic
-from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.whittle import information
 from allanite.planning.expected import (
     expected_power,

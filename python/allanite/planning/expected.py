@@ -17,7 +17,8 @@ from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
 from allanite.effects import Deterministic, Model, Periodic
 from allanite.fit.engine import with_coefficients
-from allanite.fit.likelihood.data import SHORTEST, Data, column, columns
+from allanite.fit.likelihood.data import SHORTEST, Data
+from allanite.fit.likelihood.expected import column, columns
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.shapes import drifting
 from allanite.fit.shapes.deterministic import comb_ordinates, comb_window

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.fit.likelihood.data import Noise
+from allanite.fit.likelihood.expected import Noise
 from allanite.fit.shapes.matched import grid_points, matched_gains, slow_families
 from allanite.suggestion.evidence import Family, arc_length, interval_trials, octave_trials
 from allanite.suggestion.screens.spectral import directions

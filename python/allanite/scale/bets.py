@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.effects import Model, Periodic
-from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.expected import density
 
 __all__ = ["Bets", "share"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from allanite.effects import CATALOGUE, Away, Model, Stochastic
 from allanite.fit import refitted
 from allanite.fit.engine import solve
+from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.shapes.matched import slow_families
 from allanite.study.errors import as_good
 from allanite.suggestion.evidence import FALSE_ALARM, Family, log_chance
@@ -82,8 +84,10 @@ def _times(event: Away) -> list[tuple[float, float]]:
 def _missing(solution: Solution, data: Data, rival: Solution | None) -> Away | None:
     """The excursion that is missing, if of all slow functions it explains most, and more than chance does."""
     slow = slow_families(solution.model, data.covariates)
+    whitened = cache(lambda: whiten(solution, data))
     screens = {
-        name: screen_slow(blanks, solution, data, rival) for name, blanks in sorted(slow.items())
+        name: screen_slow(blanks, solution, data, rival, whitened)
+        for name, blanks in sorted(slow.items())
     }
     screens = beside_the_best(screens, data)
     found = [c for screen in screens.values() for c in screen.candidates]

@@ -220,7 +220,7 @@ def suggest(
         rival = max(red, key=lambda c: c.gain).solution if red else None
         slow = slow_families(base.model, data.covariates)
         found = {
-            name: pool.submit(screen_slow, blanks, base, data, rival)
+            name: pool.submit(screen_slow, blanks, base, data, rival, lambda: whitened)
             for name, blanks in sorted(slow.items())
         }
         bursts = pool.submit(screen_bursts, spectral.candidates, data)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.fft import dct
 
 import allanite as al
-from allanite.fit.likelihood.shares import CELLS, lowest_share, share_of
+from allanite.fit.missing.shares import CELLS, lowest_share, share_of
 from allanite.spectrum import bins_of
 
 RATE = 10.0

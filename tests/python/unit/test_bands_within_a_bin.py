@@ -12,10 +12,12 @@ import allanite as al
 import generators as g
 from allanite.fit.engine import solve
 from allanite.fit.likelihood import peaks
-from allanite.fit.likelihood.data import bins_of, column_of, density, prepare
+from allanite.fit.likelihood.data import prepare
+from allanite.fit.likelihood.expected import column_of, density
 from allanite.fit.likelihood.peaks import bins_near, is_narrow, means_near, within
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.shapes.narrow import Window, within_bins
+from allanite.spectrum import bins_of
 from allanite.study.errors import errors_fall
 from allanite.suggestion.screens.narrow import narrow_bands, widths_tried
 

@@ -7,10 +7,11 @@ import pytest
 
 import allanite as al
 from allanite.common.errors import TooShortError
-from allanite.fit.likelihood.data import column, prepare
-from allanite.fit.likelihood.holes import _pairs, mixing_of, seen_of
+from allanite.fit.likelihood.data import prepare
+from allanite.fit.likelihood.expected import column
 from allanite.fit.likelihood.whittle import normal_scores
-from allanite.fit.missing import _Bridge, complete
+from allanite.fit.missing.completion import _Bridge, complete
+from allanite.fit.missing.mixing import _pairs, mixing_of, seen_of
 from allanite.spectrum import bins_of
 
 RATE = 100.0
@@ -45,7 +46,7 @@ def record(model, n, mask, seed, signal=None):
 @pytest.mark.parametrize("kind", ["random", "alternate", 40, "tenth"])
 def test_the_mean_given_the_rest_is_the_dense_one(kind, few, monkeypatch):
     """By conjugate gradients, and at once where few samples are missing."""
-    monkeypatch.setattr("allanite.fit.missing.FEW", few)
+    monkeypatch.setattr("allanite.fit.missing.completion.FEW", few)
     n = 300
     mask = holes(kind, n)
     transform = np.cos(np.pi * np.outer(np.arange(n), np.arange(n) + 0.5) / n) * np.sqrt(2.0 / n)

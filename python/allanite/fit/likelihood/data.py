@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
-from operator import is_
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,21 +11,18 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
-from allanite.common.memory import released
 from allanite.common.showing import brief
 from allanite.common.threads import go_on
 from allanite.deviation import oadev
-from allanite.effects import Model
-from allanite.fit.likelihood.peaks import is_narrow, means_near
 from allanite.fit.likelihood.remembered import Remembered, room_for, times_of
-from allanite.fit.likelihood.stop_band import UNSEEN, bins_seen, empty
-from allanite.spectrum import Bins, bins_of, bridge_gaps
+from allanite.fit.likelihood.stop_band import bins_seen
+from allanite.spectrum import Bins, bridge_gaps
 
 if TYPE_CHECKING:
-    from allanite.effects import Deterministic, Modifier, Stochastic
+    from allanite.effects import Deterministic, Model, Stochastic
     from allanite.effects.terms import Term
 
-__all__ = ["Data", "Noise", "columns", "columns_like", "density", "prepare", "without_samples"]
+__all__ = ["LOWEST", "Data", "prepare", "without_samples"]
 
 #: Fewest samples on which a model can be fitted.
 SHORTEST = 32
@@ -71,6 +66,8 @@ class Data:
     #: Ordinates of the regressors of effects that were looked at, and the lowest of them, by effect and shapes.
     functions: Remembered = field(default_factory=lambda: room_for(0), repr=False)
     lowest: Remembered = field(default_factory=lambda: Remembered(LOWEST), repr=False)
+    #: Columns behind the holes, by effect and what acts on it: a product with a matrix of all bins each.
+    mixed: Remembered = field(default_factory=lambda: Remembered(LOWEST), repr=False)
 
     __repr__ = brief
 
@@ -194,6 +191,7 @@ class Data:
         """Keep nothing as long as the record: of one with other samples, or that is done with."""
         self.functions.forget()
         self.lowest.forget()
+        self.mixed.forget()
 
     def rows(self, effect: Deterministic) -> NDArray[np.float64]:
         """Ordinates of every regressor of an effect, shape (regressors, n)."""
@@ -207,32 +205,6 @@ class Data:
     def seen(self, ordinates: NDArray[np.float64], j: NDArray[np.int64]) -> NDArray[np.float64]:
         """Ordinates j of known functions of time, shape (…, k), as this record shows them."""
         return ordinates if self.gain is None else ordinates * self.gain[j]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Noise:
-    """What the random part of a model expects of single ordinates.
-
-    Attributes
-    ----------
-    terms : tuple of Term
-    bins : Bins
-    level : ndarray, shape (bins,)
-        By how much the power of each bin probably differs from the model: 1 where the model is true.
-    """
-
-    terms: tuple[Term, ...]
-    bins: Bins
-    level: NDArray[np.float64]
-
-    __repr__ = brief
-
-    def variance(self, j: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Expected squared ordinates j, U² per sample."""
-        place = np.searchsorted(self.bins.edges, j, side="right") - 1
-        # Of an empty bin nothing is told.
-        unseen = np.where(empty(self.bins), UNSEEN, 1.0)
-        return density(self.terms, j, self.bins.n) * (self.level * unseen)[place]
 
 
 def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
@@ -303,95 +275,5 @@ def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:
         mixing=None,
         functions=room_for(data.n),
         lowest=Remembered(LOWEST),
+        mixed=Remembered(LOWEST),
     )
-
-
-def columns(model: Model, effects: tuple[Stochastic, ...], data: Data) -> NDArray[np.float64]:
-    """Expected bin power of each effect at coefficient 1, shape (bins, effects)."""
-    out = np.empty((len(effects), data.bins.count.size))
-    modifiers, filters = model.modifiers, model.filters
-    for row, effect in zip(out, effects, strict=True):
-        row[:] = _own(effect, modifiers if effect.white else filters, data)
-    return out.T
-
-
-def columns_like(
-    model: Model, other: Model, known: NDArray[np.float64], data: Data
-) -> NDArray[np.float64]:
-    """`columns` of all random effects of a model, from those of another of as many: only what moved is computed anew."""
-    effects, before = model.stochastic, other.stochastic
-    modifiers, filters = model.modifiers, model.filters
-    still = len(modifiers) == len(other.modifiers) and all(map(is_, modifiers, other.modifiers))
-    passed = still or filters == other.filters
-    out = np.array(known.T)
-    for row, effect, old in zip(out, effects, before, strict=True):
-        if effect is not old or not (still if effect.white else passed):
-            row[:] = _own(effect, modifiers if effect.white else filters, data)
-    return out.T
-
-
-def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
-    """Expected bin power of a sum of terms, shape (bins,)."""
-    go_on()
-    own = _column(terms, data.n)
-    return own if data.mixing is None else data.mixing @ own
-
-
-def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float64]:
-    """Expected bin power of one effect of a model at coefficient 1, shape (bins,)."""
-    return _own(effect, model.modifiers if effect.white else model.filters, data)
-
-
-def _own(effect: Stochastic, acting: tuple[Modifier, ...], data: Data) -> NDArray[np.float64]:
-    """`column_of` an effect on which these modifiers act."""
-    go_on()
-    own = _behind(_open(effect), acting, data.rate, data.span, data.n)
-    return own if data.mixing is None else data.mixing @ own
-
-
-@released
-@lru_cache(maxsize=8192)
-def _open(effect: Stochastic) -> Stochastic:
-    """The effect without its coefficient, on which its column does not depend."""
-    return effect.with_values(**{effect.coefficient: None}, hold=(), limits={}, at_limit=())
-
-
-@released
-@lru_cache(maxsize=8192)
-def _behind(
-    effect: Stochastic,
-    acting: tuple[Modifier, ...],
-    rate: float,
-    span: tuple[float, float],
-    n: int,
-) -> NDArray[np.float64]:
-    """`column_of` an effect behind these modifiers, in a record without holes."""
-    terms = Model((*acting, effect)).unit_terms(effect, rate, span)
-    column = _column(terms, n)
-    if is_narrow(effect):
-        # The nodes of a bin miss it.
-        column = column.copy()
-        near, means = means_near(effect, bins_of(n), rate, lambda j: density(terms, j, n))
-        column[near] = means
-        column.flags.writeable = False
-    return column
-
-
-def _column(terms: tuple[Term, ...], n: int) -> NDArray[np.float64]:
-    out = _nodes(n).means([term.at_ordinates(n) for term in terms], bins_of(n).owner)
-    out.flags.writeable = False
-    return out
-
-
-@released
-@lru_cache(maxsize=32)
-def _nodes(n: int) -> _kernels.Ordinates:
-    """The nodes of the bins of n samples, in the core."""
-    return _kernels.Ordinates(bins_of(n).nodes, n)
-
-
-def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> NDArray[np.float64]:
-    """Expected squared ordinates at single j."""
-    go_on()
-    found = _kernels.Ordinates(ordinates, n).variance([term.at_ordinates(n) for term in terms])
-    return np.maximum(found, 1e-300)

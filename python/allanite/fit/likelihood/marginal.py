@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.whittle import information
 
 if TYPE_CHECKING:

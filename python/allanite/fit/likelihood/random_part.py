@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.fit.likelihood.data import columns, columns_like
 from allanite.fit.likelihood.discrepancy import EVIDENCE, judge
+from allanite.fit.likelihood.expected import columns, columns_like
 from allanite.fit.likelihood.whittle import Maximum, climb, maximise
 
 if TYPE_CHECKING:

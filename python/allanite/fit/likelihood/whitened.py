@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.common.threads import results, side_by_side
-from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.peaks import nodes_of
 from allanite.fit.likelihood.stop_band import without_empty
 from allanite.recording.tails import CENSORED, coarse_step, tail_of

@@ -16,7 +16,8 @@ from allanite.common.threads import go_on
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
-    from allanite.fit.likelihood.data import Data, Noise
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.expected import Noise
 
 __all__ = ["MOST_WIDTH", "SAME", "Band", "band_about", "loudest", "polish_drifting", "seen_at"]
 
@@ -25,8 +26,8 @@ BESIDE, LEAST_WIDTH, MOST_WIDTH = 512, 1024, 4096
 #: Step of the drift in a search, in cycles of the record squared; most values of a series turned back at a time, a few
 #: that stay near the processor.
 STEP, AT_A_TIME = 2.0, 1 << 18
-#: By which part a height in single precision may be wrong, with room: some 1e-6 of it are.
-ROUNDED = 1e-4
+#: Part of the rough height of the best from which another may be the best, with room; and so many are looked at closely.
+ROUGH, MAY_BE = 0.8, 64
 #: A change of the shapes that gains less of logL stays where it is.
 SAME = 1e-3
 
@@ -59,10 +60,11 @@ class Band:
         k = self.series.size
         u = np.arange(k) / k - 0.5
         drifts = STEP * np.arange(-(self.trials // 2), self.trials // 2 + 1, dtype=np.float64)
-        # All of them in single precision; then those that may be the highest.
+        # All of them roughly; then those that may be the highest.
         heights = self._heights(drifts, u * u)
+        near = np.flatnonzero(heights >= ROUGH * heights.max())
         best = (0.0, 0.0, -np.inf)
-        for drift in drifts[heights >= (1.0 - ROUNDED) * heights.max()]:
+        for drift in drifts[near[np.argsort(-heights[near], kind="stable")[:MAY_BE]]]:
             turned = self.series * np.exp(-1j * np.pi * drift * u * u)
             power = np.abs(np.fft.fft(turned, 2 * k)) ** 2
             at = int(np.argmax(power))
@@ -73,12 +75,16 @@ class Band:
     def _heights(
         self, drifts: NDArray[np.float64], square: NDArray[np.float64]
     ) -> NDArray[np.float32]:
-        """Highest Fourier power at each rate of drift, in single precision, shape (drifts,)."""
+        """About the highest Fourier power at each rate of drift, in single precision, shape (drifts,).
+
+        At the frequencies of the series and, by the two about each, half way between: at most 13 % less than what a line
+        at any frequency has.
+        """
         # SciPy transforms several rows at once, which NumPy does not.
         from scipy.fft import fft
 
         k = square.size
-        rows = max(1, min(drifts.size, AT_A_TIME // (2 * k)))
+        rows = max(1, min(drifts.size, AT_A_TIME // k))
         # A block is its first row, turned on by the same steps as all others.
         steps = np.exp(-1j * np.pi * STEP * np.outer(np.arange(rows), square))
         steps = steps.astype(np.complex64)
@@ -87,10 +93,9 @@ class Band:
             go_on()
             row = self.series * np.exp(-1j * np.pi * drifts[first] * square)
             turned = steps[: drifts.size - first] * row.astype(np.complex64)
-            spectra = fft(turned, 2 * k, axis=1, overwrite_x=True).view(np.float32)
-            np.square(spectra, out=spectra)
-            power = spectra[:, ::2] + spectra[:, 1::2]
-            heights[first : first + rows] = power.max(axis=1)
+            spectra = fft(turned, k, axis=1, overwrite_x=True)
+            halfway = np.float32(0.25 * np.pi) * (spectra[:, 1:] - spectra[:, :-1])
+            heights[first : first + rows] = np.maximum(_highest(halfway), _highest(spectra))
         return heights
 
     def gain(self, frequency: float, drift: float) -> float:
@@ -117,6 +122,13 @@ class Band:
         }
         found = minimize(loss, np.array([frequency, drift]), method="Nelder-Mead", options=options)
         return float(found.x[0]), float(found.x[1]), float(-found.fun)
+
+
+def _highest(spectra: NDArray[Any]) -> NDArray[np.float32]:
+    """Highest power of each row, which is lost."""
+    parts = spectra.view(np.float32)
+    np.square(parts, out=parts)
+    return np.asarray((parts[:, ::2] + parts[:, 1::2]).max(axis=1))
 
 
 def seen_at(effect: Deterministic, data: Data) -> NDArray[np.int64]:

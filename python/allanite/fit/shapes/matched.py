@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Deterministic, Model
 
 if TYPE_CHECKING:
-    from allanite.fit.likelihood.data import Data, Noise
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.expected import Noise
 
 __all__ = [
+    "basis_of",
     "best_span",
     "grid_points",
+    "left_by",
     "lowest",
     "matched_gains",
     "regressor_ordinates",
@@ -117,10 +120,7 @@ def matched_gains(
     target = residual[j] * root
     basis = _beside(beside, j, root, data)
     if basis.size:
-        size = np.linalg.norm(whole, axis=1, keepdims=True)
-        whole = whole - (whole @ basis) @ basis.T
-        # One of them in other words: what is left of it is rounding.
-        whole[np.linalg.norm(whole, axis=1) < SAME * size[:, 0]] = 0.0
+        whole = left_by(basis, whole)
         target = target - basis @ (basis.T @ target)
     whole = whole.reshape(len(points), -1, j.size)
     unit = whole[:, 0]
@@ -164,10 +164,18 @@ def _beside(
 ) -> NDArray[np.float64]:
     """Orthonormal columns of whitened ordinates that slow functions can do themselves, shape (ordinates, columns)."""
     rows = [regressor_ordinates([e], j, data) * root for e in effects if e.low]
-    return _basis(np.concatenate(rows)) if rows else np.zeros((j.size, 0))
+    return basis_of(np.concatenate(rows)) if rows else np.zeros((j.size, 0))
 
 
-def _basis(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def left_by(basis: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What orthonormal columns (ordinates, k) leave of rows (r, ordinates)."""
+    left = rows - (rows @ basis) @ basis.T
+    # One of them in other words: what is left of it is rounding.
+    left[np.linalg.norm(left, axis=1) < SAME * np.linalg.norm(rows, axis=1)] = 0.0
+    return np.asarray(left)
+
+
+def basis_of(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Orthonormal columns that span the rows, shape (ordinates, at most rows)."""
     left, singular, _ = np.linalg.svd(_units(rows).T, full_matrices=False)
     return np.asarray(left[:, singular > SAME])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.common.threads import go_on
 from allanite.effects import Effect, Model, Stochastic
-from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.peaks import NARROW, bins_near, by_ordinates, is_narrow, within
 
 if TYPE_CHECKING:

@@ -22,13 +22,20 @@ from allanite.fit.shapes.deterministic import (
 )
 from allanite.fit.shapes.drifting import loudest, polish_drifting
 from allanite.fit.shapes.joined import put_together, unformed
-from allanite.fit.shapes.matched import grid_points, matched_gains, regressor_ordinates
+from allanite.fit.shapes.matched import (
+    basis_of,
+    grid_points,
+    left_by,
+    matched_gains,
+    regressor_ordinates,
+)
 from allanite.fit.shapes.polish import polish
 from allanite.fit.shapes.scan import other_form, simplest, worth_polishing
 from allanite.fit.shapes.tones import polish_burst
 
 if TYPE_CHECKING:
-    from allanite.fit.likelihood.data import Data, Noise
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.expected import Noise
     from allanite.fit.likelihood.random_part import RandomPart
     from allanite.fit.likelihood.whittle import Maximum
 
@@ -263,20 +270,21 @@ def _polish_slow(
 
     effect = model.effects[place]
     assert isinstance(effect, Deterministic)
-    beside = design_of(others, data) if others else None
     j = np.arange(1, min(data.n, LOW), dtype=np.int64)
-    if beside is not None:
-        j = np.union1d(j, beside.ordinates)
-        beside = design_of(others, data, j)
-    values, variance = data.ordinates[j], noise.variance(j)
+    if others:
+        j = np.union1d(j, design_of(others, data).ordinates)
+    root = 1.0 / np.sqrt(noise.variance(j))
+    target, basis = data.ordinates[j] * root, np.zeros((j.size, 0))
+    if others:
+        basis = basis_of(design_of(others, data, j).matrix.T * root)
+        target -= basis @ (basis.T @ target)
+
     for name in effect.free_shapes:
 
         def loss(value: float, name: str = name, base: Deterministic = effect) -> float:
             tried = base.with_values(**{name: value})
-            matrix = regressor_ordinates([tried], j, data).T
-            if beside is not None:
-                matrix = np.hstack([matrix, beside.matrix])
-            return -regress(matrix, values, variance).gain
+            rows = left_by(basis, regressor_ordinates([tried], j, data) * root)
+            return -regress(rows.T, target, np.ones(j.size)).gain
 
         grid = np.unique(effect.searched(name, data.n, data.rate))
         known = effect.values[name]

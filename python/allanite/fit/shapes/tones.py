@@ -12,7 +12,8 @@ from allanite.fit.shapes.drifting import SAME, Band, band_about, loudest
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
-    from allanite.fit.likelihood.data import Data, Noise
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.expected import Noise
 
 __all__ = ["louder", "placed", "polish_burst", "search_burst", "steady", "trials"]
 

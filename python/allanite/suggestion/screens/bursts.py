@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.data import density
+from allanite.fit.likelihood.expected import density
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:

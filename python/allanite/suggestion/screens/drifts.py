@@ -19,7 +19,6 @@ from allanite.fit.likelihood.remembered import give_back
 from allanite.fit.likelihood.whitened import (
     cell_means,
     expected_level,
-    whiten,
     with_normal_tails,
 )
 from allanite.fit.rivals.columns import consistent
@@ -29,7 +28,11 @@ from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_ch
 from allanite.suggestion.screens.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
-    from allanite.fit.likelihood.data import Data, Noise
+    from collections.abc import Callable
+
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.expected import Noise
+    from allanite.fit.likelihood.whitened import Whitened
 
 #: Ordinates on which a column's own consistency is judged.
 LOW = 8192
@@ -51,9 +54,13 @@ CLEAR = 3.0
 
 
 def screen_slow(
-    blanks: tuple[Deterministic, ...], solution: Solution, data: Data, rival: Solution | None
+    blanks: tuple[Deterministic, ...],
+    solution: Solution,
+    data: Data,
+    rival: Solution | None,
+    whitened: Callable[[], Whitened],
 ) -> Screen:
-    """The best point of the shape grid of each effect of a family, refitted."""
+    """The best point of the shape grid of each effect of a family, refitted; `whitened` is of the solution."""
     found: list[Candidate] = []
     arcs: list[float] = []
     families: list[str] = []
@@ -68,13 +75,14 @@ def screen_slow(
         del directions  # tens of megabytes: not while the best is refitted
         families.append(blank.family)
         top = int(np.argmax(gain))
-        simple = _refit(points[top], solution, data, rival) if gain[top] >= LEAST else None
+        worth = gain[top] >= LEAST
+        simple = _refit(points[top], solution, data, rival, whitened) if worth else None
         if simple is not None:
             found.append(simple)
         # Each place of the simple form that is a place of its own might have been the start of these.
         starts = max(1.0, arcs[-1] / (0.5 * np.pi))
         forms = _forms(type(blank), simple, starts, solution, data)
-        found += _richer(simple, forms, solution, data, rival)
+        found += _richer(simple, forms, solution, data, rival, whitened)
         arcs += [arc * times for arc, times, _ in forms.values()]
         families += [effect.family for effect in forms]
     return Screen(tuple(found), tuple(arcs), tuple(families))
@@ -121,6 +129,7 @@ def _richer(
     solution: Solution,
     data: Data,
     rival: Solution | None,
+    whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
     """Those of the richer forms, refitted, that explain more than chance lets them."""
     found: list[Candidate] = []
@@ -132,7 +141,7 @@ def _richer(
         hope = best - plain + REFITTED * best
         if log_chance(Family(effect.family, (arc,)), hope) >= np.log(FALSE_ALARM):
             continue
-        candidate = _refit(effect, solution, data, rival)
+        candidate = _refit(effect, solution, data, rival, whitened)
         if candidate is None:
             continue
         # Searching for one more time always gains something: what it adds must be more than chance gives.
@@ -165,7 +174,11 @@ def _finer(
 
 
 def _refit(
-    effect: Deterministic, base: Solution, data: Data, rival: Solution | None
+    effect: Deterministic,
+    base: Solution,
+    data: Data,
+    rival: Solution | None,
+    whitened: Callable[[], Whitened],
 ) -> Candidate | None:
     """The refitted candidate, judged by the least of what it adds to the model alone and to the rival's.
 
@@ -185,7 +198,7 @@ def _refit(
     if isinstance(found, Deterministic) and found.happens_once and found.when is not None:
         if _of_few(found, base, data):
             return None
-        judged *= _with_normal_tails(found, base, data)
+        judged *= _with_normal_tails(found, data, whitened)
     return Candidate(found, gain, effect.family, refitted, found.numbers, judged=judged)
 
 
@@ -211,17 +224,17 @@ def _of_few(event: Deterministic, base: Solution, data: Data) -> bool:
     return bool(middle * whole < SHARED * whole**2)
 
 
-def _with_normal_tails(event: Deterministic, base: Solution, data: Data) -> float:
+def _with_normal_tails(event: Deterministic, data: Data, whitened: Callable[[], Whitened]) -> float:
     """The part of a short event's evidence that is left where the samples are normal ones in the same order.
 
     The mean of a few samples of a heavy tail, or of a coarse step, is no normal number.
     """
     assert event.when is not None
     first, last = (round((t - data.start) * data.rate) for t in event.when)
-    if not 0 < last - first <= MANY or base.ordinates.size != data.n:
+    if not 0 < last - first <= MANY or data.ordinates.size != data.n:
         return 1.0
-    whitened = whiten(base, data)
-    parts = [w.samples[first:last].sum() ** 2 for w in (with_normal_tails(whitened), whitened)]
+    given = whitened()
+    parts = [w.samples[first:last].sum() ** 2 for w in (with_normal_tails(given), given)]
     return float(min(1.0, parts[0] / parts[1])) if parts[1] > 0.0 else 1.0
 
 

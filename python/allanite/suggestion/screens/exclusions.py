@@ -12,7 +12,7 @@ from allanite.effects import CATALOGUE, Model, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import without_samples
 from allanite.fit.likelihood.whitened import ends_of, step_in, with_normal_tails
-from allanite.fit.missing import complete
+from allanite.fit.missing.completion import complete
 from allanite.recording.repeats import longest_run
 from allanite.recording.tails import outlier_limit
 from allanite.suggestion.evidence import (

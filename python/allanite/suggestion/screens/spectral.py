@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from allanite.common.showing import brief
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
-from allanite.fit.likelihood.data import column_of
+from allanite.fit.likelihood.expected import column_of
 from allanite.fit.likelihood.peaks import by_ordinates, seen_singly
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import climb_many

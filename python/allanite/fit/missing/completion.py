@@ -7,7 +7,7 @@ their variance is again S, whatever is missing, and known functions of time are 
 
 A model that another filled the holes for would find itself confirmed (Dempster, Laird & Rubin 1977 climb so, slowly, and
 to the maximum that is nearest). So what a model is to expect of m is not its own spectrum but that of its samples through
-the same filling: the power in an ordinate is partly that of those it is mixed with by the holes (`likelihood/holes.py`).
+the same filling: the power in an ordinate is partly that of those it is mixed with by the holes (`mixing.py`).
 
 In the ordinates the model's covariance is diagonal (rust/spectrum.rs), so that m needs no more than cosine transforms: the
 missing samples solve Q_mm x_m = −Q_mo x_o, Q = Cᵀ S⁻¹ C, by conjugate gradients (Stroud, Stein & Lysen 2017).
@@ -24,11 +24,13 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.threads import go_on
-from allanite.fit.likelihood.data import column, density
-from allanite.fit.likelihood.holes import mixing_of, seen_of
+from allanite.fit.likelihood.data import LOWEST
+from allanite.fit.likelihood.expected import column, density
 from allanite.fit.likelihood.peaks import nodes_of
-from allanite.fit.likelihood.shares import CELLS, share_of
+from allanite.fit.likelihood.remembered import Remembered
 from allanite.fit.likelihood.stop_band import NOTHING, empty
+from allanite.fit.missing.mixing import mixing_of, seen_of
+from allanite.fit.missing.shares import CELLS, share_of
 
 if TYPE_CHECKING:
     from allanite.effects import Model
@@ -46,6 +48,8 @@ ROUNDS, SETTLED = 8, 0.02
 DRAWS, FEWEST_DRAWS, DRAWN = 8, 2, 200_000
 #: As many missing samples are solved for at once.
 FEW = 2048
+#: Where the holes change what is seen of every bin by less than this part of its scatter each shows itself alone.
+UNNOTICED = 0.01
 #: What rounding may take from their matrix, of its diagonal.
 ROUNDED = (1e-12, 1e-10, 1e-8)
 #: Relative residual at which conjugate gradients stop, and their most steps.
@@ -197,8 +201,19 @@ def complete(data: Data, model: Model, level: Array | None = None, seed: int = 0
     count = seen_of(share, data.bins) * mixing.diagonal() / (mixing**2).sum(axis=0)
     power = column(data.terms(model), replace(data, mixing=None))
     mixing *= np.outer(power, 1.0 / power)
+    number = np.diff(data.bins.edges)
+    unknown = 1.0 - seen_of(share, data.bins) / number
+    few = bool((unknown * np.sqrt(0.5 * number) < UNNOTICED).all())
     bins = replace(data.bins, count=np.where(empty(data.bins), NOTHING * count, count))
-    return replace(data, samples=samples, ordinates=ordinates, bins=bins, gain=gain, mixing=mixing)
+    return replace(
+        data,
+        samples=samples,
+        ordinates=ordinates,
+        bins=bins,
+        gain=gain,
+        mixing=None if few else mixing,
+        mixed=Remembered(LOWEST),
+    )
 
 
 def _apart(one: Data, other: Data) -> float:
