@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 #: An amplitude that moves by less of its standard error is where it was: 5e-5 of logL; where one more effect is only
 #: looked at, 5e-3.
 STILL, ROUGHLY = 0.01, 0.1
-#: A line of so many standard errors or fewer leaves some 0.03 of logL outside its window.
+#: A line of so many standard errors leaves some 0.03 of logL outside its window.
 FAINT = 12.0
 
 
@@ -215,19 +215,23 @@ class _Taken:
         for effect, own in zip(effects, design.parts, strict=True):
             amplitudes = effect.amplitudes()
             old = next((e for e in before if e.seen_alike == effect.seen_alike), None)
+            was_near = old is not None and _among(old, self.near)
             if old is not None:
                 before = [e for e in before if e is not old]
                 change = amplitudes - old.amplitudes()
                 if (np.abs(change) <= (ROUGHLY if looked_at else STILL) * scatter[own]).all():
                     now.append(old)
-                    near += [old] * _among(old, self.near)
+                    near += [old] if was_near else []
                     continue
                 amplitudes = change
-            size = np.linalg.norm(amplitudes / np.maximum(scatter[own], 1e-300))
-            if looked_at and isinstance(effect, Periodic) and size < FAINT:
-                near.append(effect)
-            parts.append((effect, amplitudes, _among(effect, near)))
+            local = was_near or (
+                looked_at
+                and isinstance(effect, Periodic)
+                and bool((np.abs(amplitudes) < FAINT * scatter[own]).all())
+            )
+            parts.append((effect, amplitudes, local))
             now.append(effect)
+            near += [effect] if local and (old is None or was_near) else []
         parts += [(e, -e.amplitudes(), _among(e, self.near)) for e in before]
         left = data.exchanged(self.ordinates, [(e, a) for e, a, local in parts if not local])
         for effect, amplitudes, local in parts:

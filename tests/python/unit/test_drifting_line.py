@@ -5,6 +5,7 @@ import pytest
 
 import allanite as al
 import generators as g
+from allanite.fit.shapes.drifting import STEP, Band
 
 RATE, LENGTH = 50.0, 60_000
 T = LENGTH / RATE
@@ -72,3 +73,20 @@ def test_without_values_it_is_looked_for():
     rng = np.random.default_rng(7)
     fit = al.fit_model(_recording(_noise(rng) + _chirp(rng, 9.0, 9.05, 0.02)), "N+B+K+CHIRP")
     assert fit["CHIRP.frequency"].value == pytest.approx(9.0, abs=3e-3)
+
+
+@pytest.mark.parametrize("strength", [0.0, 18.0, 25.0])
+def test_a_search_finds_the_highest_of_all_rates_of_drift(strength):
+    """The rough heights first are those of all frequencies and half way between: the naive search looks at each."""
+    k = 256
+    u = np.arange(k) / k
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        noise = (rng.standard_normal(k) + 1j * rng.standard_normal(k)) / np.sqrt(2 * k)
+        f, d = rng.uniform(20.0, 230.0), rng.uniform(-80.0, 80.0)
+        line = np.exp(2j * np.pi * (f * u + 0.5 * d * (u - 0.5) ** 2)) / k
+        band = Band(noise + np.sqrt(strength) * line, 10, 1.0)
+        drifts = STEP * np.arange(-(band.trials // 2), band.trials // 2 + 1)
+        turned = band.series * np.exp(-1j * np.pi * np.outer(drifts, (u - 0.5) ** 2))
+        highest = float(np.max(np.abs(np.fft.fft(turned, 2 * k, axis=1)) ** 2))
+        assert band.search()[2] == pytest.approx(highest, rel=1e-9)

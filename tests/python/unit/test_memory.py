@@ -8,7 +8,7 @@ import pytest
 
 import allanite as al
 from allanite.effects import lowpass
-from allanite.fit.likelihood import data
+from allanite.fit.likelihood import expected
 
 pytestmark = pytest.mark.skipif(
     not Path("/proc/self/stat").exists(), reason="ru_maxrss is in bytes elsewhere"
@@ -44,7 +44,7 @@ def test_release_empties_the_caches_of_fitted_models():
         n=4000, rate=100, seed=1
     )
     fit = al.fit_model(recording, "N+K+BW")
-    caches = (data._behind, data._open, lowpass.terms)
+    caches = (expected._behind, expected._open, lowpass.terms)
     assert all(cache.cache_info().currsize for cache in caches)
     al.release()
     assert not any(cache.cache_info().currsize for cache in caches)

@@ -9,6 +9,7 @@ import pytest
 
 import allanite as al
 from allanite.common.parameters import Estimate
+from allanite.fit import engine
 from allanite.fit.engine import solve
 from allanite.fit.estimates import _averaged
 from allanite.fit.likelihood.marginal import Mixture
@@ -95,3 +96,28 @@ def test_an_interval_over_the_noise_holds_its_value(away):
     assert low <= 1.0 <= high
     assert low <= law.interval(0)[0]
     assert high >= law.interval(0)[1]
+
+
+@pytest.mark.parametrize("size", [4.0, 8.0, 11.0])
+def test_what_a_faint_line_leaves_beside_its_window_is_not_noticed(recording, monkeypatch, size):
+    """It is looked at where it is seen; a fit takes all of it out."""
+    base = al.parse_model("+".join(PARTS)).fit(recording)
+    # Of A sin ωt the sine's amplitude has the standard error N √(2·rate/n).
+    amplitude = size * base["N"].value * np.sqrt(2.0 / recording.duration)
+    line = al.Sinusoid(frequency=3.217, amplitude=amplitude, phase=0.3)
+    data = base.data
+    # Put into the record: the same as if it had been there.
+    more = al.Recording(
+        recording.samples + line.signal(data.time, {}), rate=recording.rate, unit=recording.unit
+    )
+    base = al.parse_model("+".join(PARTS)).fit(more)
+    model = base.model + al.Sinusoid(frequency=3.217)
+    near, whole = [], []
+    for faint, out in ((engine.FAINT, near), (0.0, whole)):
+        monkeypatch.setattr(engine, "FAINT", faint)
+        found = solve(base.data, model, like=base.solution, polish=False, rounds=3)
+        out += [found.log_likelihood, *found.model.effects[-1].amplitudes()]
+    assert near[0] > base.solution.log_likelihood + 1.0
+    # A hundredth of a nat, and of a standard error (1/size of the amplitude).
+    assert near[0] == pytest.approx(whole[0], abs=0.03)
+    assert near[1:] == pytest.approx(whole[1:], abs=0.03 * amplitude / size)

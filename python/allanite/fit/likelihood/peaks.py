@@ -35,7 +35,7 @@ BESIDE = 3
 PLACES = np.sinh(np.linspace(-7.0, 7.0, 141))
 #: As many ordinates near a band are summed one by one; of more, these, in half-widths from its middle, between which the
 #: density is taken for a line: the sums are at most 2e-4 off.
-SINGLY, CLOSER = 1 << 11, np.sinh(np.linspace(-12.0, 12.0, 1201))
+SINGLY, CLOSER = 1 << 13, np.sinh(np.linspace(-12.0, 12.0, 1201))
 #: Where no more than this share of the samples is missing, an ordinate shows next to nothing but itself.
 FEW = 0.1
 #: And in each bin so many.

@@ -27,7 +27,7 @@ BESIDE, LEAST_WIDTH, MOST_WIDTH = 512, 1024, 4096
 #: that stay near the processor.
 STEP, AT_A_TIME = 2.0, 1 << 18
 #: Part of the rough height of the best from which another may be the best, with room; and so many are looked at closely.
-ROUGH, MAY_BE = 0.8, 64
+ROUGH, MAY_BE = 0.6, 128
 #: A change of the shapes that gains less of logL stays where it is.
 SAME = 1e-3
 
