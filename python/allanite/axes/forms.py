@@ -140,7 +140,8 @@ def _numbers(effects: Sequence[Effect]) -> int:
 
 def _pooled(fits: Mapping[str, Fit]) -> tuple[Pooled, ...]:
     """Numbers of the form that every axis shows, compared by their standard errors in logarithms."""
-    tables = [_estimates(fit) for fit in fits.values()]
+    labels = labels_of([fit.model for fit in fits.values()])
+    tables = [_estimates(fit, own) for fit, own in zip(fits.values(), labels, strict=True)]
     out = []
     for name in tables[0]:
         estimates = [table[name] for table in tables if name in table]
@@ -149,10 +150,10 @@ def _pooled(fits: Mapping[str, Fit]) -> tuple[Pooled, ...]:
     return tuple(out)
 
 
-def _estimates(fit: Fit) -> dict[str, Estimate]:
+def _estimates(fit: Fit, labels: Sequence[str]) -> dict[str, Estimate]:
     """Numbers of the form on one axis, by label."""
     table = {}
-    for effect, values, label in zip(fit.model, fit.estimates, labels_of(fit.model), strict=True):
+    for effect, values, label in zip(fit.model, fit.estimates, labels, strict=True):
         if not _shared(effect):
             continue
         for name, value in values.items():
@@ -161,13 +162,37 @@ def _estimates(fit: Fit) -> dict[str, Estimate]:
     return table
 
 
-def labels_of(model: Model) -> tuple[str, ...]:
-    """Labels of the effects of an axis: of several of a kind the first is that of the lowest first shape, on all axes."""
-    order = sorted(range(len(model)), key=lambda place: _rank(model.effects[place]))
-    labels = Model(tuple(model.effects[place] for place in order)).labels
-    return tuple(label for _, label in sorted(zip(order, labels, strict=True)))
+def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
+    """Labels of the effects of each axis, the same for what is one thing on several.
+
+    Of several of a kind the first is that of the lowest first shape, on the axis that has most of them; on another each has
+    the label of the one that is nearest to it.
+    """
+    most: dict[str, list[float]] = {}
+    for model in models:
+        for kind in _kinds(model.effects):
+            shapes = sorted(_first_shape(e) for e in model if e.kind == kind)
+            most[kind] = max(most.get(kind, []), shapes, key=len)
+    return [_labels(model, most) for model in models]
 
 
-def _rank(effect: Effect) -> tuple[str, float]:
+def _labels(model: Model, most: Mapping[str, Sequence[float]]) -> tuple[str, ...]:
+    from scipy.optimize import linear_sum_assignment
+
+    labels = [effect.short for effect in model]
+    for kind, known in most.items():
+        places = [i for i, e in enumerate(model) if e.kind == kind]
+        own = np.array([_first_shape(model.effects[i]) for i in places])
+        for at, number in zip(*linear_sum_assignment(np.abs(own[:, None] - known)), strict=True):
+            labels[places[at]] += "" if number == 0 else str(number + 1)
+    return tuple(labels)
+
+
+def _first_shape(effect: Effect) -> float:
+    """Ln of the first shape; 0 where there is none."""
     shapes = [effect.values[name] for name in effect.free_shapes]
-    return effect.kind, float(shapes[0]) if shapes and isinstance(shapes[0], float) else 0.0
+    return (
+        float(np.log(shapes[0]))
+        if shapes and isinstance(shapes[0], float) and shapes[0] > 0.0
+        else 0.0
+    )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.parameters import Estimate
-from allanite.effects import Away, Deterministic
+from allanite.effects import Away, Deterministic, Modifier, Stochastic
 from allanite.fit.solution import Regressed
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ class _Seen:
 
 
 def common_lines(fits: Mapping[str, Fit]) -> tuple[CommonLine, ...]:
-    """Frequencies that several columns have within their errors, lowest first."""
+    """Frequencies that several columns have within their errors, of what comes and goes too, lowest first."""
     return tuple(_common(group) for group in _groups(fits, _frequencies))
 
 
@@ -126,11 +126,24 @@ def _groups(
 
 
 def _frequencies(column: str, fit: Fit) -> list[_Seen]:
-    out = []
+    """Of lines and bands, and of what comes and goes: the rate of a modulation, one over the period of the noise level."""
+    out: list[_Seen] = []
+    coming: list[_Seen] = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
-        found = values.get("frequency")
-        if isinstance(found, Estimate) and found.std_error and found.unit == "Hz":
-            out.append(_Seen(float(found), float(found.std_error), column, effect.kind))
+        companions = effect.companions if isinstance(effect, Stochastic) else ()
+        for name in ("frequency", *companions):
+            found = values.get(name)
+            if isinstance(found, Estimate) and found.std_error and found.unit == "Hz":
+                seen = _Seen(float(found), float(found.std_error), column, effect.kind)
+                (coming if name in companions else out).append(seen)
+        period = effect.values.get("period")
+        if period is not None and isinstance(effect, Modifier):
+            # The last stretch is where it is to half of one.
+            coming.append(_Seen(1.0 / period, 0.5 / fit.data.duration, column, effect.kind))
+    # Several harmonics come and go together.
+    for one in sorted(coming, key=lambda s: s.error):
+        if not any(_near(other, one) for other in out):
+            out.append(one)
     return out
 
 
@@ -171,7 +184,11 @@ def _same(group: list[_Seen], line: _Seen) -> bool:
     if line.column in {s.column for s in group}:
         return False
     mean, error = _mean(group)
-    return abs(line.at - mean) <= ONE * float(np.hypot(error, line.error))
+    return _near(_Seen(mean, error, line.column, line.kind), line)
+
+
+def _near(one: _Seen, other: _Seen) -> bool:
+    return abs(one.at - other.at) <= ONE * float(np.hypot(one.error, other.error))
 
 
 def _common(group: list[_Seen]) -> CommonLine:

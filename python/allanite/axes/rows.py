@@ -38,7 +38,8 @@ def rows(studies: Mapping[str, Study]) -> list[Row]:
     """Model, coefficients in data-sheet units with SI below, shapes, discrepancy and verdict of some columns."""
     fits = [study.fit for study in studies.values()]
     out = [Row("model", tuple(fit.model.name for fit in fits))]
-    labelled = [_labelled(fit) for fit in fits]
+    labels = labels_of([fit.model for fit in fits])
+    labelled = [dict(_shown(fit, own)) for fit, own in zip(fits, labels, strict=True)]
     for label in dict.fromkeys(name for table in labelled for name in table):
         out += _number_rows(label, [table.get(label) for table in labelled], fits)
     out.append(Row("δ", tuple(_discrepancy(fit) for fit in fits)))
@@ -62,13 +63,12 @@ def convention(fits: Iterable[Fit]) -> str:
 _Cell = tuple["Effect", "Parameter", Any]
 
 
-def _labelled(fit: Fit) -> dict[str, _Cell]:
-    """What is shown of each effect, by ``N``, ``GM.sigma``, ``SIN2.frequency``."""
-    return dict(_shown(fit))
-
-
-def _shown(fit: Fit) -> Iterator[tuple[str, _Cell]]:
-    for effect, values, label in zip(fit.model, fit.estimates, labels_of(fit.model), strict=True):
+def _shown(fit: Fit, labels: Sequence[str]) -> Iterator[tuple[str, _Cell]]:
+    """What is shown of each effect, by ``N``, ``GM.sigma``, ``SIN2.frequency``; those of a kind one after the other."""
+    kinds = [effect.kind for effect in fit.model]
+    told = zip(fit.model, fit.estimates, labels, strict=True)
+    ordered = sorted(told, key=lambda one: (kinds.index(one[0].kind), len(one[2]), one[2]))
+    for effect, values, label in ordered:
         for name in effect.shown():
             value = values.get(name)
             if isinstance(value, Estimate):

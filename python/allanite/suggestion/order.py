@@ -49,7 +49,8 @@ def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Sug
     # One that something else explains is no suggestion.
     judged = [s for s in judged if s not in disturbs or s in first]
     first += [s for s in judged if _stands_out(s, judged, fit)]
-    ranked = sorted(judged, key=lambda s: _rank(s, crowded, s in first), reverse=True)
+    ahead = [s for s in judged if _is_passing(s.effect) and _by_far(s, judged)]
+    ranked = sorted(judged, key=lambda s: _rank(s, crowded, s in first, s in ahead), reverse=True)
     return _with_rivals(_last_resort(_ties(ranked), fit))
 
 
@@ -86,12 +87,17 @@ def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     )
 
 
-def _by_far(out: Suggestion, found: list[Suggestion]) -> bool:
-    """Whether it has far more evidence than anything else; what jumps and comes back, or shakes for a while, is none."""
-    others = [s for s in found if s.significant and s is not out]
+def _by_far(one: Suggestion, found: list[Suggestion]) -> bool:
+    """Whether it has far more evidence than anything else, other forms of a change of the noise level left aside.
+
+    Not beside what jumps and comes back, or shakes for a while.
+    """
+    others = [s for s in found if s.significant and s is not one]
     if any(s.effect.screened == "two levels" or _takes_a_stretch(s.effect) for s in others):
         return False
-    return out.rank > FAR * max((s.rank for s in others), default=0.0)
+    if _is_passing(one.effect):
+        others = [s for s in others if not _is_passing(s.effect)]
+    return one.rank > FAR * max((s.rank for s in others), default=0.0)
 
 
 def _made_by(out: Suggestion, found: list[Suggestion]) -> bool:
@@ -137,9 +143,13 @@ def _takes_a_stretch(effect: Effect) -> bool:
     return isinstance(effect, Modifier) and effect.removes and effect.when is not None
 
 
+def _is_passing(effect: Effect) -> bool:
+    return isinstance(effect, Modifier) and effect.passing
+
+
 def _in_time(effect: Effect) -> bool:
-    passing = isinstance(effect, Modifier) and (effect.removes or effect.passing)
-    return passing or isinstance(effect, Deterministic)
+    taken = isinstance(effect, Modifier) and effect.removes
+    return taken or _is_passing(effect) or isinstance(effect, Deterministic)
 
 
 def _judged(found: list[Suggestion]) -> list[Suggestion]:
@@ -161,20 +171,20 @@ def _judged(found: list[Suggestion]) -> list[Suggestion]:
     return [judged(one) for one in found]
 
 
-def _rank(found: Suggestion, crowded: float, first: bool) -> tuple[bool, int, float]:
+def _rank(found: Suggestion, crowded: float, first: bool, ahead: bool) -> tuple[bool, int, float]:
     """Significant ones first; what takes samples out explains none of them and comes after what does.
 
     So does a change of the noise level: the spectrum and the Allan curve stay as they are. But one so strong that the
-    spectrum scatters by it comes first: nothing else can be judged before. So do the samples with which a record begins
-    or ends: they stand out of those beside them, whatever the model, and would be called a step or a filter; and a
-    disturbance, which would be called a resonance.
+    spectrum scatters by it comes first: nothing else can be judged before; and one that is far `ahead` goes by its
+    evidence. So do the samples with which a record begins or ends: they stand out of those beside them, whatever the
+    model, and would be called a step or a filter; and a disturbance, which would be called a resonance.
     """
     effect = found.effect
     if first:
         return found.significant, 3, found.rank
-    if isinstance(effect, Modifier) and effect.passing and crowded > STRONG:
+    if _is_passing(effect) and crowded > STRONG:
         return found.significant, 2, found.rank
-    elsewhere = _in_time(effect) and isinstance(effect, Modifier)
+    elsewhere = _in_time(effect) and isinstance(effect, Modifier) and not ahead
     return found.significant, int(not elsewhere), found.rank
 
 

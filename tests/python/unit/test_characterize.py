@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 import allanite as al
+import generators as g
 from allanite.axes.characterization import Sensor
 from allanite.axes.coherence import cross_spectra
-from allanite.axes.forms import Form
+from allanite.axes.forms import Form, labels_of
+from allanite.axes.lines import common_lines
 from allanite.axes.triads import triads
 from allanite.axes.words import in_common
 from allanite.common.threads import side_by_side
@@ -225,3 +227,35 @@ def test_what_an_axis_has_beside_the_common_form_is_said():
 
 def noise(seed):
     return al.AngleRandomWalk(N=0.1).simulate(duration=60, rate=10, seed=seed, unit="deg/s")
+
+
+def test_what_is_one_thing_has_one_label_on_all_axes():
+    first = al.parse_model("N+RES(f=10,damping=.02)+RES(f=2.7,damping=.02)+SIN(f=3)")
+    other = al.parse_model("N+RES(f=10.07,damping=.02)+SIN(f=5)+SIN(f=3.001)")
+    assert labels_of([first, other, al.parse_model("N+B")]) == [
+        ("N", "RES2", "RES", "SIN"),
+        ("N", "RES2", "SIN2", "SIN"),
+        ("N", "B"),
+    ]
+    many = [f"SIN(f={0.1 * k:.1f})" for k in range(1, 33)]
+    labels = labels_of([al.parse_model("+".join(many)), al.parse_model("+".join(many[1::2]))])
+    assert labels[1] == labels[0][1::2]
+
+
+def test_what_comes_and_goes_with_one_rate_is_named_once():
+    """A vibration whose load swings on one axis, a noise level with that period on another."""
+    n, rate, apart = 120_000, 50.0, 0.31
+    time = np.arange(n) / rate
+    rng = np.random.default_rng(0)
+    swings = 1.0 + 0.6 * np.cos(2.0 * np.pi * apart * time + 1.0)
+    shaken = g.white(rng, n, rate, 0.0126) + swings * g.resonance(rng, n, rate, 9.0, 3e-4, 0.03)
+    gated = g.white(rng, n, rate, 0.0126) * np.where((apart * time) % 1.0 < 0.4, 1.3, 1.0)
+    models = {"a": "N+MOD(f=9,damping=3e-4,modulation=0.31,depth=0.6)", "b": "N"}
+    fits = {}
+    for (name, model), x in zip(models.items(), (shaken, gated), strict=True):
+        fits[name] = al.fit_model(al.Recording(x, rate=rate, unit="rad/s"), model)
+    fits["b"] = fits["b"].add(fits["b"].check().significant[0])
+    assert fits["b"].model.name == "N+CYCLE"
+    [line] = common_lines(fits)
+    assert set(line.columns) == {"a", "b"}
+    assert line.frequency == pytest.approx(apart, abs=4.0 * line.std_error)

@@ -143,3 +143,23 @@ def test_a_band_narrower_than_a_bin_is_one_beside_holes(kind):
         low, high = study.fit[name].interval
         # One record of each: twice the half-width of 95 %.
         assert low - 0.5 * (high - low) < value < high + 0.5 * (high - low), name
+
+
+@pytest.mark.long
+def test_a_band_of_many_ordinates_is_found_in_the_bins_too():
+    """Of hundreds of bins one stands out sooner than some of hundreds of thousands of ordinates."""
+    n, found, others = 400_000, 0, 0
+    for seed in range(24):
+        rng = np.random.default_rng(seed)
+        frequency, damping = rng.uniform(4.0, 12.0), rng.uniform(8e-4, 3e-3)
+        x = g.white(rng, n, RATE, N) + g.resonance(rng, n, RATE, frequency, damping, 3.2e-3)
+        check = al.fit_model(al.Recording(x, rate=RATE, unit="rad/s"), "N").check()
+        near = [
+            s.kind == "resonance" and abs(s.effect.frequency / frequency - 1.0) < 0.01
+            for s in check.significant
+        ]
+        found += any(near)
+        others += not any(near) and bool(near)
+    # 34 ± 12 nats of which 17 are needed: 92 % of them; by single ordinates alone, which need 24, it were 19.
+    assert found >= 21
+    assert others <= 1

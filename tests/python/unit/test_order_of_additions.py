@@ -123,3 +123,18 @@ def test_outliers_remove_what_is_gone_of_the_misfit_of_the_samples_that_stay():
     # Beside a line that is still there nearly nothing of the spectrum's misfit has gone.
     assert out.significant
     assert out.removes_percent < 50.0
+
+
+def test_a_change_of_level_with_by_far_the_most_evidence_does_not_wait():
+    """Weak bands, each with a rung of its own, would fill the ladder before it."""
+    rng = np.random.default_rng(15)
+    n, rate = 100_000, 50.0
+    x = g.louder(g.white(rng, n, rate, 0.0126), rate, 600.0, 1000.0, 1.14)
+    x += g.resonance(rng, n, rate, 7.0, 0.01, 7e-3)
+    check = al.fit_model(al.Recording(x, rate=rate, unit="rad/s"), "N").check()
+    kinds = [s.kind for s in check.significant]
+    assert len(kinds) > 1
+    assert check.significant[0].rank > 10.0 * max(
+        s.rank for s in check.significant if s.kind == "resonance"
+    )
+    assert kinds[0] in {"noise_level_change", "noise_levels"}, kinds

@@ -156,8 +156,8 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
         families.append(cls.family)
         if issubclass(cls, Stochastic) and points[0].occupies is not None:
             points = _promising(points, unit, solution)
-        best = _refit(points, solution, part)
-        narrow = _within_a_bin(points[0], solution, part, white)
+        best = _refit(points, solution, part, arcs[-1])
+        narrow = _within_a_bin(points[0], solution, part, white, arcs[-1])
         both = [c for c in (best, narrow) if c is not None]
         if both:
             found.append(max(both, key=lambda c: c.gain))
@@ -165,7 +165,7 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
 
 
 def _within_a_bin(
-    point: Effect, base: Solution, part: RandomPart, white: NDArray[np.float64]
+    point: Effect, base: Solution, part: RandomPart, white: NDArray[np.float64], arc: float
 ) -> Candidate | None:
     """The band narrower than a bin that stands out most in single ordinates; bins would not see a weak one."""
     data = part.data
@@ -180,7 +180,7 @@ def _within_a_bin(
     assert made is not None
     effect = made.with_values(**{point.coefficient: float(np.sqrt(best.variance))})
     solution = solve(data, base.model + effect, like=base, rounds=3, polish=False)
-    return _candidate(solution, base, data)
+    return _candidate(solution, base, data, arc)
 
 
 def _chance(gain: float, data: Data) -> float:
@@ -266,7 +266,7 @@ def _near(point: Effect, effect: Effect) -> bool:
     )
 
 
-def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate | None:
+def _refit(points: list[Effect], base: Solution, part: RandomPart, arc: float) -> Candidate | None:
     """The best of many starting points, shapes polished from the best few that differ."""
     scanned = added(base.model, points, base.best, part)
     if scanned[0][0].log_likelihood - base.best.log_likelihood < LEAST:
@@ -289,11 +289,11 @@ def _refit(points: list[Effect], base: Solution, part: RandomPart) -> Candidate 
     # Steps and lines are found again beside the best.
     model = with_coefficients(model, best.theta)
     solution = solve(part.data, model, start=best, like=base, rounds=3, polish=False)
-    return _candidate(solution, base, part.data)
+    return _candidate(solution, base, part.data, arc)
 
 
-def _candidate(solution: Solution, base: Solution, data: Data) -> Candidate | None:
-    """What the last effect of a refitted model brings, if anything."""
+def _candidate(solution: Solution, base: Solution, data: Data, arc: float) -> Candidate | None:
+    """What the last effect of a refitted model brings, if anything; `arc` is that of its kind in the bins."""
     fitted = solution.model.effects[-1]
     if not fitted.shows(solution.model, data.rate, data.duration):
         return None
@@ -303,5 +303,10 @@ def _candidate(solution: Solution, base: Solution, data: Data) -> Candidate | No
     narrow = by_ordinates(fitted, data)
     if narrow and not flat_about(solution.model, len(solution.model) - 1, data):
         return None
-    chance = _chance(gain, data) if narrow else None
+    chance = None
+    if narrow:
+        # Found in the bins, of which there are few, or among all ordinates: the better of two tests.
+        in_bins = min(gain, solution.best.log_likelihood - base.best.log_likelihood)
+        by_bins = log_chance(Family(fitted.family, (arc,)), max(in_bins, 0.0))
+        chance = min(_chance(gain, data), by_bins) + np.log(2.0)
     return Candidate(fitted, gain, fitted.family, solution, fitted.numbers, log_chance=chance)
