@@ -49,7 +49,7 @@ def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Sug
     # One that something else explains is no suggestion.
     judged = [s for s in judged if s not in disturbs or s in first]
     first += [s for s in judged if _stands_out(s, judged, fit)]
-    ahead = [s for s in judged if _is_passing(s.effect) and _by_far(s, judged)]
+    ahead = [s for s in judged if _is_of_the_white(s.effect) and _by_far(s, judged)]
     ranked = sorted(judged, key=lambda s: _rank(s, crowded, s in first, s in ahead), reverse=True)
     return _with_rivals(_last_resort(_ties(ranked), fit))
 
@@ -145,6 +145,11 @@ def _takes_a_stretch(effect: Effect) -> bool:
 
 def _is_passing(effect: Effect) -> bool:
     return isinstance(effect, Modifier) and effect.passing
+
+
+def _is_of_the_white(effect: Effect) -> bool:
+    """Whether it changes the level of the white noise; a band that is louder for a while is named after the band."""
+    return isinstance(effect, Modifier) and effect.passing and effect.band is None
 
 
 def _in_time(effect: Effect) -> bool:
