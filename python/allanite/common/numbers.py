@@ -20,6 +20,8 @@ __all__ = [
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
 _MINUS = re.compile(r"(?<=[\s(=])-(?=\d)")
+#: As many numbers of what happens in time are listed.
+LISTED = 3
 
 
 def number(value: float, figures: int = 3, *, power: bool = False) -> str:
@@ -41,13 +43,11 @@ def number(value: float, figures: int = 3, *, power: bool = False) -> str:
 
 
 def numbers_text(values: Iterable[float], *, times: bool) -> str:
-    """Several numbers of one parameter; of times how many they are."""
+    """Several numbers of one parameter; of more than three of what happens in time how many, the least and the largest."""
     found = list(values)
-    return (
-        f"{len(found)} time{'s' * (len(found) != 1)}"
-        if times
-        else " ".join(number(v) for v in found)
-    )
+    if not times or len(found) <= LISTED:
+        return " ".join(number(v, 5 if times else 3) for v in found)
+    return f"{len(found)}: {number(min(found), 5)} … {number(max(found), 5)}"
 
 
 def harmonics_text(frequency: float, overtones: Iterable[float], unit: str) -> str:

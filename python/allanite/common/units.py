@@ -241,7 +241,7 @@ def _quantity(text: str) -> _Quantity:
         return result
     raise InputError(
         f"unknown unit {text!r}: {problem!r} is not understood; samples may be in one of"
-        f" {SAMPLE_UNITS}"
+        f" {SAMPLE_UNITS}; 1 takes them as they are"
     )
 
 
@@ -267,8 +267,8 @@ def parse_unit(text: str) -> Unit:
     kind = _KINDS.get(tuple(int(p) if p.denominator == 1 else p for p in quantity.powers))  # type: ignore[arg-type]
     if kind is None:
         raise InputError(
-            f"unit {text!r} is neither an angular rate, an acceleration nor a fractional frequency;"
-            f" samples may be in one of {SAMPLE_UNITS}"
+            f"unit {text!r} is neither an angular rate, an acceleration nor a fractional frequency (of a counter in Hz,"
+            f" divide by the nominal frequency); samples may be in one of {SAMPLE_UNITS}; 1 takes them as they are"
         )
     for name in _CANONICAL:
         known = _quantity(name)

@@ -11,6 +11,7 @@ from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed, table_unit
 
 if TYPE_CHECKING:
+    from allanite.effects import Parameter
     from allanite.fit.result import Fit
     from allanite.fit.rivals.undecided import Undecided
 
@@ -40,11 +41,20 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
                 frequency = float(values["frequency"])
                 value = harmonics_text(frequency, value, "" if unit == "1" else unit)
             elif isinstance(value, tuple):
-                value = numbers_text(value, times=effect.parameter(name).role == "time")
+                declared = effect.parameter(name)
+                value = numbers_text(value, times=declared.role == "time")
+                unit = printed(_unit_of(declared, fit.recording.unit))
+                value = value if unit == "1" else f"{value} {unit}"
             number, interval = _cells(value, effect.follows)
             rows.append((title, name, number, effect.kept(name) or interval))
             title = ""
     return rows
+
+
+def _unit_of(parameter: Parameter, unit: str) -> str:
+    """Unit of the numbers of a parameter of samples in a unit."""
+    power = parameter.unit
+    return table_unit(unit, power, {}) if isinstance(power, float) else power
 
 
 def _cells(value: Any, column: str | None) -> tuple[str, str]:

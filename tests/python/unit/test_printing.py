@@ -10,7 +10,7 @@ import allanite as al
 from allanite.cli import cli
 from allanite.cli.output import wrapped
 from allanite.common.errors import InputError
-from allanite.common.numbers import chance_text, harmonics_text, trials_text
+from allanite.common.numbers import chance_text, harmonics_text, numbers_text, trials_text
 from allanite.common.printing import ASKED, printed, sample_unit, table_unit
 from allanite.common.units import conversion, parse_unit
 from allanite.effects.files import parse_model
@@ -148,3 +148,20 @@ def test_sentences_are_wrapped_and_tables_are_not(monkeypatch):
     assert lines[0] == row
     assert max(map(len, lines[1:])) <= 70
     assert all(line.startswith("     word") for line in lines[2:])
+
+
+def test_many_numbers_of_what_happens_in_time_are_told_by_their_ends():
+    assert numbers_text([299.05], times=True) == "299.05"
+    assert numbers_text([2.0, 1.0, 3.0], times=True) == "2 1 3"
+    assert numbers_text([8794.64, 2153.7, 5776.1, -0.5], times=True) == "4: −0.5 … 8794.6"
+    assert numbers_text([1.0, 2.0, 3.0, 4.0], times=False) == "1 2 3 4"
+
+
+def test_a_table_says_when_and_in_which_unit():
+    away = al.Excursions(starts=(20.0, 70.0), ends=(30.0, 90.0), heights=(0.2, -0.1))
+    fit = al.AngleRandomWalk().fit(
+        (al.AngleRandomWalk(N=0.01) + away).simulate(duration=100, rate=10, seed=1, unit="deg/s")
+    )
+    text = str(fit.add(away))
+    assert "20 70 s" in text
+    assert "°/s" in next(line for line in text.splitlines() if "heights" in line)
