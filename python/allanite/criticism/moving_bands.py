@@ -119,7 +119,8 @@ def _middles(own: Process, fit: Fit, pieces: list[Array]) -> Array | None:
         at = np.asarray((edges[:-1] + edges[1:] - 1) // 2, dtype=np.int64)
         rest = _rest(own, fit, at, n)
         for i, shift in enumerate(shifts):
-            moved = effect.banded(low + float(shift), high + float(shift))
+            scale = 1.0 + float(shift) / middle
+            moved = effect.banded(low * scale, high * scale)
             assert isinstance(moved, Stochastic)
             expected = rest + own.theta * _density(fit.model, effect, moved, at, n, data.rate)
             gain[i] = -0.5 * float(count @ (np.log(expected) + power / expected))

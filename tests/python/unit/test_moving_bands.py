@@ -67,3 +67,13 @@ def test_what_stands_for_the_rest_of_a_moving_band_is_not_another():
         check = al.fit_model(_recording(4, course), f"N+RES(f=20,damping=0.02)+{other}").check()
         [band] = check.moving
         assert band.frequency == pytest.approx(20.0, abs=0.5)
+
+
+@pytest.mark.parametrize("damping", [0.005, 0.05, 0.12, 0.2, 0.29])
+@pytest.mark.parametrize("frequency", [0.5, 8.0, 48.0])
+def test_a_band_of_any_width_anywhere_is_looked_for(frequency, damping):
+    rng = np.random.default_rng(6)
+    x = g.white(rng, LENGTH, RATE, 0.0126)
+    x += g.resonance(rng, LENGTH, RATE, frequency, damping, 0.05)
+    model = f"N+RES(f={frequency}!,damping={damping}!)"
+    assert moving_bands(al.fit_model(al.Recording(x, rate=RATE, unit="rad/s"), model)) == ()
