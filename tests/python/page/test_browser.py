@@ -248,3 +248,32 @@ def test_improving_is_watched_and_stopped(tab):
     assert re.search("cancelled|fails|adequate", tab.inner_text("#verdict"), re.IGNORECASE)
     tab.wait_for_timeout(2000)
     assert tab.locator("#ladder li").count() == stopped
+
+
+@pytest.mark.long
+def test_what_was_answered_is_not_asked_again_while_it_is_read(tab, hidden, tmp_path):
+    """News of the log as it was come in between: the form stays closed."""
+    samples = np.asarray(hidden.samples[:5000])
+    np.savetxt(tmp_path / "bare.csv", samples, fmt="%.6f", header="gyro", comments="")
+    give(tab, "[data-pick=log]", tmp_path / "bare.csv")
+    tab.wait_for_selector("dialog[open] #form-columns table")
+    tab.fill("#form-rate", "20")
+    orders, news = [], re.compile(r"[?]seen=")
+
+    def as_it_was(route):
+        found = route.fetch(url=re.sub(r"seen=-?[0-9]+", "seen=-1", route.request.url)).json()
+        route.fulfill(json={**found, "version": found["version"] + 1000 + len(told)})
+        told.append(found["problem"])
+
+    told = []
+    tab.route("**/act", lambda route: orders.append(route))
+    tab.route(news, as_it_was)
+    tab.click("#form-read")
+    tab.wait_for_timeout(2000)
+    assert any(told)
+    assert tab.locator("dialog[open]").count() == 0
+    tab.unroute(news)
+    orders[0].continue_()
+    tab.wait_for_selector(READY)
+    tab.wait_for_selector("text=5 000 samples".replace(" ", "\u202f", 1))
+    assert tab.locator("dialog[open]").count() == 0

@@ -6,7 +6,7 @@ import { drag } from "./drag.js";
 import { again, leaving, offer, openTab, save } from "./keep.js";
 import { cards, enough, ladder, verdict } from "./ladder.js";
 import { chips, listenModel, mainValue, openCatalogue, typeModel } from "./model.js";
-import { ask, listenReading } from "./reading.js";
+import { ask, doubtful, listenReading } from "./reading.js";
 import { listenTour } from "./tour.js";
 import { controls, figure, get, go, listenViews, redraw } from "./views.js";
 
@@ -34,7 +34,7 @@ function take(next) {
     S.seen = next.version;
     head(); audit(); strip(); chips(); cards(); enough(); ladder(); controls(); figure(); offer(); save();
     if (next.job && !next.job.busy && next.job.error) say(next.job.error);
-    if ((next.problem || next.reading.unitless.length) && !S.asked) { S.asked = true; ask(); }
+    if (doubtful() && !S.asked) { S.asked = true; ask(); }
   }
   if (fresh || before !== busy()) verdict();
   work();

@@ -4,6 +4,7 @@ import { $, S, act, el, fill, short, speak, svg } from "./core.js";
 const ROLES = { sensor: "Sensor", time: "Clock", temperature: "Temperature", index: "Index", counter: "Counter", other: "Other", text: "Text" };
 let found = null;
 
+export const doubtful = () => Boolean(S.state.problem || S.state.reading.unitless.length);
 export async function ask() {
   const state = S.state;
   if (!state.log || state.fixed) return;
@@ -66,13 +67,16 @@ function spark(pairs) {
 }
 export function listenReading() {
   $("reading").onclick = ask;
-  $("form").onclose = () => {
+  $("form").onclose = async () => {
     if ($("form").returnValue !== "yes") return;
-    S.asked = false;
+    // Until it is read again what was doubted is not asked about again.
+    S.asked = true;
     const boxes = [...$("form").querySelectorAll("[data-use]")], use = boxes.filter(b => b.checked).map(b => b.dataset.use);
     const usual = found ? found.columns.filter(c => c.used && c.role === "sensor").map(c => c.name) : [];
     const same = use.length === usual.length && use.every(n => usual.includes(n));
     const units = Object.fromEntries([...$("form").querySelectorAll("[data-unit]")].filter(s => use.includes(s.dataset.unit)).map(s => [s.dataset.unit, s.value]));
-    act({ do: "read", rate: $("form-rate").value.trim(), quantity: $("form-quantity").value, time_column: $("form-time").value, columns: same ? [] : use, units });
+    const read = await act({ do: "read", rate: $("form-rate").value.trim(), quantity: $("form-quantity").value, time_column: $("form-time").value, columns: same ? [] : use, units });
+    S.asked = read && doubtful();
+    if (S.asked) ask();
   };
 }
