@@ -252,3 +252,19 @@ def test_many_single_gaps_are_solved_for_at_once_though_the_spectrum_is_steep():
         x = np.cos(np.pi * 3.0 * (np.arange(n) + 0.5) / n)
         start = np.where(missing, 0.0, x)
         assert np.abs(bridge.mean(start) - x).max() < 1e-3
+
+
+def test_holes_that_no_bin_notices_leave_a_fit_as_it_is(monkeypatch):
+    """One sample in 20 000: each bin shows itself alone, whether or not what is mixed is counted."""
+    samples = al.parse_model("N(N=0.1)+K(K=0.01)").simulate(n=20_000, rate=10.0, seed=4).samples
+    samples = np.where(np.arange(20_000) == 7_000, np.nan, samples)
+    record = al.Recording(samples, rate=10.0)
+    plain = al.fit_model(record, "N+K")
+    assert plain.data.mixing is None
+    monkeypatch.setattr("allanite.fit.missing.completion.UNNOTICED", 0.0)
+    mixed = al.fit_model(record, "N+K")
+    assert mixed.data.mixing is not None
+    for name in ("N", "K"):
+        # A hundredth of its standard error.
+        error = mixed[name].std_error
+        assert plain[name].value == pytest.approx(mixed[name].value, abs=0.01 * error)

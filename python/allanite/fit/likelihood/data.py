@@ -28,7 +28,7 @@ __all__ = ["LOWEST", "Data", "prepare", "without_samples"]
 SHORTEST = 32
 #: Averaging times of the curve, a decade.
 PER_DECADE = 8
-#: Bytes of the lowest ordinates of many known functions of time that are remembered.
+#: Bytes of the lowest ordinates of many known functions of time, and of columns behind holes, that are remembered.
 LOWEST = 1 << 25
 
 
