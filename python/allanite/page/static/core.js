@@ -1,5 +1,5 @@
 // What every part of the page shares: its state, elements, speaking to the server.
-export const S = { tab: null, state: null, view: "allan", seen: -1, options: {}, hooks: {} };
+export const S = { tab: null, state: null, view: "allan", seen: -1, answered: 0, options: {}, hooks: {} };
 export const $ = id => document.getElementById(id);
 export const el = (tag, attributes = {}, ...children) => {
   const node = document.createElement(tag);
@@ -53,7 +53,9 @@ export async function speak(path, options = {}) {
 }
 export async function act(order) {
   try {
-    S.hooks.take(await speak(`tabs/${S.tab}/act`, { method: "POST", body: JSON.stringify(order), headers: { "content-type": "application/json" } }));
+    const next = await speak(`tabs/${S.tab}/act`, { method: "POST", body: JSON.stringify(order), headers: { "content-type": "application/json" } });
+    S.answered += 1;
+    S.hooks.take(next);
     return true;
   } catch (error) { say(error.message); return false; }
 }

@@ -18,7 +18,12 @@ const KEYS = [["I", "Improve this axis"], ["A", "Improve all axes"], ["E", "Add 
 async function follow() {
   for (;;) {
     await new Promise(done => setTimeout(done, busy() ? 150 : document.hidden ? 5000 : 600));
-    try { take(await speak(`tabs/${S.tab}?seen=${S.seen}`)); }
+    const answered = S.answered;
+    try {
+      const next = await speak(`tabs/${S.tab}?seen=${S.seen}`);
+      // News that were asked for before an order was answered may be older than its answer.
+      if (answered === S.answered) take(next);
+    }
     catch (error) {
       if (error instanceof TypeError) { say("The server has ended. Start it again; what was done is kept in this browser.", 3600); return; }
       try { if (await again(error.message)) { S.seen = -1; continue; } } catch { /* said below */ }
