@@ -239,6 +239,10 @@ class Bench:
 
         if self.busy:
             self.cancel()
+        with self.lock:
+            # What was doubted of the log as it was is not told with what begins now.
+            self.problem = None
+            self.version += 1
         self.run(f"Reading {source.name}", work)
 
     def _begin(self, job: Job, place: int, work: Work) -> None:
