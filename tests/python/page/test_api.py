@@ -11,6 +11,7 @@ from allanite import Recording
 from allanite.fit import fit_model
 from allanite.page import bench as bench_module
 from allanite.page.ladder import Ladder, Step, Work
+from allanite.page.jobs import Job
 from allanite.page.server import Sessions
 from allanite.page.shown.views import finite, view
 from allanite.page.source import Source
@@ -353,7 +354,7 @@ def test_a_log_is_uploaded(client, hidden):
 
 
 @pytest.mark.long
-def test_a_rate_that_is_missing_is_asked_for(client, hidden):
+def test_a_rate_that_is_missing_is_asked_for(client, hidden, monkeypatch):
     tab, _ = opened(client, checked=False)
     file = io.BytesIO()
     np.save(file, np.asarray(hidden.samples[:20_000]))
@@ -362,8 +363,12 @@ def test_a_rate_that_is_missing_is_asked_for(client, hidden):
     assert "rate" in state["problem"]
     assert "allanite-page" not in state["problem"]
     order = {"do": "read", "rate": "20", "unit": "rad/s", "quantity": "rate"}
-    # Not even while it is read again is told what was doubted before.
-    assert client.post(f"tabs/{tab}/act", json=order).json()["problem"] is None
+    # Not even before it is begun to be read again is told what was doubted before.
+    jobs = []
+    with monkeypatch.context() as slow:
+        slow.setattr(Job, "start", jobs.append)
+        assert client.post(f"tabs/{tab}/act", json=order).json()["problem"] is None
+    jobs[0].start()
     state = wait(client, tab, checked=False)
     assert state["problem"] is None
     assert state["recording"]["rate"] == 20.0
