@@ -10,8 +10,8 @@ import pytest
 from allanite import Recording
 from allanite.fit import fit_model
 from allanite.page import bench as bench_module
-from allanite.page.ladder import Ladder, Step, Work
 from allanite.page.jobs import Job
+from allanite.page.ladder import Ladder, Step, Work
 from allanite.page.server import Sessions
 from allanite.page.shown.views import finite, view
 from allanite.page.source import Source
@@ -366,7 +366,7 @@ def test_a_rate_that_is_missing_is_asked_for(client, hidden, monkeypatch):
     # Not even before it is begun to be read again is told what was doubted before.
     jobs = []
     with monkeypatch.context() as slow:
-        slow.setattr(Job, "start", jobs.append)
+        slow.setattr(Job, "start", lambda job: jobs.append(job))
         assert client.post(f"tabs/{tab}/act", json=order).json()["problem"] is None
     jobs[0].start()
     state = wait(client, tab, checked=False)
