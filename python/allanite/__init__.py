@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from allanite.effects.covariate import Covariate
     from allanite.effects.disturbance import Disturbance
     from allanite.effects.drifting_line import DriftingLine
+    from allanite.effects.drifting_resonance import DriftingResonance
     from allanite.effects.excursion import Excursion
     from allanite.effects.excursions import Excursions
     from allanite.effects.gauss_markov import GaussMarkov
@@ -125,6 +126,7 @@ _HOME = {
     "Covariate": "allanite.effects.covariate",
     "Disturbance": "allanite.effects.disturbance",
     "DriftingLine": "allanite.effects.drifting_line",
+    "DriftingResonance": "allanite.effects.drifting_resonance",
     "Excursion": "allanite.effects.excursion",
     "Excursions": "allanite.effects.excursions",
     "HighPass": "allanite.effects.high_pass",
@@ -205,6 +207,7 @@ __all__ = [
     "Deviation",
     "Disturbance",
     "DriftingLine",
+    "DriftingResonance",
     "DynamicDeviation",
     "Effect",
     "Estimate",

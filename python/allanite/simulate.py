@@ -9,7 +9,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.validation import SEEDS, positive, positive_rate, whole
-from allanite.effects import Model, parse_model
+from allanite.effects import Model, Moving, parse_model, weights
 from allanite.effects.terms import Exponential, White
 from allanite.recording import Recording
 from allanite.recording.samples import covariate
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from allanite.effects import Effect, Modifier
+    from allanite.effects import Effect, Modifier, Stochastic
     from allanite.effects._filter import Response
     from allanite.effects.terms import Term
 
@@ -238,15 +238,18 @@ class _Source:
         aside = (*levels, *(e for e in model.modifiers if e.whole is not None))
         steady = Model(tuple(e for e in model if e not in aside))
         generators: list[tuple[str, list[float]]] = []
-        for number, effect in enumerate(model.stochastic):
-            own = _of_effect(steady, effect, self.rate)
-            gains = [e.gain for e in levels if e.band is None and effect.white]
-            gains += [_swelling(e, self.rate, span) for e in swelling if e.swells(effect)]
-            if gains:
-                alone = _kernels.Simulator(own, seed, key + 1 + number, axis, total)
-                self.parts.append((alone, gains))
-            else:
-                generators += own
+        number = 0
+        for whole_effect in model.stochastic:
+            for effect, gains in _in_turn(whole_effect, span):
+                own = _of_effect(steady, effect, self.rate)
+                gains += [e.gain for e in levels if e.band is None and effect.white]
+                gains += [_swelling(e, self.rate, span) for e in swelling if e.swells(whole_effect)]
+                number += 1
+                if gains:
+                    alone = _kernels.Simulator(own, seed, key + number, axis, total)
+                    self.parts.append((alone, gains))
+                else:
+                    generators += own
         if generators or not self.parts:
             rest = _kernels.Simulator(generators, seed, key, axis, total)
             self.parts.append((rest, []))
@@ -282,6 +285,17 @@ class _Source:
         for filtering in self.filters:
             total = filtering.next(total, first)
         return total
+
+
+def _in_turn(effect: Stochastic, span: tuple[float, float]) -> list[tuple[Stochastic, list[Gain]]]:
+    """The effect, or what it is in each part of the record, with what that is multiplied with at each time."""
+    if not isinstance(effect, Moving):
+        return [(effect, [])]
+
+    def gain(part: int) -> Gain:
+        return lambda time, _=None: np.sqrt(weights(time, span, len(effect.stretches))[part])
+
+    return [(part, [gain(i)]) for i, part in enumerate(effect.stretches)]
 
 
 def _swelling(effect: Modifier, rate: float, span: tuple[float, float]) -> Gain:

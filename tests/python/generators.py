@@ -148,3 +148,11 @@ def backlash(column, width):
         place = min(max(place, value - width), value + width)
         out[k] = place
     return out
+
+
+def moving_band(rng, n, rate, course, half_width, rms):
+    """Narrow-band noise about a frequency that changes: a complex first-order process, turned on by its phase."""
+    keep = np.exp(-2.0 * np.pi * half_width / rate)
+    steps = rng.standard_normal((n + 4096, 2)) @ [1.0, 1j]
+    slow = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], steps)[4096:]
+    return rms * np.real(slow * np.exp(2j * np.pi * np.cumsum(course) / rate))

@@ -6,6 +6,7 @@ from allanite.effects._known import Deterministic, Periodic
 from allanite.effects._level import Level
 from allanite.effects._limits import limitable
 from allanite.effects._modifier import Modifier
+from allanite.effects._moving import Moving, weights
 from allanite.effects.files import model_from_dict, model_to_dict, parse_model
 from allanite.effects.model import Model
 from allanite.effects.registry import CATALOGUE, find, register, standard, title_of, white_noise
@@ -18,6 +19,7 @@ __all__ = [
     "Level",
     "Model",
     "Modifier",
+    "Moving",
     "Parameter",
     "Periodic",
     "Stochastic",
@@ -30,5 +32,6 @@ __all__ = [
     "register",
     "standard",
     "title_of",
+    "weights",
     "white_noise",
 ]

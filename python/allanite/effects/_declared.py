@@ -20,6 +20,7 @@ SCREENS = {
     "band level": "the level of each octave over time",
     "stretch": "stretches of time that are louder in some band",
     "outlier": "single samples beyond what the noise allows",
+    "moving band": "the places of a band that the model has, in sections of the record",
     "two levels": "the law of the samples where another process has the same spectrum",
     "none": "not at all: it is fitted where a model names it",
 }

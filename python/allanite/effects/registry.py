@@ -18,6 +18,7 @@ from allanite.effects.burst_noise import BurstNoise
 from allanite.effects.covariate import Covariate
 from allanite.effects.disturbance import Disturbance
 from allanite.effects.drifting_line import DriftingLine
+from allanite.effects.drifting_resonance import DriftingResonance
 from allanite.effects.excursion import Excursion
 from allanite.effects.excursions import Excursions
 from allanite.effects.gauss_markov import GaussMarkov
@@ -165,6 +166,7 @@ CATALOGUE = Catalogue(
         Notch,
         Resonance,
         ModulatedVibration,
+        DriftingResonance,
         PowerLaw,
         Unexplained,
         Covariate,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.common.blas import one_thread
 from allanite.effects import Deterministic, Effect, Model, Periodic, Stochastic, white_noise
-from allanite.fit.likelihood.crowding import crowded
+from allanite.fit.likelihood.crowding import crowded, uneven
 from allanite.fit.likelihood.discrepancy import best_scale, levels
 from allanite.fit.likelihood.expected import Noise
 from allanite.fit.likelihood.random_part import RandomPart
@@ -91,7 +91,7 @@ def _fit(
     """`solve` without regard to limits but where shapes are searched."""
     given = model
     bins = data.bins
-    free = crowded(model, data) if any(e.passing for e in model.modifiers) else bins.count
+    free = crowded(model, data) if uneven(model) else bins.count
     if not polish:
         settled = max(settled, len(model) - 1)
     raw = bins.power(data.ordinates)

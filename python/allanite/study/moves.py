@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Deterministic, Effect, Model, Modifier, Stochastic
+from allanite.effects import Deterministic, Effect, Model, Modifier, Moving, Stochastic
 from allanite.fit import refitted, removes
 from allanite.fit.engine import solve
 from allanite.fit.result import Fit
@@ -45,8 +45,8 @@ def _of(fit: Fit, solution: Solution) -> Fit:
 
 def pruned(
     fit: Fit, before: Fit, asked: int, gone: set[str], stand_in: set[str]
-) -> tuple[Fit, list[str]]:
-    """The fit without what is no longer needed, and the kinds taken out.
+) -> tuple[Fit, list[str], int]:
+    """The fit without what is no longer needed, the kinds taken out, and how many of the start's effects are left.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def pruned(
                 fit = without
                 asked -= own
         place -= 1
-    return fit, removed[::-1]
+    return fit, removed[::-1], asked
 
 
 def _may_come(effect: Effect, place: Effect) -> bool:
@@ -117,6 +117,11 @@ def added_to(
     None where the one that is there explains as much, or is one of the first `asked`, which the start has.
     """
     effect = addition if isinstance(addition, Effect) else addition.effect
+    if not isinstance(addition, Effect) and addition.before is fit and addition.gives_way:
+        first = [e.kind for e in fit.model.effects[:asked]]
+        if any(kind in first for kind in addition.gives_way):
+            return None
+        return fit.add(addition), addition.gives_way, ()
     place = next((i for i, e in enumerate(fit.model) if one_thing(e, effect, fit)), None)
     if place is None:
         return (*_beside(fit, addition, asked), ())
@@ -174,8 +179,8 @@ def one_thing(one: Effect, other: Effect, fit: Fit) -> bool:
     """Whether two effects are one hump or gap of the spectrum.
 
     A line in a band, or too near to be told from it: one that wanders is a narrow band with single ordinates that stand out
-    in its flanks. Two bands about as wide of which one has its middle in the other: the hump is no pure resonance. A band
-    and a filter that takes out what is there: each would grow against the other.
+    in its flanks. Two bands about as wide of which one has its middle in the other: the hump is no pure resonance. What is
+    on the course of a band that moves. A band and a filter that takes out what is there: each would grow against the other.
     """
     a, b = one.occupies, other.occupies
     if a is None or b is None:
@@ -185,6 +190,9 @@ def one_thing(one: Effect, other: Effect, fit: Fit) -> bool:
     lines = (a[0] == a[1]) + (b[0] == b[1])
     if lines == 2:
         return False
+    for moving, (low, high), (first, last) in ((one, a, b), (other, b, a)):
+        if isinstance(moving, Moving) and low <= 0.5 * (first + last) <= high:
+            return True
     if not (lines or isinstance(one, Modifier) or isinstance(other, Modifier)):
         widths = sorted((0.5 * (a[1] - a[0]), 0.5 * (b[1] - b[0])))
         return 0.5 * abs(sum(a) - sum(b)) < widths[1] < ALIKE * widths[0]

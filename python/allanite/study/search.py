@@ -12,13 +12,14 @@ from allanite.effects import Away, Modifier, Stochastic
 from allanite.fit import fit_model
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
+from allanite.study.another import is_there, with_another
 from allanite.study.ending import exchanged
 from allanite.study.errors import as_good, errors_fall, predicts, rises, wider, within_chance
 from allanite.study.harmonics import with_companions
 from allanite.study.ladder import Rung, Study
 from allanite.study.levels import one_level, several_levels
 from allanite.study.moved import alone, bins_moved, faded, moved, rise
-from allanite.study.moves import added_to, one_thing, pruned, swapped
+from allanite.study.moves import added_to, pruned, swapped
 from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
 from allanite.study.visits import every_visit
@@ -42,8 +43,6 @@ AS_FOUND = 0.8
 VISIBLE = 0.05
 #: log10 of the p-value from which what happens once is there whatever the Allan curve says.
 SURE = -4.0
-#: Suggestions that are tried beside one that cannot stand alone.
-ANOTHER = 6
 
 
 @one_thread()
@@ -104,7 +103,7 @@ def improve(
             stop = "limit"
         better = None
         if stop != "within tolerance":
-            better = exchanged(ladder) if stop is not None else next_rung(ladder, check)
+            better = _ending(ladder, check) if stop is not None else next_rung(ladder, check)
         if better is None:
             return Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
         ladder.append(better)
@@ -151,6 +150,15 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
     return exchanged(ladder)
 
 
+def _ending(ladder: Sequence[Rung], check: Check) -> Rung | None:
+    """The rung at the end, that adds none: a band gives way to one that moves, else an effect to what is better."""
+    for suggestion in check.significant:
+        rung = _rung(ladder, suggestion, check) if suggestion.gives_way else None
+        if rung is not None:
+            return rung
+    return exchanged(ladder)
+
+
 def _with_companions(before: Fit, rung: Rung) -> Rung:
     """The rung with the harmonics of a narrow band, or as the side bands of one, where no error rises by it."""
     other = with_companions(before, rung)
@@ -169,7 +177,7 @@ def _more(ladder: Sequence[Rung], check: Check) -> Iterator[Rung]:
     for suggestion in check.significant:
         if suggestion in came or any(same_misfit(s, suggestion) for s in came):
             continue
-        if _is_there(suggestion, ladder[-1].fit):
+        if is_there(suggestion, ladder[-1].fit):
             continue
         if ladder[-1].removed or not (still or lines):
             return
@@ -226,7 +234,7 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         return None
     risen = suggestion.delta_log_likelihood - suggestion.surplus
     taken = better
-    if gave_way:
+    if gave_way and not suggestion.gives_way:
         risen = rise(fit, better) or risen
     added = suggestion.effect
     # The curve says nothing of when a sensor is loud.
@@ -235,16 +243,17 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
     settled = falls and (elsewhere or not wider(fit, better))
     # What was hidden by samples that do not belong is told in the same step, if it is there.
     settled = settled and not (isinstance(added, Modifier) and added.removes and rises(fit, better))
-    pair = None if settled else _with_another(fit, better, check, falls)
+    pair = None if settled else with_another(fit, better, check, falls)
     if pair is None and not falls:
         return None
     if pair is not None:
-        risen += rise(better, pair[0])
+        two, beside = pair
+        if beside.gives_way:
+            return Rung(two, beside.effect, risen=risen + beside.delta_log_likelihood)
         # The process is named first: samples that are taken out say nothing of the sensor's noise.
-        both = (
-            (pair[1], added) if isinstance(added, Modifier) and added.removes else (added, pair[1])
-        )
-        return Rung(pair[0], both[0], risen=risen, brought=both[1:])
+        removes = isinstance(added, Modifier) and added.removes
+        both = (beside.effect, added) if removes else (added, beside.effect)
+        return Rung(two, both[0], risen=risen + rise(better, two), brought=both[1:])
     every = every_visit(better, asked, check.suggestions) if isinstance(added, Away) else None
     if every is not None:
         better, kinds = every
@@ -268,10 +277,9 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
     if split is not None:
         better = split
     else:
-        less, needless = pruned(better, fit, asked, gone, stand_in)
+        less, needless, still_asked = pruned(better, fit, asked, gone, stand_in)
         if needless and as_good(better, less):
-            better, removed = less, needless
-            asked -= len(removed)
+            better, removed, asked = less, needless, still_asked
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
         own = set(range(asked)) | {len(better.model) - 1}
         # A wandering process that came first may have stood for two.
@@ -342,49 +350,3 @@ def _touched(places: set[int], ladder: Sequence[Rung], better: Fit) -> set[int]:
         if isinstance(own, Process) and not (own.power[at] > least).any()
     }
     return (places - stay) | (places & {len(better.model) - 1})
-
-
-def _with_another(before: Fit, better: Fit, check: Check, falls: bool) -> tuple[Fit, Effect] | None:
-    """The fit with one effect more, where an addition shows that two are missing: alone it lets an error rise.
-
-    Of those that `check` found missing before, else of those that are missing beside the addition. Where the errors fall
-    but for a discrepancy that is larger within its interval, one is taken that is clearly better and makes it smaller.
-    """
-    if falls:
-        pair = _best_beside(before, better, check_fit(better).significant)
-        if pair is None or wider(before, pair[0]):
-            return None
-        return pair if gained(pair[0].solution, better.solution, better.data) > RIVAL else None
-    new = better.model.effects[-1].kind
-    known = [s for s in check.significant if s.kind != new]
-    first = _best_beside(before, better, known)
-    if first is not None and not rises(before, first[0]):
-        return first
-    second = _best_beside(before, better, check_fit(better).significant)
-    return second if first is None or (second and rises(second[0], first[0])) else first
-
-
-def _best_beside(
-    before: Fit, better: Fit, suggestions: Sequence[Suggestion]
-) -> tuple[Fit, Effect] | None:
-    """The fit with the first of the suggestions beside which the Allan error falls, else no error rises; and its effect."""
-    tolerable: tuple[Fit, Effect] | None = None
-    for suggestion in suggestions[:ANOTHER]:
-        if _is_there(suggestion, better):
-            continue
-        both = better.add(suggestion)
-        if not suggestion.effect_happens_once and not predicts(better, both):
-            continue
-        if errors_fall(before, both):
-            if not rises(before, both):
-                return both, suggestion.effect
-            tolerable = tolerable or (both, suggestion.effect)
-    return tolerable
-
-
-def _is_there(suggestion: Suggestion, fit: Fit) -> bool:
-    """Whether a model has the effect already, or one that is the same hump of the spectrum."""
-    effect = suggestion.effect
-    if effect.single and any(e.kind == effect.kind for e in fit.model):
-        return True
-    return any(one_thing(e, effect, fit) for e in fit.model)

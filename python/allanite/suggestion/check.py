@@ -10,7 +10,6 @@ from allanite.common import verbs
 from allanite.common.blas import one_thread
 from allanite.common.numbers import chance_text, trials_text
 from allanite.criticism import Where, criticise
-from allanite.criticism.moving_bands import MovingBand, moving_bands
 from allanite.fit.likelihood.whitened import whiten
 from allanite.suggestion.rest import Rest, rest_of
 from allanite.suggestion.suggest import Suggestion, same_misfit, suggest
@@ -86,14 +85,8 @@ class Check:
 
     @property
     def left(self) -> list[str]:
-        """What the model does not explain: a sentence for each view on which it fails, bands that move, the rest."""
-        rest = [] if self.rest is None else [self.rest]
-        return [*self.where.sentences(), *map(str, self.moving), *map(str, rest)]
-
-    @cached_property
-    def moving(self) -> tuple[MovingBand, ...]:
-        """Bands of the model that are elsewhere at other times; none where no view fails."""
-        return moving_bands(self.fit) if self.where.fails else ()
+        """What the model does not explain: a sentence for each view on which it fails, and the shape without a name."""
+        return [*self.where.sentences(), *([] if self.rest is None else [str(self.rest)])]
 
     @property
     def nowhere(self) -> str:

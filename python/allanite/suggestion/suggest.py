@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.threads import Pool
-from allanite.effects import Modifier, Stochastic
+from allanite.effects import Modifier, Moving, Stochastic
+from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.remembered import LARGE, give_back
 from allanite.fit.likelihood.whitened import whitened_ordinates
 from allanite.fit.result import Fit, plain
@@ -24,6 +26,7 @@ from allanite.suggestion.screens.drifting import bands_above, screen_drifting
 from allanite.suggestion.screens.drifts import beside_the_best, screen_slow
 from allanite.suggestion.screens.exclusions import screen_disturbance
 from allanite.suggestion.screens.lines import screen_lines
+from allanite.suggestion.screens.moving import bands_to_follow, screen_moving
 from allanite.suggestion.screens.spectral import Candidate, screen_spectral
 from allanite.suggestion.screens.tones import screen_tones
 from allanite.suggestion.screens.transients import level_forms, screen_moments, unsteady
@@ -99,11 +102,24 @@ class Suggestion:
 
     @cached_property
     def rank(self) -> float:
-        """Twice its evidence over that of the model with its discrepancy, by which candidates are compared."""
+        """Twice its evidence over that of the model with its discrepancy, by which candidates are compared.
+
+        Of a band that moves what it explains of the mean spectrum: beside other processes that is what counts.
+        """
+        if self.gives_way:
+            base = self.before.solution
+            part = RandomPart(self.before.data, base.power, base.count)
+            return 2.0 * (part.judged(self.solution.best) - part.judged(base.best))
         if self.effect.screened not in {"spectral", "slow"}:
             return self.delta_bic - 2.0 * self.surplus
         numbers = cost(self.solution.effects[-1], self.solution)
         return 2.0 * (self.delta_log_likelihood - self.surplus - numbers)
+
+    @property
+    def gives_way(self) -> tuple[str, ...]:
+        """Kinds in whose place it stands: in `before`, and not in `found`."""
+        kinds = [Counter(e.kind for e in fit.model) for fit in (self.before, self.found)]
+        return tuple((kinds[0] - kinds[1]).elements())
 
     @property
     def solution(self) -> Solution:
@@ -231,6 +247,8 @@ def suggest(
         bands = bands_above(spectral.candidates, base, data, white)
         lines = (*steady, *screen_drifting(bands, steady, base, data))
         lines = (*lines, *screen_tones(bands, (*lines, *spectral.candidates), base, data))
+        followed = bands_to_follow(base, data)
+        moving = screen_moving(followed, base, data)
         progress()
         outliers, levels = moments.result()
         levels = best_levels((*levels, swelling.result()), data.n)
@@ -258,11 +276,14 @@ def suggest(
             if screen.arcs
         },
     }
+    if followed:
+        families["course"] = Family("course")
     # A noise level that changes several times, with a period or with a column is one each.
     searches = len(families) + level_forms(data.covariates)
     candidates = (
         *spectral.candidates,
         *lines,
+        *moving,
         *(c for screen in screens.values() for c in screen.candidates),
         *(c for c in single if c is not None),
     )
@@ -329,11 +350,12 @@ def _suggestion(
 def _removed(fit: Fit, found: Fit, candidate: Candidate) -> float:
     """Per cent of the spectrum's misfit: of what a saturated model would gain beyond chance.
 
-    A line adds to both what bins do not see. What takes samples out or changes their level has its evidence elsewhere: what
-    is left of the misfit of the samples that stay.
+    A line adds to both what bins do not see. What takes samples out, changes their level or moves has its evidence
+    elsewhere: what is left of the misfit of the samples that stay.
     """
     excess, effect = max(fit.excess, 0.0), found.model.effects[-1]
-    if isinstance(effect, Modifier) and (effect.removes or effect.passing):
+    in_time = isinstance(effect, Modifier) and (effect.removes or effect.passing)
+    if in_time or isinstance(effect, Moving):
         return 100.0 * max(1.0 - max(found.excess, 0.0) / excess, 0.0) if excess else 0.0
     excess += candidate.gain if candidate.family == "line" else 0.0
     return 100.0 * candidate.gain / max(excess, candidate.gain)

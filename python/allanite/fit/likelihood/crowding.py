@@ -1,4 +1,4 @@
-"""Ordinates of a record whose noise level changes: neighbours share the samples that are loud.
+"""Ordinates of a record whose noise level changes, or a band moves: neighbours share the samples that are loud.
 
 White noise of a variance that changes over time has a flat spectrum of which the mean over a wide band scatters as that of
 fewer ordinates does: 1/ν of them, ν the mean of the squared power over the square of its mean.
@@ -11,16 +11,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.effects import Moving
+from allanite.fit.likelihood.expected import at_each_time
 from allanite.fit.likelihood.whitened import expected_level
 
 if TYPE_CHECKING:
-    from allanite.effects import Model
+    from allanite.effects import Model, Stochastic
     from allanite.fit.likelihood.data import Data
 
-__all__ = ["crest", "crowded", "crowding"]
+__all__ = ["crest", "crowded", "crowding", "uneven"]
 
 #: Stretches in which the level is looked at, and bins to each side of one that say what is about it.
 CELLS, ABOUT = 65_536, 7
+
+
+def uneven(model: Model) -> bool:
+    """Whether anything of a model is louder at some times."""
+    moving = any(isinstance(effect, Moving) for effect in model.stochastic)
+    return moving or any(effect.passing for effect in model.modifiers)
 
 
 def crowding(model: Model, data: Data) -> float:
@@ -48,6 +56,12 @@ def crowded(model: Model, data: Data) -> NDArray[np.float64]:
     about = np.lib.stride_tricks.sliding_window_view(np.pad(power, reach, "edge"), 2 * reach + 1)
     share = np.minimum(1.0, white / np.median(about, axis=1))
     free = bins.count / (1.0 + share**2 * (crowding(model, data) - 1.0))
+    middles = (bins.edges[:-1] + bins.edges[1:]) // 2
+    for moving in model.stochastic:
+        if isinstance(moving, Moving):
+            # Of a band that moves as much as stands out of the white noise; where it is, it is only for a while.
+            loud = at_each_time(_of_one_width(moving), middles, data)
+            free /= 1.0 + (1.0 - share) ** 2 * (np.mean(loud**2, axis=0) - 1.0)
     times = np.linspace(*data.span, min(CELLS, data.n) + 1)
     for effect in model.modifiers:
         if effect.band is None:
@@ -58,3 +72,13 @@ def crowded(model: Model, data: Data) -> NDArray[np.float64]:
         power = effect.power_between(times[:-1], times[1:], data.span)
         free /= 1.0 + part * (float(np.mean(power**2)) - 1.0)
     return np.asarray(free)
+
+
+def _of_one_width(moving: Moving) -> list[Stochastic]:
+    """What it is in each part of the record, as wide as an eighth of its course: of any damping the same."""
+    places = [0.5 * sum(part.occupies) for part in moving.stretches if part.occupies is not None]
+    half = max((max(places, default=0.0) - min(places, default=0.0)) / 8.0, 1e-6)
+    parts = [
+        part.banded(f - half, f + half) for part, f in zip(moving.stretches, places, strict=False)
+    ]
+    return [part for part in parts if part is not None]

@@ -20,11 +20,13 @@ from allanite.fit.likelihood.stop_band import UNSEEN, empty
 from allanite.spectrum import Bins, bins_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from allanite.effects import Modifier, Stochastic
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.data import Data
 
-__all__ = ["Noise", "column", "column_of", "columns", "columns_like", "density"]
+__all__ = ["Noise", "at_each_time", "column", "column_of", "columns", "columns_like", "density"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,3 +148,12 @@ def density(terms: tuple[Term, ...], ordinates: NDArray[np.int64], n: int) -> ND
     go_on()
     found = _kernels.Ordinates(ordinates, n).variance([term.at_ordinates(n) for term in terms])
     return np.maximum(found, 1e-300)
+
+
+def at_each_time(
+    parts: Sequence[Stochastic], ordinates: NDArray[np.int64], data: Data
+) -> NDArray[np.float64]:
+    """Power of each part in turn of a band that moves, over their mean, at single j, shape (parts, ordinates)."""
+    terms = [part.unit_terms(data.rate) for part in parts]
+    power = np.array([density(own, ordinates, data.n) for own in terms])
+    return np.asarray(power / power.mean(axis=0))

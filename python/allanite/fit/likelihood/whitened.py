@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,27 +17,23 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.common.threads import results, side_by_side
+from allanite.effects import Moving
+from allanite.fit.likelihood.bands_in_time import in_time, share_of, steady, steady_course
 from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.peaks import nodes_of
 from allanite.fit.likelihood.stop_band import without_empty
 from allanite.recording.tails import CENSORED, coarse_step, tail_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from allanite.effects import Model, Modifier
+    from allanite.effects import Model
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
 
 __all__ = [
     "Whitened",
-    "band_of",
     "cell_means",
     "ends_of",
     "expected_level",
-    "in_time",
-    "share_of",
-    "shares_about",
     "step_in",
     "white_power",
     "white_share",
@@ -58,9 +53,6 @@ DEEP, ASIDE = 7.0, (0.05, 0.1, 0.2, 0.35, 0.6)
 DOMINATES = 0.5
 #: Of the octaves that it dominates those are looked at that have this part of the time resolution of the finest.
 FINEST = 8
-#: Edges of cells about the middle of a band, in half-widths, and the share from which a process is seen in one.
-ASIDES = (0.2, 0.4, 0.6, 0.8, 1.0, 1.3, 1.7, 2.2, 3.0, 4.0, 6.0, 9.0, 13.0, 20.0, 30.0)
-ABOUT, SEEN = (*(-a for a in ASIDES[::-1]), 0.0, *ASIDES), 0.01
 #: Stretches of which each has a level of its own where the tails are judged, and samples that tell them as well as all.
 STRETCHES, ENOUGH = 64, 1 << 20
 
@@ -99,65 +91,16 @@ def whiten(solution: Solution, data: Data) -> Whitened:
     white = _whitening(solution, data, solution.level) * _drawn(solution, data)
     for effect in solution.model.modifiers:
         if effect.band is not None:
-            _steady(white, effect, solution, data)
+            steady(white, effect, solution, data)
+    for own in solution.processes:
+        if isinstance(own.effect, Moving):
+            steady_course(white, own, own.effect, solution, data)
     bands = data.octaves(lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j))))
     found = _over_time(white, bands)
     found = replace(found, step=step_in(data, found.samples))
     if not any(effect.passing for effect in solution.model.modifiers):
         return found
     return _steadied(solution, data, found)
-
-
-def _steady(white: NDArray[np.float64], effect: Modifier, solution: Solution, data: Data) -> None:
-    """Divide white ordinates of a band whose level changes by what is expected at each time, in place.
-
-    Of a process as much of them as it has: its share is taken for constant in cells about its middle.
-    """
-    assert effect.band is not None
-    owners = [p for p in solution.processes if effect.swells(p.effect)]
-    cells = [c for own in owners for c in shares_about(own, solution, data, white.size)]
-    if not owners:
-        cells = [(*band_of(effect.band, data, white.size), 1.0)]
-    for first, size, share in cells:
-        edges = np.linspace(*data.span, size + 2)
-        power = effect.power_between(edges[:-1], edges[1:], data.span)
-        series = in_time(white[first : first + size]) / np.sqrt(1.0 + share * (power - 1.0))
-        white[first : first + size] = _kernels.cosine_transform(series)[1:]
-
-
-def shares_about(
-    process: Process, solution: Solution, data: Data, n: int
-) -> Iterator[tuple[int, int, float]]:
-    """First ordinate, size and share of a process in cells about each of its peaks, below ordinate n."""
-    for low, high in process.effect.peaks:
-        middle, half = ((high + s * low) * data.n / data.rate for s in (1.0, -1.0))
-        edges = np.unique(np.round(middle + half * np.array(ABOUT)).clip(1, n).astype(np.int64))
-        for first, last in pairwise(edges.tolist()):
-            share = share_of(process, solution, data, (first + last) // 2)
-            if share > SEEN:
-                yield first, last - first, share
-
-
-def share_of(process: Process, solution: Solution, data: Data, ordinate: int) -> float:
-    """Part of the model's density at an ordinate that a process makes."""
-    j = np.array([ordinate])
-    total = density(data.terms(solution.model), j, data.n)[0]
-    own = density(data.unit_terms(solution.model, process.effect), j, data.n)[0]
-    return float(process.theta * own / total)
-
-
-def band_of(band: tuple[float, float], data: Data, n: int) -> tuple[int, int]:
-    """The first ordinate of a band, Hz, and about as many below n as it has, so that their transform is quick."""
-    from scipy.fft import next_fast_len
-
-    first, last = (round(2.0 * data.n * f / data.rate) for f in band)
-    size = next_fast_len(max(last - first, 1)) - 1
-    return max(1, min(first, n - size)), min(size, n - 1)
-
-
-def in_time(band: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The series of which these are all ordinates but the lowest: what a band of a record does over time."""
-    return _kernels.inverse_cosine_transform(np.concatenate([[0.0], band]))
 
 
 def _steadied(solution: Solution, data: Data, whitened: Whitened) -> Whitened:

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from allanite.common.threads import go_on
 from allanite.effects import Effect, Model, Stochastic
 from allanite.fit.likelihood.expected import density
-from allanite.fit.likelihood.peaks import NARROW, bins_near, by_ordinates, is_narrow, within
+from allanite.fit.likelihood.peaks import (
+    NARROW,
+    bins_near,
+    by_ordinates,
+    is_narrow,
+    seen_singly,
+    within,
+)
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
@@ -31,6 +38,8 @@ MOST, SAME = 40, 1e-3
 STEP = 1e-4
 #: Least change of ln of the density over a bin that is no longer that of a flat one.
 STEEP = 0.5
+#: From this many times the width of a narrow band on the ordinates of a bin say nothing of a band.
+BROAD = 4.0
 #: A band this near to the widest half-width, in ln, comes from the bins.
 ENTERED = 0.3
 
@@ -243,21 +252,39 @@ def within_bins(model: Model, data: Data, ordinates: Array, count: Array) -> flo
     count : ndarray, shape (bins,)
         Degrees of freedom of the bins: fewer than their ordinates where neighbours share what they show.
     """
-    narrow = [e for e in model.stochastic if by_ordinates(e, data)]
+    narrow = [e for e in model.stochastic if _share(e, data)]
     if not narrow:
         return 0.0
-    near = np.unique(np.concatenate([bins_near(e, data.bins, data.rate) for e in narrow]))
+    share = np.zeros(data.bins.count.size)
+    for effect in narrow:
+        own = bins_near(effect, data.bins, data.rate)
+        share[own] = np.maximum(share[own], _share(effect, data))
+    near = np.flatnonzero(share)
     j = within(near, data.bins)
     power = ordinates[j] ** 2
     expected = _rest(Model(tuple(e for e in model if e not in narrow)), near, data)
     for effect in narrow:
-        own = effect.values[effect.coefficient] ** 2
-        terms = tuple(t.scaled(own) for t in data.unit_terms(model, effect))
-        expected += density(terms, j, data.n) if own else 0.0
+        strength = effect.values[effect.coefficient] ** 2
+        terms = tuple(t.scaled(strength) for t in data.unit_terms(model, effect))
+        expected += density(terms, j, data.n) if strength else 0.0
     sizes = _sizes(near, data)
     mean = np.repeat(_means(expected, sizes), sizes)
     uneven = np.log(expected / mean) + power * (1.0 / expected - 1.0 / mean)
-    return float(-0.5 * count[near] @ _means(uneven, sizes))
+    return float(-0.5 * (share[near] * count[near]) @ _means(uneven, sizes))
+
+
+def _share(effect: Stochastic, data: Data) -> float:
+    """How much counts what single ordinates say of a band: all where it is narrow, then less and less.
+
+    A band that is a little too wide to be fitted to them has shown them as much as one that is not.
+    """
+    if by_ordinates(effect, data):
+        return 1.0
+    if effect.occupies is None or effect.banded(1.0, 1.001) is None or not seen_singly(data):
+        return 0.0
+    low, high = effect.occupies
+    width = 2.0 * (high - low) / (high + low) if high > low else np.inf
+    return float(np.clip(np.log(BROAD * NARROW / width) / np.log(BROAD), 0.0, 1.0))
 
 
 def flat_about(model: Model, place: int, data: Data) -> bool:

@@ -11,14 +11,8 @@ from allanite import _kernels
 from allanite.criticism.over_time import overdispersion
 from allanite.effects import CATALOGUE, Modifier
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.whitened import (
-    DOMINATES,
-    band_of,
-    in_time,
-    share_of,
-    shares_about,
-    with_normal_tails,
-)
+from allanite.fit.likelihood.bands_in_time import band_of, in_time, share_of, shares_about
+from allanite.fit.likelihood.whitened import DOMINATES, with_normal_tails
 from allanite.suggestion.evidence import (
     COARSE,
     FALSE_ALARM,
@@ -37,7 +31,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Process, Solution
 
-__all__ = ["best_levels", "screen_band_level"]
+__all__ = ["best_levels", "overlap", "screen_band_level"]
 
 Array = NDArray[np.float64]
 #: Power over time of some ordinates, and the share of it that changes.
@@ -102,7 +96,7 @@ def screen_band_level(solution: Solution, data: Data, whitened: Whitened) -> Can
     factor, gain, known, steady = _factor(cells, begin, close)
     half = data.rate / (2.0 * data.n)
     band = first * half, (first + size) * half
-    if any(_overlap(band, e.band) for e in solution.model.modifiers if e.band is not None):
+    if any(overlap(band, e.band) for e in solution.model.modifiers if e.band is not None):
         return None  # what comes again and again is no change at two times
     if _strongest(steady) > AGAIN * gain:
         return None
@@ -146,7 +140,8 @@ def _strongest(power: Array) -> float:
     return best_interval(power, 1.0 / overdispersion(power), cells)[2]
 
 
-def _overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
+def overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Whether two bands have frequencies in common."""
     return one[0] < other[1] and other[0] < one[1]
 
 

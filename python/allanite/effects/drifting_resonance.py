@@ -1,0 +1,135 @@
+"""Drifting resonance: a band whose frequency is another one at other times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.errors import InputError
+from allanite.common.showing import brief
+from allanite.effects._base import Effect, Parameter
+from allanite.effects._moving import Moving
+from allanite.effects.resonance import Resonance
+
+if TYPE_CHECKING:
+    from allanite.effects.model import Model
+    from allanite.effects.terms import Term
+
+
+@dataclass(frozen=True)
+class DriftingResonance(Moving):
+    """A resonance at each frequency of `course` in turn, for equal parts of the record, as strong and as damped throughout.
+
+    Its density is the mean of theirs: r(t) = rms² Σ_k ρ_k(t)/K, ρ_k the correlation of a resonance at the k-th frequency.
+
+    Examples
+    --------
+    >>> fan = al.DriftingResonance(course=(11.0, 10.4, 10.1, 10.0), damping=0.02, rms=0.1)
+    >>> fan.lowest, fan.highest, fan.numbers, len(fan.stretches)
+    (10.0, 11.0, 6, 4)
+    >>> x = (al.AngleRandomWalk(N=0.001) + fan).simulate(duration=1000, rate=50, seed=1).samples
+    >>> f = np.fft.rfftfreq(12_500, 0.02)
+    >>> first, last = (f[np.argmax(np.abs(np.fft.rfft(part)))] for part in (x[:12_500], x[-12_500:]))
+    >>> bool(abs(first - 11.0) < 1.0), bool(abs(last - 10.0) < 0.6)
+    (True, True)
+    """
+
+    course: tuple[float, ...] | None = None
+    damping: float | None = None
+    rms: float | None = None
+
+    kind: ClassVar[str] = "drifting_resonance"
+    short: ClassVar[str] = "DRES"
+    title: ClassVar[str] = "drifting resonance"
+    coefficient: ClassVar[str] = "rms"
+    unplanned: ClassVar[str] = (
+        "its evidence is where its band is at each time: plan a resonance as wide as its course"
+    )
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(
+            "course", "Hz", "natural frequency in equal parts of the record, in turn", "time"
+        ),
+        Parameter(
+            "damping", "1", "damping ratio ζ", "shape", low=1e-9, high=0.3, aliases=("zeta",)
+        ),
+        Parameter("rms", 0.0, "standard deviation of the process"),
+        Parameter("lowest", "Hz", "lowest frequency of its course", "derived"),
+        Parameter("highest", "Hz", "highest frequency of its course", "derived"),
+    )
+    legend: ClassVar[tuple[str, ...]] = ("lowest", "highest", "rms")
+    physics: ClassVar[str] = (
+        "a machine whose speed changes slowly, such as a fan or a pump that warms up, or a mode of the structure whose"
+        " stiffness follows the temperature"
+    )
+    looks_like: ClassVar[str] = (
+        "a band with one steep side, wider than it is at any time; in a spectrogram a track"
+    )
+    check_by: ClassVar[str] = (
+        "look at the spectrogram; multiples of a machine's speed drift in proportion, on all axes; record again when all is"
+        " warm: the band must stay"
+    )
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.course is not None and (
+            len(self.course) < 2 or not all(f > 0.0 for f in self.course)
+        ):
+            raise InputError(f"{self.kind}: course must be two frequencies above 0 or more, in Hz")
+
+    @classmethod
+    def along(cls, band: Effect, course: Sequence[float]) -> Self | None:
+        """A resonance (`band`) that moves along its `course`, Hz."""
+        if type(band) is not Resonance:
+            return None
+        return cls(course=tuple(course), damping=band.damping, rms=band.rms)
+
+    @classmethod
+    def candidates(
+        cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
+    ) -> tuple[Self, ...]:
+        """None by itself: each resonance of a model is asked where it is at other times."""
+        return ()
+
+    @property
+    def stretches(self) -> tuple[Resonance, ...]:
+        """A resonance at each frequency of its course."""
+        return tuple(
+            Resonance(frequency=f, damping=self.damping, rms=self.rms) for f in self.course or ()
+        )
+
+    @property
+    def lowest(self) -> float | None:
+        """Lowest frequency of its course, Hz."""
+        return min(self.course) if self.course else None
+
+    @property
+    def highest(self) -> float | None:
+        """Highest frequency of its course, Hz."""
+        return max(self.course) if self.course else None
+
+    @property
+    def numbers(self) -> int:
+        """Its frequencies, the damping and the strength."""
+        return len(self.course or ()) + 2
+
+    def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
+        """Dampings from a line to a band."""
+        return np.array([1e-3, 3e-3, 0.01, 0.03, 0.1])
+
+    @property
+    def occupies(self) -> tuple[float, float] | None:
+        """From a half-width below the lowest to a half-width above the highest frequency."""
+        if not self.course or self.damping is None:
+            return None
+        return min(self.course) * (1.0 - self.damping), max(self.course) * (1.0 + self.damping)
+
+    def unit_terms(self, rate: float) -> tuple[Term, ...]:
+        """Of every resonance of its course, with a variance of 1 together."""
+        parts = self.stretches or (Resonance(damping=self.damping),)
+        return tuple(t.scaled(1.0 / len(parts)) for part in parts for t in part.unit_terms(rate))

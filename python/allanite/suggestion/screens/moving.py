@@ -1,0 +1,281 @@
+"""Candidate bands that move: each band of a model is looked for in sections of the record.
+
+A band whose frequency changes slowly is wider in the mean spectrum than at any time, with one steep side: others come to
+stand for what it leaves. Where it is in each section says more than any shape of the mean.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.effects import CATALOGUE, Effect, Model, Moving, Stochastic
+from allanite.fit.engine import solve
+from allanite.fit.likelihood.expected import density
+from allanite.fit.likelihood.peaks import seen_singly
+from allanite.suggestion.screens.band_levels import overlap
+from allanite.suggestion.screens.spectral import Candidate
+
+if TYPE_CHECKING:
+    from allanite.fit.likelihood.data import Data
+    from allanite.fit.solution import Process, Solution
+
+__all__ = ["bands_to_follow", "screen_moving"]
+
+Array = NDArray[np.float64]
+#: Most sections of the record, and fewest; ordinates of a section that a half-width must have.
+SECTIONS, FEWEST, RESOLVED = 64, 8, 8.0
+#: How far from its place a band is looked for, further where it is found at the end, and how much beside that is looked at,
+#: in half-widths; places in one.
+REACHES, ASIDE, PLACES = (6.0, 12.0, 24.0), 3.0, 4
+#: A band moves if it does so by this many half-widths; it is no wider at any time than in the mean.
+FAR, WIDTHS = 1.0, (1.0, 0.5, 0.25)
+#: Strengths that a band which stays may have in a section, of its own: one that is quiet for a while is not elsewhere.
+LEVELS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
+#: Numbers of sections and widths that are tried: chance has as many more occasions.
+WAYS = len(WIDTHS) * (1 + int(np.log2(SECTIONS / FEWEST)))
+
+
+def bands_to_follow(solution: Solution, data: Data) -> list[Process]:
+    """The bands of a model that are wide enough to be placed in a section; none of a summary, or where much is missing.
+
+    Beside one that moves, what is left of it moves too.
+    """
+    if not seen_singly(data):
+        return []
+    known = [e.occupies for e in solution.model if isinstance(e, Moving) and e.occupies is not None]
+    bands = [own for own in solution.processes if _may_move(own, data)]
+    return [
+        own
+        for own in bands
+        if not any(overlap(own.effect.occupies or (0.0, 0.0), course) for course in known)
+    ]
+
+
+def screen_moving(bands: list[Process], solution: Solution, data: Data) -> tuple[Candidate, ...]:
+    """For each of the bands that is elsewhere in other sections, the model with one that moves in its place."""
+    if not bands:
+        return ()
+    residual = data.residual(solution.model)
+    found = (_candidate(own, solution, data, residual) for own in bands)
+    return tuple(c for c in found if c is not None)
+
+
+def _may_move(own: Process, data: Data) -> bool:
+    return own.theta > 0.0 and _movable(own.effect) and _sections(own.effect, data) >= FEWEST
+
+
+def _movable(effect: Stochastic) -> bool:
+    if effect.occupies is None or effect.held:
+        return False
+    return _moving(effect, (1.0, 1.1)) is not None
+
+
+def _sections(band: Stochastic, data: Data) -> int:
+    """In how many sections it can be placed, at most."""
+    low, high = band.occupies or (0.0, 0.0)
+    number = SECTIONS
+    while number >= FEWEST and (high - low) * data.duration / number < RESOLVED:
+        number //= 2
+    return number
+
+
+def _moving(band: Stochastic, course: tuple[float, ...]) -> Moving | None:
+    """The effect of the catalogue that is this band along a course."""
+    kinds = (cls for cls in CATALOGUE if issubclass(cls, Moving))
+    return next((one for cls in kinds if (one := cls.along(band, course)) is not None), None)
+
+
+def _candidate(own: Process, solution: Solution, data: Data, residual: Array) -> Candidate | None:
+    low, high = own.effect.occupies or (0.0, 0.0)
+    width = (high - low) / (high + low)
+    sections = _Sections(own, solution, data, residual)
+    course = sections.course([width * w for w in WIDTHS], own.theta, (own.effect,))
+    if course is None:
+        return None
+    refitted = _along(course, solution, data)
+    # Of the width and strength that it has at any time it is found more exactly; and without what stood for it elsewhere.
+    moving = refitted.processes[-1]
+    for gone in _gone(own, moving, solution):
+        if moving.theta > 0.0:
+            again = sections.course([_width(moving.effect)], moving.theta, gone)
+            if again is not None and again.risen > course.risen:
+                course = again
+                refitted = _along(course, solution, data)
+                moving = refitted.processes[-1]
+    if not moving.theta:
+        return None
+    chance = min(0.0, float(np.log(WAYS)) - course.risen)
+    effect = moving.effect
+    return Candidate(effect, course.risen, effect.family, refitted, log_chance=chance)
+
+
+def _gone(own: Process, moving: Process, solution: Solution) -> list[tuple[Effect, ...]]:
+    """What may leave for a band that moves: the band itself, and with it all that lie on its course."""
+    course = moving.effect.occupies
+    if course is None:
+        return []
+    bands = (e.effect for e in solution.processes if e is not own and _movable(e.effect))
+    beside = tuple(e for e in bands if overlap(e.occupies or (0.0, 0.0), course))
+    return [(own.effect,), *([(own.effect, *beside)] if beside else [])]
+
+
+def _along(course: _Course, solution: Solution, data: Data) -> Solution:
+    """The model with a band that moves in the place of what leaves for it, refitted."""
+    effect = _moving(course.band, tuple(course.places.tolist()))
+    assert effect is not None
+    others = _without(solution.model, course.gone)
+    return solve(data, Model((*others, effect)), like=solution, settled=len(others), rounds=3)
+
+
+def _without(model: Model, gone: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    return tuple(e for e in model if not any(e is other for other in gone))
+
+
+def _width(moving: Effect) -> float:
+    """Half-width over middle of a band that moves, at any time."""
+    assert isinstance(moving, Moving)
+    low, high = moving.stretches[0].occupies or (0.0, 0.0)
+    return (high - low) / (high + low)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Course:
+    """A band as wide as it is at any time, its places in turn, Hz, and what they explain beyond what telling them takes.
+
+    What is `gone` leaves the model for it.
+    """
+
+    band: Stochastic
+    places: Array
+    risen: float
+    gone: tuple[Effect, ...]
+
+
+class _Sections:
+    """Squared ordinates of sections of a record, in which a band of a model is looked for."""
+
+    def __init__(self, own: Process, solution: Solution, data: Data, residual: Array) -> None:
+        self.own, self.model, self.rate, self.data = own, solution.model, data.rate, data
+        number = _sections(own.effect, data)
+        # Some samples at the end of the record are left out.
+        self.n = residual.size // number
+        pieces = residual[: number * self.n].reshape(number, self.n)
+        self.squares = np.array([_kernels.cosine_transform(piece) ** 2 for piece in pieces])
+
+    def course(self, widths: list[float], theta: float, gone: tuple[Effect, ...]) -> _Course | None:
+        """Where a band of one of some half-widths (over the middle) and of a strength is, as explains most.
+
+        In the place of what is `gone` from the model. None where all places are within a half-width of each other.
+        """
+        low, high = self.own.effect.occupies or (0.0, 0.0)
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        found: _Course | None = None
+        for reach in REACHES:
+            first = max(middle - reach * half, 2.0 * half)
+            last = min(middle + reach * half, 0.5 * self.rate - half)
+            courses = [self._course(w, theta, (first, last), gone) for w in widths]
+            found = max(filter(None, courses), key=lambda course: course.risen, default=None)
+            if found is None:
+                break
+            ends = found.places.min() - half, found.places.max() + half
+            if ends[0] > first and ends[1] < last:
+                break
+        if found is None or found.risen <= 0.0:
+            return None
+        if float(np.ptp(found.places)) < FAR * _half(found.band):
+            return None
+        return found
+
+    def _course(
+        self, width: float, theta: float, within: tuple[float, float], gone: tuple[Effect, ...]
+    ) -> _Course | None:
+        """The same of one width with places within two frequencies, of as many sections as explains most."""
+        step = width * 0.5 * sum(within) / PLACES
+        places = np.arange(*within, step)
+        effect = self.own.effect
+        bands = [b for f in places if (b := effect.banded(f * (1 - width), f * (1 + width)))]
+        if not bands or len(bands) < places.size:
+            return None
+        at, count, power = self._cells(within, step)
+
+        def gains(rest: Array, band: Stochastic, strength: float) -> Array:
+            there = Model(tuple(band if e is effect else e for e in self.model))
+            expected = rest + strength * density(there.unit_terms(band, self.rate), at, self.n)
+            return np.asarray(-0.5 * (np.log(expected) + power / expected) @ count)
+
+        rest = self._rest((effect,), at)
+        levels = [level * self.own.theta for level in LEVELS]
+        known = np.max([gains(rest, effect, level) for level in levels], axis=0)
+        rest = self._rest(gone, at)
+        rows = np.stack([gains(rest, band, theta) - known for band in bands], axis=1)
+        best: _Course | None = None
+        while rows.shape[0] >= FEWEST:
+            path, risen = likeliest(rows)
+            if best is None or risen > best.risen:
+                course = places[path] + step * _beside(rows, path)
+                best = _Course(bands[0], course, risen, gone)
+            rows = rows[::2] + rows[1::2]
+        return best
+
+    def _rest(self, gone: tuple[Effect, ...], at: NDArray[np.int64]) -> Array:
+        """What the model without some effects expects of squared ordinates."""
+        others = Model(_without(self.model, gone))
+        terms = self.data.terms(others) if others.stochastic else ()
+        return density(terms, at, self.n) if terms else np.zeros(at.size)
+
+    def _cells(
+        self, within: tuple[float, float], step: float
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+        """Middle ordinates of cells, how many are in each, and their mean squares in each section."""
+        low, high = self.own.effect.occupies or (0.0, 0.0)
+        aside = 0.5 * ASIDE * (high - low)
+        first, last = max(within[0] - aside, step), min(within[1] + aside, 0.5 * self.rate)
+        cells = np.round(np.arange(first, last, step) * 2.0 * self.n / self.rate)
+        edges: NDArray[np.int64] = np.unique(cells.astype(np.int64).clip(1, self.n))
+        count = np.diff(edges)
+        power = np.add.reduceat(self.squares[:, : edges[-1]], edges[:-1], axis=1) / count
+        return np.asarray((edges[:-1] + edges[1:] - 1) // 2, dtype=np.int64), count, power
+
+
+def _half(band: Stochastic) -> float:
+    low, high = band.occupies or (0.0, 0.0)
+    return 0.5 * (high - low)
+
+
+def likeliest(gains: Array) -> tuple[NDArray[np.int64], float]:
+    """A place for each section, shape (sections,), of gains of shape (sections, places), and their sum less what they take.
+
+    The first is any place; from one to the next a step x of half-widths has a probability as 1/(1 + x²). A sum
+    s so reduced is met by chance with a probability of at most e⁻ˢ (the union bound): where none moves the mean of e to a
+    gain is at most 1.
+    """
+    sections, places = gains.shape
+    steps = np.arange(places)
+    told = -np.log1p(((steps[:, None] - steps) / PLACES) ** 2)
+    told -= np.log(np.exp(told).sum(axis=1))[:, None]
+    score = gains[0] - np.log(places)
+    came = np.zeros((sections, places), dtype=np.int64)
+    for k in range(1, sections):
+        ways = score[:, None] + told
+        came[k] = ways.argmax(axis=0)
+        score = ways.max(axis=0) + gains[k]
+    path = np.zeros(sections, dtype=np.int64)
+    path[-1] = score.argmax()
+    for k in range(sections - 1, 0, -1):
+        path[k - 1] = came[k, path[k]]
+    return path, float(score.max())
+
+
+def _beside(gains: Array, path: NDArray[np.int64]) -> Array:
+    """By how much of a step, at most half of one, the top of a parabola through the gains lies beside each place."""
+    at = path.clip(1, gains.shape[1] - 2)
+    row = np.arange(at.size)
+    low, mid, high = gains[row, at - 1], gains[row, at], gains[row, at + 1]
+    bent = low - 2.0 * mid + high
+    aside = 0.5 * (low - high) / np.where(bent < 0.0, bent, -np.inf)
+    return np.where(at == path, aside.clip(-0.5, 0.5), 0.0)
