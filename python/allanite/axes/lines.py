@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.parameters import Estimate
-from allanite.effects import Away, Deterministic, Modifier, Stochastic
+from allanite.effects import Away, Deterministic, Modifier, Moving, Stochastic
 from allanite.fit.solution import Regressed
 
 if TYPE_CHECKING:
@@ -126,10 +126,15 @@ def _groups(
 
 
 def _frequencies(column: str, fit: Fit) -> list[_Seen]:
-    """Of lines and bands, and of what comes and goes: the rate of a modulation, one over the period of the noise level."""
+    """Of lines and bands (the mean of one that moves); of what comes and goes the rate, one over the period of a level."""
     out: list[_Seen] = []
     coming: list[_Seen] = []
     for effect, values in zip(fit.model, fit.estimates, strict=True):
+        if isinstance(effect, Moving) and effect.stretches:
+            bands = np.array([p.occupies for p in effect.stretches])
+            # In each part a band is placed within half its width.
+            error = 0.5 * float(np.ptp(bands, axis=1).mean()) / np.sqrt(len(bands))
+            out.append(_Seen(float(bands.mean()), error, column, effect.kind))
         companions = effect.companions if isinstance(effect, Stochastic) else ()
         for name in ("frequency", *companions):
             found = values.get(name)

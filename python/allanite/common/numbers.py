@@ -20,8 +20,8 @@ __all__ = [
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _POWER = re.compile(r"(?<![\w.])([-−]?\d+(?:\.\d+)?)e([+-]\d+)")
 _MINUS = re.compile(r"(?<=[\s(=])-(?=\d)")
-#: As many numbers of what happens in time are listed.
-LISTED = 3
+#: As many numbers of what happens in time are listed, and of anything else.
+LISTED, MANY = 3, 12
 
 
 def number(value: float, figures: int = 3, *, power: bool = False) -> str:
@@ -43,9 +43,9 @@ def number(value: float, figures: int = 3, *, power: bool = False) -> str:
 
 
 def numbers_text(values: Iterable[float], *, times: bool) -> str:
-    """Several numbers of one parameter; of more than three of what happens in time how many, the least and the largest."""
+    """Several numbers of one parameter; of many, how many, the least and the largest."""
     found = list(values)
-    if not times or len(found) <= LISTED:
+    if len(found) <= (LISTED if times else MANY):
         return " ".join(number(v, 5 if times else 3) for v in found)
     return f"{len(found)}: {number(min(found), 5)} … {number(max(found), 5)}"
 

@@ -26,11 +26,14 @@ def with_another(
 ) -> tuple[Fit, Suggestion] | None:
     """The fit with one effect more, where an addition shows that two are missing: alone it lets an error rise.
 
-    Of those that `check` found missing before, else of those that are missing beside the addition. Where the errors fall
-    but for a discrepancy that is larger within its interval, one is taken that is clearly better and makes it smaller.
+    Of those that `check` found missing before, else of those that are missing beside the addition, or in its place. Where
+    the errors fall but for a discrepancy that is larger within its interval, one is taken that is clearly better and makes
+    it smaller.
     """
     if falls:
-        pair = _best_beside(before, better, check_fit(better).significant)
+        # What takes the place of the addition has a rung of its own.
+        beside = [s for s in check_fit(better).significant if not s.gives_way]
+        pair = _best_beside(before, better, beside)
         if pair is None or wider(before, pair[0]):
             return None
         return pair if gained(pair[0].solution, better.solution, better.data) > RIVAL else None

@@ -6,6 +6,7 @@ from scipy import signal
 
 import allanite as al
 import generators as g
+from allanite.axes.lines import common_lines
 from allanite.effects import weights
 from allanite.effects.resonance import Resonance
 
@@ -95,3 +96,16 @@ def test_a_course_is_checked():
         al.DriftingResonance(course=(10.0,))
     with pytest.raises(al.InputError, match="above 0"):
         al.DriftingResonance(course=(10.0, -1.0))
+
+
+def test_two_axes_that_feel_one_machine_say_so_once():
+    fits = {}
+    for seed, axis in enumerate("xy"):
+        recording = _recording(seed, WARMS_UP, rms=0.05 / (1 + seed))
+        fits[axis] = al.improve(recording, "N").fit
+    [line] = common_lines(fits)
+    assert line.columns == ("x", "y")
+    assert line.kinds == ("drifting_resonance",) * 2
+    # Half a width of 0.2 Hz for each of at most 64 parts; four of these for the means of both.
+    assert line.frequency == pytest.approx(WARMS_UP.mean(), abs=4.0 * line.std_error)
+    assert str(line).endswith("(drifting resonance): x, y")

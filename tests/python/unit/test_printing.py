@@ -155,6 +155,7 @@ def test_many_numbers_of_what_happens_in_time_are_told_by_their_ends():
     assert numbers_text([2.0, 1.0, 3.0], times=True) == "2 1 3"
     assert numbers_text([8794.64, 2153.7, 5776.1, -0.5], times=True) == "4: −0.5 … 8794.6"
     assert numbers_text([1.0, 2.0, 3.0, 4.0], times=False) == "1 2 3 4"
+    assert numbers_text(np.linspace(18.0, 20.0, 64), times=False) == "64: 18 … 20"
 
 
 def test_a_table_says_when_and_in_which_unit():
