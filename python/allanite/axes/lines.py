@@ -134,7 +134,7 @@ def _frequencies(column: str, fit: Fit) -> list[_Seen]:
             bands = np.array([p.occupies for p in effect.stretches])
             # In each part a band is placed within half its width.
             error = 0.5 * float(np.ptp(bands, axis=1).mean()) / np.sqrt(len(bands))
-            out.append(_Seen(float(bands.mean()), error, column, effect.kind))
+            out.append(_Seen(float(np.mean(effect.middles)), error, column, effect.kind))
         companions = effect.companions if isinstance(effect, Stochastic) else ()
         for name in ("frequency", *companions):
             found = values.get(name)

@@ -21,6 +21,8 @@ class Moving(Stochastic):
     Examples
     --------
     >>> fan = al.DriftingResonance.along(al.Resonance(frequency=10.0, damping=0.02, rms=0.1), (11.0, 10.0))
+    >>> fan.middles
+    (11.0, 10.0)
     >>> print(fan.stretches[0], al.DriftingResonance.along(al.GaussMarkov(), (11.0, 10.0)))
     RES(frequency=11, damping=0.02, rms=0.1) None
     """
@@ -31,6 +33,11 @@ class Moving(Stochastic):
     @property
     def stretches(self) -> tuple[Stochastic, ...]:
         """What it is in each part of the record, in turn."""
+        raise NotImplementedError
+
+    @property
+    def middles(self) -> tuple[float, ...]:
+        """Where its band is in each part of the record, in turn, Hz."""
         raise NotImplementedError
 
     @classmethod

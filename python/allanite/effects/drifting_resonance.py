@@ -104,6 +104,11 @@ class DriftingResonance(Moving):
         )
 
     @property
+    def middles(self) -> tuple[float, ...]:
+        """Its course."""
+        return self.course or ()
+
+    @property
     def lowest(self) -> float | None:
         """Lowest frequency of its course, Hz."""
         return min(self.course) if self.course else None

@@ -93,9 +93,9 @@ class Resonance(Stochastic):
         return self.frequency - half, self.frequency + half
 
     def banded(self, low: float, high: float) -> Resonance:
-        """The resonance with one half-width to either side from `low` to `high` Hz."""
-        middle = 0.5 * (low + high)
-        return self.with_values(frequency=middle, damping=0.5 * (high - low) / middle)
+        """The resonance with one half-width to either side from `low` to `high` Hz, or as wide as it may be."""
+        middle, widest = 0.5 * (low + high), self.parameter("damping").high
+        return self.with_values(frequency=middle, damping=min(0.5 * (high - low) / middle, widest))
 
     def shows(self, model: Model, rate: float, duration: float) -> bool:
         """Whether it is wider than a record of this length resolves: a narrower band is a line."""

@@ -119,6 +119,9 @@ def _effect(reader: _Reader) -> Effect:
             if parameter is None:
                 known = " ".join(p.name for p in cls.parameters if p.role != "derived")
                 raise reader.fail(f"{cls.kind} has no parameter {key!r} (it has: {known})", place)
+            if "tuple" in str(cls.__dataclass_fields__[parameter.name].type):
+                told = f"{parameter.name} of {cls.kind} is a list"
+                raise reader.fail(f"{told}: give it in Python or in a model file", place)
             if reader.sign("=") is None:
                 raise reader.fail("expected =")
             if not reader.follows("["):

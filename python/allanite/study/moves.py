@@ -164,12 +164,12 @@ def _apart(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:
     kept: list[Effect] = []
     for line in lines:
         alone = line.screened == "line" and line.occupies is not None
-        if alone and all(_between(line, other) > NEAR / fit.data.duration for other in kept):
+        if alone and all(between(line, other) > NEAR / fit.data.duration for other in kept):
             kept.append(line)
     return tuple(kept[1:]) if kept and kept[0] is lines[0] else ()
 
 
-def _between(one: Effect, other: Effect) -> float:
+def between(one: Effect, other: Effect) -> float:
     """Hz from one line to another."""
     a, b = one.occupies, other.occupies
     return abs(a[0] - b[0]) if a is not None and b is not None else np.inf

@@ -24,6 +24,7 @@ from allanite.study.moves import added_to, pruned, swapped
 from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
 from allanite.study.visits import every_visit
+from allanite.study.wandering import wandering
 from allanite.suggestion import check_fit, same_misfit
 
 if TYPE_CHECKING:
@@ -226,6 +227,9 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
     # What was taken out once and came back is needed.
     gone = {kind for rung in ladder for kind in rung.removed}
     stand_in = {effect.kind for rung in ladder if rung.removed for effect in rung.brought}
+    wanders = wandering(fit, suggestion, asked)
+    if wanders is not None:
+        return wanders
     lines = [s.effect for s in check.significant if s is not suggestion]
     came = added_to(fit, suggestion, asked, lines)
     if came is None:

@@ -62,6 +62,8 @@ def test_open_ends_and_those_beyond_the_range_of_the_number_limit_nothing():
         ("N(N=3![,2])", "angle_random_walk: N is held at 3, beyond its limits -inf … 2"),
         ("N(N=1[1;2])", "expected ,"),
         ("N(N=1[1,2)", "expected ]"),
+        ("N+DRES(course=[10,9,8])", "course of drifting_resonance is a list: give it in Python"),
+        ("N+EXCS(starts=5,ends=6)", "starts of excursions is a list"),
         ("BW(order=[1,2])", "bandwidth: order cannot have limits"),
         ("SIN(phase=[1,2])", "sinusoid: phase cannot have limits"),
     ],

@@ -98,6 +98,17 @@ def test_a_course_is_checked():
         al.DriftingResonance(course=(10.0, -1.0))
 
 
+def test_a_course_may_be_wide():
+    """From one frequency to ten times that: an eighth of it is wider than a resonance may be at the lower end."""
+    course = np.geomspace(2.0, 20.0, LENGTH)
+    places = tuple(course[:: LENGTH // 80][1::2].tolist())
+    model = al.AngleRandomWalk() + al.DriftingResonance(course=places)
+    fit = al.fit_model(_recording(0, course), model)
+    # 0.2 Hz wide at any time: 0.01 of 20 Hz and 0.1 of 2 Hz, one damping for all.
+    assert fit["DRES.rms"].value == pytest.approx(0.05, rel=0.1)
+    assert 0.01 < fit["DRES.damping"].value < 0.1
+
+
 def test_two_axes_that_feel_one_machine_say_so_once():
     fits = {}
     for seed, axis in enumerate("xy"):

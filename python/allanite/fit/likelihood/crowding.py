@@ -58,7 +58,7 @@ def crowded(model: Model, data: Data) -> NDArray[np.float64]:
     free = bins.count / (1.0 + share**2 * (crowding(model, data) - 1.0))
     middles = (bins.edges[:-1] + bins.edges[1:]) // 2
     for moving in model.stochastic:
-        if isinstance(moving, Moving):
+        if isinstance(moving, Moving) and moving.middles:
             # Of a band that moves as much as stands out of the white noise; where it is, it is only for a while.
             loud = at_each_time(_of_one_width(moving), middles, data)
             free /= 1.0 + (1.0 - share) ** 2 * (np.mean(loud**2, axis=0) - 1.0)
@@ -76,9 +76,9 @@ def crowded(model: Model, data: Data) -> NDArray[np.float64]:
 
 def _of_one_width(moving: Moving) -> list[Stochastic]:
     """What it is in each part of the record, as wide as an eighth of its course: of any damping the same."""
-    places = [0.5 * sum(part.occupies) for part in moving.stretches if part.occupies is not None]
-    half = max((max(places, default=0.0) - min(places, default=0.0)) / 8.0, 1e-6)
+    places = moving.middles
+    half = max((max(places) - min(places)) / 8.0, 1e-6)
     parts = [
-        part.banded(f - half, f + half) for part, f in zip(moving.stretches, places, strict=False)
+        part.banded(f - half, f + half) for part, f in zip(moving.stretches, places, strict=True)
     ]
     return [part for part in parts if part is not None]

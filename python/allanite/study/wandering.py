@@ -1,0 +1,71 @@
+"""A line that is found beside another, nearer than the record tells lines apart: one that wanders."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.effects import CATALOGUE, Model, Stochastic
+from allanite.fit import refitted
+from allanite.fit.likelihood.peaks import seen_singly
+from allanite.fit.rivals.evidence import RIVAL, evidence
+from allanite.study.errors import errors_fall
+from allanite.study.ladder import Rung
+from allanite.study.moved import rise
+from allanite.study.moves import between
+
+if TYPE_CHECKING:
+    from allanite.effects import Effect
+    from allanite.fit.result import Fit
+    from allanite.suggestion import Suggestion
+
+__all__ = ["wandering"]
+
+#: Lines as near as this, in cycles of the record, may be one; nearer than one cycle they are, unless they explain so much
+#: more: two of constant size that beat once in the record are a chance.
+NEAR, BEATS = 3.0, 10.0
+
+
+def wandering(fit: Fit, suggestion: Suggestion, asked: int) -> Rung | None:
+    """The rung with a narrow band in the place of the lines near one that is suggested, and of that.
+
+    Where it explains as much as the lines do: two that beat are as good as one whose phase or size wanders, until there is
+    a third. None beside a line of the first `asked` effects, or where there is none.
+    """
+    line = suggestion.effect
+    if not _is_line(line) or not seen_singly(fit.data):
+        return None
+    near = [
+        i
+        for i, e in enumerate(fit.model)
+        if _is_line(e) and between(e, line) < NEAR / fit.data.duration
+    ]
+    if not near or near[0] < asked:
+        return None
+    at = [
+        sum(e.occupies) / 2.0 for e in (line, *(fit.model.effects[i] for i in near)) if e.occupies
+    ]
+    half = max(0.5 * (max(at) - min(at)), 1.0 / fit.data.duration)
+    middle = 0.5 * (max(at) + min(at))
+    band = _band(middle - half, middle + half)
+    if band is None:
+        return None
+    rest = tuple(e for i, e in enumerate(fit.model) if i not in near)
+    one = refitted(fit, Model((*rest, band)))
+    lines = fit.add(suggestion)
+    beat = min(between(fit.model.effects[i], line) for i in near) * fit.data.duration < 1.0
+    least = evidence(lines.solution) - (BEATS if beat else RIVAL)
+    if evidence(one.solution) < least or not errors_fall(fit, one):
+        return None
+    gone = tuple(fit.model.effects[i].kind for i in near)
+    return Rung(one, one.model.effects[-1], gone, rise(fit, one))
+
+
+def _is_line(effect: Effect) -> bool:
+    """Whether it is a line without harmonics."""
+    return effect.screened == "line" and effect.occupies is not None and len(effect.peaks) == 1
+
+
+def _band(low: float, high: float) -> Stochastic | None:
+    """The narrow band of the catalogue from one frequency to another."""
+    kinds = (cls() for cls in CATALOGUE if issubclass(cls, Stochastic))
+    return next((made for blank in kinds if (made := blank.banded(low, high)) is not None), None)

@@ -1,0 +1,35 @@
+"""Lines that a record cannot resolve: one that wanders is a narrow band, two that beat are two."""
+
+import numpy as np
+import pytest
+
+import allanite as al
+import generators as g
+
+RATE, LENGTH = 50.0, 25_000
+DURATION = LENGTH / RATE
+
+
+@pytest.mark.parametrize(
+    ("seed", "half_width"), [(0, 3e-4), (2, 1e-3), (9, 3e-4), (18, 3e-4), (20, 1e-3), (23, 1e-3)]
+)
+def test_a_line_that_wanders_is_no_pair_that_cancels(seed, half_width):
+    """By a seventh or a half of what the record resolves; three that beat leave some of it."""
+    rng = np.random.default_rng(seed)
+    x = g.white(rng, LENGTH, RATE, 0.0126)
+    x += g.moving_band(rng, LENGTH, RATE, np.full(LENGTH, 1.35), half_width, 0.025)
+    study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N")
+    assert [e.kind for e in study.fit.model.effects[1:]] == ["resonance"], study
+    assert study.adequate, study
+
+
+@pytest.mark.parametrize("apart", [1.5, 2.5, 6.0])
+def test_two_that_beat_stay_two(apart):
+    rng = np.random.default_rng(7)
+    x = g.white(rng, LENGTH, RATE, 0.0126)
+    x += g.sinusoid(LENGTH, RATE, 1.35, 0.02) + g.sinusoid(
+        LENGTH, RATE, 1.35 + apart / DURATION, 0.01, 1.0
+    )
+    study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N")
+    assert [e.kind for e in study.fit.model.effects[1:]] == ["sinusoid"] * 2, study
+    assert study.adequate, study
