@@ -71,7 +71,7 @@ def trials_text(trials: float) -> str:
     """How many trials a p-value accounts for; beyond 10¹⁵ only that it is."""
     if trials >= 1e15:
         return "more than 10¹⁵ trials"
-    return f"{number(trials, 2)} trials"
+    return "a single trial" if trials < 1.5 else f"{number(trials, 2)} trials"
 
 
 def tidy(sentence: str) -> str:

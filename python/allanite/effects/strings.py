@@ -119,13 +119,15 @@ def _effect(reader: _Reader) -> Effect:
             if parameter is None:
                 known = " ".join(p.name for p in cls.parameters if p.role != "derived")
                 raise reader.fail(f"{cls.kind} has no parameter {key!r} (it has: {known})", place)
-            if "tuple" in str(cls.__dataclass_fields__[parameter.name].type):
-                told = f"{parameter.name} of {cls.kind} is a list"
-                raise reader.fail(f"{told}: give it in Python or in a model file", place)
             if reader.sign("=") is None:
                 raise reader.fail("expected =")
+            several = "tuple" in str(cls.__dataclass_fields__[parameter.name].type)
+            if several and reader.follows("["):
+                told = f"{parameter.name} of {cls.kind} may be a list in Python and in a model file"
+                raise reader.fail(f"{told}, here it is one number", place)
             if not reader.follows("["):
-                values[parameter.name] = reader.value(text=parameter.unit == "text")
+                value = reader.value(text=parameter.unit == "text" and not several)
+                values[parameter.name] = (value,) if several else value
                 if reader.sign("!"):
                     held.append(parameter.name)
             ends = reader.limits()

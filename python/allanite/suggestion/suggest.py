@@ -337,7 +337,7 @@ def _suggestion(
         float(x + surplus),
         float(2.0 * (x + surplus) - penalty),
         float(log_p / np.log(10.0)),
-        float(np.exp(min(log_p - single, 700.0))),
+        float(np.exp(min(max(log_p - single, 0.0), 700.0))),
         _removed(fit, found, candidate),
         (),
         found,

@@ -42,6 +42,7 @@ def test_a_check_suggests_it_in_the_place_of_the_band():
     [found] = [s for s in fit.check().significant if s.kind == "drifting_resonance"]
     assert found.gives_way == ("resonance",)
     assert "drifting resonance" in found.explanation
+    assert "It stands in the place of the resonance at 20.1 Hz." in found.explanation
     better = fit.add(found)
     assert better.model.name == "N+DRES"
     assert better.check().adequate

@@ -106,6 +106,7 @@ def test_small_chances_and_many_trials():
     assert chance_text(-2.0) == "0.01"
     assert chance_text(-15.3) == "5·10⁻¹⁶"
     assert chance_text(-345.2) == "10⁻³⁴⁵"
+    assert trials_text(1.0) == "a single trial"
     assert trials_text(190_000.0) == "190000 trials"
     assert trials_text(3e9) == "3·10⁹ trials"
     assert trials_text(1e304) == "more than 10¹⁵ trials"

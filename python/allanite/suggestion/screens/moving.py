@@ -111,7 +111,15 @@ def _candidate(own: Process, solution: Solution, data: Data, residual: Array) ->
         return None
     chance = min(0.0, float(np.log(WAYS)) - course.risen)
     effect = moving.effect
-    return Candidate(effect, course.risen, effect.family, refitted, log_chance=chance)
+    note = f"It stands in the place of {_names(course.gone)}"
+    return Candidate(effect, course.risen, effect.family, refitted, log_chance=chance, note=note)
+
+
+def _names(gone: tuple[Effect, ...]) -> str:
+    """The bands that leave, by their middles."""
+    at = sorted(0.5 * sum(e.occupies) for e in gone if e.occupies is not None)
+    titles = dict.fromkeys(e.title for e in gone)
+    return f"the {' and '.join(titles)} at {' and '.join(f'{f:.3g}' for f in at)} Hz"
 
 
 def _gone(own: Process, moving: Process, solution: Solution) -> list[tuple[Effect, ...]]:
