@@ -24,7 +24,7 @@ PART = TIME / TIME[-1]
 COURSES = {
     "warms up": lambda _: 20.0 + 2.5 * np.exp(-TIME / 400.0),
     "slowly up": lambda rng: 18.0 + rng.uniform(1.0, 3.0) * PART,
-    "to and fro": lambda rng: 12.0 + np.sin(2.0 * np.pi * (1.5 * PART + rng.uniform())),
+    "swings": lambda rng: 12.0 + np.sin(2.0 * np.pi * (1.5 * PART + rng.uniform())),
     "at a loss": lambda rng: (
         20.0 + np.interp(PART, np.linspace(0, 1, 30), np.cumsum(0.25 * rng.standard_normal(30)))
     ),
