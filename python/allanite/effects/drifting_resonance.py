@@ -53,10 +53,7 @@ class DriftingResonance(Moving):
         Parameter(
             "course", "Hz", "natural frequency in equal parts of the record, in turn", "time"
         ),
-        Parameter(
-            "damping", "1", "damping ratio ζ", "shape", low=1e-9, high=0.3, aliases=("zeta",)
-        ),
-        Parameter("rms", 0.0, "standard deviation of the process"),
+        *Resonance.parameters[1:],
         Parameter("lowest", "Hz", "lowest frequency of its course", "derived"),
         Parameter("highest", "Hz", "highest frequency of its course", "derived"),
     )

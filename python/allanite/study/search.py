@@ -153,11 +153,12 @@ def next_rung(ladder: Sequence[Rung], check: Check) -> Rung | None:
 
 
 def _ending(ladder: Sequence[Rung], check: Check) -> Rung | None:
-    """The rung at the end, that adds none: a band gives way to one that moves, else an effect to what is better."""
+    """The rung at the end, that adds none: a band gives way to one that moves, a visit to all, an effect to a better."""
     for suggestion in check.significant:
-        rung = _rung(ladder, suggestion, check) if suggestion.gives_way else None
-        if rung is not None:
-            return rung
+        if suggestion.gives_way or isinstance(suggestion.effect, Away):
+            rung = _rung(ladder, suggestion, check)
+            if rung is not None and len(rung.new) <= len(rung.removed):
+                return rung
     return exchanged(ladder)
 
 

@@ -1,7 +1,11 @@
 """A band whose frequency changes over the record is one effect; one that stays is a resonance."""
 
+from itertools import pairwise, product
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy import signal
 
 import allanite as al
@@ -9,6 +13,7 @@ import generators as g
 from allanite.axes.lines import common_lines
 from allanite.effects import weights
 from allanite.effects.resonance import Resonance
+from allanite.suggestion.screens.moving import PLACES, likeliest
 
 RATE, LENGTH = 100.0, 200_000
 TIME = np.arange(LENGTH) / RATE
@@ -62,6 +67,47 @@ def test_a_band_that_stays_does_not_move():
             s.kind == "drifting_resonance" for s in fit.check().suggestions if s.significant
         )
     assert moved == 0
+
+
+@pytest.mark.parametrize("damping", [0.005, 0.05, 0.12, 0.2, 0.29])
+@pytest.mark.parametrize("frequency", [0.5, 8.0, 48.0])
+def test_a_band_of_any_width_anywhere_is_looked_for(frequency, damping):
+    rng = np.random.default_rng(6)
+    x = g.white(rng, LENGTH, RATE, 0.0126)
+    x += g.resonance(rng, LENGTH, RATE, frequency, damping, 0.05)
+    model = f"N+RES(f={frequency}!,damping={damping}!)"
+    check = al.fit_model(al.Recording(x, rate=RATE, unit="rad/s"), model).check()
+    assert "drifting_resonance" not in [s.kind for s in check.significant]
+
+
+@settings(deadline=None)
+@given(st.integers(1, 4), st.integers(2, 4), st.randoms(use_true_random=False))
+def test_the_likeliest_course_is_the_best_of_all(sections, places, random):
+    gains = np.array([[random.gauss(0.0, 2.0) for _ in range(places)] for _ in range(sections)])
+    step = 1.0 / (1.0 + (np.subtract.outer(range(places), range(places)) / PLACES) ** 2)
+    told = np.log(step / step.sum(axis=1, keepdims=True))
+
+    def total(course):
+        of_steps = sum(told[a, b] for a, b in pairwise(course))
+        return sum(gains[k, f] for k, f in enumerate(course)) + of_steps - np.log(places)
+
+    course, risen = likeliest(gains)
+    best = max(map(total, product(range(places), repeat=sections)))
+    assert risen == pytest.approx(best)
+    assert total(course) == pytest.approx(best)
+
+
+def test_a_course_is_met_by_chance_as_seldom_as_said():
+    """Ratios of normal densities of which the mean is 1: a sum of 2 in at most e⁻² of them, whatever the course is."""
+    rng = np.random.default_rng(1)
+    shift = 1.5
+    risen = np.array(
+        [likeliest(shift * rng.standard_normal((16, 20)) - 0.5 * shift**2)[1] for _ in range(2000)]
+    )
+    for s in (1.0, 2.0, 4.0):
+        # Three standard errors of a share of 2000.
+        bound = np.exp(-s)
+        assert np.mean(risen > s) < bound + 3.0 * np.sqrt(bound / 2000)
 
 
 @pytest.mark.parametrize("seed", [2, 3])

@@ -36,8 +36,8 @@ REACHES, ASIDE, PLACES = (6.0, 12.0, 24.0), 3.0, 4
 FAR, WIDTHS = 1.0, (1.0, 0.5, 0.25)
 #: Strengths that a band which stays may have in a section, of its own: one that is quiet for a while is not elsewhere.
 LEVELS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
-#: Numbers of sections and widths that are tried: chance has as many more occasions.
-WAYS = len(WIDTHS) * (1 + int(np.log2(SECTIONS / FEWEST)))
+#: Numbers of sections, widths (twice more that of a fit) and distances that are tried: chance has as many more occasions.
+WAYS = (1 + int(np.log2(SECTIONS / FEWEST))) * (len(WIDTHS) + 2) * len(REACHES)
 
 
 def bands_to_follow(solution: Solution, data: Data) -> list[Process]:
