@@ -12,6 +12,9 @@ use super::differences::binomial;
 /// reach rounding.
 const SERIES: usize = 12;
 
+/// e-foldings after which nothing is left of an exponential.
+const DEAD: f64 = 45.0;
+
 /// Square of what a term may be beside a sum that it no longer changes.
 const ROUNDING: f64 = 1e-34;
 
@@ -265,13 +268,16 @@ impl Crossed<'_> {
     pub fn add(&self, at: &[f64], turns: &[c64], out: &mut [f64]) {
         let (first, last, m) = (at[0], at[at.len() - 1], self.inner.i);
         let Exponential { lambda, c, beside, reduced, .. } = *self.inner.kernel;
+        let lives = |distance: f64| -lambda.re * distance < DEAD;
         let mut forth = |start: c64| {
             for (slot, turn) in out.iter_mut().zip(turns) {
                 *slot += (start * turn).re;
             }
         };
         if first >= self.reach {
-            forth(self.far * (lambda * (first - self.reach)).exp());
+            if lives(first - self.reach) {
+                forth(self.far * (lambda * (first - self.reach)).exp());
+            }
             return;
         }
         let inside = last <= m || (first >= m && last <= 2.0 * m);
@@ -290,18 +296,25 @@ impl Crossed<'_> {
             }
             return;
         }
+        // From the break before these places and from the one behind them.
         let by = (lambda * m).exp();
-        let (ahead, back, line) = if last <= m {
-            let ahead = (lambda * first).exp() * (by * (by - 4.0) + 6.0);
-            (ahead, (lambda * (m - last)).exp() * (by - 4.0), [-4.0 * m, 6.0])
+        let (before, ahead, behind, back, line) = if last <= m {
+            (first, by * (by - 4.0) + 6.0, m - last, by - 4.0, [-4.0 * m, 6.0])
         } else {
-            let ahead = (lambda * (first - m)).exp() * (by * (by * (by - 4.0) + 6.0) - 4.0);
-            (ahead, (lambda * (2.0 * m - last)).exp(), [4.0 * m, -2.0])
+            let ahead = by * (by * (by - 4.0) + 6.0) - 4.0;
+            (first - m, ahead, 2.0 * m - last, c64::new(1.0, 0.0), [4.0 * m, -2.0])
         };
-        forth(c * ahead);
-        let back = c * back;
-        for ((slot, turn), t) in out.iter_mut().zip(turns.iter().rev()).zip(at) {
-            *slot += (back * turn).re + beside[0].re * (line[0] + line[1] * t);
+        if lives(before) {
+            forth(c * (lambda * before).exp() * ahead);
+        }
+        if lives(behind) {
+            let back = c * (lambda * behind).exp() * back;
+            for (slot, turn) in out.iter_mut().zip(turns.iter().rev()) {
+                *slot += (back * turn).re;
+            }
+        }
+        for (slot, t) in out.iter_mut().zip(at) {
+            *slot += beside[0].re * (line[0] + line[1] * t);
         }
     }
 }

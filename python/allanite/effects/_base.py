@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.errors import InputError
-from allanite.common.validation import LARGEST
-from allanite.effects._declared import SCREENS, Parameter, StraightLine
+from allanite.effects._declared import SCREENS, Parameter, StraightLine, names_of
 from allanite.effects._documented import document
 from allanite.effects._limits import NONE, limits_of
 
@@ -89,6 +88,8 @@ class Effect:
     titles: ClassVar[Mapping[str, str]] = {}
     #: Numbers that a legend shows, the most informative first; coefficients and shapes as declared where empty.
     legend: ClassVar[tuple[str, ...]] = ()
+    #: Every parameter that is given, its name and bounds.
+    _given: ClassVar[tuple[tuple[Parameter, str, float, float], ...]] = ()
 
     #: Names of parameters that a fit must not change.
     hold: tuple[str, ...] = field(default=(), kw_only=True)
@@ -100,30 +101,20 @@ class Effect:
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         document(cls)
+        given = (p for p in getattr(cls, "parameters", ()) if p.role != "derived")
+        cls._given = tuple((p, p.name, *p.bounds) for p in given)
 
     def __post_init__(self) -> None:
-        for parameter in self.parameters:
-            if parameter.role == "derived":
-                continue
-            value = getattr(self, parameter.name)
-            if value is None or isinstance(value, str):
-                continue
-            if isinstance(value, tuple):
-                object.__setattr__(self, parameter.name, tuple(float(v) for v in value))
+        for parameter, name, low, high in self._given:
+            value = getattr(self, name)
+            # Of the thousands of copies a second that a fit makes the numbers are in their range.
+            if value is None or (type(value) is float and low <= value <= high):
                 continue
             try:
-                number = float(value)
-            except (TypeError, ValueError, OverflowError):
-                raise InputError(
-                    f"{self.kind}: {parameter.name} = {value!r} is not a number"
-                ) from None
-            low, high = max(parameter.low, -LARGEST), min(parameter.high, LARGEST)
-            if not low <= number <= high:
-                raise InputError(
-                    f"{self.kind}: {parameter.name} = {value!r} is out of its range {low:g} … {high:g}"
-                )
-            object.__setattr__(self, parameter.name, number)
-        unknown = set(self.held) - {p.name for p in self.parameters}
+                object.__setattr__(self, name, parameter.accepted(value))
+            except InputError as error:
+                raise InputError(f"{self.kind}: {error}") from None
+        unknown = set(self.held) - {p.name for p in self.parameters} if self.held else None
         if unknown:
             raise InputError(f"{self.kind}: no parameter {', '.join(sorted(unknown))} to hold")
         if self.limits is not NONE:
@@ -281,7 +272,13 @@ class Effect:
 
     def with_values(self, **values: Any) -> Self:
         """A copy with other `values`, by their JSON names."""
-        return replace(self, **values)
+        own, made, names = vars(self), object.__new__(type(self)), names_of(type(self))
+        if not values.keys() <= names:
+            return replace(self, **values)
+        # What `replace` does, without asking every field about itself.
+        vars(made).update({name: own[name] for name in names} | values)
+        made.__post_init__()
+        return made
 
     def name_for(self, kind: str = "") -> str:
         """Display name for a `kind` of sensor: an accelerometer's N is its velocity random walk."""

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 
-__all__ = ["SCREENS", "Parameter", "StraightLine"]
+from allanite.common.errors import InputError
+from allanite.common.validation import LARGEST
+
+__all__ = ["SCREENS", "Parameter", "StraightLine", "names_of"]
 
 #: How a check looks for an effect.
 SCREENS = {
@@ -65,6 +69,32 @@ class Parameter:
     sheet: Mapping[str, str] = field(default_factory=dict)
     figures: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
+    def accepted(self, value: Any) -> Any:
+        """A given value as a number within the bounds, several as a tuple of numbers; text as it is.
+
+        Raises
+        ------
+        InputError
+            No number, or one out of the bounds; it begins with the name of the parameter.
+        """
+        if isinstance(value, str):
+            return value
+        if isinstance(value, tuple):
+            return tuple(float(v) for v in value)
+        try:
+            number = float(value)
+        except (TypeError, ValueError, OverflowError):
+            raise InputError(f"{self.name} = {value!r} is not a number") from None
+        low, high = self.bounds
+        if not low <= number <= high:
+            raise InputError(f"{self.name} = {value!r} is out of its range {low:g} … {high:g}")
+        return number
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The bounds, finite."""
+        return max(self.low, -LARGEST), min(self.high, LARGEST)
+
 
 @dataclass(frozen=True, slots=True)
 class StraightLine:
@@ -89,3 +119,13 @@ class StraightLine:
     read_at: float | None
     level: float
     scatter: str
+
+
+_NAMES: dict[type, frozenset[str]] = {}
+
+
+def names_of(cls: Any) -> frozenset[str]:
+    """Names of what the objects of a dataclass are made of; asked for at every copy."""
+    if cls not in _NAMES:
+        _NAMES[cls] = frozenset(f.name for f in fields(cls))
+    return _NAMES[cls]

@@ -38,6 +38,8 @@ Array = NDArray[np.float64]
 BELOW = 300.0
 #: Poles of a bank and of a filter stand apart by this part of their distance from 1: residues keep their digits.
 APART = 1e-3
+#: Exponentials that pass a filter one by one, remembered: what has a few is asked for again and again.
+FEW = 4
 #: Power of a pole that may still be divided by.
 DIVIDED = 1e6
 #: What of a response has died away, in e-foldings: of a covariance, of the start of a simulation.
@@ -139,6 +141,12 @@ class Filter(Modifier):
     def passed(self, terms: tuple[Term, ...], rate: float) -> tuple[Term, ...]:
         """What is left of the `terms` of an effect at `rate` Hz."""
         response = _response(self, rate)
+        # A band that moves is dozens of them: what all leave at a pole of the filter is one exponential.
+        waves: list[Term] = [term for term in terms if isinstance(term, Exponential)]
+        if len(waves) > FEW:
+            rest = [term for term in terms if not isinstance(term, Exponential)]
+            passed = _of_pieces(waves, response, 0.0)
+            return _merged([*passed, *(p for term in rest for p in _passed(term, response))])
         return _merged([part for term in terms for part in _passed(term, response)])
 
 

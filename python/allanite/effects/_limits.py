@@ -41,7 +41,7 @@ class Limits(Mapping[str, tuple[float, float]]):
         return len(self._ends)
 
     def __hash__(self) -> int:
-        return hash(tuple(self._ends.items()))
+        return hash(tuple(self._ends.items())) if self._ends else 0
 
     def __repr__(self) -> str:
         return repr(self._ends)

@@ -13,7 +13,7 @@ from allanite.common.errors import InputError
 from allanite.common.showing import brief
 from allanite.effects._base import Effect, Parameter
 from allanite.effects._moving import Moving
-from allanite.effects.resonance import Resonance
+from allanite.effects.resonance import Resonance, oscillations
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -133,5 +133,5 @@ class DriftingResonance(Moving):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Of every resonance of its course, with a variance of 1 together."""
-        parts = self.stretches or (Resonance(damping=self.damping),)
-        return tuple(t.scaled(1.0 / len(parts)) for part in parts for t in part.unit_terms(rate))
+        course = self.course or (1.0,)
+        return oscillations(course, self.damping or 0.1, rate, 1.0 / len(course))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects.resonance import Resonance
+from allanite.effects.resonance import Resonance, oscillations
 
 if TYPE_CHECKING:
     from allanite.effects._base import Effect
@@ -108,13 +108,14 @@ class ModulatedVibration(Resonance):
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """Of three resonances as wide as each other, with a variance of 1 together."""
         part = 0.25 * (self.depth or 0.0) ** 2
-        shares = np.array([1.0, part, part]) / (1.0 + 2.0 * part)
+        shares = [one / (1.0 + 2.0 * part) for one in (1.0, part, part)]
         if self.occupies is None or self.modulation is None:
             return super().unit_terms(rate)
-        found = []
-        for share, band in zip(shares, self.peaks, strict=True):
+        widest = self.parameter("damping").high
+        found: list[Term] = []
+        for share, (low, high) in zip(shares, self.peaks, strict=True):
             # Below 0 Hz is the mirror image.
-            low, high = (band[0], band[1]) if sum(band) > 0.0 else (-band[1], -band[0])
-            alone = Resonance().banded(low, high)
-            found += [term.scaled(float(share)) for term in alone.unit_terms(rate)]
+            middle = abs(0.5 * (low + high))
+            damping = min(0.5 * (high - low) / middle, widest)
+            found += oscillations([middle], damping, rate, share)
         return tuple(found)

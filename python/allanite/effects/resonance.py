@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import cmath
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -103,7 +106,14 @@ class Resonance(Stochastic):
 
     def unit_terms(self, rate: float) -> tuple[Term, ...]:
         """One complex exponential of variance 1."""
-        zeta = self.damping or 0.1
-        root = float(np.sqrt(1.0 - zeta**2))
-        phi = np.exp((-zeta + 1j * root) * 2.0 * np.pi * (self.frequency or 1.0) / rate)
-        return (Exponential(complex(1.0, -zeta / root), complex(phi)),)
+        return oscillations([self.frequency or 1.0], self.damping or 0.1, rate)
+
+
+def oscillations(
+    frequencies: Sequence[float], damping: float, rate: float, variance: float = 1.0
+) -> tuple[Term, ...]:
+    """A complex exponential of this variance for a resonance at each frequency, Hz, of samples at `rate` Hz."""
+    root = math.sqrt(1.0 - damping**2)
+    turn = complex(-damping, root) * 2.0 * math.pi / rate
+    a = complex(variance, -variance * damping / root)
+    return tuple(Exponential(a, cmath.exp(turn * f)) for f in frequencies)

@@ -18,7 +18,7 @@ A two-sided density in U²/Hz is s(w)·τ0.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
@@ -116,7 +116,7 @@ class _Sized(Term):
 
     def scaled(self, factor: float) -> Self:
         """The variance times `factor`."""
-        return replace(self, variance=self.variance * factor)
+        return type(self)(self.variance * factor)
 
     @property
     def generator(self) -> tuple[str, list[float]]:
@@ -232,7 +232,7 @@ class PowerLaw(Term):
 
     def scaled(self, factor: float) -> Self:
         """The level² times `factor`."""
-        return replace(self, level=self.level * factor)
+        return type(self)(self.exponent, self.level * factor)
 
     def spectrum(self, w: Array) -> Array:
         """L (2 sin(w/2))^a."""
@@ -278,7 +278,7 @@ class Exponential(Term):
 
     def scaled(self, factor: float) -> Self:
         """A times `factor`."""
-        return replace(self, a=self.a * factor)
+        return type(self)(self.a * factor, self.phi)
 
     def spectrum(self, w: Array) -> Array:
         """1 − 2φ cos w + φ² written so that φ → 1, w → 0 keeps its digits."""
@@ -324,7 +324,7 @@ class Lags(Term):
 
     def scaled(self, factor: float) -> Self:
         """Every lag times `factor`."""
-        return replace(self, covariance=tuple(r * factor for r in self.covariance))
+        return type(self)(tuple(r * factor for r in self.covariance))
 
     def spectrum(self, w: Array) -> Array:
         """Σ r(h) cos hw."""

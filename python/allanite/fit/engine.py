@@ -148,7 +148,8 @@ def _fit(
         previous = total
     assert best is not None
     linear = part.linear(model)
-    total = RandomPart(data, raw, free).judged(best) + within_bins(model, data, ordinates, free)
+    if not model.deterministic:
+        total = RandomPart(data, raw, free).judged(best) + within_bins(model, data, ordinates, free)
     processes = processes_of(model, best.theta, linear.matrix)
     functions: tuple[Regressed, ...] = ()
     seen, leverage = np.zeros(0, dtype=np.int64), np.zeros(0)

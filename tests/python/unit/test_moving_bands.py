@@ -137,6 +137,23 @@ def test_its_density_is_the_mean_of_its_parts():
     assert share.mean(axis=1) == pytest.approx(1.0 / 3.0, abs=1e-3)
 
 
+@pytest.mark.parametrize(
+    "filtering", ["HP(f=4,order=2)", "NOTCH(f=9,Q=3)", "BW(f=8,order=2,acts_on=all,design=digital)"]
+)
+def test_behind_a_filter_it_is_the_mean_of_its_parts_there(filtering):
+    """Its exponentials pass together, those of a single band one by one."""
+    course = tuple(np.linspace(8.0, 12.0, 9))
+    f, filters = np.linspace(0.5, 49.0, 400), al.parse_model(filtering)
+    moving = (filters + al.DriftingResonance(course=course, damping=0.02, rms=0.1)).psd(
+        f, rate=100.0
+    )
+    parts = [
+        (filters + al.Resonance(frequency=c, damping=0.02, rms=0.1)).psd(f, rate=100.0)
+        for c in course
+    ]
+    assert moving == pytest.approx(np.mean(parts, axis=0), rel=1e-9, abs=1e-12 * moving.max())
+
+
 def test_a_course_is_checked():
     with pytest.raises(al.InputError, match="two frequencies"):
         al.DriftingResonance(course=(10.0,))

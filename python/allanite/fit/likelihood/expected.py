@@ -26,7 +26,16 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.data import Data
 
-__all__ = ["Noise", "at_each_time", "column", "column_of", "columns", "columns_like", "density"]
+__all__ = [
+    "Noise",
+    "at_each_time",
+    "column",
+    "column_of",
+    "columns",
+    "columns_like",
+    "density",
+    "means",
+]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,6 +98,16 @@ def column(terms: tuple[Term, ...], data: Data) -> NDArray[np.float64]:
 def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float64]:
     """Expected bin power of one effect of a model at coefficient 1, shape (bins,)."""
     return _own(effect, model.modifiers if effect.white else model.filters, data)
+
+
+def means(model: Model, data: Data) -> NDArray[np.float64]:
+    """Expected power in each bin of a model with values, as if no sample were missing, shape (bins,)."""
+    total = np.zeros(data.bins.count.size)
+    for effect in model.stochastic:
+        acting = model.modifiers if effect.white else model.filters
+        own = _behind(_open(effect), acting, data.rate, data.span, data.n)
+        total += getattr(effect, effect.coefficient) ** 2 * own
+    return total
 
 
 def _own(effect: Stochastic, acting: tuple[Modifier, ...], data: Data) -> NDArray[np.float64]:

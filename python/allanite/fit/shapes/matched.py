@@ -169,9 +169,10 @@ def _beside(
 
 def left_by(basis: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """What orthonormal columns (ordinates, k) leave of rows (r, ordinates)."""
-    left = rows - (rows @ basis) @ basis.T
+    left = (rows @ basis) @ basis.T
+    np.subtract(rows, left, out=left)  # of many rows, in place
     # One of them in other words: what is left of it is rounding.
-    left[np.linalg.norm(left, axis=1) < SAME * np.linalg.norm(rows, axis=1)] = 0.0
+    left[_squares(left) < SAME**2 * _squares(rows)] = 0.0
     return np.asarray(left)
 
 
@@ -187,5 +188,10 @@ def _units(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _lengths(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Euclidean norms, 1 of nothing, shape (rows, 1)."""
-    norm = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    norm = np.sqrt(_squares(rows))
     return np.where(norm > 0.0, norm, 1.0)[:, None]
+
+
+def _squares(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Squared norms, shape (rows,)."""
+    return np.asarray(np.einsum("ij,ij->i", rows, rows))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.common.threads import go_on
 from allanite.effects import Effect, Model, Stochastic
-from allanite.fit.likelihood.expected import density
+from allanite.fit.likelihood.expected import density, means
 from allanite.fit.likelihood.peaks import (
     NARROW,
     bins_near,
@@ -303,10 +303,7 @@ def flat_about(model: Model, place: int, data: Data) -> bool:
 
 def _rest(model: Model, near: NDArray[np.int64], data: Data) -> Array:
     """The mean density of each of some bins, at each of their ordinates."""
-    terms, sizes = data.terms(model), _sizes(near, data)
-    if not terms:
-        return np.zeros(int(sizes.sum()))
-    return np.repeat(_means(density(terms, within(near, data.bins), data.n), sizes), sizes)
+    return np.repeat(means(model, data)[near], _sizes(near, data))
 
 
 def _sizes(near: NDArray[np.int64], data: Data) -> NDArray[np.int64]:

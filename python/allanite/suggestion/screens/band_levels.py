@@ -41,6 +41,8 @@ Cell = tuple[Array, float]
 CELLS, SHORTEST = 32, 16
 #: Fewest pieces of the interval.
 PIECES = 4
+#: Samples whose spectra are computed at once.
+AT_A_TIME = 1 << 16
 #: Fewest values of a band; share of the evidence of an interval that another may have beside it.
 FEWEST, AGAIN = 64, 0.2
 #: Least part of the record that an interval, or the rest, is.
@@ -228,25 +230,20 @@ def _band(
     length = min(round(2.0 * CELLS / (high - low)), (end - start) // PIECES)
     if length < SHORTEST:
         return None
-    inside = [samples[a : a + length] for a in range(start, end - length + 1, length)]
-    ends = [*range(0, start - length + 1, length), *range(end, n - length + 1, length)]
-    outside = [samples[a : a + length] for a in ends]
-    if not outside:
+    inside = _pieces(samples[start:end], length)
+    before, after = _pieces(samples[:start], length), _pieces(samples[end:], length)
+    many = len(before) + len(after)
+    if not many:
         return None
-    window = np.hanning(length)
-
-    def total(pieces: list[Array]) -> Array:
-        return np.sum([np.abs(np.fft.rfft(p * window)) ** 2 for p in pieces], axis=0)[1:-1]
-
     place = 2.0 * np.fft.rfftfreq(length)[1:-1]
-    here, there = total(inside), total(outside)
+    here, there = _total(inside), _total(before) + _total(after)
     usable = np.flatnonzero((place > 0.5 * low) & (place < 2.0 * high))
     if usable.size < 2:
         return None
     # A window spreads each over one and a half of its neighbours.
-    counts = np.array([len(inside), len(outside)]) * 2.0 / 1.5
+    counts = np.array([len(inside), many]) * 2.0 / 1.5
     own = np.concatenate([[0.0], np.cumsum(here[usable] / len(inside))])
-    other = np.concatenate([[0.0], np.cumsum(there[usable] / len(outside))])
+    other = np.concatenate([[0.0], np.cumsum(there[usable] / many)])
     a, b = np.triu_indices(usable.size + 1, 1)
     width = (b - a).astype(float)
     one, rest = (own[b] - own[a]), (other[b] - other[a])
@@ -261,3 +258,20 @@ def _band(
     step = 1.0 / length
     first, last = place[usable[a[top]]] - step, place[usable[b[top] - 1]] + step
     return 0.5 * rate * float(first), 0.5 * rate * float(last)
+
+
+def _pieces(samples: Array, length: int) -> Array:
+    """Consecutive pieces of samples, shape (pieces, length); what is left at the end is of none."""
+    many = samples.size // length
+    return samples[: many * length].reshape(many, length)
+
+
+def _total(pieces: Array) -> Array:
+    """Power of pieces together at the frequencies between zero and half the rate, a few pieces at a time."""
+    length = pieces.shape[1]
+    window, rows = np.hanning(length), max(1, AT_A_TIME // length)
+    total = np.zeros(length // 2 + 1)
+    for first in range(0, len(pieces), rows):
+        spectra = np.fft.rfft(pieces[first : first + rows] * window, axis=1)
+        total += (spectra.real**2 + spectra.imag**2).sum(axis=0)
+    return total[1:-1]

@@ -154,7 +154,7 @@ def screen_spectral(solution: Solution, data: Data, white: NDArray[np.float64]) 
     for cls, points, unit in directions(solution, data):
         arcs.append(arc_length(unit))
         families.append(cls.family)
-        if issubclass(cls, Stochastic) and points[0].occupies is not None:
+        if points[0].occupies is not None:
             points = _promising(points, unit, solution)
         best = _refit(points, solution, part, arcs[-1])
         narrow = _within_a_bin(points[0], solution, part, white, arcs[-1])
