@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.common.units import coefficient_unit, column_unit
+from allanite.effects import Model
 from allanite.fit.covariance import joint_covariance, shape_widening, told
 from allanite.fit.likelihood.heavy import widened_by_tails
 from allanite.fit.likelihood.marginal import slow_amplitudes
 from allanite.fit.likelihood.peaks import by_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import profile_interval
+from allanite.fit.shapes.narrow import within_bins
 from allanite.fit.solution import Process, Regressed
 
 if TYPE_CHECKING:
@@ -162,10 +164,16 @@ def _stochastic(
             told(solution, own, data),
         )
         low, high = float(np.sqrt(low)), float(np.sqrt(high))
+        if by_ordinates(effect, data):
+            # Bins hardly show it: the ordinates within them do.
+            drop += _beyond_bins(solution, own, data)
         detected = drop > (DETECTED_SHAPED if effect.free_shapes else DETECTED)
         relative = shaped.get(name)
         error = None if relative is None else value * relative
-        if detected and relative is not None:
+        if detected and relative is not None and not low:
+            spread = float(np.exp(min(NORMAL * relative, UNKNOWN)))
+            low, high = value / spread, value * spread
+        elif detected and relative is not None:
             # The profile is at fixed shapes: widened by what not knowing them adds to the standard error.
             low, high = widened(value, (low, high), shape_widening(solution, own, relative, data))
         if not detected:
@@ -196,6 +204,16 @@ def _stochastic(
             parameter.name,
         )
     return {p.name: out[p.name] for p in effect.parameters}
+
+
+def _beyond_bins(solution: Solution, own: Process, data: Data) -> float:
+    """By how much logL of the ordinates given the power of their bins falls without a narrow band."""
+    model = solution.model
+    less = Model(tuple(e for e in model if e is not own.effect))
+    with_it, without = (
+        within_bins(tried, data, solution.ordinates, solution.count) for tried in (model, less)
+    )
+    return with_it - without
 
 
 def _estimated(value: Any) -> bool:

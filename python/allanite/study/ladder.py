@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.suggestion import Check
 
-__all__ = ["Rung", "Study", "misfit_left"]
+__all__ = ["Rung", "Study", "came_back", "misfit_left"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +101,16 @@ class Rung:
             **body,
             "error": {"misfit_left_percent": misfit_left, **body["error"]},
         }
+
+
+def came_back(ladder: Sequence[Rung]) -> set[str]:
+    """Kinds that were taken out on a rung and put in again on a later one: needed."""
+    gone: set[str] = set()
+    back: set[str] = set()
+    for rung in ladder:
+        back |= gone & {effect.kind for effect in rung.new}
+        gone |= set(rung.removed)
+    return back
 
 
 @dataclass(frozen=True, eq=False)

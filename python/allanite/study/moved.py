@@ -41,10 +41,10 @@ def bins_moved(before: Fit, after: Fit) -> NDArray[np.bool_]:
 
 
 def faded(before: Fit, after: Fit, asked: int) -> bool:
-    """Whether one of the effects behind the first `asked` was seen in the record and is no more, beside the last."""
+    """Whether one of the effects behind the first `asked` is not seen in the record beside the last."""
     if len(after.model) <= len(before.model):
         return True
-    return any(shown(before, p) and not shown(after, p) for p in range(asked, len(before.model)))
+    return any(not shown(after, place) for place in range(asked, len(before.model)))
 
 
 def alone(before: Fit, rung: Rung) -> bool:

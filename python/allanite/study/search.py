@@ -17,7 +17,7 @@ from allanite.study.another import is_there, with_another
 from allanite.study.ending import exchanged
 from allanite.study.errors import as_good, errors_fall, predicts, rises, wider, within_chance
 from allanite.study.harmonics import with_companions
-from allanite.study.ladder import Rung, Study
+from allanite.study.ladder import Rung, Study, came_back
 from allanite.study.levels import one_level, several_levels
 from allanite.study.moved import alone, bins_moved, faded, moved, rise
 from allanite.study.moves import added_to, pruned, swapped
@@ -225,7 +225,6 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
     fit = ladder[-1].fit
     asked = len(ladder[0].fit.model)
     asked -= sum(rung.dropped_start for rung in ladder)
-    # What was taken out once and came back is needed.
     gone = {kind for rung in ladder for kind in rung.removed}
     stand_in = {effect.kind for rung in ladder if rung.removed for effect in rung.brought}
     wanders = wandering(fit, suggestion, asked)
@@ -283,7 +282,7 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
     if split is not None:
         better = split
     else:
-        less, needless, still_asked = pruned(better, fit, asked, gone, stand_in)
+        less, needless, still_asked = pruned(better, fit, asked, came_back(ladder), stand_in)
         if needless and (as_good(better, less) or _unseen(needless, better, less)):
             better, removed, asked = less, needless, still_asked
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}

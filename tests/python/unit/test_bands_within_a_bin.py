@@ -236,3 +236,16 @@ def test_an_allan_error_beyond_its_scatter_rises_by_no_more_than_that(before, af
         )
 
     assert errors_fall(fit(before), fit(after)) == falls
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_single_ordinates_show_is_detected(seed):
+    """Bins of 500 ordinates hardly see it, and say it may be none; among the ordinates four are tens of times as high."""
+    rng = np.random.default_rng([seed, 9])
+    x = g.white(rng, LENGTH, RATE, N) + g.resonance(rng, LENGTH, RATE, 21.0, 2.5e-5, 0.004)
+    fit = al.fit_model(_recording(x), f"N(N={N})+RES(f=21,damping=2.5e-5,rms=0.004)")
+    found = fit["RES.rms"]
+    low, high = found.interval
+    assert found.detected
+    assert 0.0 < low < found < high
+    assert low < 0.004 < high

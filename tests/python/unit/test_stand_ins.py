@@ -1,11 +1,14 @@
 """What stands for something else: a cutoff for quantization, a second lag for a random walk, a long lag for a step."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy import signal
 
 import allanite as al
 import generators as g
+from allanite.study.ladder import came_back
 
 RATE, LENGTH = 50.0, 180_000
 N = 0.0126
@@ -118,3 +121,18 @@ def test_the_filter_of_the_model_is_designed_anew_beside_what_was_missing():
     assert study.fit["BW.order"] == 2
     low, high = study.fit["BW.cutoff"].interval
     assert low < 8.0 < high
+
+
+def test_what_has_left_and_come_back_is_needed():
+    """Another of its kind that has only stayed is not: it may leave when it fades."""
+    rungs = [
+        SimpleNamespace(new=new, removed=removed)
+        for new, removed in [
+            ((), ()),
+            ((al.Resonance(), al.Resonance()), ("rate_random_walk",)),
+            ((al.DriftingResonance(),), ("resonance",)),
+            ((al.RateRandomWalk(),), ()),
+        ]
+    ]
+    assert came_back(rungs[:3]) == set()
+    assert came_back(rungs) == {"rate_random_walk"}
