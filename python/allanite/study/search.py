@@ -255,6 +255,12 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         two, beside = pair
         if beside.gives_way:
             return Rung(two, beside.effect, risen=risen + beside.delta_log_likelihood)
+        less, needless, left = pruned(two, fit, asked, came_back(ladder), stand_in)
+        if added.kind in needless and as_good(two, less):
+            # It stood for what came beside it.
+            needless.remove(added.kind)
+            rises_by = risen + rise(better, less)
+            return Rung(less, beside.effect, tuple(needless), rises_by, asked - left)
         # The process is named first: samples that are taken out say nothing of the sensor's noise.
         removes = isinstance(added, Modifier) and added.removes
         both = (beside.effect, added) if removes else (added, beside.effect)

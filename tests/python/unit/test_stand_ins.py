@@ -136,3 +136,14 @@ def test_what_has_left_and_come_back_is_needed():
     ]
     assert came_back(rungs[:3]) == set()
     assert came_back(rungs) == {"rate_random_walk"}
+
+
+def test_what_is_nothing_beside_another_leaves_in_the_same_step():
+    """Flicker came first, as half of a pair with a power law, and stayed with a coefficient of 0."""
+    rng = np.random.default_rng([17, 3])
+    rng.uniform()
+    x = g.white(rng, LENGTH, RATE, N)
+    for q_c, time in ((0.0245042, 0.4992634), (0.00774891, 4.992634)):
+        x += g.gauss_markov(rng, LENGTH, RATE, q_c, time)
+    study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N")
+    assert all(effect.values[effect.coefficient] > 0.0 for effect in study.fit.model.stochastic)
