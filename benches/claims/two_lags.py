@@ -49,6 +49,7 @@ def strength(time, worth):
             al.power(
                 f"N(N={N})+{one}", other, duration=LENGTH / RATE, rate=RATE
             ).delta_log_likelihood
+            or 0.0
             for one, other in (both, both[::-1])
         )
         low, high = (middle, high) if found < worth else (low, middle)
