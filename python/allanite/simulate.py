@@ -12,7 +12,7 @@ from allanite.common.validation import SEEDS, positive, positive_rate, whole
 from allanite.effects import Model, Moving, parse_model, weights
 from allanite.effects.terms import Exponential, White
 from allanite.recording import Recording
-from allanite.recording.samples import covariate
+from allanite.recording.samples import covariate_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -221,7 +221,7 @@ class _Source:
         # The low half of the key tells the parts of one record from each other.
         key = whole(replicate, "replicate", 0, 2**32 - 1) << 32
         _require(model)
-        self.covariates = {k: covariate(k, v, self.n) for k, v in (covariates or {}).items()}
+        self.covariates = {k: covariate_of(k, v, self.n) for k, v in (covariates or {}).items()}
         self.known = [e.sampler(self.n, self.rate, self.covariates) for e in model.deterministic]
         # Parts of the noise, and by what the samples of a part are multiplied at each time.
         self.parts: list[tuple[_kernels.Simulator, list[Gain]]] = []

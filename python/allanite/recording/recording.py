@@ -131,7 +131,7 @@ class Recording:
             n = array.shape[0]
             names = column_names(columns, array)
             extra = {
-                name: arrays.covariate(name, values, n)
+                name: arrays.covariate_of(name, values, n)
                 for name, values in (covariates or {}).items()
             }
             stamps = None

@@ -21,7 +21,7 @@ CHUNK = 1 << 18  # rows looked at at a time
 __all__ = [
     "averaged",
     "column_names",
-    "covariate",
+    "covariate_of",
     "factors_to",
     "find_column",
     "from_pint",
@@ -94,7 +94,7 @@ def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[st
     return tuple(plain(name) for name in columns)
 
 
-def covariate(name: str, values: ArrayLike, n: int) -> NDArray[np.float64]:
+def covariate_of(name: str, values: ArrayLike, n: int) -> NDArray[np.float64]:
     """Take over a covariate of n rows."""
     array = np.array(values, dtype=np.float64)
     if array.shape != (n,):

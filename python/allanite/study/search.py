@@ -217,7 +217,7 @@ def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung 
     hardly = suggestion.effect_happens_once and suggestion.log10_p > SURE
     if hardly and rises(ladder[-1].fit, rung.fit) and not within_chance(rung.fit):
         return None  # hardly an event, and the curve is worse than chance makes it: a part of something else
-    return replace(rung, trials=suggestion.trials)
+    return rung if rung.trials is not None else replace(rung, trials=suggestion.trials)
 
 
 def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung | None:
@@ -254,13 +254,15 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
     if pair is not None:
         two, beside = pair
         if beside.gives_way:
-            return Rung(two, beside.effect, risen=risen + beside.delta_log_likelihood)
+            both_rose = risen + beside.delta_log_likelihood
+            return Rung(two, beside.effect, risen=both_rose, trials=beside.trials)
         less, needless, left = pruned(two, fit, asked, came_back(ladder), stand_in)
         if added.kind in needless and as_good(two, less):
             # It stood for what came beside it.
             needless.remove(added.kind)
-            rises_by = risen + rise(better, less)
-            return Rung(less, beside.effect, tuple(needless), rises_by, asked - left)
+            rose = risen + rise(better, less)
+            start = asked - left
+            return Rung(less, beside.effect, tuple(needless), rose, start, trials=beside.trials)
         # The process is named first: samples that are taken out say nothing of the sensor's noise.
         removes = isinstance(added, Modifier) and added.removes
         both = (beside.effect, added) if removes else (added, beside.effect)
