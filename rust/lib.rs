@@ -13,6 +13,7 @@
 //! | [`lstsq`] | generalised and non-negative least squares | Lawson & Hanson ch. 23 |
 //! | [`likelihood`] | spectrum fits that allow for a discrepancy | Lange, Little & Taylor 1989 |
 //! | [`noise`] | samples of coloured noise | Kasdin 1995 |
+//! | [`ranks`] | samples in order | |
 //! | [`text`] | numeric columns of a text log | |
 //! | [`parallel`] | threads over blocks | |
 //! | [`machine`] | vector units, large buffers | |
@@ -34,6 +35,7 @@ pub mod parallel;
 pub mod phase;
 #[cfg(feature = "python")]
 mod python;
+pub mod ranks;
 pub mod rng;
 pub mod spectrum;
 pub mod text;

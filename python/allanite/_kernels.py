@@ -19,15 +19,18 @@ __all__ = [
     "allan_variances",
     "averaging_factors",
     "best_pair",
+    "chirp_heights",
     "cosine_transform",
     "end_with_line",
     "envelope",
     "family_variance",
     "few_arenas",
     "gls_nonnegative",
+    "in_order",
     "inverse_cosine_transform",
     "kalman_filter",
     "kalman_smooth",
+    "order",
     "overlapping_allan",
     "padded_periodogram",
     "power_law_bank",
@@ -49,9 +52,14 @@ padded_periodogram = _core.padded_periodogram
 Lapped = _core.Lapped
 add_rows = _core.add_rows
 best_pair = _core.best_pair
+chirp_heights = _core.chirp_heights
 squares = _core.squares
 steps = _core.steps
 few_arenas = _core.few_arenas
+
+# -- ranks
+in_order = _core.in_order
+order = _core.order
 
 # -- noise
 Simulator = _core.Simulator

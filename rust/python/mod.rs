@@ -13,6 +13,7 @@ mod likelihood;
 mod lstsq;
 mod machine;
 mod noise;
+mod ranks;
 mod spectrum;
 mod text;
 
@@ -32,9 +33,13 @@ mod _core {
     // spectrum
     #[pymodule_export]
     use super::spectrum::{
-        PyLapped, add_rows, best_pair, cosine_transform, inverse_cosine_transform, padded_periodogram,
-        squares, steps,
+        PyLapped, add_rows, best_pair, chirp_heights, cosine_transform, inverse_cosine_transform,
+        padded_periodogram, squares, steps,
     };
+
+    // ranks
+    #[pymodule_export]
+    use super::ranks::{in_order, order};
 
     // machine
     #[pymodule_export]

@@ -6,8 +6,8 @@ use pyo3::prelude::*;
 use super::gil::{run, run_short};
 use crate::machine::processor::Width;
 use crate::spectrum::lapped::{Lapped, Sums, add_row};
-use crate::spectrum::spans;
 use crate::spectrum::{self, halving};
+use crate::spectrum::{chirps, spans};
 
 /// `spectrum::cosine_transform`.
 #[pyfunction]
@@ -48,6 +48,19 @@ pub fn squares<'py>(
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let (ordinates, edges) = (ordinates.as_slice()?, edges.as_slice()?);
     Ok(run_short(py, || spectrum::squares(ordinates, edges))?.into_pyarray(py))
+}
+
+/// `chirps::heights`.
+#[pyfunction]
+pub fn chirp_heights<'py>(
+    py: Python<'py>,
+    series: PyReadonlyArray1<'py, f64>,
+    first: f64,
+    step: f64,
+    count: usize,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let series = series.as_slice()?;
+    Ok(run(py, |stop| chirps::heights(series, first, step, count, stop))?.into_pyarray(py))
 }
 
 /// `spans::best_pair`: places of the two steps, and the gain.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.effects._known import Deterministic
 
-__all__ = ["Away", "Event", "sines"]
+__all__ = ["Away", "Event", "cosines", "sines"]
 
 #: Ordinates of which one sine each is enough: the square root of those that a search asks for.
 WIDE = 64
@@ -75,10 +75,22 @@ def sines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.fl
 
     Of consecutive ordinates by sin(a + b), one of `WIDE` and one within: a search asks for millions.
     """
+    return _waves(k, j, n, 0.0)
+
+
+def cosines(k: NDArray[np.float64], j: NDArray[np.int64], n: int) -> NDArray[np.float64]:
+    """cos(πjk/n), as `sines`."""
+    return _waves(k, j, n, 0.5 * np.pi)
+
+
+def _waves(
+    k: NDArray[np.float64], j: NDArray[np.int64], n: int, phase: float
+) -> NDArray[np.float64]:
+    """sin(πjk/n + phase), shape (k, j)."""
     if k.size * j.size < 4 * WIDE**2 or j[-1] - j[0] + 1 != j.size:
-        return np.asarray(np.sin(np.pi * j * k[:, None] / n))
+        return np.asarray(np.sin(np.pi * j * k[:, None] / n + phase))
     turn = np.pi / n * k[:, None]
-    coarse = turn * (j[0] + WIDE * np.arange(-(-j.size // WIDE)))
+    coarse = turn * (j[0] + WIDE * np.arange(-(-j.size // WIDE))) + phase
     fine = turn * np.arange(WIDE)
     left = np.stack([np.sin(coarse), np.cos(coarse)], axis=-1)
     right = np.stack([np.cos(fine), np.sin(fine)], axis=-2)

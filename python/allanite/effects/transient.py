@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects._base import Parameter
-from allanite.effects._event import Event
+from allanite.effects._event import Event, cosines, sines
 
 if TYPE_CHECKING:
     from allanite.effects.model import Model
@@ -102,15 +102,22 @@ class Transient(Event):
     def regressor_ordinates(
         cls, points: Sequence[Self], j: NDArray[np.int64], n: int, rate: float, start: float
     ) -> NDArray[np.float64]:
-        """√(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z), z = e^{iθ − 1/(rate T)}, θ = πj/n, A the value at sample k."""
-        at = np.array([p.time or 0.0 for p in points])[:, None]
-        decay = np.array([p.time_constant or 1.0 for p in points])[:, None]
+        """√(2/n) Re e^{iθ(k+½)} A (1 − z^{n−k})/(1 − z), A the value at sample k.
+
+        z = r e^{iθ}, r = e^{−1/(rate T)}, θ = πj/n; e^{iθ/2}/(1 − z) is
+        ((1 − r) cos ½θ + i (1 + r) sin ½θ)/((1 − r)² + 4r sin² ½θ).
+        """
+        at = np.array([p.time or 0.0 for p in points])
+        decay = np.array([p.time_constant or 1.0 for p in points])
         k = np.clip(np.ceil((at - start) * rate - 1e-9), 0, n)
         first = np.exp(-np.maximum(start + k / rate - at, 0.0) / decay)
-        theta, slope = np.pi * j / n, 1.0 / (rate * decay)
+        slope, half = 1.0 / (rate * decay), 0.5 * np.pi * j / n
+        r, less = np.exp(-slope)[:, None], -np.expm1(-slope)[:, None]
+        sine, cosine = np.sin(half), np.cos(half)
         # e^{iθn} = (−1)^j, and what is left of the decay at the end.
-        end = np.where(j % 2 == 0, 1.0, -1.0) * np.exp(-slope * (n - k))
-        turn = np.exp(1j * theta * k)
-        share = np.exp(0.5j * theta) / -np.expm1(1j * theta - slope)
-        there = np.sqrt(2.0 / n) * np.where(k < n, first, 0.0)
-        return np.asarray(there * ((turn - end) * share).real)
+        end = np.where(j % 2 == 0, 1.0, -1.0) * np.exp(-slope * (n - k))[:, None]
+        found = (cosines(k, j, n) - end) * (less * cosine)
+        found -= sines(k, j, n) * ((1.0 + r) * sine)
+        found /= less**2 + 4.0 * r * sine**2
+        found *= (np.sqrt(2.0 / n) * np.where(k < n, first, 0.0))[:, None]
+        return np.asarray(found)

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite import _kernels
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -80,7 +82,7 @@ def tail_of(
     keep = int(n * (1.0 - censored))
     if keep < 50:
         return None
-    rising = magnitudes if ordered else np.sort(magnitudes)
+    rising = magnitudes if ordered else _kernels.in_order(magnitudes)
     median, top = rising[n // 2], rising[keep - 1]
     if not 0.0 < median < top:
         return None
@@ -127,7 +129,7 @@ def outlier_limit(magnitudes: NDArray[np.float64], chance: float, step: float = 
     if step > 0.0:
         spread = np.random.default_rng(0).uniform(-0.5 * step, 0.5 * step, magnitudes.size)
         magnitudes = np.abs(magnitudes + spread)
-    magnitudes = np.sort(magnitudes)
+    magnitudes = _kernels.in_order(np.ascontiguousarray(magnitudes))
     tails = [tail_of(magnitudes, share, ordered=True) for share in CENSORED]
     limits = [t.reach(chance) for t in tails if t is not None]
     return min([*limits, *_powers(magnitudes, chance)], default=np.inf) + 0.5 * step

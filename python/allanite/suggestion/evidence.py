@@ -22,6 +22,7 @@ __all__ = [
     "interval_trials",
     "line_trials",
     "log_chance",
+    "may_show",
     "octave_trials",
     "refine",
     "two_levels",
@@ -29,6 +30,8 @@ __all__ = [
 
 #: Chance of a false suggestion in a whole check.
 FALSE_ALARM = 0.01
+#: What a refit may find beyond what a search promises, times that; and families that share the chance, at least.
+HOPE, SHARED_BY = 1.5, 8.0
 #: Stretches of the time axis whose levels are compared, and of the finer axis on which an interval is placed.
 COARSE, FINE = 256, 4096
 
@@ -69,6 +72,11 @@ def log_chance(family: Family, x: float) -> float:
         if arc > 0.0:
             total = np.logaddexp(total, np.log(arc / (2.0 * np.pi)) - x)
     return float(min(0.0, total + np.log(family.sides)))
+
+
+def may_show(family: Family, promised: float) -> bool:
+    """Whether a rise of logL that a search promises could be significant once it is refitted."""
+    return log_chance(family, HOPE * promised) < np.log(FALSE_ALARM / SHARED_BY)
 
 
 def arc_length(directions: NDArray[np.float64]) -> float:

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.showing import brief
-from allanite.common.threads import results, side_by_side
 from allanite.effects import Moving
 from allanite.fit.likelihood.bands_in_time import in_time, share_of, steady, steady_course
 from allanite.fit.likelihood.expected import density
@@ -154,15 +153,12 @@ def _normalised(whitened: Whitened) -> Whitened | None:
     segments = any(each != 1.0 for *_, each in whitened.bands)
     if segments or _normal(samples):
         return None
-    rng = np.random.default_rng(0)
     if whitened.step > 0.0:
         # In the order of values that rounding made equal is what wanders below a step, and it would be as large as noise.
-        samples = samples + whitened.step * rng.uniform(-0.5, 0.5, samples.size)
-    # Equal values in any order. NumPy sorts to the end; beside it an interrupt is heard.
-    shuffled = rng.permutation(samples.size)
-    [order] = results(side_by_side([lambda: shuffled[np.argsort(samples[shuffled])]]))
+        spread = np.random.default_rng(0).uniform(-0.5, 0.5, samples.size)
+        samples = samples + whitened.step * spread
     scores = np.empty(samples.size)
-    scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
+    scores[_kernels.order(samples)] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
     found = _over_time(_kernels.cosine_transform(scores), [])
     kept = {low for low, *_ in whitened.bands}
     return replace(found, bands=tuple(band for band in found.bands if band[0] in kept))

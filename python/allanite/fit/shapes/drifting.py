@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite import _kernels
 from allanite.common.threads import go_on
 
 if TYPE_CHECKING:
@@ -23,9 +24,8 @@ __all__ = ["MOST_WIDTH", "SAME", "Band", "band_about", "loudest", "polish_drifti
 
 #: Ordinates beside the frequencies that a line passes: in its regression, and in its search.
 BESIDE, LEAST_WIDTH, MOST_WIDTH = 512, 1024, 4096
-#: Step of the drift in a search, in cycles of the record squared; most values of a series turned back at a time, a few
-#: that stay near the processor.
-STEP, AT_A_TIME = 2.0, 1 << 18
+#: Step of the drift in a search, in cycles of the record squared.
+STEP = 2.0
 #: Part of the rough height of the best from which another may be the best, with room; and so many are looked at closely.
 ROUGH, MAY_BE = 0.6, 128
 #: A change of the shapes that gains less of logL stays where it is.
@@ -61,7 +61,9 @@ class Band:
         u = np.arange(k) / k - 0.5
         drifts = STEP * np.arange(-(self.trials // 2), self.trials // 2 + 1, dtype=np.float64)
         # All of them roughly; then those that may be the highest.
-        heights = self._heights(drifts, u * u)
+        heights = _kernels.chirp_heights(
+            self.series.view(np.float64), float(drifts[0]), STEP, drifts.size
+        )
         near = np.flatnonzero(heights >= ROUGH * heights.max())
         best = (0.0, 0.0, -np.inf)
         for drift in drifts[near[np.argsort(-heights[near], kind="stable")[:MAY_BE]]]:
@@ -71,32 +73,6 @@ class Band:
             if power[at] > best[2]:
                 best = (self.first + 0.5 * float(at), float(drift), float(power[at]))
         return best
-
-    def _heights(
-        self, drifts: NDArray[np.float64], square: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
-        """About the highest Fourier power at each rate of drift, in single precision, shape (drifts,).
-
-        At the frequencies of the series and, by the two about each, half way between: at most 13 % less than what a line
-        at any frequency has.
-        """
-        # SciPy transforms several rows at once, which NumPy does not.
-        from scipy.fft import fft
-
-        k = square.size
-        rows = max(1, min(drifts.size, AT_A_TIME // k))
-        # A block is its first row, turned on by the same steps as all others.
-        steps = np.exp(-1j * np.pi * STEP * np.outer(np.arange(rows), square))
-        steps = steps.astype(np.complex64)
-        heights = np.empty(drifts.size, dtype=np.float32)
-        for first in range(0, drifts.size, rows):
-            go_on()
-            row = self.series * np.exp(-1j * np.pi * drifts[first] * square)
-            turned = steps[: drifts.size - first] * row.astype(np.complex64)
-            spectra = fft(turned, k, axis=1, overwrite_x=True)
-            halfway = np.float32(0.25 * np.pi) * (spectra[:, 1:] - spectra[:, :-1])
-            heights[first : first + rows] = np.maximum(_highest(halfway), _highest(spectra))
-        return heights
 
     def gain(self, frequency: float, drift: float) -> float:
         """Rise of logL by a line of this frequency in the middle and this drift."""
@@ -122,13 +98,6 @@ class Band:
         }
         found = minimize(loss, np.array([frequency, drift]), method="Nelder-Mead", options=options)
         return float(found.x[0]), float(found.x[1]), float(-found.fun)
-
-
-def _highest(spectra: NDArray[Any]) -> NDArray[np.float32]:
-    """Highest power of each row, which is lost."""
-    parts = spectra.view(np.float32)
-    np.square(parts, out=parts)
-    return np.asarray((parts[:, ::2] + parts[:, 1::2]).max(axis=1))
 
 
 def seen_at(effect: Deterministic, data: Data) -> NDArray[np.int64]:

@@ -15,7 +15,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.peaks import seen_singly
 from allanite.fit.shapes.deterministic import design_of, regress
 from allanite.fit.shapes.drifting import MOST_WIDTH, Band, band_about, polish_drifting, seen_at
-from allanite.suggestion.evidence import Family, line_trials, log_chance
+from allanite.suggestion.evidence import Family, line_trials, log_chance, may_show
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -135,13 +135,13 @@ def _best(
     if hope < steady + CLEAR or abs(drift) < DRIFTS:
         return None
     frequency = (middle - drift * (0.5 + data.start / T)) / T
-    if frequency <= 0.0:
+    # As if every frequency had been searched at every rate of drift.
+    family = Family("line", width=line_trials(data.n) * band.trials)
+    if frequency <= 0.0 or not may_show(family, hope):
         return None
     effect = blank.with_values(frequency=frequency, drift=drift / T**2)
     effect = polish_drifting(effect, solution.ordinates, noise, data)
     refitted, last, gain = with_it(effect, solution, data)
     if gain < steady + CLEAR:
         return None
-    # As if every frequency had been searched at every rate of drift.
-    chance = log_chance(Family("line", width=line_trials(data.n) * band.trials), gain)
-    return Candidate(last, gain, "line", refitted, 4, log_chance=chance)
+    return Candidate(last, gain, "line", refitted, 4, log_chance=log_chance(family, gain))

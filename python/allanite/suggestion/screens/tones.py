@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from allanite.fit.likelihood.discrepancy import EVIDENCE, best_scale, judge
 from allanite.fit.shapes.tones import louder, placed, polish_burst, search_burst, steady, trials
-from allanite.suggestion.evidence import Family, line_trials, log_chance
+from allanite.suggestion.evidence import Family, line_trials, log_chance, may_show
 from allanite.suggestion.screens.drifting import CLEAR, wanted, with_it
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -47,7 +48,10 @@ def _best(
     frequency = middle / T
     there = [c.gain for c in lasting if _at(c, frequency, 1.0 / ((last - first) * T))]
     least = max([*there, steady(band, middle) / loud]) + CLEAR
-    if hope < least or frequency <= 0.0:
+    family = Family("line", width=line_trials(data.n) * trials(band))
+    if hope < least or frequency <= 0.0 or not may_show(family, hope):
+        return None
+    if _wrong_elsewhere(frequency, 1.0 / ((last - first) * T), solution, data):
         return None
     effect = blank.with_values(
         frequency=frequency, start=data.start + first * T, end=data.start + last * T
@@ -61,8 +65,17 @@ def _best(
     # Bursts one after the other describe anything: one is believed where nothing else is left.
     if gain < least or refitted.discrepancy > 0.0:
         return None
-    chance = log_chance(Family("line", width=line_trials(data.n) * trials(band)), gain)
-    return Candidate(burst, gain, "line", refitted, 5, log_chance=chance)
+    return Candidate(burst, gain, "line", refitted, 5, log_chance=log_chance(family, gain))
+
+
+def _wrong_elsewhere(frequency: float, width: float, solution: Solution, data: Data) -> bool:
+    """Whether a model has a discrepancy in the bins farther than a width from a frequency."""
+    edges = data.bins.edges / (2.0 * data.duration)
+    far = (edges[1:] < frequency - width) | (edges[:-1] > frequency + width)
+    if solution.best.scale is None or not far.any():
+        return False
+    part = solution.power[far], solution.count[far], solution.spectrum[far]
+    return best_scale(*part)[1] > judge(*part, None).log_likelihood + EVIDENCE
 
 
 def _overlap(one: Deterministic, other: Deterministic) -> bool:
