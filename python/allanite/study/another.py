@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.study.errors import errors_fall, predicts, rises, wider
-from allanite.study.moves import one_thing
+from allanite.study.moves import mostly_within, one_thing
 from allanite.suggestion import check_fit
 
 if TYPE_CHECKING:
@@ -71,8 +71,14 @@ def _stands_in(suggestion: Suggestion, before: Fit, better: Fit) -> bool:
 
 
 def is_there(suggestion: Suggestion, fit: Fit) -> bool:
-    """Whether a model has the effect already, or one that is the same hump of the spectrum, or that gives way to it."""
+    """Whether a model has the effect already, or one that is the same hump of the spectrum, or that gives way to it.
+
+    Or takes out the samples in which it is.
+    """
     effect = suggestion.effect
     if suggestion.gives_way or (effect.single and any(e.kind == effect.kind for e in fit.model)):
+        return True
+    out = [e.when for e in fit.model.modifiers if e.removes and e.when is not None]
+    if any(mostly_within(effect, when, fit) for when in out):
         return True
     return any(one_thing(e, effect, fit) for e in fit.model)

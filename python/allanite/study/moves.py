@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.effects import Deterministic, Effect, Model, Modifier, Moving, Stochastic
+from allanite.effects import Deterministic, Effect, Model, Modifier, Moving, Periodic, Stochastic
 from allanite.fit import refitted, removes
 from allanite.fit.engine import solve
 from allanite.fit.result import Fit
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.suggestion.suggest import Suggestion
 
-__all__ = ["CHANCE", "added_to", "one_thing", "pruned", "swapped"]
+__all__ = ["CHANCE", "added_to", "beside", "mostly_within", "one_thing", "pruned", "swapped"]
 
 #: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
 #: showed once, while it explains more than what is not there does by chance.
@@ -124,7 +124,7 @@ def added_to(
         return fit.add(addition), addition.gives_way, ()
     place = next((i for i, e in enumerate(fit.model) if one_thing(e, effect, fit)), None)
     if place is None:
-        return (*_beside(fit, addition, asked), ())
+        return (*beside(fit, addition, asked), ())
     if place < asked:
         return None
     effects = fit.model.effects
@@ -139,24 +139,34 @@ def added_to(
     return (better, (effects[place].kind,), came) if clearly else None
 
 
-def _beside(fit: Fit, addition: Effect | Suggestion, asked: int) -> tuple[Fit, tuple[str, ...]]:
-    """The fit with an effect more, and the kinds of changes of level that went with the samples it takes out."""
+def beside(fit: Fit, addition: Effect | Suggestion, asked: int) -> tuple[Fit, tuple[str, ...]]:
+    """The fit with an effect more, and the kinds of what went with the samples it takes out."""
     effect = addition if isinstance(addition, Effect) else addition.effect
     if not isinstance(effect, Modifier) or not effect.removes or effect.when is None:
         return fit.add(addition), ()
-    gone = [e for e in fit.model.effects[asked:] if _mostly_within(e, effect.when)]
+    gone = [e for e in fit.model.effects[asked:] if mostly_within(e, effect.when, fit)]
     if not gone:
         return fit.add(addition), ()
     rest = tuple(e for e in fit.model.effects if e not in gone)
     return refitted(fit, Model((*rest, effect))), tuple(e.kind for e in gone)
 
 
-def _mostly_within(effect: Effect, when: tuple[float, float]) -> bool:
-    """Whether it is a change of level for a while, by half or more between two times."""
-    if not isinstance(effect, Modifier) or not effect.passing or effect.when is None:
+def mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> bool:
+    """Whether it is of a while, or of moments, by half or more between two times; of a function, half of what changes."""
+    first, last = when
+    if isinstance(effect, Modifier) and effect.moments:
+        inside = sum(first <= moment <= last for moment in effect.moments)
+        return 2 * inside >= len(effect.moments)
+    if isinstance(effect, Deterministic) and not isinstance(effect, Periodic):
+        signal, time = fit.data.signal((effect,)), fit.data.time
+        there = (first <= time) & (time <= last)
+        signal = (signal - signal[~there].mean()) ** 2 if not there.all() else signal
+        return bool(2.0 * signal[there].sum() >= signal.sum())
+    if not isinstance(effect, Modifier) or effect.when is None:
         return False
-    first, last = effect.when
-    return 2.0 * (min(last, when[1]) - max(first, when[0])) >= last - first
+    begin, end = effect.when
+    within = 2.0 * (min(end, last) - max(begin, first)) >= end - begin
+    return (effect.passing or effect.removes) and within
 
 
 def _apart(lines: Sequence[Effect], fit: Fit) -> tuple[Effect, ...]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.study.moves import added_to
 
 RATE, N = 25.0, 60_000
 MODEL = "N+B+K"
@@ -190,3 +191,42 @@ def test_a_coarse_record_that_was_carried_has_one():
     # Of so coarse a record half of the stretch may be added at either side.
     assert 1470.0 - 1.0 < first.start <= 1500.5
     assert 1559.5 <= first.end < 1590.0
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.0, 30.0), (800.0, 860.0), (2340.0, 2400.0)])
+def test_a_strong_shaking_is_as_long_as_it_lasts(first, last):
+    """An octave cut out of the spectrum rings for a minute beside what is a thousand times as powerful.
+
+    Found is half a window of eight periods at most beyond either end, of the lowest octave that hears it end (0.6 Hz: 7 s);
+    and in the record without it nothing else.
+    """
+    time = np.arange(N) / RATE
+    x = _noise(11) + np.where((time >= first) & (time < last), np.sin(2 * np.pi * 1.9 * time), 0.0)
+    study = al.improve(al.Recording(x, rate=RATE), model=MODEL)
+    out = [e for e in study.fit.model if e.kind not in {"angle_random_walk", "rate_random_walk"}]
+    assert [e.kind for e in out if e.kind != "bias_instability"] == ["disturbance"], study
+    [found] = [e for e in out if e.kind == "disturbance"]
+    assert max(0.0, first - 7.0) <= found.start <= first
+    assert last <= found.end <= min(N / RATE, last + 7.0)
+    assert study.adequate
+
+
+def test_what_happened_in_a_stretch_that_is_taken_out_leaves():
+    """A warm-up, outliers and a stretch that were named before the whole stretch: each is nothing of what is left."""
+    time = np.arange(N) / RATE
+    shaken = (time >= 700.0) & (time < 760.0)
+    x = _noise(12) + np.where(shaken, np.random.default_rng(3).standard_normal(N), 0.0)
+    inside = [
+        al.Excursion(start=702.0, end=705.0),
+        al.Outliers.at([701.0, 730.0, 755.0]),
+        al.Disturbance(start=710.0, end=712.0),
+    ]
+    outside = [al.BiasStep(time=300.0), al.Outliers.at([10.0, 2000.0, 730.0])]
+    whole = al.Disturbance(start=699.0, end=761.0)
+    for effect in (*inside, *outside):
+        fit = al.fit_model(al.Recording(x, rate=RATE), al.parse_model(MODEL) + effect)
+        found = added_to(fit, whole, 3)
+        assert found is not None
+        left = [e.kind for e in found[0].model.effects[3:]]
+        assert left == (["disturbance"] if effect in inside else [effect.kind, "disturbance"])
+        assert found[1] == ((effect.kind,) if effect in inside else ())

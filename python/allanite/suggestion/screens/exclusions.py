@@ -22,6 +22,7 @@ from allanite.suggestion.evidence import (
     refine,
     two_levels,
 )
+from allanite.suggestion.screens.edges import without_ringing
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
@@ -199,7 +200,8 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
         return stuck
     bands = octaves_of(with_normal_tails(whitened))
     samples = data.residual(solution.model)
-    found = []
+    found: list[tuple[float, float, float, NDArray[np.float64], float]] = []
+    told = found[:0]
     for low, high, power, freedom in bands:
         size = power.size
         start, end, _, chance = best_interval(power, freedom, min(COARSE, size // 8))
@@ -214,10 +216,14 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
             continue
         # A value of the octave is known to itself.
         times = max(start - 1, 0) / size, min(end + 1, size) / size
-        found.append((chance, *times, power / outside, freedom))
+        ends = without_ringing(samples, low, high, *times)
+        (found if ends is None else told).append(
+            (chance, *(ends or times), power / outside, freedom)
+        )
+    # Where some octaves tell when it was, the others ring.
+    found = sorted(told or found, key=lambda one: one[0])
     if not found:
         return None
-    found.sort(key=lambda one: one[0])
     chance, first, last, _, _ = found[0]
     reach = last - first
     for _, begin, close, power, freedom in found[1:]:

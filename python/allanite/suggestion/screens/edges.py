@@ -1,0 +1,55 @@
+"""Where a stretch in which a band is loud begins and ends: an octave rings before and after what is in it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["without_ringing"]
+
+#: Periods of the middle of a band in a window, and windows that begin within one.
+PERIODS, HOPS = 8, 4
+#: Windows elsewhere with which those of the stretch are compared.
+ELSEWHERE = 64
+#: What is so many times as powerful as elsewhere rings; a window with less power than so many times that is quiet.
+RINGS, QUIET = 10.0, 4.0
+
+
+def without_ringing(
+    samples: NDArray[np.float64], low: int, high: int, first: float, last: float
+) -> tuple[float, float] | None:
+    """The stretch between two parts of a record without what is quiet at its ends in a band of ordinates.
+
+    An octave cut out of the spectrum rings for long beside what is loud in it; a Hann window ends. Half a window is left
+    at either end. None where there is no room for two, or nothing that rings.
+    """
+    n = samples.size
+    length = PERIODS * 4 * n // (low + high)
+    start, end = round(first * n), round(last * n)
+    if end - start < 2 * length:
+        return None
+    window = np.hanning(length)
+    inside = slice(low * length // (2 * n), high * length // (2 * n) + 1)
+
+    def power(at: NDArray[np.int64]) -> NDArray[np.float64]:
+        pieces = np.lib.stride_tricks.sliding_window_view(samples, length)[at]
+        found = np.fft.rfft(pieces * window, axis=1)[:, inside]
+        return np.asarray((found.real**2 + found.imag**2).sum(axis=1))
+
+    hop = length // HOPS
+    at = np.arange(max(0, start - length), min(n, end + length) - length + 1, hop)
+    others = np.concatenate(
+        [np.arange(0, start - length + 1, hop), np.arange(end, n - length + 1, hop)]
+    )
+    if others.size < ELSEWHERE:
+        return None
+    usual = float(np.median(power(others[:: others.size // ELSEWHERE])))
+    there = power(at) / usual if usual > 0.0 else np.zeros(at.size)
+    loud = at[there > QUIET]
+    if not there.size or there.max() < RINGS:
+        return None
+    half = length // 2
+    # What reaches an end of the record begins, or ends, there.
+    begin = start if loud[0] <= half else max(start, int(loud[0]) + half)
+    close = end if loud[-1] + length + hop > n else min(end, int(loud[-1]) + half)
+    return begin / n, close / n
