@@ -12,7 +12,7 @@ PERIODS, HOPS = 8, 4
 #: Windows elsewhere with which those of the stretch are compared.
 ELSEWHERE = 64
 #: What is so many times as powerful as elsewhere rings; a window with less power than so many times that is quiet.
-RINGS, QUIET = 10.0, 4.0
+RINGS, QUIET = 100.0, 4.0
 
 
 def without_ringing(
