@@ -22,14 +22,13 @@ def launched(name):
     with sync_playwright() as play:
         # A Firefox that is not Playwright's own is driven by the standard protocol, WebDriver BiDi.
         more = {"channel": "moz-firefox"} if name == "firefox" else {}
-        browser = getattr(play, name).launch(executable_path=path, **more)
         try:
+            browser = getattr(play, name).launch(executable_path=path, **more)
             browser.new_context().close()
         except Exception as error:
-            browser.close()
             if "unknown command" not in str(error):
                 raise
-            pytest.skip(f"this Playwright does not speak with {path}: install the group test")
+            pytest.skip(f"this Playwright does not speak with {path}: update either")
         yield browser
         browser.close()
 

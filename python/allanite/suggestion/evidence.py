@@ -75,7 +75,10 @@ def log_chance(family: Family, x: float) -> float:
 
 
 def may_show(family: Family, promised: float) -> bool:
-    """Whether a rise of logL that a search promises could be significant once it is refitted."""
+    """Whether a rise of logL that a search promises could be significant once it is refitted.
+
+    Of what has ordinates of its own: a slow function may gain more, for the noise about it was estimated with it.
+    """
     return log_chance(family, HOPE * promised) < np.log(FALSE_ALARM / SHARED_BY)
 
 

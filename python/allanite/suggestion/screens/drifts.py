@@ -24,7 +24,7 @@ from allanite.fit.likelihood.whitened import (
 from allanite.fit.rivals.columns import consistent
 from allanite.fit.rivals.evidence import cost
 from allanite.fit.shapes.matched import best_span, grid_points, matched_gains
-from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_chance, may_show
+from allanite.suggestion.evidence import FALSE_ALARM, Family, arc_length, log_chance
 from allanite.suggestion.screens.spectral import Candidate, Screen
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ __all__ = [
     "screen_slow",
 ]
 
-#: A matched filter that promises less has no richer form.
+#: A matched filter that promises less is not refitted.
 LEAST = 3.0
 #: Shapes tried between the neighbours of the best point of a grid, and what the noise, refitted, may add to its gain.
 BETWEEN, REFITTED = 33, 0.05
@@ -75,21 +75,14 @@ def screen_slow(
         del directions  # tens of megabytes: not while the best is refitted
         families.append(blank.family)
         top = int(np.argmax(gain))
-        start, promise = points[top], float(gain[top])
-        family = Family(blank.family, (arcs[-1],), sides=2)
-        worth = may_show(family, promise)
-        simple = _refit(start, solution, data, rival, whitened) if worth else None
+        worth = gain[top] >= LEAST
+        simple = _refit(points[top], solution, data, rival, whitened) if worth else None
         if simple is not None:
             found.append(simple)
         # Each place of the simple form that is a place of its own might have been the start of these.
         starts = max(1.0, arcs[-1] / (0.5 * np.pi))
-        plain: tuple[Deterministic, float] | None = None
-        if simple is not None and isinstance(simple.effect, Deterministic):
-            plain = simple.effect, simple.gain
-        elif promise >= LEAST and not worth:
-            plain = start, promise
-        forms = _forms(type(blank), plain, simple, starts, solution, data)
-        found += _richer(plain, forms, solution, data, rival, whitened)
+        forms = _forms(type(blank), simple, starts, solution, data)
+        found += _richer(simple, forms, solution, data, rival, whitened)
         arcs += [arc * times for arc, times, _ in forms.values()]
         families += [effect.family for effect in forms]
     return Screen(tuple(found), tuple(arcs), tuple(families))
@@ -97,15 +90,14 @@ def screen_slow(
 
 def _forms(
     kind: type[Deterministic],
-    plain: tuple[Deterministic, float] | None,
     simple: Candidate | None,
     starts: float,
     solution: Solution,
     data: Data,
 ) -> dict[Deterministic, tuple[float, float, Noise]]:
-    """Richer forms of an effect that was found, `plain`, at the best of the shapes that it has not.
+    """Richer forms of an effect that was found, at the best of the shapes that it has not.
 
-    With their arcs, how often each, and the noise in which it was found: that beside the plain one, where it is refitted.
+    With their arcs, how often each, and the noise in which it was found.
 
     Beside them what is there between two places of its kind, which may have nothing to do with the one that was found.
     """
@@ -113,7 +105,7 @@ def _forms(
     beside = None if simple is None else simple.solution
     noise = base if beside is None else beside.noise(data)
     found: dict[Deterministic, tuple[float, float, Noise]] = {}
-    for blank in () if plain is None else plain[0].extended():
+    for blank in () if simple is None else simple.effect.extended():
         assert isinstance(blank, Deterministic)
         grid = grid_points(blank, data)
         gain, directions = matched_gains(grid, solution.ordinates, noise, data, known)
@@ -132,26 +124,28 @@ def _forms(
 
 
 def _richer(
-    plain: tuple[Deterministic, float] | None,
+    simple: Candidate | None,
     forms: Mapping[Deterministic, tuple[float, float, Noise]],
     solution: Solution,
     data: Data,
     rival: Solution | None,
     whitened: Callable[[], Whitened],
 ) -> list[Candidate]:
-    """Those of the richer forms, refitted, that explain more than chance lets them beside the `plain` one and its gain."""
+    """Those of the richer forms, refitted, that explain more than chance lets them."""
     found: list[Candidate] = []
     for effect, (arc, _, noise) in forms.items():
-        had = 0.0 if plain is None else _gain(plain[0], solution, noise, data)
+        plain = 0.0
+        if simple is not None and isinstance(simple.effect, Deterministic):
+            plain = _gain(simple.effect, solution, noise, data)
         best = _gain(effect, solution, noise, data)
-        hope = best - had + REFITTED * best
+        hope = best - plain + REFITTED * best
         if log_chance(Family(effect.family, (arc,)), hope) >= np.log(FALSE_ALARM):
             continue
         candidate = _refit(effect, solution, data, rival, whitened)
         if candidate is None:
             continue
         # Searching for one more time always gains something: what it adds must be more than chance gives.
-        more = candidate.gain - (0.0 if plain is None else plain[1])
+        more = candidate.gain - (0.0 if simple is None else simple.gain)
         added = log_chance(Family(effect.family, (arc,)), more)
         if added < np.log(FALSE_ALARM):
             found.append(candidate)
