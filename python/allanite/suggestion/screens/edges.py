@@ -21,7 +21,7 @@ def without_ringing(
     """The stretch between two parts of a record without what is quiet at its ends in a band of ordinates.
 
     An octave cut out of the spectrum rings for long beside what is loud in it; a Hann window ends. Half a window is left
-    at either end. None where there is no room for two, or nothing that rings.
+    at either end. None where there is no room for two, or nothing that rings there.
     """
     n = samples.size
     length = PERIODS * 4 * n // (low + high)
@@ -52,4 +52,4 @@ def without_ringing(
     # What reaches an end of the record begins, or ends, there.
     begin = start if loud[0] <= half else max(start, int(loud[0]) + half)
     close = end if loud[-1] + length + hop > n else min(end, int(loud[-1]) + half)
-    return begin / n, close / n
+    return (begin / n, close / n) if begin < close else None
