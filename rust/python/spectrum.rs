@@ -6,8 +6,7 @@ use pyo3::prelude::*;
 use super::gil::{run, run_short};
 use crate::machine::processor::Width;
 use crate::spectrum::lapped::{Lapped, Sums, add_row};
-use crate::spectrum::{self, halving};
-use crate::spectrum::{chirps, spans};
+use crate::spectrum::{self, chirps, halving, spans};
 
 /// `spectrum::cosine_transform`.
 #[pyfunction]

@@ -69,6 +69,10 @@ def _quantile(inverse: float, chance: float) -> float:
     return float(-(ndtri(p) if inverse == 0.0 else stdtrit(1.0 / inverse, p)))
 
 
+def _rising(magnitudes: NDArray[np.float64]) -> NDArray[np.float64]:
+    return _kernels.in_order(np.ascontiguousarray(magnitudes))
+
+
 def tail_of(
     magnitudes: NDArray[np.float64], censored: float, *, ordered: bool = False
 ) -> Tail | None:
@@ -82,7 +86,7 @@ def tail_of(
     keep = int(n * (1.0 - censored))
     if keep < 50:
         return None
-    rising = magnitudes if ordered else _kernels.in_order(magnitudes)
+    rising = magnitudes if ordered else _rising(magnitudes)
     median, top = rising[n // 2], rising[keep - 1]
     if not 0.0 < median < top:
         return None
@@ -129,7 +133,7 @@ def outlier_limit(magnitudes: NDArray[np.float64], chance: float, step: float = 
     if step > 0.0:
         spread = np.random.default_rng(0).uniform(-0.5 * step, 0.5 * step, magnitudes.size)
         magnitudes = np.abs(magnitudes + spread)
-    magnitudes = _kernels.in_order(np.ascontiguousarray(magnitudes))
+    magnitudes = _rising(magnitudes)
     tails = [tail_of(magnitudes, share, ordered=True) for share in CENSORED]
     limits = [t.reach(chance) for t in tails if t is not None]
     return min([*limits, *_powers(magnitudes, chance)], default=np.inf) + 0.5 * step

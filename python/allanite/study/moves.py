@@ -20,7 +20,15 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.suggestion.suggest import Suggestion
 
-__all__ = ["CHANCE", "added_to", "beside", "mostly_within", "one_thing", "pruned", "swapped"]
+__all__ = [
+    "CHANCE",
+    "added_to",
+    "mostly_within",
+    "one_thing",
+    "pruned",
+    "swapped",
+    "with_samples_out",
+]
 
 #: An effect is kept while it explains half of what its numbers cost in BIC; one that the start asked for and the record
 #: showed once, while it explains more than what is not there does by chance.
@@ -31,6 +39,8 @@ HARDLY, NEARER = 3.0, 0.8
 #: An Allan error within so many times its expected scatter is chance, as is such a rise on a rung: points at long τ move
 #: together.
 CHANCE = 2.0
+#: Part of the squares of a function's changes in a stretch, from which on it is nothing of what is left without that.
+HARDLY_ELSEWHERE = 0.95
 #: A line this near to a band, in units of 1/T, may be the band's.
 NEAR = 10.0
 #: Two bands are about as wide within this factor.
@@ -124,7 +134,7 @@ def added_to(
         return fit.add(addition), addition.gives_way, ()
     place = next((i for i, e in enumerate(fit.model) if one_thing(e, effect, fit)), None)
     if place is None:
-        return (*beside(fit, addition, asked), ())
+        return (*with_samples_out(fit, addition, asked), ())
     if place < asked:
         return None
     effects = fit.model.effects
@@ -139,7 +149,9 @@ def added_to(
     return (better, (effects[place].kind,), came) if clearly else None
 
 
-def beside(fit: Fit, addition: Effect | Suggestion, asked: int) -> tuple[Fit, tuple[str, ...]]:
+def with_samples_out(
+    fit: Fit, addition: Effect | Suggestion, asked: int
+) -> tuple[Fit, tuple[str, ...]]:
     """The fit with an effect more, and the kinds of what went with the samples it takes out."""
     effect = addition if isinstance(addition, Effect) else addition.effect
     if not isinstance(effect, Modifier) or not effect.removes or effect.when is None:
@@ -152,7 +164,10 @@ def beside(fit: Fit, addition: Effect | Suggestion, asked: int) -> tuple[Fit, tu
 
 
 def mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> bool:
-    """Whether it is of a while, or of moments, by half or more between two times; of a function, half of what changes."""
+    """Whether it is of a while, or of moments, by half or more between two times.
+
+    A function of time is there if it hardly changes elsewhere.
+    """
     first, last = when
     if isinstance(effect, Modifier) and effect.moments:
         inside = sum(first <= moment <= last for moment in effect.moments)
@@ -161,7 +176,7 @@ def mostly_within(effect: Effect, when: tuple[float, float], fit: Fit) -> bool:
         signal, time = fit.data.signal((effect,)), fit.data.time
         there = (first <= time) & (time <= last)
         signal = (signal - signal[~there].mean()) ** 2 if not there.all() else signal
-        return bool(2.0 * signal[there].sum() >= signal.sum())
+        return bool(signal[there].sum() >= HARDLY_ELSEWHERE * signal.sum())
     if not isinstance(effect, Modifier) or effect.when is None:
         return False
     begin, end = effect.when

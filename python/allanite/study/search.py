@@ -20,8 +20,7 @@ from allanite.study.harmonics import with_companions
 from allanite.study.ladder import Rung, Study, came_back
 from allanite.study.levels import one_level, several_levels
 from allanite.study.moved import alone, bins_moved, faded, moved, rise
-from allanite.study.moves import added_to, pruned, swapped
-from allanite.study.moves import beside as went_with
+from allanite.study.moves import added_to, pruned, swapped, with_samples_out
 from allanite.study.pairs import parted
 from allanite.study.stack import unstacked
 from allanite.study.visits import every_visit
@@ -257,10 +256,10 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         if beside.gives_way:
             both_rose = risen + beside.delta_log_likelihood
             return Rung(two, beside.effect, risen=both_rose, trials=beside.trials)
-        alone_there, gone_with_it = went_with(better, beside, len(fit.model))
+        without, gone_with_it = with_samples_out(better, beside, len(fit.model))
         if gone_with_it:
-            rose = risen + rise(better, alone_there)
-            return Rung(alone_there, beside.effect, risen=rose, trials=beside.trials)
+            rose = risen + rise(better, without)
+            return Rung(without, beside.effect, risen=rose, trials=beside.trials)
         less, needless, left = pruned(two, fit, asked, came_back(ladder), stand_in)
         if added.kind in needless and as_good(two, less):
             # It stood for what came beside it.

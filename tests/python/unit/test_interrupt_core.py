@@ -68,3 +68,32 @@ def test_core_hears_an_interrupt(name):
         out, err = process.communicate(timeout=60)
     assert out, f"it ended by itself: {err.decode()[-300:]}"
     assert float(out) - before < ALLOWED
+
+
+SORT = """
+import sys
+import numpy as np
+from allanite import _kernels
+from allanite.fit.likelihood import whitened
+order, sorted_ = _kernels.order, []
+def slowly(values):
+    print("begun", flush=True)
+    for _ in range(20):
+        found = order(values)
+    sorted_.append(True)
+    return found
+_kernels.order = slowly
+x = np.random.default_rng(1).laplace(size=5_000_000)
+try:
+    whitened.with_normal_tails(whitened._over_time(_kernels.cosine_transform(x), []))
+except KeyboardInterrupt:
+    print(len(sorted_), flush=True)
+"""
+
+
+def test_a_sort_does_not_hold_an_interrupt_up():
+    with started(code=HEARS + SORT, stderr=None) as process:
+        assert process.stdout.readline() == b"begun\n"
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+    assert out == b"0\n", "the interrupt came after the sort"

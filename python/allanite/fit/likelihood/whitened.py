@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.showing import brief
+from allanite.common.threads import results, side_by_side
 from allanite.effects import Moving
 from allanite.fit.likelihood.bands_in_time import in_time, share_of, steady, steady_course
 from allanite.fit.likelihood.expected import density
@@ -157,8 +158,10 @@ def _normalised(whitened: Whitened) -> Whitened | None:
         # In the order of values that rounding made equal is what wanders below a step, and it would be as large as noise.
         spread = np.random.default_rng(0).uniform(-0.5, 0.5, samples.size)
         samples = samples + whitened.step * spread
+    # The core sorts to the end; beside it an interrupt is heard.
+    [order] = results(side_by_side([lambda: _kernels.order(samples)]))
     scores = np.empty(samples.size)
-    scores[_kernels.order(samples)] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
+    scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
     found = _over_time(_kernels.cosine_transform(scores), [])
     kept = {low for low, *_ in whitened.bands}
     return replace(found, bands=tuple(band for band in found.bands if band[0] in kept))

@@ -53,6 +53,10 @@ SWELLS = 10.0
 NARROW, FEWEST, ELSEWHERE = 7, 8, 16
 
 
+#: Of an octave that hears a stretch: ln of its chance, from and to which part of the record, relative power, its freedom.
+_Heard = tuple[float, float, float, NDArray[np.float64], float]
+
+
 def at_the_ends(solution: Solution, data: Data) -> NDArray[np.float64]:
     """How far samples of the two ends stand out, in standard deviations where they do, shape (n,), else 0.
 
@@ -200,8 +204,8 @@ def screen_disturbance(solution: Solution, data: Data, whitened: Whitened) -> Ca
         return stuck
     bands = octaves_of(with_normal_tails(whitened))
     samples = data.residual(solution.model)
-    found: list[tuple[float, float, float, NDArray[np.float64], float]] = []
-    told = found[:0]
+    found: list[_Heard] = []
+    told: list[_Heard] = []
     for low, high, power, freedom in bands:
         size = power.size
         start, end, _, chance = best_interval(power, freedom, min(COARSE, size // 8))
