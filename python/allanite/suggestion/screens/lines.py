@@ -32,9 +32,8 @@ __all__ = ["screen_lines"]
 FEWEST_CYCLES = 4
 #: Lines refitted in full, of the strongest ones; and those of a comb, which stand out by `CLEAR`.
 FEWEST, MOST = 2, 12
-#: A peak lower than this is not worth a refit: a search of a hundred samples reaches it; nor is one that does not stand out
-#: with what it may gain between two places of the search.
-LEAST, HOPE = 6.0, 1.25
+#: A peak lower than this is not worth a refit: a search of a hundred samples reaches it.
+LEAST = 6.0
 #: Height above the noise of a harmonic: 3 in 10 000 at each place by chance. And the highest looked for.
 CLEAR, HIGHEST = 8.0, 12
 #: Highest harmonic of a train of pulses, which has them all: which of them the strongest line may be, and the share of
@@ -92,10 +91,9 @@ def screen_lines(
         go_on()
         give_back(data.samples.size)
         top, above = _strongest(ratio, data.n)
-        level = next(level for end, level in levels if top < end)
-        hope = (HOPE * level - 1.0) * ratio[top] if k < FEWEST else 0.0
-        if ratio[top] <= LEAST or above + hope < CLEAR:
+        if ratio[top] <= LEAST or (k >= FEWEST and above < CLEAR):
             break
+        level = next(level for end, level in levels if top < end)
         width, surplus = _wander(top, solution, data, level)
         base, multiples = _comb(ratio, top, width)
         for m in multiples:
