@@ -137,9 +137,10 @@ def test_improve_takes_up_the_check_that_is_at_work(hidden, monkeypatch):
 
 
 def test_what_improve_waits_for_ends_with_it(hidden, monkeypatch):
-    ends = threading.Event()
+    begun, ends = threading.Event(), threading.Event()
 
     def forever(_fit, progress):
+        begun.set()
         try:
             while True:
                 progress(0, 1)
@@ -151,8 +152,7 @@ def test_what_improve_waits_for_ends_with_it(hidden, monkeypatch):
     tab = Tab([Source("hidden", recording=hidden)], 1)
     tab.open(0)
     first = tab.job
-    while not first.gives_way:
-        time.sleep(0.001)
+    assert begun.wait(60.0)
     tab.improve()
     tab.cancel()
     tab.job.wait(30.0)
