@@ -20,14 +20,17 @@ from allanite.summary.stretch import Stretch
 from allanite.summary.summary import Summary
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
+    from concurrent.futures import Future
 
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["summarise", "taken_in"]
 
-#: Samples taken at a time, and rows of many columns: tiles enough for several threads, and not too many for the cache.
-SAMPLES, ROWS = 1 << 19, 1 << 17
+#: Samples taken at a time, and rows of many columns: tiles enough for several threads, and little memory.
+SAMPLES, ROWS = 1 << 19, 1 << 18
+#: Rows whose columns are put in order at a time: they stay in the cache.
+BLOCK = 1 << 13
 #: Bytes of a mapped file, about, after which they are let go.
 SEEN = 1 << 23
 
@@ -91,7 +94,7 @@ def taken_in(
     """`summarise` by so many threads, which do not change a bit of it: where others are at work beside it, by one."""
     if start < 0:
         raise InputError(f"start is {start}: the index of the first sample, from 0")
-    with Pool(1) if threads > 1 else nullcontext() as pool:
+    with Pool(threads) if threads > 1 else nullcontext() as pool:
         return _taken_in(chunks, (rate, unit, columns), start, path, threads, pool)
 
 
@@ -108,38 +111,65 @@ def _taken_in(
     for chunk in _pieces(chunks):
         taken, about = _taken(chunk, *asked)
         if stretch is None:
-            head = about
+            head, width = about, sum(map(len, taken))
             stretch = Stretch.begun(
                 start,
                 len(about["columns"]),
                 len(about["covariates_named"]),
                 about["rate"],
                 about["units"],
-                # One is at work on the curves.
-                max(1, threads - 1),
+                # Columns and their curves are at work side by side.
+                max(1, threads - 1 if width == 1 else threads // width),
             )
         elif {**about, "path": None} != {**head, "path": None}:
             raise InputError(
                 f"a chunk with {', '.join(about['columns'])} at {about['rate']:g} Hz follows chunks with"
                 f" {', '.join(head['columns'])} at {head['rate']:g} Hz"
             )
-        mapped, seen = _mapped(chunk), 0
-        count = taken[0].shape[1]
-        step = max(ROWS, SAMPLES // sum(table.shape[0] for table in taken))
-        for at in range(0, count, step):
-            # Column by column a table would go through the cache once for each.
-            rows = [x for table in taken for x in np.ascontiguousarray(table[:, at : at + step])]
-            stretch.update(rows, pool)
-            seen += sum(x.nbytes for x in rows)
-            if mapped is not None and (seen >= SEEN or at + step >= count):
-                # Pages that were read stay with the system, but do not count as memory of this process.
-                mapped.madvise(mmap.MADV_DONTNEED)
-                seen = 0
+        at_work: list[Future[None]] = []
+        for rows in _rows(taken, _mapped(chunk)):
+            if pool is None:
+                stretch.update(rows)
+            else:
+                # Rows are read while those before them are taken in.
+                _ended(at_work)
+                at_work = [pool.submit(task) for task in stretch.tasks(rows)]
+        # The caller may use the memory of a chunk again.
+        _ended(at_work)
     if stretch is None or stretch.stop == stretch.start:
         raise TooShortError("no samples")
     _kernels.trim()
     head["path"] = path if path is not None else head["path"]
     return Summary(**head, stretches=(stretch,))
+
+
+def _rows(tables: list[NDArray[Any]], mapped: mmap.mmap | None) -> Iterator[list[NDArray[Any]]]:
+    """The samples of every column, so many at a time."""
+    seen, count = 0, tables[0].shape[1]
+    step = max(ROWS, SAMPLES // sum(map(len, tables)))
+    for at in range(0, count, step):
+        rows = [x for table in tables for x in _in_order(table[:, at : at + step])]
+        yield rows
+        seen += sum(x.nbytes for x in rows)
+        if mapped is not None and (seen >= SEEN or at + step >= count):
+            # Pages that were read stay with the system, but do not count as memory of this process.
+            mapped.madvise(mmap.MADV_DONTNEED)
+            seen = 0
+
+
+def _in_order(table: NDArray[Any]) -> NDArray[Any]:
+    """A row a column, each in one piece; a few samples of all at a time, for a column is read with its neighbours."""
+    if table.shape[0] == 1 or table.flags.c_contiguous:
+        return np.ascontiguousarray(table)
+    out = np.empty(table.shape, table.dtype)
+    for at in range(0, table.shape[1], BLOCK):
+        out[:, at : at + BLOCK] = table[:, at : at + BLOCK]
+    return out
+
+
+def _ended(tasks: list[Future[None]]) -> None:
+    for task in tasks:
+        task.result()
 
 
 def _mapped(chunk: Any) -> mmap.mmap | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from allanite.summary.level import Level, join
 from allanite.summary.sums import Sum
 
 if TYPE_CHECKING:
-    from allanite.common.threads import Pool
+    from collections.abc import Callable
 
 __all__ = ["Extremes", "Stretch"]
 
@@ -152,28 +153,22 @@ class Stretch:
             [Extremes() for _ in range(columns)],
         )
 
-    def update(self, columns: list[NDArray[Any]], pool: Pool | None = None) -> None:
-        """Take the samples that follow, an array a column and covariate; with a pool, curves beside the levels."""
+    def update(self, columns: list[NDArray[Any]]) -> None:
+        """Take the samples that follow, an array a column and covariate."""
+        for task in self.tasks(columns):
+            task()
+
+    def tasks(self, columns: list[NDArray[Any]]) -> list[Callable[[], None]]:
+        """`update` as tasks that may run side by side; all of them must end before the next."""
         values = [np.require(x, np.float64, ["C", "A"]) for x in columns]
-
-        def look() -> None:
-            for curve, extremes, given, x in zip(
-                self.curves, self.extremes, columns, values, strict=False
-            ):
-                # The curve of whole numbers is exact.
-                whole = given if given.dtype.kind in "iu" else x
-                for first in range(0, x.size, FEW):
-                    curve.update(whole[first : first + FEW])
-                    extremes.update(x[first : first + FEW], self.stop + first)
-
-        beside = None if pool is None else pool.submit(look)
-        if beside is None:
-            look()
-        for level, x in zip(self.levels, values, strict=True):
-            level.extend(x)
-        if beside is not None:
-            beside.result()
+        at = self.stop
         self.stop += columns[0].size
+        levels = zip(self.levels, values, strict=True)
+        looks = zip(self.curves, self.extremes, columns, values, strict=False)
+        return [
+            *(partial(level.extend, x) for level, x in levels),
+            *(partial(_look, curve, extremes, at, given, x) for curve, extremes, given, x in looks),
+        ]
 
     def merge(self, other: Stretch) -> None:
         """Take the stretch that begins where this one ends; it is used up."""
@@ -224,3 +219,13 @@ class Stretch:
             [Accumulator.restored(one) for one in state["curves"]],
             [Extremes.restored(one) for one in state["extremes"]],
         )
+
+
+def _look(
+    curve: Accumulator, extremes: Extremes, at: int, given: NDArray[Any], x: NDArray[np.float64]
+) -> None:
+    # The curve of whole numbers is exact.
+    whole = given if given.dtype.kind in "iu" else x
+    for first in range(0, x.size, FEW):
+        curve.update(whole[first : first + FEW])
+        extremes.update(x[first : first + FEW], at + first)
