@@ -139,7 +139,7 @@ def _with_harmonics(fit: Fit, effect: Effect) -> Fit:
         # The phase of a multiple wanders m times as far: where that is a random walk, its band is m² times as wide.
         wide = m * m * half
         first, last = (round(2.0 * (m * middle + s * wide) * data.duration) for s in (-1.0, 1.0))
-        if last >= data.n or first < 1:
+        if last >= white.size or first < 1:
             break
         excess = white[first : last + 1]
         count = excess.size
@@ -179,7 +179,7 @@ def _modulated(fit: Fit, place: int) -> Fit:
     low, high = (2.0 * data.duration * f for f in effect.occupies)
     middle, half = round(0.5 * (low + high)), max(1, round(0.5 * (high - low)))
     first = int(APART * half)
-    last = min(int(FARTHEST * middle), data.n - 1 - middle - 2 * half)
+    last = min(int(FARTHEST * middle), fit.solution.ordinates.size - 1 - middle - 2 * half)
     if last - first < 4 * half or _modulating(effect, 1.0, 1.0) is None:
         return fit
     total = np.cumsum(_power(fit)[middle - last - 2 * half : middle + last + 2 * half + 1])

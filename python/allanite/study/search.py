@@ -10,7 +10,6 @@ from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
 from allanite.effects import Away, Modifier, Stochastic
 from allanite.fit import fit_model
-from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
 from allanite.study.another import is_there, with_another
@@ -295,7 +294,7 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         better = split
     else:
         less, needless, still_asked = pruned(better, fit, asked, came_back(ladder), stand_in)
-        if needless and (as_good(better, less) or _unseen(needless, better, less)):
+        if needless and as_good(better, less):
             better, removed, asked = less, needless, still_asked
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
         own = set(range(asked)) | {len(better.model) - 1}
@@ -323,22 +322,6 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         return None
     start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
     return Rung(better, new[0], (*gave_way, *removed), risen, start, tuple(new[1:]))
-
-
-def _unseen(kinds: Sequence[str], fit: Fit, less: Fit) -> bool:
-    """Whether the record shows no effect of some kinds, and no error rises by more than its scatter without them."""
-    places = [i for i, e in enumerate(fit.model) if e.kind in kinds]
-    if any(shown(fit, i) for i in places) or not errors_fall(fit, less):
-        return False
-    had, has, chance = (
-        value or 0.0
-        for value in (
-            fit.error.adev_rms_percent,
-            less.error.adev_rms_percent,
-            less.error.chance_rms_percent,
-        )
-    )
-    return has - had <= chance
 
 
 def _split(fit: Fit, places: Sequence[int], new: list[Effect], removed: list[str]) -> Fit | None:

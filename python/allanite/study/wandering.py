@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import CATALOGUE, Model, Stochastic
 from allanite.fit import refitted
-from allanite.fit.likelihood.peaks import seen_singly
+from allanite.fit.likelihood.peaks import FEW
 from allanite.fit.rivals.evidence import RIVAL, evidence
 from allanite.study.errors import errors_fall
 from allanite.study.ladder import Rung
@@ -32,7 +32,7 @@ def wandering(fit: Fit, suggestion: Suggestion, asked: int) -> Rung | None:
     a third. None beside a line of the first `asked` effects, or where there is none.
     """
     line = suggestion.effect
-    if not _is_line(line) or not seen_singly(fit.data):
+    if not _is_line(line) or fit.data.lost > FEW:
         return None
     near = [
         i

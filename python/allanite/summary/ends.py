@@ -14,23 +14,12 @@ from numpy.typing import NDArray
 from allanite.common.showing import brief
 from allanite.spectrum import bridge_gaps
 from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, hard_block, regridded
-from allanite.summary.level import BANDS, MARGIN, TILE, Level, bands_of, far
-from allanite.summary.sums import Blocks, Sum
+from allanite.summary.level import MARGIN, TILE, Level, Octave, add_bands, bands_of, far
+from allanite.summary.sums import Sum
 
-__all__ = ["Octave", "Read", "depth_of", "read"]
+__all__ = ["Read", "depth_of", "read"]
 
 Array = NDArray[np.float64]
-
-
-@dataclass(slots=True, eq=False)
-class Octave:
-    """Power of one level: of each coefficient from `LOW`, over all segments, and over time."""
-
-    power: Sum
-    frames: float
-    blocks: Blocks
-
-    __repr__ = brief
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,8 +64,8 @@ def read(level: Level, depth: int) -> Read:
             tail = np.concatenate([*here.tail, after])
             start = here.start - before.size
             tail_at = here.tiles[1] * TILE - MARGIN
-            found = Octave(Sum(here.power.high, here.power.low), here.frames, Blocks.empty(BANDS))
-            found.blocks.merge(here.blocks)
+            found = Octave(Sum.zeros(here.power.high.size))
+            found.add(here)
             if at == depth:
                 raise AssertionError("a level that keeps all samples was asked for")
             before = _end(found, head, start, (True, False), here)
@@ -91,7 +80,7 @@ def read(level: Level, depth: int) -> Read:
         if at == depth:
             break
         size = SEGMENT - LOW if at == 0 else LOW
-        found = Octave(Sum.zeros(size), 0.0, Blocks.empty(BANDS))
+        found = Octave(Sum.zeros(size))
         before = _end(found, samples, start, (True, True), level)
         after, here = np.zeros(0), None
         start = (start + start % 2) // 2
@@ -157,4 +146,4 @@ def _add_segments(
         frames = (b - a) / SEGMENT
         found.power.add(power)
         found.frames += frames
-        found.blocks.add(int((a + b) // 2 // TILE), bands_of(power[:LOW])[None], frames)
+        add_bands(found, int((a + b) // 2 // TILE), bands_of(power[:LOW])[None], frames)

@@ -13,21 +13,56 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.showing import brief
 from allanite.spectrum import bridge_gaps
 from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, kernel, segments
 from allanite.summary.sums import Blocks, Sum
 
-__all__ = ["BANDS", "KEEP", "MARGIN", "TILE", "Level", "bands_of", "far", "join", "tile_of"]
+__all__ = [
+    "BANDS",
+    "FINE",
+    "KEEP",
+    "MARGIN",
+    "TILE",
+    "Level",
+    "Octave",
+    "add_bands",
+    "bands_of",
+    "far",
+    "join",
+    "tile_of",
+]
 
 Array = NDArray[np.float64]
 #: Samples of a tile, and those beside it that it needs.
 TILE, MARGIN = 16384, SEGMENT // 2
 #: A level with no more samples than this keeps them all.
 KEEP = 1 << 18
-#: Bands of a level in the map over time.
-BANDS = 8
+#: Bands of a level in the map over time and most blocks of it (at twice as few they are split no further), and in the map
+#: in which a band is looked for that moves.
+BANDS, BLOCKS = 8, 512
+FINE, SECTIONS = 38 * BANDS, 128
 #: A segment of which more is missing is left out.
 MISSING = 1.0 / 8.0
+
+
+@dataclass(slots=True, eq=False)
+class Octave:
+    """Power of one level: of each coefficient from `LOW`, over all segments, and in bands over time."""
+
+    power: Sum
+    frames: float = 0.0
+    blocks: Blocks = field(default_factory=lambda: Blocks.empty(BANDS, BLOCKS))
+    sections: Blocks = field(default_factory=lambda: Blocks.empty(FINE, SECTIONS))
+
+    __repr__ = brief
+
+    def add(self, other: Octave | Level) -> None:
+        """Add the power of another stretch of the same stream, at the same level."""
+        self.power.add(other.power.high, other.power.low)
+        self.frames += other.frames
+        self.blocks.merge(other.blocks)
+        self.sections.merge(other.sections)
 
 
 @dataclass(slots=True, eq=False)
@@ -46,8 +81,8 @@ class Level:
         Of the coefficients from `LOW`: to twice that, on the first level to the last.
     frames : float
         Segments that were summed.
-    blocks : Blocks
-        The same in `BANDS` bands over time.
+    blocks, sections : Blocks
+        The same in `BANDS` and in `FINE` bands over time.
     deeper : Level or None
     threads : int
         Of the core; the numbers do not depend on it.
@@ -62,7 +97,8 @@ class Level:
     tiles: tuple[int, int] | None = None
     power: Sum = field(default_factory=lambda: Sum.zeros(0))
     frames: float = 0.0
-    blocks: Blocks = field(default_factory=lambda: Blocks.empty(BANDS))
+    blocks: Blocks = field(default_factory=lambda: Blocks.empty(BANDS, BLOCKS))
+    sections: Blocks = field(default_factory=lambda: Blocks.empty(FINE, SECTIONS))
     deeper: Level | None = None
     threads: int = 1
 
@@ -131,10 +167,10 @@ class Level:
                 # As far as no sample is missing, by all threads.
                 half = np.empty((count - done) * TILE // 2)
                 sums = LOW, self.power.high, self.power.low
-                bands, taken = kernel().tiles(x[done * TILE :], half, sums, BANDS, self.threads)
+                bands, taken = kernel().tiles(x[done * TILE :], half, sums, FINE, self.threads)
                 if taken:
                     self.frames += 2.0 * taken
-                    self.blocks.add(first + done, bands.reshape(taken, BANDS), 2.0)
+                    add_bands(self, first + done, bands.reshape(taken, FINE), 2.0)
                     out.append(half[: taken * TILE // 2])
                     done += taken
                     continue
@@ -144,7 +180,7 @@ class Level:
                 kept = power[LOW : LOW + self.power.high.size]
                 self.power.add(kept)
                 self.frames += frames
-                self.blocks.add(first + done, bands_of(kept[:LOW])[None], frames)
+                add_bands(self, first + done, bands_of(kept[:LOW])[None], frames)
             out.append(half)
             done += 1
         return _one(out)
@@ -162,13 +198,16 @@ class Level:
             "power": self.power.state(),
             "frames": self.frames,
             "blocks": self.blocks.state(),
+            "sections": self.sections.state(),
             "deeper": None if self.deeper is None else self.deeper.state(),
         }
 
     @classmethod
     def restored(cls, state: dict[str, Any]) -> Level:
         """The level whose state that was."""
-        blocks, power, tiles = state["blocks"], state["power"], state["tiles"]
+        power, tiles = state["power"], state["tiles"]
+        # A file of the time before bands were looked for that move has none.
+        sections = state.get("sections")
         return cls(
             state["depth"],
             state["start"],
@@ -179,12 +218,10 @@ class Level:
             None if tiles is None else (tiles[0], tiles[1]),
             Sum(power["high"].copy(), power["low"].copy()),
             state["frames"],
-            Blocks(
-                blocks["size"],
-                blocks["first"],
-                Sum(blocks["high"].copy(), blocks["low"].copy()),
-                blocks["frames"].copy(),
-            ),
+            Blocks.restored(state["blocks"], BLOCKS),
+            Blocks.empty(FINE, SECTIONS)
+            if sections is None
+            else Blocks.restored(sections, SECTIONS),
             None if state["deeper"] is None else cls.restored(state["deeper"]),
         )
 
@@ -231,7 +268,8 @@ def join(left: Level, right: Level) -> Level:
         right.power.add(left.power.high, left.power.low)
         right.frames += left.frames
         left.blocks.merge(right.blocks)
-        right.blocks = left.blocks
+        left.sections.merge(right.sections)
+        right.blocks, right.sections = left.blocks, left.sections
     right.start = left.start
     return right
 
@@ -269,9 +307,15 @@ def far(gaps: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return out
 
 
+def add_bands(to: Level | Octave, tile: int, power: Array, frames: float) -> None:
+    """Add the power of the `FINE` bands of consecutive tiles, of so many segments each, to both maps over time."""
+    to.blocks.add(tile, power.reshape(power.shape[0], BANDS, -1).sum(axis=2), frames)
+    to.sections.add(tile, power, frames)
+
+
 def bands_of(power: Array) -> Array:
-    """Sums over the `BANDS` bands of a level's octave."""
-    return np.add.reduceat(power, [power.size * band // BANDS for band in range(BANDS)])
+    """Sums over the `FINE` bands of a level's octave."""
+    return np.add.reduceat(power, [power.size * band // FINE for band in range(FINE)])
 
 
 def _one(parts: list[Array]) -> Array:

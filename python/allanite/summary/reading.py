@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.summary.ends import Octave, depth_of, read
-from allanite.summary.level import BANDS, KEEP
-from allanite.summary.sums import Blocks, Sum
+from allanite.summary.ends import depth_of, read
+from allanite.summary.level import KEEP, Octave
+from allanite.summary.sums import Sum
 
 if TYPE_CHECKING:
     from allanite.summary.level import Level
@@ -58,11 +58,8 @@ def read_column(levels: list[Level], depth: int | None = None) -> Reading:
         samples[one.start - first : one.start - first + one.samples.size] = one.samples
     octaves = []
     for at in range(depth):
-        total = Octave(Sum.zeros(found[0].octaves[at].power.high.size), 0.0, Blocks.empty(BANDS))
+        total = Octave(Sum.zeros(found[0].octaves[at].power.high.size))
         for one in found:
-            octave = one.octaves[at]
-            total.power.add(octave.power.high, octave.power.low)
-            total.frames += octave.frames
-            total.blocks.merge(octave.blocks)
+            total.add(one.octaves[at])
         octaves.append(total)
     return Reading(tuple(octaves), samples, first)

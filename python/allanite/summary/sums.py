@@ -13,8 +13,6 @@ from allanite import _kernels
 __all__ = ["Blocks", "Sum"]
 
 Array = NDArray[np.float64]
-#: Most blocks of the time axis; at twice as few they are split no further.
-MOST = 512
 
 
 @dataclass(slots=True, eq=False)
@@ -55,23 +53,31 @@ class Blocks:
     Attributes
     ----------
     size : int
-        Exponent of two of the tiles in a block; it grows so that there are at most `MOST` blocks.
+        Exponent of two of the tiles in a block; it grows so that there are at most `most` blocks.
     first : int
         Number of the first block.
     sums : Sum, shape (blocks, bands)
     frames : ndarray, shape (blocks,)
         Segments in each block.
+    most : int
     """
 
     size: int
     first: int
     sums: Sum
     frames: Array
+    most: int
 
     @classmethod
-    def empty(cls, bands: int) -> Blocks:
+    def empty(cls, bands: int, most: int) -> Blocks:
         """No block yet."""
-        return cls(0, 0, Sum.zeros((0, bands)), np.zeros(0))
+        return cls(0, 0, Sum.zeros((0, bands)), np.zeros(0), most)
+
+    @classmethod
+    def restored(cls, state: dict[str, Any], most: int) -> Blocks:
+        """The blocks whose state that was."""
+        sums = Sum(state["high"].copy(), state["low"].copy())
+        return cls(state["size"], state["first"], sums, state["frames"].copy(), most)
 
     def add(self, tile: int, power: Array, frames: float) -> None:
         """Add the band powers of consecutive tiles, shape (tiles, bands), of so many segments each."""
@@ -93,7 +99,7 @@ class Blocks:
             return
         while self.size < other.size:
             self._coarsen()
-        theirs = Blocks(other.size, other.first, other.sums, other.frames)
+        theirs = Blocks(other.size, other.first, other.sums, other.frames, self.most)
         while theirs.size < self.size:
             theirs._coarsen()
         self._make_room(theirs.first, theirs.first + theirs.frames.size)
@@ -121,7 +127,7 @@ class Blocks:
             frames[here] = self.frames
             self.frames = frames
             self.first = low
-        while self.frames.size > MOST:
+        while self.frames.size > self.most:
             self._coarsen()
 
     def _coarsen(self) -> None:

@@ -19,7 +19,15 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Process, Solution
 
-__all__ = ["band_of", "in_time", "share_of", "shares_about", "steady", "steady_course"]
+__all__ = [
+    "band_of",
+    "in_time",
+    "moving_power",
+    "share_of",
+    "shares_about",
+    "steady",
+    "steady_course",
+]
 
 #: Edges of cells about the middle of a band, in half-widths, and the share from which a process is seen in one.
 ASIDES = (0.2, 0.4, 0.6, 0.8, 1.0, 1.3, 1.7, 2.2, 3.0, 4.0, 6.0, 9.0, 13.0, 20.0, 30.0)
@@ -68,6 +76,20 @@ def steady_course(
             _divide(white[first:last], 1.0 + share * (there - 1.0))
 
 
+def moving_power(
+    solution: Solution, data: Data, j: NDArray[np.int64], times: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Power of ordinates j at some times over their mean, shape (times, ordinates), by bands that move."""
+    power = np.ones((times.size, j.size))
+    for own in solution.processes:
+        if isinstance(own.effect, Moving) and own.theta:
+            loud = at_each_time(own.effect.stretches, j, data)
+            there = weights(times, data.span, loud.shape[0]).T @ loud
+            share = _shares(own, solution, data, j)
+            power *= 1.0 + share * (there - 1.0)
+    return power
+
+
 def _divide(band: NDArray[np.float64], power: NDArray[np.float64]) -> None:
     """Divide ordinates of a band by the root of a power over time, in place."""
     band[:] = _kernels.cosine_transform(in_time(band) / np.sqrt(power))[1:]
@@ -88,10 +110,15 @@ def shares_about(
 
 def share_of(process: Process, solution: Solution, data: Data, ordinate: int) -> float:
     """Part of the model's density at an ordinate that a process makes."""
-    j = np.array([ordinate])
-    total = density(data.terms(solution.model), j, data.n)[0]
-    own = density(data.unit_terms(solution.model, process.effect), j, data.n)[0]
-    return float(process.theta * own / total)
+    return float(_shares(process, solution, data, np.array([ordinate]))[0])
+
+
+def _shares(
+    process: Process, solution: Solution, data: Data, j: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    total = density(data.terms(solution.model), j, data.n)
+    own = density(data.unit_terms(solution.model, process.effect), j, data.n)
+    return np.asarray(process.theta * own / total)
 
 
 def band_of(band: tuple[float, float], data: Data, n: int) -> tuple[int, int]:

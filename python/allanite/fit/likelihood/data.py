@@ -14,13 +14,16 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.threads import go_on
 from allanite.deviation import oadev
+from allanite.fit.likelihood.peaks import seen_singly
 from allanite.fit.likelihood.remembered import Remembered, room_for, times_of
+from allanite.fit.likelihood.sections import SectionsOfSamples
 from allanite.fit.likelihood.stop_band import bins_seen
 from allanite.spectrum import Bins, bridge_gaps
 
 if TYPE_CHECKING:
     from allanite.effects import Deterministic, Model, Stochastic
     from allanite.effects.terms import Term
+    from allanite.fit.likelihood.sections import Sections
 
 __all__ = ["LOWEST", "Data", "prepare", "without_samples"]
 
@@ -82,6 +85,11 @@ class Data:
         return times_of(self.n, self.rate, self.start)
 
     @property
+    def lost(self) -> float:
+        """Share of the samples that are missing."""
+        return 0.0 if self.missing is None else float(np.mean(self.missing))
+
+    @property
     def duration(self) -> float:
         """Seconds."""
         return self.n / self.rate
@@ -100,10 +108,23 @@ class Data:
         return model.unit_terms(effect, self.rate, self.span)
 
     def octaves(
-        self, expected: Callable[[NDArray[np.int64]], NDArray[np.float64]]
+        self,
+        expected: Callable[[NDArray[np.int64]], NDArray[np.float64]],
+        louder: Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]],
     ) -> list[tuple[int, int, NDArray[np.float64], float]]:
         """Power over time of octaves of which no single ordinates are kept: of a recording there are none."""
         return []
+
+    def most_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
+        """In how many `sections`, at `most`, half of a band, Hz, has so many ordinates; 0 where much is missing."""
+        number = most if seen_singly(self) else 0
+        while number and (band[1] - band[0]) * self.duration / number < resolved:
+            number //= 2
+        return number
+
+    def sections(self, model: Model, number: int) -> Sections:
+        """So many equal sections, without the known functions of a model."""
+        return SectionsOfSamples(self.residual(model), self.rate, number)
 
     def half(self, which: int) -> Data:
         """The first (0) or second (1) half, as a record of its own."""

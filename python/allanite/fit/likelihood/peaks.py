@@ -17,10 +17,12 @@ if TYPE_CHECKING:
     from allanite.spectrum import Bins
 
 __all__ = [
+    "FEW",
     "bins_near",
     "by_ordinates",
     "is_narrow",
     "means_near",
+    "near_seen_singly",
     "nodes_of",
     "seen_singly",
     "within",
@@ -52,13 +54,21 @@ def is_narrow(effect: Effect) -> bool:
 
 def seen_singly(data: Data) -> bool:
     """Whether every ordinate is kept (not those of a summary) and shows itself alone: next to no sample is missing."""
-    few = data.missing is None or int(np.count_nonzero(data.missing)) <= FEW * data.missing.size
-    return few and data.ordinates.size == data.n
+    return data.ordinates.size == data.n and data.lost <= FEW
+
+
+def near_seen_singly(effect: Effect, data: Data) -> bool:
+    """Whether the ordinates about a band are: a summary has the lowest."""
+    if data.lost > FEW:
+        return False
+    return bool(
+        data.bins.edges[bins_near(effect, data.bins, data.rate)[-1] + 1] <= data.ordinates.size
+    )
 
 
 def by_ordinates(effect: Effect, data: Data) -> bool:
     """Whether the shapes of an effect are fitted to single ordinates: of a narrow band, where the record has them all."""
-    if not is_narrow(effect) or not seen_singly(data):
+    if not is_narrow(effect) or not near_seen_singly(effect, data):
         return False
     assert isinstance(effect, Stochastic)
     free = len(effect.free_shapes) == sum(p.role == "shape" for p in effect.parameters)

@@ -18,16 +18,20 @@ from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.deviation import Deviation, oadev
 from allanite.fit.likelihood.data import Data
+from allanite.fit.likelihood.peaks import FEW
 from allanite.fit.likelihood.remembered import Remembered
+from allanite.fit.likelihood.sections import Cells
 from allanite.spectrum import Bins, bins_of, bridge_gaps
 from allanite.summary.lapped import LOW, SEGMENT, gain
-from allanite.summary.level import BANDS, TILE
+from allanite.summary.level import BANDS, FINE, TILE
 from allanite.summary.lines import without_lines
 
 if TYPE_CHECKING:
     from allanite.effects import Model
+    from allanite.fit.likelihood.sections import Sections
     from allanite.summary import Summary
     from allanite.summary.reading import Reading
+    from allanite.summary.sums import Blocks
 
 __all__ = ["SummaryData", "of_summary", "refused"]
 
@@ -112,6 +116,11 @@ class SummaryData(Data):
         return int(self.samples.size) * self.factor
 
     @property
+    def lost(self) -> float:
+        """Share of the kept samples that are missing."""
+        return float(np.mean(np.isnan(self.reading.samples)))
+
+    @property
     def time(self) -> Array:
         """Middle of each kept sample, s since the first sample of the recording."""
         time = np.arange(self.samples.size, dtype=np.float64)
@@ -147,13 +156,15 @@ class SummaryData(Data):
         found = _interpolated(signal, least, self.factor, self.rate)
         return np.asarray(found * factors / least)
 
-    def octaves(self, expected: Any) -> list[tuple[int, int, Array, float]]:
+    def octaves(self, expected: Any, louder: Any) -> list[tuple[int, int, Array, float]]:
         """Power over time of the octaves that are kept in segments, over what is expected, from the top.
 
         Parameters
         ----------
         expected : callable
             Density of ordinates j, U² per sample.
+        louder : callable
+            Power of ordinates j at some times over that, shape (times, ordinates).
 
         Returns
         -------
@@ -165,15 +176,15 @@ class SummaryData(Data):
         for level, octave in enumerate(self.reading.octaves):
             scale, blocks = 1 << level, octave.blocks
             per = self.n / (SEGMENT * scale)
-            edges = np.linspace(0, LOW, BANDS + 1).astype(np.int64) + LOW
-            middle = 0.5 * (edges[1:] + edges[:-1])
+            edges, middle, loss = _fine(level)
             j = np.clip(np.round(middle * per), 1, self.n - 1).astype(np.int64)
-            loss = gain(np.asarray(middle / (2.0 * SEGMENT * scale), np.float64), level) ** 2
-            model = expected(j) * np.diff(edges) * loss / scale
-            power = (blocks.sums.value / model).mean(axis=1)
+            at = self.block_edges(blocks, scale)
+            times = self.span[0] + 0.5 * (at[1:] + at[:-1]) / self.rate
+            model = expected(j) * np.diff(edges) * loss * louder(j, times)
+            power = (blocks.sums.value / model.reshape(-1, BANDS, FINE // BANDS).sum(axis=2)).mean(
+                axis=1
+            )
             # Of each cell the share of the blocks that lie in it.
-            first = blocks.first * (TILE << blocks.size) * scale - self.summary.start
-            at = first + np.arange(blocks.frames.size + 1) * float((TILE << blocks.size) * scale)
             cells = np.linspace(0.0, self.summary.n, CELLS + 1)
             total = np.diff(np.interp(cells, at, np.concatenate([[0.0], np.cumsum(power)])))
             frames = np.diff(
@@ -185,6 +196,75 @@ class SummaryData(Data):
             out.append((low, high, ratio, (high - low) / CELLS))
             cut = low
         return out
+
+    def block_edges(self, blocks: Blocks, scale: int) -> Array:
+        """Where blocks begin and end, in samples of the record."""
+        size = float((TILE << blocks.size) * scale)
+        edges = (blocks.first + np.arange(blocks.frames.size + 1)) * size - self.summary.start
+        return np.asarray(edges.clip(0.0, self.summary.n))
+
+    def most_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
+        """In how many `sections`, at `most`, half of a band, Hz, has so many ordinates, or two cells; 0 where in none."""
+        low, high = band
+        bottom, top = _limits(self)
+        if not bottom < 0.5 * (low + high) < top or self.lost > FEW:
+            return 0
+        level = int(np.log2(top / (0.5 * (low + high))))
+        octave = self.reading.octaves[level]
+        if octave.sections.frames.sum() < (1.0 - FEW) * octave.frames:
+            return 0
+        if (high - low) * SEGMENT * (1 << level) / self.rate < max(resolved, 2.0 * LOW / FINE):
+            return 0
+        number = most
+        while number > octave.sections.frames.size:
+            number //= 2
+        return number
+
+    def sections(self, model: Model, number: int) -> Sections:
+        """So many equal sections; known functions of time are below the frequencies of these."""
+        return SectionsOfSummary(self, number)
+
+
+class SectionsOfSummary:
+    """Sections of the octaves that a summary keeps in segments."""
+
+    def __init__(self, data: SummaryData, number: int) -> None:
+        self.data, self.number, self.limits = data, number, _limits(data)
+
+    def cells(self, within: tuple[float, float], _step: float) -> Cells:
+        """The cells that are kept between two frequencies, Hz, as wide as they are."""
+        data, power, count, at = self.data, [], [], []
+        ends = np.linspace(0.0, data.summary.n, self.number + 1)
+        for level, octave in enumerate(data.reading.octaves):
+            edges, middle, loss = _fine(level)
+            hertz = data.rate / (2.0 * SEGMENT * (1 << level))
+            inside = (edges[:-1] * hertz > within[0]) & (edges[1:] * hertz < within[1])
+            if not inside.any():
+                continue
+            # Of each section the share of the blocks that lie in it.
+            block = data.block_edges(octave.sections, 1 << level)
+            shared = np.minimum(ends[1:, None], block[1:]) - np.maximum(ends[:-1, None], block[:-1])
+            share = np.clip(shared, 0.0, None) / np.maximum(np.diff(block), 1e-9)
+            number = np.outer(share @ octave.sections.frames, np.diff(edges))[:, inside]
+            total = (share @ octave.sections.sums.value / loss)[:, inside]
+            power.append(total / np.maximum(number, 1e-9))
+            count.append(number)
+            at.append((np.round(middle[inside]).astype(np.int64), SEGMENT << level))
+        return Cells(np.hstack(power), np.hstack(count), tuple(at))
+
+
+def _fine(level: int) -> tuple[Array, Array, Array]:
+    """Edges and middles of the fine bands of a level, in its coefficients, and what is left there of a density."""
+    edges = LOW + np.arange(FINE + 1) * LOW // FINE
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    loss = gain(middle / (2.0 * SEGMENT * 2.0**level), level) ** 2 / 2.0**level
+    return edges, middle, loss
+
+
+def _limits(data: SummaryData) -> tuple[float, float]:
+    """Frequencies between which the power in segments is kept over time, Hz."""
+    top = LOW / SEGMENT * data.rate
+    return top / (1 << len(data.reading.octaves)), top
 
 
 def _interpolated(samples: Array, factors: NDArray[np.int64], factor: int, rate: float) -> Array:

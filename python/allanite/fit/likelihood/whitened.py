@@ -18,7 +18,13 @@ from allanite import _kernels
 from allanite.common.showing import brief
 from allanite.common.threads import results, side_by_side
 from allanite.effects import Moving
-from allanite.fit.likelihood.bands_in_time import in_time, share_of, steady, steady_course
+from allanite.fit.likelihood.bands_in_time import (
+    in_time,
+    moving_power,
+    share_of,
+    steady,
+    steady_course,
+)
 from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.peaks import nodes_of
 from allanite.fit.likelihood.stop_band import without_empty
@@ -95,7 +101,10 @@ def whiten(solution: Solution, data: Data) -> Whitened:
     for own in solution.processes:
         if isinstance(own.effect, Moving):
             steady_course(white, own, own.effect, solution, data)
-    bands = data.octaves(lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j))))
+    bands = data.octaves(
+        lambda j: np.exp(_log_density(solution, data, solution.level, np.log(j))),
+        lambda j, times: moving_power(solution, data, j, times),
+    )
     found = _over_time(white, bands)
     found = replace(found, step=step_in(data, found.samples))
     if not any(effect.passing for effect in solution.model.modifiers):
@@ -127,15 +136,15 @@ def _steadied(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
 
 def _relative_power(solution: Solution, data: Data) -> NDArray[np.float64]:
     """Power of the white noise at each sample that is kept over the record's mean."""
+    if solution.ordinates.size != data.n:
+        return expected_level(solution.model, data, solution.ordinates.size)
     gain = np.ones(data.n)
     for effect in solution.model.modifiers:
         if effect.passing:
             gain *= effect.gain(data.time, data.covariates)
     gain **= 2
     gain /= gain.mean()
-    if solution.ordinates.size == data.n:
-        return gain
-    return expected_level(solution.model, data, solution.ordinates.size)
+    return gain
 
 
 def with_normal_tails(whitened: Whitened) -> Whitened:

@@ -16,7 +16,7 @@ from allanite.fit.likelihood.peaks import (
     bins_near,
     by_ordinates,
     is_narrow,
-    seen_singly,
+    near_seen_singly,
     within,
 )
 
@@ -280,7 +280,9 @@ def _share(effect: Stochastic, data: Data) -> float:
     """
     if by_ordinates(effect, data):
         return 1.0
-    if effect.occupies is None or effect.banded(1.0, 1.001) is None or not seen_singly(data):
+    if effect.occupies is None or effect.banded(1.0, 1.001) is None:
+        return 0.0
+    if not near_seen_singly(effect, data):
         return 0.0
     low, high = effect.occupies
     width = 2.0 * (high - low) / (high + low) if high > low else np.inf

@@ -12,16 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite import _kernels
 from allanite.effects import CATALOGUE, Effect, Model, Moving, Stochastic
 from allanite.fit.engine import solve
-from allanite.fit.likelihood.expected import density
-from allanite.fit.likelihood.peaks import seen_singly
 from allanite.suggestion.screens.band_levels import overlap
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
+    from allanite.fit.likelihood.sections import Cells
     from allanite.fit.solution import Process, Solution
 
 __all__ = ["bands_to_follow", "screen_moving"]
@@ -41,12 +39,10 @@ WAYS = (1 + int(np.log2(SECTIONS / FEWEST))) * (len(WIDTHS) + 2) * len(REACHES)
 
 
 def bands_to_follow(solution: Solution, data: Data) -> list[Process]:
-    """The bands of a model that are wide enough to be placed in a section; none of a summary, or where much is missing.
+    """The bands of a model that are wide enough to be placed in a section; none where much is missing.
 
     Beside one that moves, what is left of it moves too.
     """
-    if not seen_singly(data):
-        return []
     known = [e.occupies for e in solution.model if isinstance(e, Moving) and e.occupies is not None]
     bands = [own for own in solution.processes if _may_move(own, data)]
     return [
@@ -60,8 +56,7 @@ def screen_moving(bands: list[Process], solution: Solution, data: Data) -> tuple
     """For each of the bands that is elsewhere in other sections, the model with one that moves in its place."""
     if not bands:
         return ()
-    residual = data.residual(solution.model)
-    found = (_candidate(own, solution, data, residual) for own in bands)
+    found = (_candidate(own, solution, data) for own in bands)
     return tuple(c for c in found if c is not None)
 
 
@@ -77,11 +72,7 @@ def _movable(effect: Stochastic) -> bool:
 
 def _sections(band: Stochastic, data: Data) -> int:
     """In how many sections it can be placed, at most."""
-    low, high = band.occupies or (0.0, 0.0)
-    number = SECTIONS
-    while number >= FEWEST and (high - low) * data.duration / number < RESOLVED:
-        number //= 2
-    return number
+    return data.most_sections(band.occupies or (0.0, 0.0), SECTIONS, RESOLVED)
 
 
 def _moving(band: Stochastic, course: tuple[float, ...]) -> Moving | None:
@@ -90,10 +81,10 @@ def _moving(band: Stochastic, course: tuple[float, ...]) -> Moving | None:
     return next((one for cls in kinds if (one := cls.along(band, course)) is not None), None)
 
 
-def _candidate(own: Process, solution: Solution, data: Data, residual: Array) -> Candidate | None:
+def _candidate(own: Process, solution: Solution, data: Data) -> Candidate | None:
     low, high = own.effect.occupies or (0.0, 0.0)
     width = (high - low) / (high + low)
-    sections = _Sections(own, solution, data, residual)
+    sections = _Sections(own, solution, data)
     course = sections.course([width * w for w in WIDTHS], own.theta, (own.effect,))
     if course is None:
         return None
@@ -165,15 +156,11 @@ class _Course:
 
 
 class _Sections:
-    """Squared ordinates of sections of a record, in which a band of a model is looked for."""
+    """Sections of a record, in which a band of a model is looked for."""
 
-    def __init__(self, own: Process, solution: Solution, data: Data, residual: Array) -> None:
-        self.own, self.model, self.rate, self.data = own, solution.model, data.rate, data
-        number = _sections(own.effect, data)
-        # Some samples at the end of the record are left out.
-        self.n = residual.size // number
-        pieces = residual[: number * self.n].reshape(number, self.n)
-        self.squares = np.array([_kernels.cosine_transform(piece) ** 2 for piece in pieces])
+    def __init__(self, own: Process, solution: Solution, data: Data) -> None:
+        self.own, self.model, self.data = own, solution.model, data
+        self.sections = data.sections(solution.model, _sections(own.effect, data))
 
     def course(self, widths: list[float], theta: float, gone: tuple[Effect, ...]) -> _Course | None:
         """Where a band of one of some half-widths (over the middle) and of a strength is, as explains most.
@@ -184,8 +171,9 @@ class _Sections:
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
         found: _Course | None = None
         for reach in REACHES:
-            first = max(middle - reach * half, 2.0 * half)
-            last = min(middle + reach * half, 0.5 * self.rate - half)
+            lowest, highest = self.sections.limits
+            first = max(middle - reach * half, lowest + half, 2.0 * half)
+            last = min(middle + reach * half, highest - half)
             courses = [self._course(w, theta, (first, last), gone) for w in widths]
             found = max(filter(None, courses), key=lambda course: course.risen, default=None)
             if found is None:
@@ -209,17 +197,17 @@ class _Sections:
         bands = [b for f in places if (b := effect.banded(f * (1 - width), f * (1 + width)))]
         if not bands or len(bands) < places.size:
             return None
-        at, count, power = self._cells(within, step)
+        cells = self._cells(within, step)
 
         def gains(rest: Array, band: Stochastic, strength: float) -> Array:
             there = Model(tuple(band if e is effect else e for e in self.model))
-            expected = rest + strength * density(there.unit_terms(band, self.rate), at, self.n)
-            return np.asarray(-0.5 * (np.log(expected) + power / expected) @ count)
+            of_band = cells.expected(there.unit_terms(band, self.data.rate))
+            return cells.log_likelihood(rest + strength * of_band)
 
-        rest = self._rest((effect,), at)
+        rest = self._rest((effect,), cells)
         levels = [level * self.own.theta for level in LEVELS]
         known = np.max([gains(rest, effect, level) for level in levels], axis=0)
-        rest = self._rest(gone, at)
+        rest = self._rest(gone, cells)
         rows = np.stack([gains(rest, band, theta) - known for band in bands], axis=1)
         best: _Course | None = None
         while rows.shape[0] >= FEWEST:
@@ -230,24 +218,16 @@ class _Sections:
             rows = rows[::2] + rows[1::2]
         return best
 
-    def _rest(self, gone: tuple[Effect, ...], at: NDArray[np.int64]) -> Array:
+    def _rest(self, gone: tuple[Effect, ...], cells: Cells) -> Array:
         """What the model without some effects expects of squared ordinates."""
         others = Model(_without(self.model, gone))
-        terms = self.data.terms(others) if others.stochastic else ()
-        return density(terms, at, self.n) if terms else np.zeros(at.size)
+        return cells.expected(self.data.terms(others) if others.stochastic else ())
 
-    def _cells(
-        self, within: tuple[float, float], step: float
-    ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-        """Middle ordinates of cells, how many are in each, and their mean squares in each section."""
+    def _cells(self, within: tuple[float, float], step: float) -> Cells:
+        """Where a band may be, and beside it."""
         low, high = self.own.effect.occupies or (0.0, 0.0)
         aside = 0.5 * ASIDE * (high - low)
-        first, last = max(within[0] - aside, step), min(within[1] + aside, 0.5 * self.rate)
-        cells = np.round(np.arange(first, last, step) * 2.0 * self.n / self.rate)
-        edges: NDArray[np.int64] = np.unique(cells.astype(np.int64).clip(1, self.n))
-        count = np.diff(edges)
-        power = np.add.reduceat(self.squares[:, : edges[-1]], edges[:-1], axis=1) / count
-        return np.asarray((edges[:-1] + edges[1:] - 1) // 2, dtype=np.int64), count, power
+        return self.sections.cells((within[0] - aside, within[1] + aside), step)
 
 
 def _half(band: Stochastic) -> float:

@@ -18,7 +18,7 @@ from allanite.common.showing import brief
 from allanite.effects import CATALOGUE, Effect, Model, Modifier, Stochastic
 from allanite.fit.engine import solve, with_coefficients
 from allanite.fit.likelihood.expected import column_of
-from allanite.fit.likelihood.peaks import by_ordinates, seen_singly
+from allanite.fit.likelihood.peaks import FEW, by_ordinates
 from allanite.fit.likelihood.random_part import RandomPart
 from allanite.fit.likelihood.whittle import climb_many
 from allanite.fit.shapes.narrow import flat_about
@@ -171,7 +171,7 @@ def _within_a_bin(
     data = part.data
     if not isinstance(point, Stochastic) or point.banded(1.0, 1.001) is None:
         return None
-    if not seen_singly(data):
+    if data.lost > FEW:
         return None
     best = max(narrow_bands(base, data, white), key=lambda band: band.gain, default=None)
     if best is None or _chance(FLAT * best.gain, data) > np.log(FALSE_ALARM):
