@@ -61,7 +61,7 @@ class Level(Modifier):
     --------
     How a check of levels makes such an effect of what it found:
 
-    >>> al.NoiseLevels.switched((5.0, 9.0), (2.0, 1.0)).switching_at((5.5, 9.0)).switches
+    >>> al.NoiseLevels.switched((5.0, 9.0), (2.0, 1.0)).switching_at((5.5, 9.0), (2.0, 1.0)).switches
     ((5.5, 9.0), (2.0, 1.0))
     >>> al.PeriodicNoiseLevel.gated(60.0, 12.0, 0.25, 2.0).share
     0.25
@@ -99,6 +99,6 @@ class Level(Modifier):
         """Times of its changes, s, and the factors from each on; by default none."""
         return (), ()
 
-    def switching_at(self, times: tuple[float, ...]) -> Self:
-        """The same with other `times` of its changes, s."""
+    def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
+        """The same with other `times` of its changes, s, and other `factors` from each on."""
         return self

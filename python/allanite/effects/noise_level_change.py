@@ -59,9 +59,9 @@ class NoiseLevelChange(Level):
         """Times (s) and factors of its two changes, into the interval and out of it."""
         return ((), ()) if self.when is None else (self.when, (self.factor or 1.0, 1.0))
 
-    def switching_at(self, times: tuple[float, ...]) -> Self:
-        """A copy with its changes at these times, s."""
-        return self.with_values(start=times[0], end=times[1])
+    def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
+        """A copy with its two changes at these times, s, and the first of these factors between them."""
+        return self.with_values(start=times[0], end=times[1], factor=factors[0])
 
     @property
     def when(self) -> tuple[float, float] | None:

@@ -87,9 +87,9 @@ class NoiseLevels(Level):
         """Times (s) and factors of its changes."""
         return self.times or (), self.factors or ()
 
-    def switching_at(self, times: tuple[float, ...]) -> Self:
-        """A copy with its changes at these times, s."""
-        return self.with_values(times=times)
+    def switching_at(self, times: tuple[float, ...], factors: tuple[float, ...]) -> Self:
+        """A copy with its changes at these times, s, to these factors."""
+        return self.with_values(times=times, factors=factors)
 
     @property
     def changes(self) -> float:

@@ -115,6 +115,10 @@ class Data:
         """Power over time of octaves of which no single ordinates are kept: of a recording there are none."""
         return []
 
+    def as_seen(self, power: NDArray[np.float64], first: int) -> NDArray[np.float64]:
+        """Power over time as the map over time shows it in the octave from an ordinate on."""
+        return power
+
     def most_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
         """In how many `sections`, at `most`, half of a band, Hz, has so many ordinates; 0 where much is missing."""
         number = most if seen_singly(self) else 0

@@ -71,9 +71,9 @@ class SectionsOfSamples:
     def cells(self, within: tuple[float, float], step: float) -> Cells:
         """Cells of about a `step` between two frequencies, Hz."""
         first, last = max(within[0], step), min(within[1], 0.5 * self.rate)
-        edges = np.round(np.arange(first, last, step) * 2.0 * self.n / self.rate)
-        edges = np.unique(edges.astype(np.int64).clip(1, self.n))
+        places = np.round(np.arange(first, last, step) * 2.0 * self.n / self.rate)
+        edges: NDArray[np.int64] = np.unique(places.astype(np.int64).clip(1, self.n))
         count = np.diff(edges)
         power = np.add.reduceat(self.squares[:, : edges[-1]], edges[:-1], axis=1) / count
-        middles = (edges[:-1] + edges[1:] - 1) // 2
+        middles = np.asarray((edges[:-1] + edges[1:] - 1) // 2, dtype=np.int64)
         return Cells(power, np.broadcast_to(count, power.shape), ((middles, self.n),))

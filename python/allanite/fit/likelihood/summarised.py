@@ -186,10 +186,7 @@ class SummaryData(Data):
             )
             # Of each cell the share of the blocks that lie in it.
             cells = np.linspace(0.0, self.summary.n, CELLS + 1)
-            total = np.diff(np.interp(cells, at, np.concatenate([[0.0], np.cumsum(power)])))
-            frames = np.diff(
-                np.interp(cells, at, np.concatenate([[0.0], np.cumsum(blocks.frames)]))
-            )
+            total, frames = (_shared(values, at, cells) for values in (power, blocks.frames))
             mean = total.sum() / max(frames.sum(), 1e-9)
             ratio = np.where(frames > 0.0, total / np.maximum(frames, 1e-9), mean)
             low, high = round(LOW * per), min(round(2 * LOW * per), cut)
@@ -202,6 +199,20 @@ class SummaryData(Data):
         size = float((TILE << blocks.size) * scale)
         edges = (blocks.first + np.arange(blocks.frames.size + 1)) * size - self.summary.start
         return np.asarray(edges.clip(0.0, self.summary.n))
+
+    def as_seen(self, power: Array, first: int) -> Array:
+        """Power in cells as the map shows it in the octave from an ordinate on: where a block is longer, its mean."""
+        per = self.n / SEGMENT
+        level = round(np.log2(LOW * per / max(first, 1)))
+        if level >= len(self.reading.octaves) or round(LOW * per / (1 << level)) != first:
+            return power
+        edges = np.unique(self.block_edges(self.reading.octaves[level].blocks, 1 << level))
+        # What is less than a block at an end is with its neighbour.
+        edges[0], edges[-1] = 0.0, self.summary.n
+        cells = np.linspace(0.0, self.summary.n, CELLS + 1)
+        means = _shared(power, cells, edges) / _shared(np.ones(CELLS), cells, edges)
+        sizes = np.diff(edges)
+        return _shared(means * sizes, edges, cells) / _shared(sizes, edges, cells)
 
     def most_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
         """In how many `sections`, at `most`, half of a band, Hz, has so many ordinates, or two cells; 0 where in none."""
@@ -253,10 +264,15 @@ class SectionsOfSummary:
         return Cells(np.hstack(power), np.hstack(count), tuple(at))
 
 
-def _fine(level: int) -> tuple[Array, Array, Array]:
+def _shared(values: Array, edges: Array, others: Array) -> Array:
+    """Sums of values between edges, between other edges: of each the share that lies there."""
+    return np.diff(np.interp(others, edges, np.concatenate([[0.0], np.cumsum(values)])))
+
+
+def _fine(level: int) -> tuple[NDArray[np.int64], Array, Array]:
     """Edges and middles of the fine bands of a level, in its coefficients, and what is left there of a density."""
-    edges = LOW + np.arange(FINE + 1) * LOW // FINE
-    middle = 0.5 * (edges[1:] + edges[:-1])
+    edges = LOW + np.arange(FINE + 1, dtype=np.int64) * LOW // FINE
+    middle = np.asarray(0.5 * (edges[1:] + edges[:-1]), dtype=np.float64)
     loss = gain(middle / (2.0 * SEGMENT * 2.0**level), level) ** 2 / 2.0**level
     return edges, middle, loss
 

@@ -129,7 +129,7 @@ def _steadied(solution: Solution, data: Data, whitened: Whitened) -> Whitened:
         if own >= DOMINATES and low in steady:
             bands.append(steady[low])
         else:
-            expected = expected_level(solution.model, data, power.size)
+            expected = data.as_seen(expected_level(solution.model, data, power.size), low)
             bands.append((low, high, power / (1.0 + own * (expected - 1.0)), each))
     return Whitened(samples, tuple(bands), whitened.step)
 

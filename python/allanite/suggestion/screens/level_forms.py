@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +27,7 @@ __all__ = [
     "screen_cycle",
     "screen_several",
     "series_of",
+    "within_cells",
 ]
 
 Array = NDArray[np.float64]
@@ -38,6 +40,8 @@ CLOSE = 3.0
 PERIODS, HARMONICS, PHASES, NEAR = 4, 6, 64, 33
 #: Slope of the logarithm of the chance of H (de Jager & Büsching 2010, A&A 517).
 H_SLOPE = 0.398
+#: Values of the map of a summary over which a change of level is spread at most.
+BLURRED = 12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,6 +72,10 @@ class Series:
     def time(self, place: float) -> float:
         """Time of an edge between values, s."""
         return float(self.start + place * (self.end - self.start) / self.power.size)
+
+    def place(self, time: float) -> float:
+        """Edge between values at a time."""
+        return float((time - self.start) / (self.end - self.start) * self.power.size)
 
     def white(self, ratio: float) -> float:
         """Ratio of the white powers where those of all are in this one: what else is there dilutes it."""
@@ -247,6 +255,44 @@ def moved(
         worse = np.log(before / after) + some * (1.0 / before - 1.0 / after)
         out[k] = low + int(np.argmin(np.concatenate([[0.0], np.cumsum(worse)])))
     return out
+
+
+def within_cells(
+    power: Array, places: Sequence[float], factors: Sequence[float]
+) -> tuple[list[float], list[float]]:
+    """Borders of levels within the values of a map over time, and the power from each on over that at the start.
+
+    A value of such a map may be a mean over more than its own time. What is known of the levels is what is well inside
+    their stretches, of one for all that have one of the `factors`; about each border is as much power as the levels on both
+    sides make.
+    """
+    known = [1.0, *factors]
+    at = np.arange(power.size) + 0.5
+
+    def levels(borders: Sequence[float]) -> list[float]:
+        ends = [0.0, *borders, float(power.size)]
+        inside: dict[float, list[Array]] = {}
+        for factor, (low, high) in zip(known, pairwise(ends), strict=True):
+            aside = min(BLURRED, 0.25 * (high - low))
+            first, last = low + aside * (low > 0.0), high - aside * (high < power.size)
+            inside.setdefault(factor, []).append(power[(first < at) & (at < last)])
+        means = {factor: np.concatenate(parts) for factor, parts in inside.items()}
+        return [
+            float(means[factor].mean()) if means[factor].size else factor**2 for factor in known
+        ]
+
+    out = list(places)
+    for _ in range(2):
+        level, ends = levels(out), [0.0, *out, float(power.size)]
+        for k, (low, place, high) in enumerate(zip(ends[:-2], ends[1:-1], ends[2:], strict=True)):
+            first = round(max(0.5 * (low + place), place - BLURRED))
+            last = round(min(0.5 * (place + high), place + BLURRED))
+            before, after = level[k], level[k + 1]
+            if last > first and before != after:
+                excess = float((power[first:last] - before).sum())
+                out[k] = float(np.clip(last - excess / (after - before), first, last))
+    level = levels(out)
+    return out, [one / level[0] for one in level[1:]]
 
 
 def _needed(

@@ -23,6 +23,7 @@ from allanite.suggestion.screens.level_forms import (
     screen_cycle,
     screen_several,
     series_of,
+    within_cells,
 )
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -99,7 +100,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     price = 0.5 * np.log(max(series.freedom * series.power.size, 2.0))
     best = max(c.gain - price * c.parameters for c in found)
     kept = [c for c in found if c.gain - price * c.parameters > best - CLOSE]
-    kept = [_refitted(_sharp(c, data, whitened), solution, data) for c in kept]
+    kept = [_refitted(_sharp(c, solution, data, whitened), solution, data) for c in kept]
     if any(effect.passing for effect in solution.model.modifiers):
         kept = [c for c in kept if _steadies(c, data, series)]
     return kept
@@ -160,18 +161,32 @@ def level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
     return 3 + len(columns)
 
 
-def _sharp(candidate: Candidate, data: Data, whitened: Whitened) -> Candidate:
-    """With its times where single samples put them: a loud one outside would be an outlier."""
+def _sharp(candidate: Candidate, solution: Solution, data: Data, whitened: Whitened) -> Candidate:
+    """With its times where single samples put them: a loud one outside would be an outlier.
+
+    Of a summary where the power in its cells puts them, of which each may be partly loud.
+    """
     effect = candidate.effect
-    if not isinstance(effect, Level) or not effect.switches[0] or whitened.samples.size != data.n:
+    if not isinstance(effect, Level) or not effect.switches[0]:
         return candidate
     times, factors = effect.switches
+    if whitened.samples.size != data.n:
+        octaves = tuple(band for band in whitened.bands if band[3] != 1.0)
+        power, share, freedom = white_power(solution, data, replace(whitened, bands=octaves))
+        if power is None:
+            return candidate
+        cells = Series(power, power, freedom, share, *data.span)
+        borders, relative = within_cells(power, [cells.place(time) for time in times], factors)
+        factors = tuple(float(np.sqrt(cells.white(level))) for level in relative)
+        return replace(
+            candidate, effect=effect.switching_at(tuple(map(cells.time, borders)), factors)
+        )
     square = whitened.samples**2
     places = np.round((np.array(times) - data.start) * data.rate).astype(np.int64)
     levels = np.array([1.0, *factors]) ** 2
     levels *= square.mean() / (float(levels @ np.diff([0, *places, data.n])) / data.n)
     moments = data.start + moved(square, places, levels, SHARP, 1) / data.rate
-    return replace(candidate, effect=effect.switching_at(tuple(moments.tolist())))
+    return replace(candidate, effect=effect.switching_at(tuple(moments.tolist()), factors))
 
 
 def _refitted(candidate: Candidate, solution: Solution, data: Data) -> Candidate:
