@@ -10,6 +10,7 @@ from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
 from allanite.effects import Away, Modifier, Stochastic
 from allanite.fit import fit_model
+from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
 from allanite.study.another import is_there, with_another
@@ -44,6 +45,8 @@ AS_FOUND = 0.8
 VISIBLE = 0.05
 #: log10 of the p-value from which what happens once is there whatever the Allan curve says.
 SURE = -4.0
+#: Part of the scatter of an Allan error by which it may rise without what the record does not show.
+UNSEEN = 0.5
 
 
 @one_thread()
@@ -294,7 +297,7 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         better = split
     else:
         less, needless, still_asked = pruned(better, fit, asked, came_back(ladder), stand_in)
-        if needless and as_good(better, less):
+        if needless and (as_good(better, less) or _unseen(needless, better, less)):
             better, removed, asked = less, needless, still_asked
         tried: set[tuple[str, str]] = {(added.kind, kind) for kind in gone}
         own = set(range(asked)) | {len(better.model) - 1}
@@ -322,6 +325,22 @@ def _helpful(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Ru
         return None
     start = sum(kind in {e.kind for e in ladder[0].fit.model} for kind in removed)
     return Rung(better, new[0], (*gave_way, *removed), risen, start, tuple(new[1:]))
+
+
+def _unseen(kinds: Sequence[str], fit: Fit, less: Fit) -> bool:
+    """Whether the record shows no effect of some kinds, and no error rises by more than half of its scatter without."""
+    places = [i for i, e in enumerate(fit.model) if e.kind in kinds]
+    if any(shown(fit, i) for i in places) or not errors_fall(fit, less):
+        return False
+    had, has, chance = (
+        value or 0.0
+        for value in (
+            fit.error.adev_rms_percent,
+            less.error.adev_rms_percent,
+            less.error.chance_rms_percent,
+        )
+    )
+    return has - had <= UNSEEN * chance
 
 
 def _split(fit: Fit, places: Sequence[int], new: list[Effect], removed: list[str]) -> Fit | None:
