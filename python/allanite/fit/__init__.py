@@ -9,10 +9,10 @@ from allanite.common.several import by_column
 from allanite.effects import Modifier, Periodic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import prepare
-from allanite.fit.likelihood.summarised import of_summary, refused
 from allanite.fit.measures import Error, Misfit
 from allanite.fit.missing.completion import settle
 from allanite.fit.result import Fit
+from allanite.fit.summarised import of_summary, refused
 from allanite.summary import Summary
 
 if TYPE_CHECKING:

@@ -14,16 +14,15 @@ from allanite.fit.likelihood.crowding import crest, crowding
 from allanite.fit.likelihood.whitened import white_power, whiten, with_normal_tails
 from allanite.recording.tails import coarse_step
 from allanite.suggestion.evidence import COARSE, FALSE_ALARM, FINE, best_interval, refine
+from allanite.suggestion.screens.borders import moved, within_cells
 from allanite.suggestion.screens.exclusions import screen_outliers
 from allanite.suggestion.screens.level_forms import (
     CLOSE,
     Series,
-    moved,
     screen_columns,
     screen_cycle,
     screen_several,
     series_of,
-    within_cells,
 )
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -171,12 +170,16 @@ def _sharp(candidate: Candidate, solution: Solution, data: Data, whitened: White
         return candidate
     times, factors = effect.switches
     if whitened.samples.size != data.n:
-        octaves = tuple(band for band in whitened.bands if band[3] != 1.0)
-        power, share, freedom = white_power(solution, data, replace(whitened, bands=octaves))
+        # Of the octave that is kept in the shortest segments.
+        octaves = [replace(whitened, bands=(band,)) for band in whitened.bands if band[3] != 1.0]
+        seen = (white_power(solution, data, octave) for octave in octaves)
+        power, share, freedom = next((one for one in seen if one[0] is not None), (None, 0.0, 0.0))
         if power is None:
             return candidate
         cells = Series(power, power, freedom, share, *data.span)
         borders, relative = within_cells(power, [cells.place(time) for time in times], factors)
+        if not all(np.diff(borders) > 0.0):
+            return candidate
         factors = tuple(float(np.sqrt(cells.white(level))) for level in relative)
         return replace(
             candidate, effect=effect.switching_at(tuple(map(cells.time, borders)), factors)

@@ -20,72 +20,25 @@ from allanite.deviation import Deviation, oadev
 from allanite.fit.likelihood.data import Data
 from allanite.fit.likelihood.peaks import FEW
 from allanite.fit.likelihood.remembered import Remembered
-from allanite.fit.likelihood.sections import Cells
-from allanite.spectrum import Bins, bins_of, bridge_gaps
+from allanite.fit.summarised.bins import SummaryBins, folds_of
+from allanite.fit.summarised.maps import CELLS, Maps, SectionsOfSummary, fine_bands, shared
+from allanite.spectrum import bins_of, bridge_gaps
 from allanite.summary.lapped import LOW, SEGMENT, gain
-from allanite.summary.level import BANDS, FINE, TILE
-from allanite.summary.lines import without_lines
+from allanite.summary.level import BANDS, FINE
 
 if TYPE_CHECKING:
     from allanite.effects import Model
     from allanite.fit.likelihood.sections import Sections
     from allanite.summary import Summary
     from allanite.summary.reading import Reading
-    from allanite.summary.sums import Blocks
 
 __all__ = ["SummaryData", "of_summary", "refused"]
 
 Array = NDArray[np.float64]
-#: Cells of the time axis in which octaves of segments are looked at.
-CELLS = 160
 #: Kept samples to an averaging time from which the curve is taken from them where a function of time is taken out.
 ENOUGH = 16
 #: Bytes of what a search comes back to: a record that did not fit is looked at in little memory.
 FUNCTIONS, LOWEST = 1 << 23, 1 << 23
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SummaryBins(Bins):
-    """The bins of the record, of which the lowest hold single ordinates and the others the power of segments.
-
-    Attributes
-    ----------
-    known : int
-        Bins of single ordinates.
-    folds : ndarray, shape (folds + 1, 2, bins − known)
-        Number of ordinates and mean power of the others: of all, then of every `folds`-th coefficient.
-    """
-
-    known: int
-    folds: Array
-
-    __repr__ = brief
-
-    def power(self, ordinates: Array) -> Array:
-        """Bin means: of squared ordinates, and those of the segments."""
-        edges = self.edges[: self.known]
-        low = np.add.reduceat(ordinates**2, edges) / self.count[: self.known]
-        return np.concatenate([low, self.folds[0, 1]])
-
-    def folded(self, ordinates: Array, folds: int) -> tuple[Array, Array]:
-        """Number and sum of squares of each fold of each bin; coefficients are dealt as ordinates are."""
-        number, total = _low_bins(self).folded(ordinates, folds)
-        high = self.folds[1:]
-        return (
-            np.hstack([number, high[:, 0]]),
-            np.hstack([total, high[:, 0] * high[:, 1]]),
-        )
-
-
-def _low_bins(bins: SummaryBins) -> Bins:
-    return Bins(
-        bins.n,
-        bins.edges[: bins.known + 1],
-        bins.count[: bins.known],
-        bins.nodes,
-        bins.owner,
-        bins.groups,
-    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,6 +109,11 @@ class SummaryData(Data):
         found = _interpolated(signal, least, self.factor, self.rate)
         return np.asarray(found * factors / least)
 
+    @property
+    def maps(self) -> Maps:
+        """Power over time."""
+        return Maps(self.reading, self.rate, self.summary.start, self.summary.n)
+
     def octaves(self, expected: Any, louder: Any) -> list[tuple[int, int, Array, float]]:
         """Power over time of the octaves that are kept in segments, over what is expected, from the top.
 
@@ -171,60 +129,48 @@ class SummaryData(Data):
         list of (first ordinate, end, power, values)
             `CELLS` powers of an octave each, and how many ordinates each is the mean of.
         """
-        out = []
+        out, maps = [], self.maps
         cut = self.n
         for level, octave in enumerate(self.reading.octaves):
-            scale, blocks = 1 << level, octave.blocks
-            per = self.n / (SEGMENT * scale)
-            edges, middle, loss = _fine(level)
+            per, blocks = self.n / (SEGMENT << level), octave.blocks
+            edges, middle, left = fine_bands(level)
             j = np.clip(np.round(middle * per), 1, self.n - 1).astype(np.int64)
-            at = self.block_edges(blocks, scale)
+            at = maps.edges(blocks, level)
             times = self.span[0] + 0.5 * (at[1:] + at[:-1]) / self.rate
-            model = expected(j) * np.diff(edges) * loss * louder(j, times)
-            power = (blocks.sums.value / model.reshape(-1, BANDS, FINE // BANDS).sum(axis=2)).mean(
-                axis=1
-            )
-            # Of each cell the share of the blocks that lie in it.
-            cells = np.linspace(0.0, self.summary.n, CELLS + 1)
-            total, frames = (_shared(values, at, cells) for values in (power, blocks.frames))
-            mean = total.sum() / max(frames.sum(), 1e-9)
-            ratio = np.where(frames > 0.0, total / np.maximum(frames, 1e-9), mean)
-            low, high = round(LOW * per), min(round(2 * LOW * per), cut)
-            out.append((low, high, ratio, (high - low) / CELLS))
+            model = expected(j) * np.diff(edges) * left * louder(j, times)
+            model = model.reshape(-1, BANDS, FINE // BANDS).sum(axis=2)
+            power = (blocks.sums.value / model).mean(axis=1)
+            total, frames = (shared(values, at, maps.cells) for values in (power, blocks.frames))
+            low, high = self._first_of(level), min(round(2 * LOW * per), cut)
             cut = low
+            seen = np.flatnonzero(frames > 0.0)
+            if seen.size:
+                # Where no segment is, as about it: it does not change there.
+                ratio = np.interp(np.arange(CELLS), seen, total[seen] / frames[seen])
+                out.append((low, high, ratio, (high - low) / CELLS))
         return out
 
-    def block_edges(self, blocks: Blocks, scale: int) -> Array:
-        """Where blocks begin and end, in samples of the record."""
-        size = float((TILE << blocks.size) * scale)
-        edges = (blocks.first + np.arange(blocks.frames.size + 1)) * size - self.summary.start
-        return np.asarray(edges.clip(0.0, self.summary.n))
+    def _first_of(self, level: int) -> int:
+        """First ordinate of an octave."""
+        return round(LOW * self.n / (SEGMENT << level))
 
     def as_seen(self, power: Array, first: int) -> Array:
-        """Power in cells as the map shows it in the octave from an ordinate on: where a block is longer, its mean."""
-        per = self.n / SEGMENT
-        level = round(np.log2(LOW * per / max(first, 1)))
-        if level >= len(self.reading.octaves) or round(LOW * per / (1 << level)) != first:
-            return power
-        edges = np.unique(self.block_edges(self.reading.octaves[level].blocks, 1 << level))
-        # What is less than a block at an end is with its neighbour.
-        edges[0], edges[-1] = 0.0, self.summary.n
-        cells = np.linspace(0.0, self.summary.n, CELLS + 1)
-        means = _shared(power, cells, edges) / _shared(np.ones(CELLS), cells, edges)
-        sizes = np.diff(edges)
-        return _shared(means * sizes, edges, cells) / _shared(sizes, edges, cells)
+        """Power in cells as the map shows it in the octave from an ordinate on; of others it is as it is."""
+        levels = range(len(self.reading.octaves))
+        level = next((level for level in levels if self._first_of(level) == first), None)
+        return power if level is None else self.maps.as_seen(power, level)
 
     def most_sections(self, band: tuple[float, float], most: int, resolved: float) -> int:
         """In how many `sections`, at `most`, half of a band, Hz, has so many ordinates, or two cells; 0 where in none."""
         low, high = band
-        bottom, top = _limits(self)
+        bottom, top = self.maps.limits
         if not bottom < 0.5 * (low + high) < top or self.lost > FEW:
             return 0
         level = int(np.log2(top / (0.5 * (low + high))))
         octave = self.reading.octaves[level]
         if octave.sections.frames.sum() < (1.0 - FEW) * octave.frames:
-            return 0
-        if (high - low) * SEGMENT * (1 << level) / self.rate < max(resolved, 2.0 * LOW / FINE):
+            return 0  # a part is of a file that has no such map
+        if (high - low) * (SEGMENT << level) / self.rate < max(resolved, 2.0 * LOW / FINE):
             return 0
         number = most
         while number > octave.sections.frames.size:
@@ -233,54 +179,7 @@ class SummaryData(Data):
 
     def sections(self, model: Model, number: int) -> Sections:
         """So many equal sections; known functions of time are below the frequencies of these."""
-        return SectionsOfSummary(self, number)
-
-
-class SectionsOfSummary:
-    """Sections of the octaves that a summary keeps in segments."""
-
-    def __init__(self, data: SummaryData, number: int) -> None:
-        self.data, self.number, self.limits = data, number, _limits(data)
-
-    def cells(self, within: tuple[float, float], _step: float) -> Cells:
-        """The cells that are kept between two frequencies, Hz, as wide as they are."""
-        data, power, count, at = self.data, [], [], []
-        ends = np.linspace(0.0, data.summary.n, self.number + 1)
-        for level, octave in enumerate(data.reading.octaves):
-            edges, middle, loss = _fine(level)
-            hertz = data.rate / (2.0 * SEGMENT * (1 << level))
-            inside = (edges[:-1] * hertz > within[0]) & (edges[1:] * hertz < within[1])
-            if not inside.any():
-                continue
-            # Of each section the share of the blocks that lie in it.
-            block = data.block_edges(octave.sections, 1 << level)
-            shared = np.minimum(ends[1:, None], block[1:]) - np.maximum(ends[:-1, None], block[:-1])
-            share = np.clip(shared, 0.0, None) / np.maximum(np.diff(block), 1e-9)
-            number = np.outer(share @ octave.sections.frames, np.diff(edges))[:, inside]
-            total = (share @ octave.sections.sums.value / loss)[:, inside]
-            power.append(total / np.maximum(number, 1e-9))
-            count.append(number)
-            at.append((np.round(middle[inside]).astype(np.int64), SEGMENT << level))
-        return Cells(np.hstack(power), np.hstack(count), tuple(at))
-
-
-def _shared(values: Array, edges: Array, others: Array) -> Array:
-    """Sums of values between edges, between other edges: of each the share that lies there."""
-    return np.diff(np.interp(others, edges, np.concatenate([[0.0], np.cumsum(values)])))
-
-
-def _fine(level: int) -> tuple[NDArray[np.int64], Array, Array]:
-    """Edges and middles of the fine bands of a level, in its coefficients, and what is left there of a density."""
-    edges = LOW + np.arange(FINE + 1, dtype=np.int64) * LOW // FINE
-    middle = np.asarray(0.5 * (edges[1:] + edges[:-1]), dtype=np.float64)
-    loss = gain(middle / (2.0 * SEGMENT * 2.0**level), level) ** 2 / 2.0**level
-    return edges, middle, loss
-
-
-def _limits(data: SummaryData) -> tuple[float, float]:
-    """Frequencies between which the power in segments is kept over time, Hz."""
-    top = LOW / SEGMENT * data.rate
-    return top / (1 << len(data.reading.octaves)), top
+        return SectionsOfSummary(self.maps, number)
 
 
 def _interpolated(samples: Array, factors: NDArray[np.int64], factor: int, rate: float) -> Array:
@@ -345,7 +244,7 @@ def of_summary(summary: Summary) -> Data:
     top = int(bins.edges[known])
     ordinates = _kernels.cosine_transform(samples)[:top] * np.sqrt(factor)
     ordinates /= gain(np.arange(top) / (2.0 * n), depth)
-    folds = _folds(reading, bins, known)
+    folds = folds_of(reading, bins, known)
     covariates = {name: bridge_gaps(v) for name, v in summary.low_rate(depth).items()}
     return SummaryData(
         samples,
@@ -360,34 +259,3 @@ def of_summary(summary: Summary) -> Data:
         summary=summary,
         reading=reading,
     )
-
-
-def _folds(reading: Reading, bins: Bins, known: int, folds: int = 5) -> Array:
-    """Ordinates and mean power of the bins above the known ones: of all coefficients, and of each fold of them."""
-    edges, power, place = [], [], []
-    for level in reversed(range(len(reading.octaves))):
-        found, _ = without_lines(reading, level, 1.0)
-        m = np.arange(LOW, LOW + found.size)
-        edges.append(m * (bins.n / (SEGMENT * 2.0**level)))
-        power.append(found)
-        place.append(m)
-    j = np.append(np.concatenate(edges), float(bins.n))
-    level_of, m = np.concatenate(power), np.concatenate(place)
-    width = np.diff(j)
-    wanted = bins.edges[known:] - 0.5
-    out = np.empty((folds + 1, 2, wanted.size - 1))
-    for fold in range(folds + 1):
-        own = width * (1.0 if fold == 0 else m % folds == fold - 1)
-        inside, total = (
-            np.diff(np.interp(wanted, j, np.concatenate([[0.0], np.cumsum(v)])))
-            for v in (own, own * level_of)
-        )
-        share = inside / np.maximum(inside, 1e-300)
-        out[fold, 1] = total / np.maximum(inside, 1e-300)
-        out[fold, 0] = inside * share
-    # The ends of the grid are not those of the record by half an ordinate.
-    count = np.diff(bins.edges[known:]).astype(float)
-    out[0, 0] = count
-    whole = out[1:, 0].sum(axis=0)
-    out[1:, 0] *= count / np.maximum(whole, 1e-300)
-    return out

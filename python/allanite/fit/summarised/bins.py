@@ -1,0 +1,96 @@
+"""The bins of a record of which a summary is kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.showing import brief
+from allanite.spectrum import Bins
+from allanite.summary.lapped import LOW, SEGMENT
+from allanite.summary.lines import without_lines
+
+if TYPE_CHECKING:
+    from allanite.summary.reading import Reading
+
+__all__ = ["SummaryBins", "folds_of"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SummaryBins(Bins):
+    """The bins of the record, of which the lowest hold single ordinates and the others the power of segments.
+
+    Attributes
+    ----------
+    known : int
+        Bins of single ordinates.
+    folds : ndarray, shape (folds + 1, 2, bins − known)
+        Number of ordinates and mean power of the others: of all, then of every `folds`-th coefficient.
+    """
+
+    known: int
+    folds: Array
+
+    __repr__ = brief
+
+    def power(self, ordinates: Array) -> Array:
+        """Bin means: of squared ordinates, and those of the segments."""
+        edges = self.edges[: self.known]
+        low = np.add.reduceat(ordinates**2, edges) / self.count[: self.known]
+        return np.concatenate([low, self.folds[0, 1]])
+
+    def folded(self, ordinates: Array, folds: int) -> tuple[Array, Array]:
+        """Number and sum of squares of each fold of each bin; coefficients are dealt as ordinates are."""
+        number, total = _low_bins(self).folded(ordinates, folds)
+        high = self.folds[1:]
+        return (
+            np.hstack([number, high[:, 0]]),
+            np.hstack([total, high[:, 0] * high[:, 1]]),
+        )
+
+
+def _low_bins(bins: SummaryBins) -> Bins:
+    return Bins(
+        bins.n,
+        bins.edges[: bins.known + 1],
+        bins.count[: bins.known],
+        bins.nodes,
+        bins.owner,
+        bins.groups,
+    )
+
+
+def folds_of(reading: Reading, bins: Bins, known: int, folds: int = 5) -> Array:
+    """Ordinates and mean power of the bins above the known ones: of all coefficients, and of each fold of them."""
+    edges, power, place = [], [], []
+    for level in reversed(range(len(reading.octaves))):
+        found, _ = without_lines(reading, level, 1.0)
+        m = np.arange(LOW, LOW + found.size)
+        edges.append(m * (bins.n / (SEGMENT * 2.0**level)))
+        power.append(found)
+        place.append(m)
+    j = np.append(np.concatenate(edges), float(bins.n))
+    level_of, m = np.concatenate(power), np.concatenate(place)
+    width = np.diff(j)
+    wanted = bins.edges[known:] - 0.5
+    out = np.empty((folds + 1, 2, wanted.size - 1))
+    for fold in range(folds + 1):
+        own = width * (1.0 if fold == 0 else m % folds == fold - 1)
+        inside, total = (
+            np.diff(np.interp(wanted, j, np.concatenate([[0.0], np.cumsum(v)])))
+            for v in (own, own * level_of)
+        )
+        share = inside / np.maximum(inside, 1e-300)
+        out[fold, 1] = total / np.maximum(inside, 1e-300)
+        out[fold, 0] = inside * share
+    # The ends of the grid are not those of the record by half an ordinate.
+    count = np.diff(bins.edges[known:]).astype(float)
+    out[0, 0] = count
+    whole = out[1:, 0].sum(axis=0)
+    out[1:, 0] *= count / np.maximum(whole, 1e-300)
+    return out

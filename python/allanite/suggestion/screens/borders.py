@@ -1,0 +1,78 @@
+"""When the level of a series of power changes: between two values, or within those of a map."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["moved", "within_cells"]
+
+Array = NDArray[np.float64]
+#: Values of the map of a summary over which a change of level is spread at most.
+BLURRED = 12
+
+
+def moved(
+    power: Array, places: NDArray[np.int64], levels: Array, reach: int, least: int
+) -> NDArray[np.int64]:
+    """Each border where it is most likely between the levels on its sides, within twice the reach.
+
+    A stretch keeps at least `least` values: anything shorter is an outlier, not a level.
+    """
+    out = places.copy()
+    for k, place in enumerate(places):
+        before, after = levels[k], levels[k + 1]
+        low = max(place - 2 * reach, (out[k - 1] if k else 0) + least)
+        high = min(
+            place + 2 * reach, (places[k + 1] if k + 1 < places.size else power.size) - least
+        )
+        if before == after or high <= low:
+            continue
+        some = power[low:high]
+        worse = np.log(before / after) + some * (1.0 / before - 1.0 / after)
+        out[k] = low + int(np.argmin(np.concatenate([[0.0], np.cumsum(worse)])))
+    return out
+
+
+def within_cells(
+    power: Array, places: Sequence[float], factors: Sequence[float]
+) -> tuple[list[float], list[float]]:
+    """Borders of levels within the values of a map over time, and the power from each on over that at the start.
+
+    A value of such a map may be a mean over more than its own time. What is known of the levels is what is well inside
+    their stretches, of one for all that have one of the `factors`; about each border is as much power as the levels on both
+    sides make.
+    """
+    known = [1.0, *factors]
+    at = np.arange(power.size) + 0.5
+
+    def levels(borders: Sequence[float]) -> list[float]:
+        ends = [0.0, *borders, float(power.size)]
+        inside: dict[float, list[Array]] = {}
+        for factor, (low, high) in zip(known, pairwise(ends), strict=True):
+            aside = min(BLURRED, 0.25 * (high - low))
+            first, last = low + aside * (low > 0.0), high - aside * (high < power.size)
+            inside.setdefault(factor, []).append(power[(first < at) & (at < last)])
+        means = {factor: np.concatenate(parts) for factor, parts in inside.items()}
+        return [
+            float(means[factor].mean()) if means[factor].size else factor**2 for factor in known
+        ]
+
+    out = list(places)
+    for _ in range(2):
+        level, ends = levels(out), [0.0, *out, float(power.size)]
+        for k, (low, place, high) in enumerate(zip(ends[:-2], ends[1:-1], ends[2:], strict=True)):
+            first = round(max(0.5 * (low + place), place - BLURRED))
+            last = round(min(0.5 * (place + high), place + BLURRED))
+            before, after = level[k], level[k + 1]
+            if last > first and before != after:
+                excess = float((power[first:last] - before).sum())
+                out[k] = float(np.clip(last - excess / (after - before), first, last))
+    level = levels(out)
+    return out, [one / level[0] for one in level[1:]]
