@@ -41,7 +41,7 @@ KEEP = 1 << 18
 #: Bands of a level in the map over time and most blocks of it (at twice as few they are split no further), and in the map
 #: in which a band is looked for that moves.
 BANDS, BLOCKS = 8, 512
-FINE, SECTIONS = 38 * BANDS, 128
+FINE, SECTIONS = 38 * BANDS, 64
 #: A segment of which more is missing is left out.
 MISSING = 1.0 / 8.0
 

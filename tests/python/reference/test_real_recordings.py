@@ -193,3 +193,18 @@ def test_neither_misfit_nor_discrepancy_of_the_gyroscope_rises(record):
     }
     for left in (study.misfit_left, [r.fit.discrepancy.percent for r in study.ladder]):
         assert all(after <= before for before, after in itertools.pairwise(left)), left
+
+
+@pytest.mark.long
+def test_a_summary_of_adis_tells_what_the_record_does(record):
+    """A band that moves, and vibrations narrower than a bin with their side bands: of a summary as of the record."""
+    for column, kinds in (
+        ("gyro_z", ["bandwidth", "drifting_resonance", "resonance"]),
+        ("acc_x", ["bandwidth", "drifting_resonance", "modulated_vibration"]),
+    ):
+        summary = al.summarise(record("adis16405_imu1.npz", column))
+        assert not summary.whole
+        study = al.improve(summary)
+        found = {e.kind for e in study.fit.model}
+        assert set(kinds) <= found, study
+        assert study.misfit_left[-1] < 5.0

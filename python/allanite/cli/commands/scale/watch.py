@@ -110,13 +110,16 @@ def _value(line: str, place: int) -> float | None:
     """The number at a place of a row; NaN for an empty cell, None for a line of words."""
     from allanite.common.errors import InputError
 
-    cells = line.replace(",", " ").replace(";", " ").split()
-    if not cells or cells[0].startswith("#"):
+    line = line.strip()
+    if not line or line.startswith("#"):
         return None
+    mark = next((mark for mark in ";," if mark in line), None)
+    cells = line.split(mark)
     if place >= len(cells):
         raise InputError(f"a row has {len(cells)} columns: --column {place} is none of them")
     try:
-        return float(cells[place])
+        cell = cells[place].strip()
+        return float(cell.replace(",", ".") if cell else "nan")
     except ValueError:
         return None
 
