@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
 from allanite.readers.sensor_names import role_of, sensor_kind
 from allanite.recording.findings import Finding, named
@@ -16,7 +17,7 @@ __all__ = ["not_understood", "remedy_of", "unit_in_name", "unitless", "usual_uni
 
 #: What loggers write most, in the order of an option.
 USUAL = {ANGULAR_RATE: "deg/s", ACCELERATION: "m/s^2"}
-#: Suffix of a name → unit. Letters alone: a name has no slash and no power.
+#: Suffix of a name → unit, where a name has no slash and no power.
 SUFFIXES = {
     "dps": "deg/s", "degps": "deg/s", "degs": "deg/s", "deg_s": "deg/s", "deg_per_s": "deg/s",
     "deg_sec": "deg/s", "mdps": "mdeg/s", "dph": "deg/h", "degph": "deg/h", "deg_h": "deg/h",
@@ -25,16 +26,25 @@ SUFFIXES = {
     "m_per_s2": "m/s^2", "m_s_2": "m/s^2", "mm_s2": "mm/s^2", "g": "g", "mg": "mg", "ug": "ug",
 }  # fmt: skip
 _SUFFIX = re.compile(rf"_({'|'.join(sorted(SUFFIXES, key=len, reverse=True))})$")
+#: A unit with a slash, behind an underscore or a space.
+_SAID = re.compile(r"(?P<name>.+)[_\s](?P<unit>[^_\s]+/[^_\s]+)$")
 
 
 def unit_in_name(name: str) -> str | None:
-    """``GyrX_dps`` → ``deg/s``; only where the name says a sensor of that kind, as ``_g`` may be anything."""
+    """``GyrX_dps``, ``GyrX_deg/s`` → ``deg/s``; only where the name says such a sensor, as ``_g`` may be anything."""
+    said = _SAID.match(name.strip())
+    if said is not None:
+        try:
+            unit = parse_unit(said["unit"])
+        except InputError:
+            return None
+        return said["unit"] if unit.kind == sensor_kind(said["name"]) else None
     kind = sensor_kind(name)
     match = _SUFFIX.search(re.sub(r"[\s.\-]+", "_", name.strip().lower()))
     if kind is None or match is None:
         return None
-    unit = SUFFIXES[match[1]]
-    return unit if parse_unit(unit).kind == kind else None
+    unit_name = SUFFIXES[match[1]]
+    return unit_name if parse_unit(unit_name).kind == kind else None
 
 
 def usual_units(names: Iterable[str]) -> str:

@@ -326,6 +326,10 @@ def test_a_suffix_is_a_unit_only_of_its_kind_of_sensor():
     assert unit_in_name("gyro_x_mg") is None
     assert unit_in_name("gyro_x") is None
     assert unit_in_name("omega_z_rad_s") == "rad/s"
+    assert unit_in_name("gx_rad/s") == "rad/s"
+    assert unit_in_name("Acc X m/s^2") == "m/s^2"
+    assert unit_in_name("gx_m/s^2") is None
+    assert unit_in_name("gx_a/b") is None
 
 
 def test_a_unit_that_is_not_understood_is_said(tmp_path):
