@@ -14,14 +14,15 @@ from allanite.plots.spec import Band, Bars, Figure, Line, Mark, Panel, Points, R
 from allanite.plots.words import effect_text, in_unit, recording_text, values_text
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from allanite.study import Rung, Study
 
 __all__ = ["plot_study"]
 
-#: Letters that a title has room for.
-TITLE = 92
+#: Letters that a title has room for, and lines of text the names of all rungs.
+TITLE, LINES = 92, 31
 
 
 def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
@@ -40,7 +41,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
         Another suffix, a folder that does not exist, matplotlib not installed.
     """
     ladder = study.ladder
-    names = tuple(_rung_text(rung) for rung in ladder)
+    names = _names(ladder)
     fits = [rung.fit for rung in ladder]
     chance = fits[-1].error.chance_rms_percent
     panels = (
@@ -64,10 +65,23 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     return figure
 
 
-def _rung_text(rung: Rung) -> str:
+def _names(ladder: Sequence[Rung]) -> tuple[str, ...]:
+    """What each rung did, with numbers where they have room beside the names above and below."""
+    full, short = ([_rung_text(rung, numbers) for rung in ladder] for numbers in (True, False))
+    lines = [text.count("\n") + 1 for text in full]
+    beside = [
+        max(lines[max(0, i - 1) : i] + lines[i + 1 : i + 2], default=0) for i in range(len(lines))
+    ]
+    fits = [
+        own + other <= 2 * LINES // len(lines) for own, other in zip(lines, beside, strict=True)
+    ]
+    return tuple(a if fit else b for a, b, fit in zip(full, short, fits, strict=True))
+
+
+def _rung_text(rung: Rung, numbers: bool) -> str:
     if not rung.changes:
         return f"start\n{rung.fit.model.name}"
-    if rung.removed:
+    if rung.removed or not numbers:
         return "\n".join(rung.changes)
     # What is new is at the end of the model, in the order in which it was tried.
     new = list(zip(rung.fit.model.effects, rung.fit.estimates, strict=True))[-len(rung.new) :]
