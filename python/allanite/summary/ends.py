@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.spectrum import bridge_gaps
+from allanite.summary.gaps import mended
 from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, hard_block, regridded
 from allanite.summary.level import MARGIN, TILE, Level, Octave, add_bands, bands_of, far
 from allanite.summary.sums import Sum
@@ -105,7 +105,7 @@ def _end(found: Octave, x: Array, start: int, hard: tuple[bool, bool], level: Le
     gaps = np.isnan(x)
     if gaps.all():
         return np.full((high - low) // 2, np.nan)
-    filled = bridge_gaps(x) if gaps.any() else x
+    filled = mended(x)
     left = filled[REACH - 1 :: -1] if hard[0] else filled[MARGIN - REACH : MARGIN]
     right = (
         filled[: -REACH - 1 : -1]

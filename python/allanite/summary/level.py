@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.showing import brief
-from allanite.spectrum import bridge_gaps
+from allanite.summary.gaps import mended
 from allanite.summary.lapped import LOW, REACH, SEGMENT, halved, kernel, segments
 from allanite.summary.sums import Blocks, Sum
 
@@ -282,7 +282,7 @@ def tile_of(x: Array, spectral: bool) -> tuple[Array, Array, float]:
         lost = gaps
         if gaps.sum() > gaps.size - 16:
             return np.full((x.size - 2 * MARGIN) // 2, np.nan), np.zeros(SEGMENT), 0.0
-        x = bridge_gaps(x)
+        x = mended(x)
     half = halved(x[MARGIN - REACH : x.size - MARGIN + REACH])
     if lost is not None:
         half[far(lost[MARGIN : x.size - MARGIN])] = np.nan

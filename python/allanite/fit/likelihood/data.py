@@ -87,7 +87,7 @@ class Data:
     @property
     def lost(self) -> float:
         """Share of the samples that are missing."""
-        return 0.0 if self.missing is None else float(np.mean(self.missing))
+        return 0.0 if self.missing is None else np.count_nonzero(self.missing) / self.missing.size
 
     @property
     def duration(self) -> float:

@@ -23,6 +23,7 @@ from allanite.fit.likelihood.remembered import Remembered
 from allanite.fit.summarised.bins import SummaryBins, folds_of
 from allanite.fit.summarised.maps import CELLS, Maps, SectionsOfSummary, fine_bands, shared
 from allanite.spectrum import bins_of, bridge_gaps
+from allanite.summary.gaps import mended
 from allanite.summary.lapped import LOW, SEGMENT, gain
 from allanite.summary.level import BANDS, FINE
 
@@ -51,12 +52,15 @@ class SummaryData(Data):
         Kept samples at a lower rate.
     ordinates : ndarray, shape (known,)
         The lowest ordinates of the record; `known` is less than `n`.
+    lost : float
+        Share of the samples that are missing.
     factor : int
         Samples of the record to a kept one.
     summary : Summary
     reading : Reading
     """
 
+    lost: float = 0.0
     factor: int = 1
     summary: Any = None
     reading: Any = None
@@ -67,11 +71,6 @@ class SummaryData(Data):
     def n(self) -> int:
         """Samples of the record."""
         return int(self.samples.size) * self.factor
-
-    @property
-    def lost(self) -> float:
-        """Share of the kept samples that are missing."""
-        return float(np.mean(np.isnan(self.reading.samples)))
 
     @property
     def time(self) -> Array:
@@ -87,18 +86,29 @@ class SummaryData(Data):
         return np.asarray(found * np.sqrt(self.factor))
 
     def factors(self) -> NDArray[np.int64]:
-        """Averaging factors of the curve that was accumulated, to a third of the record."""
-        m = self.summary.oadev().factors
-        return np.asarray(m[m <= max(1, self.n // 3)])
+        """Averaging factors of the curve that was accumulated, to a third of the record.
+
+        Those at which gaps left most of its terms, or that the kept samples show.
+        """
+        curve: Deviation = self.summary.oadev()
+        m = curve.factors
+        shown = (curve.n > curve.lost) | (m >= ENOUGH * self.factor)
+        return np.asarray(m[shown & (m <= max(1, self.n // 3))])
 
     def deviation(self, factors: NDArray[np.int64], less: Array | None = None) -> Array:
-        """The accumulated curve; without a signal, the curve of the kept samples where these are fine enough."""
+        """The accumulated curve; where gaps took terms, or without a signal, that of the kept samples if fine enough.
+
+        What happens once may be in just those terms.
+        """
         curve: Deviation = self.summary.oadev()
-        found = curve.deviation[np.searchsorted(curve.factors, factors)]
+        at = np.searchsorted(curve.factors, factors)
+        found = curve.deviation[at]
+        fine = factors >= ENOUGH * self.factor
+        holed = fine & (curve.lost[at] > 0)
+        found[holed] = _interpolated(self.samples, factors[holed], self.factor, self.rate)
         if less is None:
             return found
         taken = found**2 - self.deviation_of(less, factors) ** 2
-        fine = factors >= ENOUGH * self.factor
         left = _interpolated(self.samples - less, factors[fine], self.factor, self.rate)
         taken[fine] = left**2
         return np.asarray(np.sqrt(np.maximum(taken, 1e-6 * found**2)))
@@ -233,7 +243,7 @@ def of_summary(summary: Summary) -> Data:
     """
     reading = summary.reading()
     factor, depth = reading.factor, len(reading.octaves)
-    samples = bridge_gaps(reading.samples)
+    samples = mended(reading.samples)
     if float(np.ptp(samples)) == 0.0:
         raise TooShortError(
             f"column {summary.columns[0]!r} is constant ({samples[0]:g}): there is no noise to fit"
@@ -255,6 +265,7 @@ def of_summary(summary: Summary) -> Data:
         (reading.start * factor - summary.start) / summary.rate,
         functions=Remembered(FUNCTIONS),
         lowest=Remembered(LOWEST),
+        lost=summary.missing / summary.n,
         factor=factor,
         summary=summary,
         reading=reading,

@@ -1,0 +1,118 @@
+"""Missing samples of a stream filled by what is about them: a pass knows no model that it could draw them from."""
+
+from __future__ import annotations
+
+import zlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.errors import TooShortError
+
+__all__ = ["mended"]
+
+Array = NDArray[np.float64]
+Places = NDArray[np.int64]
+#: Longest run of missing samples that is drawn, from how many samples on either side, and how often.
+SHORT, BESIDE, SWEEPS = 16, 24, 2
+
+
+def mended(x: Array) -> Array:
+    """Samples with the missing ones (NaN) filled so that the spectrum stays what it is about them.
+
+    A long run has the mirror images of both sides, a short one a normal draw given the samples beside it, of the
+    autocovariance of all.
+
+    Raises
+    ------
+    TooShortError
+        All samples are missing.
+    """
+    bad = np.isnan(x)
+    if not bad.any():
+        return x
+    if bad.all():
+        raise TooShortError("all samples are missing: nothing is left to analyse")
+    change = np.diff(np.concatenate([[0], bad.astype(np.int8), [0]]))
+    starts, ends = np.flatnonzero(change == 1), np.flatnonzero(change == -1)
+    out = _mirrored(x, bad, starts, ends)
+    _draw(out, ~bad, starts, ends - starts)
+    return out
+
+
+def _mirrored(x: Array, bad: NDArray[np.bool_], starts: Places, ends: Places) -> Array:
+    """Each run filled by the mirror images of both sides.
+
+    The mean of as many samples as are missing is taken on either side; the line from one to the other has what the samples
+    before and behind differ from their mean by, turned round, each with a weight whose squares add up to 1. So a run is as
+    loud as what is about it at all frequencies, begins and ends where its neighbours are, and has no part of a single
+    sample's noise over its whole length. What is missing in the image as well is left to the other.
+    """
+    sizes = ends - starts
+    total = np.concatenate([[0.0], np.cumsum(np.where(bad, 0.0, x))])
+    seen = np.concatenate([[0], np.cumsum(~bad)])
+    first, last = np.maximum(starts - sizes, 0), np.minimum(ends + sizes, x.size)
+    count = [seen[starts] - seen[first], seen[last] - seen[ends]]
+    sums = [total[starts] - total[first], total[last] - total[ends]]
+    level = [s / np.maximum(c, 1) for s, c in zip(sums, count, strict=True)]
+    # At an end of the record there is but one side; where neither has a sample, the mean of all.
+    whole = np.full(starts.size, float(np.mean(x[~bad])))
+    before = np.where(count[0] > 0, level[0], np.where(count[1] > 0, level[1], whole))
+    behind = np.where(count[1] > 0, level[1], before)
+    run = np.repeat(np.arange(starts.size), sizes)
+    at = np.flatnonzero(bad)
+    share = (at - starts[run] + 0.5) / sizes[run]
+    images = [2 * starts[run] - 1 - at, 2 * ends[run] - 1 - at]
+    rest = []
+    for image, base, there in zip(images, (before, behind), count, strict=True):
+        inside = (image >= 0) & (image < x.size) & (there[run] > 0)
+        value = np.where(inside, x[image.clip(0, x.size - 1)], np.nan)
+        rest.append(value - base[run])
+    weights = np.where(np.isnan(rest), 0.0, np.sqrt([1.0 - share, share]))
+    size = np.sqrt((weights**2).sum(axis=0))
+    weights /= np.where(size > 0.0, size, 1.0)
+    filled = before[run] + share * (behind - before)[run]
+    filled += (weights * np.nan_to_num(rest)).sum(axis=0)
+    out = x.copy()
+    out[at] = filled
+    return out
+
+
+def _draw(x: Array, seen: NDArray[np.bool_], starts: Places, sizes: Places) -> None:
+    """Draw the short runs anew, given what is beside them, in place."""
+    inside = (sizes <= SHORT) & (starts >= BESIDE) & (starts + sizes + BESIDE <= x.size)
+    if not inside.any():
+        return
+    # The same wherever the samples come from, and another for other samples.
+    noise = np.random.default_rng(zlib.crc32(x.tobytes()))
+    middle = float(x[seen].mean())
+    lags = _autocovariance(x, seen, 2 * BESIDE + SHORT)
+    for _ in range(SWEEPS):
+        for size in np.unique(sizes[inside]).tolist():
+            first = starts[inside & (sizes == size)]
+            beside = np.r_[np.arange(-BESIDE, 0), np.arange(size, size + BESIDE)]
+            own = np.arange(size)
+            among = lags[np.abs(beside[:, None] - beside)]
+            among[np.diag_indices_from(among)] *= 1.0 + 1e-9
+            across = lags[np.abs(beside[:, None] - own)]
+            weights = np.linalg.lstsq(among, across, rcond=1e-10)[0]
+            left = lags[np.abs(own[:, None] - own)] - across.T @ weights
+            scale, turn = np.linalg.eigh(left)
+            root = turn * np.sqrt(np.maximum(scale, 0.0))
+            expected = (x[first[:, None] + beside] - middle) @ weights
+            drawn = noise.standard_normal((first.size, size)) @ root.T
+            x[first[:, None] + own] = middle + expected + drawn
+
+
+def _autocovariance(x: Array, seen: NDArray[np.bool_], lags: int) -> Array:
+    """At lags 0 … `lags` − 1: the variance less half the mean square of the differences, of the pairs that are there.
+
+    Of a walk, whose variance is large, the differences are known much better than the products.
+    """
+    out = np.empty(lags)
+    out[0] = float(x[seen].var())
+    for k in range(1, lags):
+        both = seen[:-k] & seen[k:]
+        steps = (x[k:] - x[:-k])[both]
+        out[k] = out[0] - 0.5 * float(np.mean(steps**2)) if steps.size else 0.0
+    return out
