@@ -351,27 +351,6 @@ def test_watch_from_the_command_line(tmp_path):
     assert run("watch", "udp://10.0.0.1:99", *options).returncode == 2
 
 
-@pytest.mark.parametrize(
-    ("line", "place", "value"),
-    [
-        # What a topic of ROS 2 is printed as: seconds, nanoseconds, a frame that may have no name, numbers.
-        ("1700000000,5000000,imu_link,0.0,0.0,0.25", 5, 0.25),
-        ("1700000000,5000000,,0.0,0.0,0.25", 5, 0.25),
-        ("1,,3", 1, np.nan),
-        ("1,5;2,5", 1, 2.5),
-        ("0.5  0.25", 1, 0.25),
-        ("time,gx", 1, None),
-        ("# no row", 0, None),
-        ("", 0, None),
-    ],
-)
-def test_a_cell_is_where_it_is(line, place, value):
-    from allanite.cli.commands.scale.watch import _value
-
-    found = _value(f"{line}\n", place)
-    assert found is None if value is None else found == pytest.approx(value, nan_ok=True)
-
-
 def test_watch_of_datagrams():
     from allanite.cli.commands.scale.watch import _rows
 
