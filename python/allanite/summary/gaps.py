@@ -86,33 +86,45 @@ def _draw(x: Array, seen: NDArray[np.bool_], starts: Places, sizes: Places) -> N
     # The same wherever the samples come from, and another for other samples.
     noise = np.random.default_rng(zlib.crc32(x.tobytes()))
     middle = float(x[seen].mean())
-    lags = _autocovariance(x, seen, 2 * BESIDE + SHORT)
+    lags = _autocovariance(np.where(seen, x - middle, 0.0), seen, 2 * BESIDE + SHORT)
+    laws = {size: _given_beside(lags, size) for size in np.unique(sizes[inside]).tolist()}
     for _ in range(SWEEPS):
-        for size in np.unique(sizes[inside]).tolist():
-            first = starts[inside & (sizes == size)]
-            beside = np.r_[np.arange(-BESIDE, 0), np.arange(size, size + BESIDE)]
-            own = np.arange(size)
-            among = lags[np.abs(beside[:, None] - beside)]
-            among[np.diag_indices_from(among)] *= 1.0 + 1e-9
-            across = lags[np.abs(beside[:, None] - own)]
-            weights = np.linalg.lstsq(among, across, rcond=1e-10)[0]
-            left = lags[np.abs(own[:, None] - own)] - across.T @ weights
-            scale, turn = np.linalg.eigh(left)
-            root = turn * np.sqrt(np.maximum(scale, 0.0))
-            expected = (x[first[:, None] + beside] - middle) @ weights
+        for size, (weights, root) in laws.items():
+            first = starts[inside & (sizes == size)][:, None]
+            expected = (x[first + _beside(size)] - middle) @ weights
             drawn = noise.standard_normal((first.size, size)) @ root.T
-            x[first[:, None] + own] = middle + expected + drawn
+            x[first + np.arange(size)] = middle + expected + drawn
+
+
+def _beside(size: int) -> Places:
+    """Places beside a run, from its first sample."""
+    return np.concatenate([np.arange(-BESIDE, 0), np.arange(size, size + BESIDE)])
+
+
+def _given_beside(lags: Array, size: int) -> tuple[Array, Array]:
+    """Weights of the samples beside a run in its expected ones, and a root of the covariance of the rest."""
+    beside, own = _beside(size), np.arange(size)
+    among = lags[np.abs(beside[:, None] - beside)]
+    among[np.diag_indices_from(among)] *= 1.0 + 1e-9
+    across = lags[np.abs(beside[:, None] - own)]
+    weights = np.linalg.lstsq(among, across, rcond=1e-10)[0]
+    scale, turn = np.linalg.eigh(lags[np.abs(own[:, None] - own)] - across.T @ weights)
+    return weights, turn * np.sqrt(np.maximum(scale, 0.0))
 
 
 def _autocovariance(x: Array, seen: NDArray[np.bool_], lags: int) -> Array:
     """At lags 0 … `lags` − 1: the variance less half the mean square of the differences, of the pairs that are there.
 
-    Of a walk, whose variance is large, the differences are known much better than the products.
+    `x` is 0 where a sample is missing. Of a walk, whose variance is large, the differences are known much better than the
+    products.
     """
-    out = np.empty(lags)
-    out[0] = float(x[seen].var())
-    for k in range(1, lags):
-        both = seen[:-k] & seen[k:]
-        steps = (x[k:] - x[:-k])[both]
-        out[k] = out[0] - 0.5 * float(np.mean(steps**2)) if steps.size else 0.0
-    return out
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    n = next_fast_len(x.size + lags, real=True)
+    of_x, of_square, of_seen = (rfft(part, n) for part in (x, x * x, seen.astype(np.float64)))
+    pairs = np.round(irfft(np.abs(of_seen) ** 2, n)[:lags])
+    # Of both samples of a pair: it is the same forwards and backwards.
+    squares = 2.0 * irfft((of_square * of_seen.conj()).real, n)[:lags]
+    products = irfft(np.abs(of_x) ** 2, n)[:lags]
+    steps = (squares - 2.0 * products) / np.maximum(pairs, 1.0)
+    return np.asarray(np.where(pairs > 0.0, products[0] / pairs[0] - 0.5 * steps, 0.0))
