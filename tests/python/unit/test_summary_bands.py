@@ -111,10 +111,12 @@ def test_a_level_that_changes_is_put_into_the_model(seed):
     assert _kinds(study) == ["angle_random_walk", "noise_level_change"], study
     assert study.adequate, study
     found = study.fit.model.effects[1]
-    # 24 of 160 cells about a border, each known to 4 %, say where between two levels 36 % apart it is: to 10 s.
+    # 24 of 160 cells about a border, each known to 4 %, say where between two levels 36 % apart it is: to 10 s; five
+    # of these, a third of a tile.
     assert (found.start, found.end) == pytest.approx((1000.0, 2000.0), abs=50.0)
-    # 25 cells or more inside, 60 outside.
+    # Powers of 3 tiles well inside are known to 1.5 %, so is half of that their root; three of these.
     assert found.factor == pytest.approx(1.2, abs=0.03)
+    # As well as the factor of a third of the record.
     assert study.fit["N"].value == pytest.approx(0.0126, rel=0.02)
 
 
@@ -125,5 +127,6 @@ def test_several_levels_are_put_into_the_model():
     assert _kinds(study) == ["angle_random_walk", "noise_levels"], study
     assert study.adequate, study
     found = study.fit.model.effects[1]
+    # Changes larger than that of the test above are placed at least as well, to 10 s: three of these. Levels likewise.
     assert found.times == pytest.approx((800.0, 1300.0, 2100.0), abs=30.0)
     assert found.factors == pytest.approx((1.4, 1.0, 0.7), abs=0.05)

@@ -63,9 +63,10 @@ def test_gaps_invent_nothing(short, noise, lost):
     for found, expected in zip(fit.estimates, whole.estimates, strict=True):
         for name, value in expected.items():
             # A tenth of the samples, or what was drawn for them, moves a number by a third of its standard error: three of
-            # that. Images of a band turn its phase in each of 200 gaps, which makes it wider by 4 %.
+            # that. An image turns the phase of a band: 200 turns in 3000 s beside its own decay of ωζ = 2.3 per second make
+            # it 3 % wider, of which a standard error of the damping is 2.2 %.
             if value.std_error:
-                allowed = 2.0 if name == "damping" else 1.0
+                allowed = 1.0 + 0.03 / 0.022 * (name == "damping" and lost == "dropouts")
                 assert abs(float(found[name]) - float(value)) < allowed * value.std_error, name
 
 
