@@ -15,6 +15,7 @@ pub mod ordinates;
 mod plain;
 mod powers;
 mod process;
+mod runs;
 mod total;
 
 use crate::{Error, Result};

@@ -32,7 +32,7 @@ fn check(stop: &AtomicBool) -> Result<()> {
 /// Samples of all plans that are kept of a direction, whose tables take ten bytes each, and most of these: a record and its
 /// halves need no more.
 const KEPT: usize = 3 << 23;
-const PLANS: usize = 4;
+const PLANS: usize = 16;
 
 /// Plans of the last lengths. A length with a large prime factor costs twenty transforms to plan.
 static FORWARD: Mutex<Vec<(usize, Arc<dyn RealToComplex<f64>>)>> = Mutex::new(Vec::new());

@@ -12,20 +12,17 @@ use super::differences::binomial;
 /// reach rounding.
 const SERIES: usize = 12;
 
-/// e-foldings after which nothing is left of an exponential.
-const DEAD: f64 = 45.0;
-
 /// Square of what a term may be beside a sum that it no longer changes.
 const ROUNDING: f64 = 1e-34;
 
 /// One exponential, summed `level` times.
 pub struct Exponential {
     level: usize,
-    lambda: c64,
+    pub(super) lambda: c64,
     /// Coefficient of φ^|h|.
-    c: c64,
+    pub(super) c: c64,
     /// Coefficients of |h| and |h|³ beside φ^|h|, and beside φ^|h| without its powers up to 2·level.
-    beside: [c64; 2],
+    pub(super) beside: [c64; 2],
     reduced: [c64; 2],
 }
 
@@ -161,15 +158,25 @@ impl Exponential {
         };
         self.c * wave + (one + three * (h * h)) * h
     }
+
+    /// Adds both differences at spacing m, short against the time constant, at some places up to 2m: the kernel 1, −4, 6,
+    /// −4, 1 times at five.
+    pub fn short(&self, at: &[f64], m: f64, out: &mut [f64]) {
+        let kernel = |h: f64| (self.c * exp_without(self.lambda * h, 3) + self.reduced[0] * h).re;
+        for (slot, &t) in out.iter_mut().zip(at) {
+            let ends = kernel(t + 2.0 * m) + kernel(2.0 * m - t);
+            *slot += ends - 4.0 * (kernel(t + m) + kernel((t - m).abs())) + 6.0 * kernel(t);
+        }
+    }
 }
 
 /// The differences of an exponential at one spacing, up to what the second difference removes.
 pub struct Spaced<'a> {
-    kernel: &'a Exponential,
-    i: f64,
-    order: usize,
+    pub(super) kernel: &'a Exponential,
+    pub(super) i: f64,
+    pub(super) order: usize,
     /// Short against the time constant: work with φ^h without its first powers.
-    reduced: bool,
+    pub(super) reduced: bool,
     /// For x ≥ reach: amplitude × φ^(x − reach) + constant; reduced, amplitude × (φ^x without its first powers) + slope·x +
     /// constant.
     amplitude: c64,
@@ -239,11 +246,11 @@ impl<'a> Spaced<'a> {
 
 /// Two spacings together.
 pub struct Crossed<'a> {
-    inner: &'a Spaced<'a>,
-    j: f64,
+    pub(super) inner: &'a Spaced<'a>,
+    pub(super) j: f64,
     sign: f64,
-    reach: f64,
-    far: c64,
+    pub(super) reach: f64,
+    pub(super) far: c64,
 }
 
 impl Crossed<'_> {
@@ -255,66 +262,5 @@ impl Crossed<'_> {
         let start = t - self.j * order as f64 / 2.0;
         let parts = binomial(order).iter().enumerate();
         self.sign * parts.map(|(b, c)| c * self.inner.at(start + b as f64 * self.j).re).sum::<f64>()
-    }
-
-    /// φ to the distances of some places from the first of them.
-    pub fn turns(&self, at: &[f64], out: &mut Vec<c64>) {
-        out.clear();
-        out.extend(at.iter().map(|t| (self.inner.kernel.lambda * (t - at[0])).exp()));
-    }
-
-    /// Adds the values at ascending places between two breaks that look alike from either end, by their `turns`: one
-    /// exponential, or two, for all of them.
-    pub fn add(&self, at: &[f64], turns: &[c64], out: &mut [f64]) {
-        let (first, last, m) = (at[0], at[at.len() - 1], self.inner.i);
-        let Exponential { lambda, c, beside, reduced, .. } = *self.inner.kernel;
-        let lives = |distance: f64| -lambda.re * distance < DEAD;
-        let mut forth = |start: c64| {
-            for (slot, turn) in out.iter_mut().zip(turns) {
-                *slot += (start * turn).re;
-            }
-        };
-        if first >= self.reach {
-            if lives(first - self.reach) {
-                forth(self.far * (lambda * (first - self.reach)).exp());
-            }
-            return;
-        }
-        let inside = last <= m || (first >= m && last <= 2.0 * m);
-        if self.inner.order != 2 || self.j != m || !inside {
-            for (slot, t) in out.iter_mut().zip(at) {
-                *slot += self.at(*t);
-            }
-            return;
-        }
-        // Both differences at once: the kernel 1, −4, 6, −4, 1 times at five places.
-        if self.inner.reduced {
-            let kernel = |h: f64| (c * exp_without(lambda * h, 3) + reduced[0] * h).re;
-            for (slot, &t) in out.iter_mut().zip(at) {
-                let ends = kernel(t + 2.0 * m) + kernel(2.0 * m - t);
-                *slot += ends - 4.0 * (kernel(t + m) + kernel((t - m).abs())) + 6.0 * kernel(t);
-            }
-            return;
-        }
-        // From the break before these places and from the one behind them.
-        let by = (lambda * m).exp();
-        let (before, ahead, behind, back, line) = if last <= m {
-            (first, by * (by - 4.0) + 6.0, m - last, by - 4.0, [-4.0 * m, 6.0])
-        } else {
-            let ahead = by * (by * (by - 4.0) + 6.0) - 4.0;
-            (first - m, ahead, 2.0 * m - last, c64::new(1.0, 0.0), [4.0 * m, -2.0])
-        };
-        if lives(before) {
-            forth(c * (lambda * before).exp() * ahead);
-        }
-        if lives(behind) {
-            let back = c * (lambda * behind).exp() * back;
-            for (slot, turn) in out.iter_mut().zip(turns.iter().rev()) {
-                *slot += (back * turn).re;
-            }
-        }
-        for (slot, t) in out.iter_mut().zip(at) {
-            *slot += beside[0].re * (line[0] + line[1] * t);
-        }
     }
 }

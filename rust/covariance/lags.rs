@@ -14,7 +14,7 @@ const GAUSS: [f64; 4] =
 const LIVES: f64 = 6.0;
 const TURN: f64 = 6.0;
 /// Panels narrower than this are summed lag by lag.
-const NARROW: usize = 20;
+pub const NARROW: usize = 20;
 
 /// A fast wave that dies with the distance from a break: panels must resolve it while it lives.
 #[derive(Debug, Clone, Copy)]
@@ -39,9 +39,28 @@ pub struct Nodes {
     pub weights: Vec<f64>,
     /// Number of nodes and width of each panel; of panels as wide the nodes lie alike.
     pub panels: Vec<(usize, usize)>,
+    /// How many panels one after the other share what one would have been without waves, its first lag and width.
+    pub stretches: Vec<(usize, usize, usize)>,
 }
 
 impl Nodes {
+    fn empty() -> Self {
+        Self { at: Vec::new(), weights: Vec::new(), panels: Vec::new(), stretches: Vec::new() }
+    }
+
+    /// A stretch of panels that waves, from `offset` lags behind a break on, ask for: forth from it, or back.
+    fn stretch(&mut self, start: usize, width: usize, offset: usize, waves: &[Wave], forth: bool) {
+        let before = self.panels.len();
+        let mut done = 0;
+        while done < width {
+            let cap = waves.iter().map(|wave| wave.widest(offset + done)).min().unwrap_or(usize::MAX);
+            let own = cap.max(1).min(width - done);
+            self.panel(start + if forth { done } else { width - done - own }, own);
+            done += own;
+        }
+        self.stretches.push((self.panels.len() - before, start, width));
+    }
+
     fn every(&mut self, start: usize, width: usize) {
         self.at.extend((start..start + width).map(|u| u as f64));
         self.weights.extend(std::iter::repeat_n(1.0, width));
@@ -53,15 +72,53 @@ impl Nodes {
             self.every(start, width);
             return;
         }
-        let centre = start as f64 + (width as f64 - 1.0) / 2.0;
         let half = width as f64 / 2.0;
-        let parity = if width % 2 == 0 { 0.5 } else { 0.0 };
-        let at = GAUSS.map(|z| (z * half - parity).round() + parity);
+        let (centre, at) = places(start, width);
         let weights = weights(at.map(|y| y / half), half);
         self.at.extend(at.iter().rev().map(|y| centre - y));
         self.at.extend(at.iter().map(|y| centre + y));
         self.weights.extend(weights.iter().rev().chain(&weights));
         self.panels.push((2 * GAUSS.len(), width));
+    }
+}
+
+/// Middle of a panel, and how far its nodes are from there on either side.
+fn places(start: usize, width: usize) -> (f64, [f64; 4]) {
+    let centre = start as f64 + (width as f64 - 1.0) / 2.0;
+    let parity = if width % 2 == 0 { 0.5 } else { 0.0 };
+    (centre, GAUSS.map(|z| (z * width as f64 / 2.0 - parity).round() + parity))
+}
+
+/// A smooth function on a stretch of at least `NARROW` lags, by the polynomial through its values at the nodes of one panel:
+/// right to 3e-5 beside a break that is as far away as the stretch is wide.
+pub struct Smooth {
+    centre: f64,
+    half: f64,
+    z: [f64; 8],
+    /// Divided differences.
+    newton: [f64; 8],
+}
+
+impl Smooth {
+    pub fn of(start: usize, width: usize, f: impl Fn(f64) -> f64) -> Self {
+        let (centre, apart) = places(start, width);
+        let half = width as f64 / 2.0;
+        let mut z = [0.0; 8];
+        for (k, y) in apart.iter().enumerate() {
+            (z[3 - k], z[4 + k]) = (-y / half, y / half);
+        }
+        let mut newton = z.map(|z| f(centre + z * half));
+        for order in 1..8 {
+            for k in (order..8).rev() {
+                newton[k] = (newton[k] - newton[k - 1]) / (z[k] - z[k - order]);
+            }
+        }
+        Self { centre, half, z, newton }
+    }
+
+    pub fn at(&self, u: f64) -> f64 {
+        let z = (u - self.centre) / self.half;
+        (0..7).rev().fold(self.newton[7], |sum, k| sum * (z - self.z[k]) + self.newton[k])
     }
 }
 
@@ -71,30 +128,33 @@ pub fn nodes(breaks: &[usize], end: usize, waves: &[Wave]) -> Nodes {
     inside.push(0);
     inside.sort_unstable();
     inside.dedup();
-    let mut out =
-        Nodes { at: Vec::with_capacity(1024), weights: Vec::with_capacity(1024), panels: Vec::new() };
+    let mut out = Nodes::empty();
     for (k, &start) in inside.iter().enumerate() {
-        out.every(start, 1);
+        out.stretch(start, 1, 0, &[], true);
         let next = inside.get(k + 1).copied();
         let (first, stop) = (start + 1, next.unwrap_or(end));
         let length = stop.saturating_sub(first);
         // Up to the middle panels grow from the left break, after it from the right one.
         let left = if next.is_some() { length.div_ceil(2) } else { length };
-        graded(left, waves, |offset, width| out.panel(first + offset, width));
-        graded(length - left, waves, |offset, width| out.panel(stop - offset - width, width));
+        for (offset, width) in graded(left) {
+            out.stretch(first + offset, width, offset, waves, true);
+        }
+        for (offset, width) in graded(length - left) {
+            out.stretch(stop - offset - width, width, offset, waves, false);
+        }
     }
     out
 }
 
-fn graded(length: usize, waves: &[Wave], mut emit: impl FnMut(usize, usize)) {
+/// Offsets and widths that grow with the distance from a break, to a length.
+fn graded(length: usize) -> impl Iterator<Item = (usize, usize)> {
     let mut offset = 0;
-    while offset < length {
-        let cap = waves.iter().map(|wave| wave.widest(offset)).min().unwrap_or(usize::MAX);
-        let width = if offset == 0 { SINGLE } else { (2 * offset).min(cap).max(1) };
-        let width = width.min(length - offset);
-        emit(offset, width);
+    std::iter::from_fn(move || {
+        let width = if offset == 0 { SINGLE } else { 2 * offset }.min(length - offset);
+        let own = (offset, width);
         offset += width;
-    }
+        (width > 0).then_some(own)
+    })
 }
 
 /// Weights of symmetric nodes ±z·half that sum even powers up to the sixth over the panel's integers exactly.
@@ -159,7 +219,7 @@ mod tests {
     #[test]
     fn weights_of_wide_panels_are_positive() {
         for width in NARROW..200 {
-            let mut out = Nodes { at: Vec::new(), weights: Vec::new(), panels: Vec::new() };
+            let mut out = Nodes::empty();
             out.panel(0, width);
             let inside = |u: &f64| u.fract() == 0.0 && *u >= 0.0 && *u < width as f64;
             assert!(out.at.is_sorted() && out.at.iter().all(inside), "{width}: {:?}", out.at);

@@ -107,7 +107,6 @@ fn weights(terms: &[Term], n: usize, factor: usize, kind: Kind) -> Result<Vec<f6
 
 #[cfg(test)]
 mod tests {
-    use super::super::lags::Wave;
     use super::*;
 
     #[test]
@@ -126,15 +125,15 @@ mod tests {
             line(0.2, 0.111, 0.002),
         ];
         let factors = [1, 3, 7, 10, 32, 75, 133, 422, 1000, 1900];
-        // Panels of no width: every lag.
-        let every = [Wave { decay: 0.0, angle: 10.0 }];
         for some in [&lines[..1], &lines[1..2], &lines[..]] {
             let terms = [&smooth[..], some].concat();
             let (_, found) = variances(&terms, n, &factors, Kind::Allan).unwrap();
             let process = Process::new(&terms, n, Kind::Allan).unwrap();
             for (&m, found) in factors.iter().zip(found) {
                 let (spaced, count) = (process.spaced(m, 2), Kind::Allan.count(n, m));
-                let sum = spaced.mean_square(&spaced, (count, count), &process.kinks, &every);
+                let square = |t: usize| spaced.with(m)(t as f64).powi(2);
+                let beyond: f64 = (1..count).map(|t| (count - t) as f64 * square(t)).sum();
+                let sum = (count as f64 * square(0) + 2.0 * beyond) / (count as f64).powi(2);
                 let exact = 2.0 * sum / Kind::Allan.scale(m).powi(2);
                 assert!((found / exact - 1.0).abs() < 1e-3, "{} lines, m = {m}: {found} {exact}", some.len());
             }

@@ -4,8 +4,9 @@ use faer::c64;
 
 use super::differences;
 use super::exponential::{self, Exponential};
-use super::lags::{self, Wave};
+use super::lags::{self, Smooth, Wave};
 use super::powers::{self, Powers};
+use super::runs::Runs;
 use crate::{Error, Result};
 
 /// Which estimator.
@@ -60,6 +61,8 @@ impl Kind {
     }
 }
 
+/// Panels of a stretch from which on what is smooth is interpolated.
+const MANY: usize = 3;
 /// Distance of the kinks of an autocovariance that ends.
 const NEAR: usize = 20;
 
@@ -200,27 +203,30 @@ impl Spaced<'_> {
         let powers: Vec<_> = self.powers.iter().map(|p| p.with(j)).collect();
         let exponentials: Vec<_> = self.exponentials.iter().map(|e| e.with(j)).collect();
         let nodes = lags::nodes(&breaks, end, waves);
-        let mut turns = vec![Vec::new(); exponentials.len()];
-        let (mut first, mut wide, mut total) = (0, 0, 0.0);
+        let slow = |t: f64| powers.iter().map(|p| p.at(t)).sum::<f64>();
+        let mut runs = Runs::of(&exponentials);
+        let (mut first, mut total) = (0, 0.0);
         let (mut at, mut covariance) = (Vec::new(), Vec::new());
-        for &(size, width) in &nodes.panels {
-            let own = first..first + size;
-            first += size;
-            at.clear();
-            at.extend(nodes.at[own.clone()].iter().map(|u| u + base));
-            covariance.clear();
-            covariance.extend(at.iter().map(|t| powers.iter().map(|p| p.at(*t)).sum::<f64>()));
-            for (e, turns) in exponentials.iter().zip(&mut turns) {
-                if width != wide {
-                    e.turns(&at, turns);
+        let mut panels = nodes.panels.iter();
+        for &(count, start, width) in &nodes.stretches {
+            let smooth = (count >= MANY && width >= lags::NARROW)
+                .then(|| Smooth::of(start, width, |u| slow(u + base)));
+            for &(size, width) in panels.by_ref().take(count) {
+                let own = first..first + size;
+                first += size;
+                at.clear();
+                at.extend(nodes.at[own.clone()].iter().map(|u| u + base));
+                covariance.clear();
+                match &smooth {
+                    Some(smooth) => covariance.extend(nodes.at[own.clone()].iter().map(|u| smooth.at(*u))),
+                    None => covariance.extend(at.iter().map(|t| slow(*t))),
                 }
-                e.add(&at, turns, &mut covariance);
-            }
-            wide = width;
-            for ((t, weight), value) in at.iter().zip(&nodes.weights[own]).zip(&covariance) {
-                let count = counts.1 as f64 - (t - flat).max(0.0);
-                let both = if *t == 0.0 { 1.0 } else { 2.0 };
-                total += weight * both * count * value.powi(2);
+                runs.add(&at, width, &mut covariance);
+                for ((t, weight), value) in at.iter().zip(&nodes.weights[own]).zip(&covariance) {
+                    let count = counts.1 as f64 - (t - flat).max(0.0);
+                    let both = if *t == 0.0 { 1.0 } else { 2.0 };
+                    total += weight * both * count * value.powi(2);
+                }
             }
         }
         total / (counts.0 as f64 * counts.1 as f64)

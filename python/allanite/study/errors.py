@@ -21,7 +21,7 @@ LITTLE = 0.005
 
 def rises(before: Fit, after: Fit) -> bool:
     """Whether the Allan error is larger, by anything."""
-    old, new = before.error.adev_rms_percent, after.error.adev_rms_percent
+    old, new = before.curve.rms_percent, after.curve.rms_percent
     return old is not None and new is not None and new > old
 
 
@@ -32,22 +32,22 @@ def wider(before: Fit, after: Fit) -> bool:
 
 def errors_fall(before: Fit, after: Fit) -> bool:
     """Whether neither the discrepancy nor the Allan error rises by more than its own scatter."""
-    old, new = before.error, after.error
+    old, new = before.curve, after.curve
     other = after.data is not before.data and removes(after.model.effects[-1])
     if other and after.model.effects[-1].when is None:
         return True  # samples that do not belong hide by how much a model is wrong
     if after.discrepancy.interval[0] > before.discrepancy.interval[1]:
         return False
-    if old.adev_rms_percent is None or new.adev_rms_percent is None:
+    if old.rms_percent is None or new.rms_percent is None:
         return True
     # A true model's error is within twice its scatter, whatever the error before; with more missing it may rise by once.
-    chance = new.chance_rms_percent or 0.0
-    if new.adev_rms_percent > max(CHANCE * chance, np.hypot(old.adev_rms_percent, chance)):
+    chance = new.chance_percent or 0.0
+    if new.rms_percent > max(CHANCE * chance, np.hypot(old.rms_percent, chance)):
         return False
     if other:
         return True  # the curve of another record
     # Chance is large at long τ alone, and excuses nothing at short ones.
-    return after.curve.risen(before.curve, CHANCE) <= LITTLE**2
+    return new.risen(old, CHANCE) <= LITTLE**2
 
 
 def predicts(before: Fit, after: Fit) -> bool:
@@ -70,4 +70,4 @@ def as_good(before: Fit, after: Fit) -> bool:
 
 def within_chance(fit: Fit) -> bool:
     """Whether the Allan error is no larger than chance leads to."""
-    return (fit.error.adev_rms_percent or 0.0) <= (fit.error.chance_rms_percent or 0.0)
+    return (fit.curve.rms_percent or 0.0) <= (fit.curve.chance_percent or 0.0)

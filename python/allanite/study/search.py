@@ -335,9 +335,9 @@ def _unseen(kinds: Sequence[str], fit: Fit, less: Fit) -> bool:
     had, has, chance = (
         value or 0.0
         for value in (
-            fit.error.adev_rms_percent,
-            less.error.adev_rms_percent,
-            less.error.chance_rms_percent,
+            fit.curve.rms_percent,
+            less.curve.rms_percent,
+            less.curve.chance_percent,
         )
     )
     return has - had <= UNSEEN * chance
