@@ -13,6 +13,7 @@ use std::f64::consts::PI;
 use faer::c64;
 
 use super::process::{Term, unknown};
+use crate::machine::processor::{Width, compiled_for_each_width};
 use crate::{Error, Result};
 
 /// Nodes that a recurrence takes at once.
@@ -99,22 +100,11 @@ impl Ordinates {
         let last = if phi.norm() > 0.0 { (phi.ln() * self.n).exp() } else { c64::new(0.0, 0.0) };
         let (square, main, ends) = (rest * rest, a * rest * (1.0 + phi), a * rest * rest * phi / self.n);
         let odd = ends * last;
-        let nodes = total.iter_mut().zip(&self.s).zip(&self.sign);
+        let numbers = [square, phi, main, ends, odd];
         if phi.im == 0.0 {
-            for ((sum, s), sign) in nodes {
-                let inverse = 1.0 / (square.re + phi.re * s);
-                *sum += inverse * (main.re - (ends.re - sign * odd.re) * (4.0 - s) * inverse);
-            }
-            return;
-        }
-        for ((sum, s), sign) in nodes {
-            let (re, im) = (square.re + phi.re * s, square.im + phi.im * s);
-            let norm = 1.0 / (re * re + im * im);
-            let inverse = (re * norm, -im * norm);
-            let end = ((ends.re - sign * odd.re) * (4.0 - s), (ends.im - sign * odd.im) * (4.0 - s));
-            let re = main.re - (end.0 * inverse.0 - end.1 * inverse.1);
-            let im = main.im - (end.0 * inverse.1 + end.1 * inverse.0);
-            *sum += re * inverse.0 - im * inverse.1;
+            add_lag(Width::best(), total, &self.s, &self.sign, &numbers.map(|z| z.re));
+        } else {
+            add_wave(Width::best(), total, &self.s, &self.sign, &numbers);
         }
     }
 
@@ -122,22 +112,66 @@ impl Ordinates {
     /// of small w.
     fn lags(&self, total: &mut [f64], lags: &[f64]) {
         let lags = &lags[..lags.len().min(self.n as usize)];
-        for (total, nodes) in total.chunks_mut(LANES).zip(self.s.chunks(LANES)) {
-            let mut s = [0.0; LANES];
-            s[..nodes.len()].copy_from_slice(nodes);
-            let [mut cosines, mut rise, mut sines, mut slope] = [[0.0; LANES]; 4];
-            for (h, r) in lags.iter().enumerate().skip(1).rev() {
-                let twice = 2.0 * r * (1.0 - h as f64 / self.n);
-                for k in 0..LANES {
-                    rise[k] += twice - s[k] * cosines[k];
-                    cosines[k] += rise[k];
-                    slope[k] += r - s[k] * sines[k];
-                    sines[k] += slope[k];
-                }
+        add_few(Width::best(), total, &self.s, lags, self.n);
+    }
+}
+
+compiled_for_each_width! {
+    /// A lag of real φ: (1 − φ)², φ, and what is divided by q and by its square, of an even and of an odd ordinate.
+    fn add_lag(total: &mut [f64], s: &[f64], sign: &[f64], numbers: &[f64; 5]) = lag
+}
+
+compiled_for_each_width! {
+    /// The same of complex φ.
+    fn add_wave(total: &mut [f64], s: &[f64], sign: &[f64], numbers: &[c64; 5]) = wave
+}
+
+compiled_for_each_width! {
+    /// A few lags of n samples.
+    fn add_few(total: &mut [f64], s: &[f64], lags: &[f64], n: f64) = few
+}
+
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+#[inline(always)]
+fn lag(total: &mut [f64], s: &[f64], sign: &[f64], &[square, phi, main, ends, odd]: &[f64; 5]) {
+    for ((sum, s), sign) in total.iter_mut().zip(s).zip(sign) {
+        let inverse = 1.0 / (square + phi * s);
+        *sum += inverse * (main - (ends - sign * odd) * (4.0 - s) * inverse);
+    }
+}
+
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+#[inline(always)]
+fn wave(total: &mut [f64], s: &[f64], sign: &[f64], &[square, phi, main, ends, odd]: &[c64; 5]) {
+    for ((sum, s), sign) in total.iter_mut().zip(s).zip(sign) {
+        let (re, im) = (square.re + phi.re * s, square.im + phi.im * s);
+        let norm = 1.0 / (re * re + im * im);
+        let inverse = (re * norm, -im * norm);
+        let end = ((ends.re - sign * odd.re) * (4.0 - s), (ends.im - sign * odd.im) * (4.0 - s));
+        let re = main.re - (end.0 * inverse.0 - end.1 * inverse.1);
+        let im = main.im - (end.0 * inverse.1 + end.1 * inverse.0);
+        *sum += re * inverse.0 - im * inverse.1;
+    }
+}
+
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+#[inline(always)]
+fn few(total: &mut [f64], s: &[f64], lags: &[f64], n: f64) {
+    for (total, nodes) in total.chunks_mut(LANES).zip(s.chunks(LANES)) {
+        let mut s = [0.0; LANES];
+        s[..nodes.len()].copy_from_slice(nodes);
+        let [mut cosines, mut rise, mut sines, mut slope] = [[0.0; LANES]; 4];
+        for (h, r) in lags.iter().enumerate().skip(1).rev() {
+            let twice = 2.0 * r * (1.0 - h as f64 / n);
+            for k in 0..LANES {
+                rise[k] += twice - s[k] * cosines[k];
+                cosines[k] += rise[k];
+                slope[k] += r - s[k] * sines[k];
+                sines[k] += slope[k];
             }
-            for (k, sum) in total.iter_mut().enumerate() {
-                *sum += lags[0] + rise[k] - 0.5 * s[k] * cosines[k] - 2.0 / self.n * sines[k];
-            }
+        }
+        for (k, sum) in total.iter_mut().enumerate() {
+            *sum += lags[0] + rise[k] - 0.5 * s[k] * cosines[k] - 2.0 / n * sines[k];
         }
     }
 }

@@ -40,6 +40,8 @@ NAME = "allanite column"
 _wanted: contextvars.ContextVar[Callable[[], bool] | None] = contextvars.ContextVar(
     "wanted", default=None
 )
+#: Names of the columns that are at work beside each other, of which one asks.
+_at_work: contextvars.ContextVar[set[int]] = contextvars.ContextVar("at work")
 
 
 def processors() -> int:
@@ -81,7 +83,14 @@ class Pool(ThreadPoolExecutor):
         self._over = False
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
-        """Like that of the standard library."""
+        """Like that of the standard library; done at once where other columns keep every processor busy."""
+        if len(_at_work.get(())) >= processors():
+            done: Future[T] = Future()
+            try:
+                done.set_result(self._while_open(fn, *args, **kwargs))
+            except Exception as error:  # raised where the result is asked for, as from a thread
+                done.set_exception(error)
+            return done
         run = contextvars.copy_context().run
         return super().submit(run, self._while_open, fn, *args, **kwargs)
 
@@ -114,17 +123,22 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
     """
     waiting = deque(enumerate(tasks))
     done: SimpleQueue[tuple[int, T | BaseException]] = SimpleQueue()
+    at_work: set[int] = set()
 
     def work() -> None:
+        _at_work.set(at_work)
         while True:
             try:
                 place, task = waiting.popleft()
             except IndexError:
                 return
+            at_work.add(place)
             try:
                 done.put((place, task()))
             except BaseException as error:  # raised again where it is waited for
                 done.put((place, error))
+            finally:
+                at_work.discard(place)
 
     for _ in range(min(WORKERS, processors(), len(tasks))):
         # What was set for the caller (units of tables) holds for its workers.

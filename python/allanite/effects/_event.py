@@ -13,8 +13,9 @@ from allanite.effects._known import Deterministic
 
 __all__ = ["Away", "Event", "cosines", "sines"]
 
-#: Ordinates of which one sine each is enough: the square root of those that a search asks for.
-WIDE = 64
+#: Ordinates of which one sine each is enough: the square root of those that a search asks for. Of fewer sines than so many
+#: each is computed.
+WIDE, MANY = 64, 2048
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def _waves(
     k: NDArray[np.float64], j: NDArray[np.int64], n: int, phase: float
 ) -> NDArray[np.float64]:
     """sin(πjk/n + phase), shape (k, j)."""
-    if k.size * j.size < 4 * WIDE**2 or j[-1] - j[0] + 1 != j.size:
+    if k.size * j.size < MANY or j[-1] - j[0] + 1 != j.size:
         return np.asarray(np.sin(np.pi * j * k[:, None] / n + phase))
     turn = np.pi / n * k[:, None]
     coarse = turn * (j[0] + WIDE * np.arange(-(-j.size // WIDE))) + phase

@@ -77,12 +77,14 @@ def by_ordinates(effect: Effect, data: Data) -> bool:
 
 def bins_near(effect: Effect, bins: Bins, rate: float) -> Ordinates:
     """The bins that its bands are in, and those beside them."""
-    found: list[int] = []
+    found: set[int] = set()
     for band in effect.peaks:
         middle = sum(band) * bins.n / rate
-        place = int(np.searchsorted(bins.edges, middle, side="right")) - 1
-        found += range(max(0, place - BESIDE), min(bins.edges.size - 2, max(place, 0) + BESIDE) + 1)
-    return np.unique(np.array(found, dtype=np.int64))
+        place = int(bins.edges.searchsorted(middle, side="right")) - 1
+        found.update(
+            range(max(0, place - BESIDE), min(bins.edges.size - 2, max(place, 0) + BESIDE) + 1)
+        )
+    return np.array(sorted(found), dtype=np.int64)
 
 
 def within(near: Ordinates, bins: Bins) -> Ordinates:
