@@ -10,6 +10,7 @@ from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
 from allanite.effects import Away, Modifier, Stochastic
 from allanite.fit import fit_model
+from allanite.fit.likelihood.remembered import give_back
 from allanite.fit.rivals.alternatives import shown
 from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.fit.solution import Process
@@ -119,6 +120,7 @@ def improve(
         for rung in ladder:
             if rung.fit.data is not fit.data:
                 rung.fit.data.forget()
+        give_back(fit.data.n)
 
 
 def _stop(check: Check, tolerance: float | None) -> str | None:

@@ -7,6 +7,7 @@ import time
 
 import pytest
 
+from allanite.common import threads
 from allanite.common.errors import InputError
 from allanite.common.threads import Ended, Pool, computing, go_on, processors, while_wanted
 
@@ -93,3 +94,23 @@ def test_processors_are_counted_on_every_system(monkeypatch):
     assert processors() == os.cpu_count()
     monkeypatch.setattr(os, "cpu_count", lambda: None)
     assert processors() == 1
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_columns_that_keep_every_processor_busy_do_their_work_themselves(number, monkeypatch):
+    monkeypatch.setattr(threads, "processors", lambda: 2)
+    together = threading.Barrier(number)
+
+    def column():
+        together.wait(PATIENCE)
+        with Pool(1) as pool:
+            own = pool.submit(threading.get_ident).result() == threading.get_ident()
+            with pytest.raises(InputError, match="as asked"):
+                pool.submit(refuse).result()
+        together.wait(PATIENCE)
+        return own
+
+    def refuse():
+        raise InputError("as asked")
+
+    assert threads.side_by_side([column] * number) == [number == 2] * number

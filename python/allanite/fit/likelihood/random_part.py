@@ -82,18 +82,6 @@ class RandomPart:
             matrix = columns_like(model, like[0], like[1].matrix, self.data)
         return Linear(matrix, ~held, np.where(held, known, 0.0))
 
-    def appended(self, linear: Linear, model: Model) -> Linear:
-        """`linear` of the model with a last random effect more; the columns before it are the same."""
-        effect = model.stochastic[-1]
-        column = columns(model, (effect,), self.data)
-        held = effect.coefficient in effect.held
-        known = (getattr(effect, effect.coefficient) or 0.0) ** 2 if held else 0.0
-        return Linear(
-            np.hstack([linear.matrix, column]),
-            np.append(linear.free, not held),
-            np.append(linear.fixed, known),
-        )
-
     def maximise(self, model: Model, start: Maximum | None = None) -> Maximum:
         """Coefficients and discrepancy at the model's present shapes, θ of all random effects; held ones stay.
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.effects import Model, Stochastic
+from allanite.fit.likelihood.expected import column_of
 from allanite.fit.likelihood.whittle import VOTES, Maximum, climb_many, first_guess
 from allanite.fit.shapes.polish import polish
 from allanite.spectrum.spectrum import cells_of
@@ -45,31 +46,33 @@ def added(
     `base` is the maximum of the model without it.
     """
     smooth = _smooth(part.power - base.spectrum, part.count)
-    models = [model + point for point in points]
-    matrices, starts = [], []
     before = part.linear(model)
-    for point, tried in zip(points, models, strict=True):
-        random = isinstance(point, Stochastic)
-        linear = part.appended(before, tried) if random else part.linear(tried, (model, before))
-        if linear.fixed.any():
-            # Held coefficients: the whole problem of each point by itself.
-            return _one_by_one(models, base, part)
-        matrices.append(linear.matrix)
-        if random:
-            column = linear.matrix[:, -1]
-            top = int(np.argmax(column / base.spectrum))
-            size = max(float(smooth[top]), 0.03 * float(base.spectrum[top])) / float(column[top])
-            starts.append(np.append(base.theta, size))
-        else:
-            starts.append(base.theta)
+    held = (p.coefficient in p.held for p in points if isinstance(p, Stochastic))
+    if before.fixed.any() or any(held):
+        # Held coefficients: the whole problem of each point by itself.
+        return _one_by_one([model + point for point in points], base, part)
+    bins, known = before.matrix.shape
+    # A thousand points of a thousand bins: one array.
+    effects = known + isinstance(points[0], Stochastic)
+    matrices, starts = np.empty((len(points), bins, effects)), np.empty((len(points), effects))
+    for point, matrix, start in zip(points, matrices, starts, strict=True):
+        start[:known] = base.theta
+        if not isinstance(point, Stochastic):
+            matrix[:] = part.linear(model + point, (model, before)).matrix
+            continue
+        matrix[:, :-1] = before.matrix
+        column = matrix[:, -1] = column_of(model, point, part.data)
+        top = int(np.argmax(column / base.spectrum))
+        size = max(float(smooth[top]), 0.03 * float(base.spectrum[top]))
+        start[-1] = size / float(column[top])
     found = _climbed(matrices, starts, points, base, part)
     order = sorted(found.items(), key=lambda pair: -pair[1].log_likelihood)
-    return [(maximum, models[i]) for i, maximum in order]
+    return [(maximum, model + points[i]) for i, maximum in order]
 
 
 def _climbed(
-    matrices: list[Array],
-    starts: list[Array],
+    matrices: Array,
+    starts: Array,
     points: list[Effect],
     base: Maximum,
     part: RandomPart,
@@ -80,7 +83,7 @@ def _climbed(
     """
     narrow = points[0].occupies is not None
     designs = [_design(point) for point in points]
-    columns, power, count = np.stack(matrices), part.power, part.count
+    columns, power, count = matrices, part.power, part.count
     if not narrow:
         columns, power, count = _in_cells(columns, part)
 
@@ -99,7 +102,7 @@ def _climbed(
             power, count, columns[which], thetas, base.scale, rounds, cells=not narrow
         )
 
-    thetas, values, _ = climbed(np.arange(len(points)), np.stack(starts), FIRST)
+    thetas, values, _ = climbed(np.arange(len(points)), starts, FIRST)
     kept = ahead(np.arange(values.size), values, int(RUNNING * values.size))
     thetas, values, scales = climbed(kept, thetas[kept], ROUNDS)
     if base.scale is not None:
@@ -114,9 +117,8 @@ def _climbed(
         place = {int(k): i for i, k in enumerate(kept)}
         kept = ahead(kept, values, LEADING)
         starting = thetas[[place[int(k)] for k in kept]]
-        whole = np.stack([matrices[k] for k in kept])
         thetas, values, scales = climb_many(
-            part.power, part.count, whole, starting, base.scale, FIRST
+            part.power, part.count, matrices[kept], starting, base.scale, FIRST
         )
     return {
         int(k): Maximum(
