@@ -1,11 +1,13 @@
 """Simulated six-axis sensors at full size: are the exported numbers in their intervals, is the twin in the band?
 
     python benches/python/bench_six_axes.py [SENSORS] [SAMPLES]
+    python benches/python/bench_six_axes.py LOG                 # what characterising every axis of a log takes
 
 Fifty sensors of 20 000 samples by default: 300 axes, some ten minutes of two cores. Prints one line a quantity with what
 was promised.
 """
 
+import resource
 import sys
 import time
 from pathlib import Path
@@ -73,5 +75,19 @@ def main(sensors: int, samples: int) -> None:
     print(f"curves of twins inside of the simultaneous band (95 %): {100 * np.mean(twins):.1f} %")
 
 
+def of_log(path: str) -> None:
+    """Processor time, time by the clock and the most memory of all axes of a log, and the models."""
+    recording = al.read(path)
+    began, clock = time.process_time(), time.perf_counter()
+    found = al.characterize(recording)
+    spent, passed = time.process_time() - began, time.perf_counter() - clock
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    print(f"{len(found.studies)} axes: {spent:.0f} s of CPU, {passed:.0f} s, {most:.2f} GiB")
+    for name, study in found.studies.items():
+        print(f"  {name}: {study.fit.model.name}, {study.stopped_because}")
+
+
 if __name__ == "__main__":
+    if len(sys.argv) == 2 and not sys.argv[1].isdigit():
+        sys.exit(of_log(sys.argv[1]))
     main(*(int(text) for text in [*sys.argv[1:], *("50", "20000")[len(sys.argv) - 1 :]]))

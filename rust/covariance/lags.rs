@@ -89,8 +89,8 @@ fn places(start: usize, width: usize) -> (f64, [f64; 4]) {
     (centre, GAUSS.map(|z| (z * width as f64 / 2.0 - parity).round() + parity))
 }
 
-/// A smooth function on a stretch of at least `NARROW` lags, by the polynomial through its values at the nodes of one panel:
-/// right to 3e-5 beside a break that is as far away as the stretch is wide.
+/// A smooth function on a stretch of at least `NARROW` lags, by the polynomial through its values at the nodes of one panel.
+/// Beside a break half as far away as the stretch is wide the error is some 3.7⁻⁸ of its size; steep functions lose a digit.
 pub struct Smooth {
     centre: f64,
     half: f64,
@@ -214,6 +214,36 @@ mod tests {
         let exact: f64 = (0..50_000).map(|u| f(f64::from(u))).sum();
         let found = sum(&[700, 3000], 50_000, f);
         assert!((found / exact - 1.0).abs() < 1e-7, "{found} {exact}");
+    }
+
+    #[test]
+    fn what_is_smooth_is_interpolated() {
+        for (start, width) in [(12, 24), (36, 72), (1000, 2000), (50_000, 100_000)] {
+            for f in [f64::sqrt, |u: f64| u * u.ln(), |u: f64| u.powf(-1.5)] {
+                let smooth = Smooth::of(start, width, f);
+                let size = f(start as f64).abs().max(f((start + width) as f64).abs());
+                for u in (start..start + width).map(|u| u as f64) {
+                    assert!(
+                        (smooth.at(u) - f(u)).abs() < 2e-4 * size,
+                        "{start} {u}: {} {}",
+                        smooth.at(u),
+                        f(u)
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn panels_of_waves_count_every_lag_once() {
+        let waves = [Wave { decay: 1e-4, angle: 0.1 }, Wave { decay: 0.01, angle: 0.7 }];
+        for (breaks, end) in [(vec![], 100), (vec![300, 600], 5000), (vec![7, 14], 123_457)] {
+            let found = nodes(&breaks, end, &waves);
+            let total: f64 = found.weights.iter().sum();
+            assert!((total / end as f64 - 1.0).abs() < 1e-12, "{breaks:?} {end}: {total}");
+            assert_eq!(found.stretches.iter().map(|(count, ..)| count).sum::<usize>(), found.panels.len());
+            assert_eq!(found.stretches.iter().map(|(_, _, width)| width).sum::<usize>(), end);
+        }
     }
 
     #[test]

@@ -142,3 +142,47 @@ impl<'a> Run<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::exponential::Spaced;
+    use super::super::lags::{Wave, nodes};
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn panels_have_the_value_at_each_place(
+            decays in prop::collection::vec(-6.0..0.5_f64, 1..4), angles in prop::collection::vec(0.0..3.0_f64, 4),
+            m in 1_usize..400, beyond in 1_usize..3000
+        ) {
+            let kernels: Vec<_> = decays
+                .iter()
+                .zip(&angles)
+                .map(|(decay, angle)| {
+                    let phi = c64::new(-10_f64.powf(*decay), *angle).exp();
+                    Exponential::new(c64::new(1.0, 0.2 * angle), phi, 1)
+                })
+                .collect();
+            let spaced: Vec<_> = kernels.iter().map(|kernel| Spaced::new(kernel, m, 2)).collect();
+            let crossed: Vec<_> = spaced.iter().map(|one| one.with(m)).collect();
+            let waves: Vec<_> =
+                kernels.iter().map(|e| Wave { decay: -e.lambda.re, angle: e.lambda.im.abs() }).collect();
+            let found = nodes(&[0, m, 2 * m], 2 * m + beyond, &waves);
+            let mut runs = Runs::of(&crossed);
+            let (mut first, size) = (0, crossed.iter().map(|one| one.at(0.0).abs()).fold(0.0, f64::max));
+            for &(count, width) in &found.panels {
+                let at = &found.at[first..first + count];
+                first += count;
+                let mut values = vec![0.0; count];
+                runs.add(at, width, &mut values);
+                for (t, value) in at.iter().zip(values) {
+                    let expected: f64 = crossed.iter().map(|one| one.at(*t)).sum();
+                    // Rounding of terms that cancel, up to a/(S^2), and of a thousand steps.
+                    let terms: f64 = kernels.iter().map(|e| e.c.norm() + (e.beside[0] * 4.0 * m as f64).norm()).sum();
+                    prop_assert!((value - expected).abs() < 1e-12 * (size + terms), "{t}: {value} {expected}");
+                }
+            }
+        }
+    }
+}

@@ -229,10 +229,9 @@ def test_an_allan_error_beyond_its_scatter_rises_by_no_more_than_that(before, af
 
     def fit(error):
         return SimpleNamespace(
-            error=SimpleNamespace(adev_rms_percent=error, chance_rms_percent=7.0),
             discrepancy=SimpleNamespace(percent=1.0, interval=(0.5, 2.0)),
             data=None,
-            curve=SimpleNamespace(risen=lambda *_: 0.0),
+            curve=SimpleNamespace(rms_percent=error, chance_percent=7.0, risen=lambda *_: 0.0),
         )
 
     assert errors_fall(fit(before), fit(after)) == falls
