@@ -40,7 +40,7 @@ NAME = "allanite column"
 _wanted: contextvars.ContextVar[Callable[[], bool] | None] = contextvars.ContextVar(
     "wanted", default=None
 )
-#: Names of the columns that are at work beside each other, of which one asks.
+#: Places of the columns that are at work beside each other, that of the one that asks among them.
 _at_work: contextvars.ContextVar[set[int]] = contextvars.ContextVar("at work")
 
 
