@@ -89,5 +89,6 @@ def of_log(path: str) -> None:
 
 if __name__ == "__main__":
     if len(sys.argv) == 2 and not sys.argv[1].isdigit():
-        sys.exit(of_log(sys.argv[1]))
-    main(*(int(text) for text in [*sys.argv[1:], *("50", "20000")[len(sys.argv) - 1 :]]))
+        of_log(sys.argv[1])
+    else:
+        main(*(int(text) for text in [*sys.argv[1:], *("50", "20000")[len(sys.argv) - 1 :]]))
