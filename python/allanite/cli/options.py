@@ -103,6 +103,16 @@ class LogOptions:
     as_json: bool
     quiet: bool
 
+    @property
+    def later(self) -> tuple[str, ...]:
+        """Names of those given that say what is done with the samples once they are read."""
+        given = {
+            "--trim": self.trim,
+            "--decimate": self.decimate,
+            "--output-unit": self.output_unit,
+        }
+        return tuple(name for name, value in given.items() if value is not None)
+
     def reading(self) -> dict[str, Any]:
         """Return the options of `allanite.read`."""
         return {
@@ -208,7 +218,7 @@ def said_early(finding: Finding) -> bool:
 
     That nothing says the unit of a column which may be a clock's is a remark among others.
     """
-    kinds = ("other_kind", "quiet_stretch")
+    kinds = ("other_kind", "quiet_stretch", "moving")
     return finding.kind in kinds or (finding.kind, finding.severity) == ("no_unit", "warning")
 
 

@@ -141,7 +141,8 @@ def test_in_the_shell(tmp_path, capsys):
     np.savez(path, data=driven(3)[:, 2], rate_hz=RATE, unit="rad/s", channels="gyro_z")
     with pytest.raises(SystemExit):
         main(["adev", str(path)])
-    assert "not at rest" in capsys.readouterr().err
+    said = capsys.readouterr()
+    assert [(said.err + said.out).count(one) for one in ("not at rest", "its motion")] == [1, 1]
     with pytest.raises(SystemExit) as stop:
         main(["adev", str(path), "--trim", "quiet", "--json"])
     out, err = capsys.readouterr()

@@ -153,6 +153,16 @@ def test_inspect_words_what_is_lacking_for_the_command_line(tmp_path, capsys):
     assert "no sampling rate: give --rate HZ or a time column" in said[-1]
 
 
+def test_inspect_says_that_it_does_not_trim(tmp_path, capsys):
+    path = csv(tmp_path, "gx", X[:, 0])
+    with pytest.raises(SystemExit) as stop:
+        main(["inspect", str(path), "--rate", "50", "--unit", "deg/s", "--trim", "quiet"])
+    assert stop.value.code == 0
+    said = capsys.readouterr()
+    assert f"{N} rows" in said.out
+    assert "this is of the whole log: --trim is for what computes" in said.err
+
+
 def test_one_unit_leaves_the_other_kind_out_and_says_so(tmp_path):
     path = csv(tmp_path, "gx,gy,ax", *X.T)
     r = al.read(path, rate=50, unit="deg/s")

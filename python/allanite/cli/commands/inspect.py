@@ -25,6 +25,9 @@ def command(log: str, options: LogOptions) -> None:
         found = inspect(file, **options.reading())
     if log == PIPE:
         found = replace(found, path=NAME)
+    if options.later and not options.quiet:
+        names = ", ".join(options.later)
+        click.echo(f"· this is of the whole log: {names} is for what computes", err=True)
     click.echo(
         output.dumps(found.to_dict()) if options.as_json else output.wrapped(found.worded(WORDS))
     )

@@ -198,7 +198,9 @@ class Data:
             if not amplitudes.any():
                 continue
             if self.functions.holds(amplitudes.size * self.ordinates.nbytes):
-                part = amplitudes @ self.rows(effect)
+                rows = self.rows(effect)
+                # Of one row the product would be a loop without the widest instructions.
+                part = amplitudes @ rows if len(rows) > 1 else amplitudes[0] * rows[0]
                 total = part if total is None else np.add(total, part, out=total)
             else:
                 signal = effect.with_amplitudes(amplitudes).signal(self.time, self.covariates)
