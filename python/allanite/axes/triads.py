@@ -13,11 +13,17 @@ if TYPE_CHECKING:
 
     from allanite.recording import Recording
 
-__all__ = ["NAMES", "triads"]
+__all__ = ["NAMES", "letter_of", "triads"]
 
 NAMES = {ANGULAR_RATE: "gyroscope", ACCELERATION: "accelerometer", FREQUENCY: "clock"}
 #: x, y or z by itself or at the end of a name: gyro_x, gyro.x.raw, gx.
 _AXIS = re.compile(r"(?<![a-z])[xyz](?![a-z])|[xyz]$", re.IGNORECASE)
+
+
+def letter_of(name: str) -> str | None:
+    """``"x"``, ``"y"`` or ``"z"`` where the name of a column says of which axis it is."""
+    found = _AXIS.search(name)
+    return None if found is None else found.group().lower()
 
 
 def triads(columns: Iterable[Recording]) -> list[tuple[str, ...]]:

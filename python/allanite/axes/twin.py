@@ -119,7 +119,9 @@ def twin(
         known = document.get("samples", {}).get(name, {})
         kept, step = _less_rounding(kept, known.get("step"), at)
         if known.get("step") and step is None:
-            left_out.append(f"{name}: rounding to {known['step']:.3g} {told['unit']}, in N")
+            left_out.append(
+                f"{name}: rounding to {known['step']:.3g} {told['unit']}, which its noise holds as it was fitted"
+            )
         record = simulate(
             kept, **size, rate=at, seed=seed, unit=told["unit"], covariates=covariates, axis=axis
         )
@@ -150,9 +152,13 @@ def _possible(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Model,
 
 
 def _less_rounding(model: Model, step: float | None, rate: float) -> tuple[Model, float | None]:
-    """White noise less the variance step²/12 that rounding adds again, and the step, None where it is too coarse."""
+    """White noise less the variance step²/12 that rounding adds again, and the step.
+
+    None where the step is too coarse, or where what was rounded had passed a filter: less of N would be another noise.
+    """
     white = model.white
-    if not step or white is None:
+    filtered = any(not (e.passing or e.removes) for e in model.modifiers)
+    if not step or white is None or filtered:
         return model, None
     level = getattr(white, white.coefficient) ** 2
     rounding = step**2 / 12.0 / rate

@@ -123,6 +123,37 @@ class Model:
         """The white process, whose level modifiers change."""
         return next((e for e in self.stochastic if e.white), None)
 
+    @property
+    def levels(self) -> tuple[Modifier, ...]:
+        """What changes the level of the white noise over time."""
+        return tuple(e for e in self.modifiers if e.passing and e.band is None)
+
+    def mean_level(self, span: tuple[float, float]) -> float:
+        """Root mean square level of the white noise over a record of `span`, s, over what its coefficient says."""
+        power = 1.0
+        for level in self.levels:
+            power *= sum(t.variance for t in level.modify(1.0, 1.0, span) if isinstance(t, White))
+        return float(np.sqrt(power))
+
+    def steady(self, span: tuple[float, float]) -> Model:
+        """The model with the mean level over a record of `span`, s, in the place of what changes the white noise's.
+
+        Examples
+        --------
+        >>> twice = al.parse_model("N(N=1)+LEVEL(start=0,end=30,factor=3)")
+        >>> print(twice.mean_level((0.0, 80.0)), twice.steady((0.0, 80.0)))
+        2.0 N(N=2)
+        """
+        levels = self.levels
+        out: list[Effect] = []
+        for effect in self.effects:
+            if levels and isinstance(effect, Stochastic) and effect is self.white:
+                size = getattr(effect, effect.coefficient) * self.mean_level(span)
+                out.append(effect.with_values(**{effect.coefficient: size}))
+            elif not any(effect is level for level in levels):
+                out.append(effect)
+        return Model(tuple(out))
+
     def unit_terms(
         self, effect: Stochastic, rate: float, span: tuple[float, float] | None = None
     ) -> tuple[Term, ...]:

@@ -87,11 +87,16 @@ def export(
     Raises
     ------
     InputError
-        Unknown target, or the model lacks what the target needs.
+        Unknown target, or the model lacks what the target needs: any noise, say.
     """
     if target not in TARGETS:
         raise InputError(f"unknown export format {target!r}: one of {', '.join(TARGETS)}")
     from allanite.export._axis import used
 
     own = [used(axis, None if target in OWN_RATE else rate, until) for axis in axes]
+    for axis in own:
+        if target not in ANY_SENSOR and not axis.has_noise:
+            raise InputError(
+                f"{axis.name}: the model {axis.model.name} has no noise: fit one that has"
+            )
     return TARGETS[target](own, rate, overbound=overbound)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,16 +15,17 @@ from allanite.common.parameters import Estimate
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
 from allanite.common.validation import positive_rate
 from allanite.effects._base import Stochastic
+from allanite.effects._modifier import Modifier
 from allanite.effects.files import model_from_dict
 from allanite.effects.model import Model
 from allanite.export._text import plain
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from allanite.effects import Parameter
+    from allanite.effects import Effect, Parameter
 
 __all__ = ["Axis", "axes_of", "documents_of", "rate_of", "split", "warning_of"]
 
@@ -52,6 +54,10 @@ class Axis:
         Q, N, B, K, R as far as the model has them, in SI units (densities two-sided).
     model, limits : Model
         The model, and the same with every random coefficient at its upper limit; values in `scale` SI units.
+    corners : tuple of tuple of Model
+        For each random process of `limits` alone, its forms at the ends of the intervals of its shapes and of the filters'.
+    span : (float, float)
+        First and last time of the recording, s, over which a noise level that changes is averaged.
     scale : float
         SI units in a unit of the samples.
     source : str
@@ -70,6 +76,8 @@ class Axis:
     coefficients: Mapping[str, Estimate]
     model: Model
     limits: Model
+    corners: tuple[tuple[Model, ...], ...]
+    span: tuple[float, float]
     scale: float
     source: str
     document: Mapping[str, Any]
@@ -87,16 +95,43 @@ class Axis:
         m = np.geomspace(1.0, high / low, int(8 * np.log10(high / low)) + 2)
         return np.unique(np.round(m)) / self.sampling
 
-    def allan(self, *, upper: bool = False, noise: bool = False) -> NDArray[np.float64]:
-        """Allan variance at `taus` in SI, of the model or its upper limits; `noise`: without lines and ramps."""
-        model = self.limits if upper else self.model
-        if noise:
-            model = Model((*model.stochastic, *model.modifiers))
-        return self.scale**2 * model.allan_variance(self.taus, self.sampling)
+    def steady(self, *, upper: bool = False) -> Model:
+        """The model, or its `limits`, with the mean level of its white noise."""
+        return (self.limits if upper else self.model).steady(self.span)
+
+    @property
+    def has_noise(self) -> bool:
+        """Whether any random process is, or may be within its interval, more than nothing."""
+        return any(getattr(e, e.coefficient) > 0.0 for e in self.limits.stochastic)
+
+    @property
+    def broad(self) -> Model:
+        """What is no line, no ramp and no narrow band: what a bias may stand for; all noise where that is nothing."""
+        whole = self.steady()
+        wide = [e for e in whole.stochastic if e.occupies is None]
+        return Model((*(wide or whole.stochastic), *whole.modifiers))
+
+    def allan(self, taus: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
+        """Allan variance in SI, of the model or, at each τ, the largest within its intervals."""
+        rate, whole = self.sampling, self.steady()
+        if not upper:
+            return self.scale**2 * whole.allan_variance(taus, rate)
+        known = Model(self.limits.deterministic).allan_variance(taus, rate)
+        return self.scale**2 * self._largest(lambda m: m.allan_variance(taus, rate), known)
 
     def psd(self, f: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
-        """Two-sided density in SI."""
-        return self.scale**2 * (self.limits if upper else self.model).psd(f, self.sampling)
+        """Two-sided density in SI, of the model or, at each frequency, the largest within its intervals."""
+        rate = self.sampling
+        if not upper:
+            return self.scale**2 * self.steady().psd(f, rate)
+        return self.scale**2 * self._largest(lambda m: m.psd(f, rate), np.zeros(f.shape))
+
+    def _largest(
+        self, curve: Callable[[Model], NDArray[np.float64]], total: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        for forms in self.corners:
+            total = total + np.maximum.reduce([curve(form.steady(self.span)) for form in forms])
+        return total
 
 
 def documents_of(path: str | Path) -> list[dict[str, Any]]:
@@ -157,7 +192,7 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
     parsed = parse_unit(own)
     model = model_from_dict({**document, "schema": "allanite/model/1"}, source)
     coefficients: dict[str, Estimate] = {}
-    limits = []
+    limits, forms = [], []
     for effect, entry in zip(model.effects, effects, strict=True):
         given = entry.get("parameters", {})
         for parameter in effect.parameters:
@@ -175,6 +210,7 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
             if interval[1] is not None:
                 effect = effect.with_values(**{effect.coefficient: float(interval[1])})
         limits.append(effect)
+        forms.append(_ends(effect, given))
     duration = recording.get("duration_s")
     return Axis(
         plain(recording.get("column") or source),
@@ -185,10 +221,33 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         coefficients,
         model,
         Model(tuple(limits)),
+        _corners(forms),
+        (0.0, float(duration or 10.0 * UNTIL)),
         parsed.scale,
         plain(recording.get("path") or source),
         {"effects": effects},
         warning_of(document),
+    )
+
+
+def _ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:
+    """The effect at both ends of the interval of each of its shapes, beside what was fitted."""
+    found = [effect]
+    for name in effect.free_shapes:
+        interval = (given.get(name) or {}).get("interval") or [None, None]
+        ends = [float(end) for end in interval if end is not None]
+        found += [one.with_values(**{name: end}) for one in found for end in ends]
+    return found
+
+
+def _corners(forms: Sequence[list[Effect]]) -> tuple[tuple[Model, ...], ...]:
+    """For each random process its forms, behind each form of what acts on it."""
+    acting = [own for own in forms if isinstance(own[0], Modifier)]
+    behind = list(product(*acting))
+    return tuple(
+        tuple(Model((form, *after)) for form in own for after in behind)
+        for own in forms
+        if isinstance(own[0], Stochastic)
     )
 
 

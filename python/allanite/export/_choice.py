@@ -38,12 +38,17 @@ def choose(axis: Axis, *, overbound: bool = False) -> Choice:
     white, walk = axis.coefficients.get("N"), axis.coefficients.get("K")
     remarks: list[tuple[str, str]] = []
     holds = []
-    tau, model = axis.taus, axis.allan(noise=True)
+    tau, model = axis.taus, _broad(axis)
     if white is not None and (white > 0.0 or _limit(white) > 0.0):
         N = float(white) if white.detected else _limit(white)
         holds.append("N")
-        if not white.detected:
-            remarks.append(("N", LIMIT))
+        words = [] if white.detected else [LIMIT]
+        if axis.model.levels:
+            N *= axis.model.mean_level(axis.span)
+            words.append("the mean level over the record")
+            changes = zip(axis.model.labels, axis.model, strict=True)
+            holds += [label for label, effect in changes if effect in axis.model.levels]
+        remarks.append(("N", "; ".join(words)))
     else:
         N = float(np.sqrt(model[0] * tau[0]))
         remarks.append(
@@ -67,13 +72,13 @@ def choose_lag(axis: Axis, time: float | None = None, *, overbound: bool = False
     first = choose(axis)
     remarks = [("N", first.remark("N"))]
     lags = [e for e in axis.model.stochastic if isinstance(e, GaussMarkov)]
-    others = len(axis.model) - len(lags) - (axis.model.white is not None)
+    others = len(axis.steady()) - len(lags) - (axis.model.white is not None)
     if len(lags) == 1 and not others and time in (None, lags[0].correlation_time):
         q_c, own = float(lags[0].q_c or 0.0), float(lags[0].correlation_time or 0.0)
         if q_c > 0.0:
             holds = (*first.holds, lags[0].short)
             return Choice(first.N, 0.0, axis.scale * q_c, own, tuple(remarks), holds)
-    tau, model = axis.taus, axis.allan(noise=True)
+    tau, model = axis.taus, _broad(axis)
     white = white_noise(first.N).allan_variance(tau, axis.sampling)
     missing = NEARLY**2 * model - white
     if not (missing > 0.0).any():
@@ -89,7 +94,8 @@ def choose_lag(axis: Axis, time: float | None = None, *, overbound: bool = False
             best = (excess, size, float(T))
     assert best is not None
     remark = (
-        "the smallest whose Allan deviation, with N, is nowhere more than 5 % below the model's"
+        "the smallest whose Allan deviation, with N, is nowhere more than 5 % below that of the model without its"
+        " lines, ramps and bands"
     )
     return Choice(
         first.N,
@@ -97,8 +103,13 @@ def choose_lag(axis: Axis, time: float | None = None, *, overbound: bool = False
         float(np.sqrt(best[1])),
         best[2],
         (*remarks, ("lag", remark)),
-        tuple(h for h in first.holds if h == "N"),
+        tuple(h for h in first.holds if h != "K"),
     )
+
+
+def _broad(axis: Axis) -> NDArray[np.float64]:
+    """Allan variance of what a slow process may stand for, SI."""
+    return axis.scale**2 * axis.broad.allan_variance(axis.taus, axis.sampling)
 
 
 def _limit(estimate: object) -> float:
@@ -143,7 +154,7 @@ def report(axis: Axis, choice: Choice | None, written: Sequence[str] = ()) -> li
         lines.append(f"  left out, this format cannot hold it: {', '.join(missing)}")
     if choice is not None:
         tau = axis.taus
-        ratio = np.sqrt(choice.model.allan_variance(tau, axis.sampling) / axis.allan())
+        ratio = np.sqrt(choice.model.allan_variance(tau, axis.sampling) / axis.allan(tau))
         low, high = int(np.argmin(ratio)), int(np.argmax(ratio))
         lines.append(
             f"  Allan deviation of what is written over the model's, {tau[0]:.3g} s to {tau[-1]:.3g} s:"

@@ -51,7 +51,7 @@ def value_lines(
     convention: Sequence[str],
     *,
     overbound: bool,
-    form: str = "{key}: {value:.6e}",
+    form: str = "{key}: {value:.6e}  {note}",
     mark: str = "#",
 ) -> str:
     """Head and lines of a file of ``key: value``.
@@ -69,7 +69,7 @@ def value_lines(
     overbound : bool
         Whether N and K are those above the upper limits.
     form, mark : str
-        Form of a line, and what makes the rest of a line a comment.
+        Form of a line with its note, and what makes that, or the rest of a line, a comment.
     """
     gyro, accel = split(axes)
     pairs = {"gyro": chosen(gyro, overbound=overbound), "accel": chosen(accel, overbound=overbound)}
@@ -80,6 +80,6 @@ def value_lines(
     for key, sensor, name, unit in rows:
         if pairs[sensor]:
             value, remark = largest(pairs[sensor], name)
-            note = unit + (f"; {remark}" if remark else "")
-            lines.append(form.format(key=key, value=convert[name](value)) + f"  {mark} {note}\n")
+            note = f"{mark} {unit}" + (f"; {remark}" if remark else "")
+            lines.append(form.format(key=key, value=convert[name](value), note=note) + "\n")
     return "".join(lines)

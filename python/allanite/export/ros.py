@@ -10,10 +10,14 @@ from allanite.export._axis import rate_of, split
 from allanite.export._choice import report
 from allanite.export._lines import GENERAL
 from allanite.export._text import comments
+from allanite.export._triad import in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
+    from allanite.effects.terms import Term
     from allanite.export._axis import Axis
 
 __all__ = ["render"]
@@ -22,8 +26,7 @@ __all__ = ["render"]
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """Variance of one sample: the integral of the fitted density over the band, row-major 3 × 3.
 
-    The band begins at one over the longest τ of use; a fitted low-pass filter counts. One axis serves all three; three axes
-    take x, y, z in the order given.
+    The band begins at one over the longest τ of use; a fitted low-pass filter counts.
     """
     fs = rate_of(axes, rate, "ros")
     pairs = split(axes)
@@ -34,7 +37,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "The filter takes samples as independent of each other: slow noise averages less than it thinks.",
         *(line for own in pairs for axis in own for line in report(axis, None, _noise(axis))),
     ]
-    text = [comments(lines)]
+    rows = []
     for key, own, unit in zip(
         ("angular_velocity_covariance", "linear_acceleration_covariance"),
         pairs,
@@ -43,11 +46,12 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     ):
         if not own:
             continue
-        found = [variance(axis, fs, upper=overbound) for axis in own]
-        x, y, z = found if len(found) == 3 else (max(found),) * 3
+        found = [(variance(axis, fs, upper=overbound),) for axis in own]
+        ((x,), (y,), (z,)), said = in_xyz(own, found)
+        lines += [f"{key} {line}" for line in said]
         note = f"{unit}; {'from the upper limits' if overbound else 'as fitted'}"
-        text.append(f"{key}: [{x:.6e}, 0, 0, 0, {y:.6e}, 0, 0, 0, {z:.6e}]  # {note}\n")
-    return "".join(text)
+        rows.append(f"{key}: [{x:.6e}, 0, 0, 0, {y:.6e}, 0, 0, 0, {z:.6e}]  # {note}\n")
+    return comments(lines) + "".join(rows)
 
 
 def _noise(axis: Axis) -> list[str]:
@@ -60,10 +64,21 @@ def variance(axis: Axis, rate: float, *, upper: bool = False) -> float:
     """Variance of a sample in SI, without what is slower than the longest τ of use."""
     low = 2.0 * np.pi / (max(axis.until, 10.0 / rate) * rate)
     w = np.geomspace(low, np.pi, 4000)
+    slower = np.geomspace(1e-9 * low, low, 2000)
     total = 0.0
-    for term in (axis.limits if upper else axis.model).terms(rate):
-        if term.power is not None:
-            total += term.power
+    for term in axis.steady(upper=upper).terms(rate):
+        if term.power is None:
+            total += _within(term, w)
         else:
-            total += float(np.trapezoid(term.spectrum(w) * w, np.log(w))) / np.pi
+            # All of it is known exactly, a narrow band too; below the first frequency its density is that there.
+            total += (
+                term.power
+                - _within(term, slower)
+                - float(term.spectrum(slower[:1])[0]) * slower[0] / np.pi
+            )
     return axis.scale**2 * total
+
+
+def _within(term: Term, w: NDArray[np.float64]) -> float:
+    """Power of a term between the first and the last of these frequencies, rad a sample."""
+    return float(np.trapezoid(term.spectrum(w) * w, np.log(w))) / np.pi

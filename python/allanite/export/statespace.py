@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.errors import InputError
 from allanite.export._axis import rate_of
 from allanite.statespace import state_space
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from allanite.effects import Model
     from allanite.export._axis import Axis
+    from allanite.statespace import StateSpace
 
 __all__ = ["render"]
 
@@ -22,12 +25,12 @@ STATES = 8
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """``allanite/state_spaces/1``: at most eight states an axis, and what the reduction costs."""
+    """``allanite/state_spaces/1``: at most eight states an axis where fewer will do, and what the reduction costs."""
     fs = rate_of(axes, rate, "statespace")
     out = []
     for axis in axes:
         model = axis.limits if overbound else axis.model
-        space = state_space(model, fs, states=STATES, duration=10.0 * axis.until)
+        space = _small(model, fs, 10.0 * axis.until)
         document = space.to_dict()
         for name in ("Q", "R", "P0"):
             document[name] = (axis.scale**2 * np.array(document[name])).tolist()
@@ -35,3 +38,11 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         out.append({**about, "warning": axis.warning or None, **document})
     whole = {"schema": "allanite/state_spaces/1", "version": _kernels.version(), "axes": out}
     return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _small(model: Model, rate: float, duration: float) -> StateSpace:
+    """With `STATES` states, or as many as a model has that cannot do with these."""
+    try:
+        return state_space(model, rate, states=STATES, duration=duration)
+    except InputError:
+        return state_space(model, rate, duration=duration)

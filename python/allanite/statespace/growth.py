@@ -3,7 +3,7 @@
 The sensor was aided for a while: its bias is taken as the mean of the samples of that time, and attitude, velocity,
 position are right at its end. From there on the samples are integrated. The error after t is a weighted sum of samples,
 Σ w(k) x(k), whose weights add up to zero; its variance is −Σ c(h) g(h), c the correlation of the weights and g(h) =
-½ E(x(k+h) − x(k))² the variogram. After t = the time of aiding, the angle's error is √2 t σ(t) of Allan.
+½ E(x(k+h) − x(k))² the variogram (`coasting`). After t = the time of aiding, the angle's error is √2 t σ(t) of Allan.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from allanite.common.validation import positive, positive_rate
 from allanite.effects import Model
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
+from allanite.effects._modifier import Modifier
+from allanite.statespace.coasting import Coasting, Sums, ramp
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,8 +36,6 @@ Array = NDArray[np.float64]
 GRAVITY = 9.80665
 #: Samples beyond which variograms no longer fit into memory.
 LONGEST = 2**24
-#: Weights that are correlated; longer records are averaged in groups.
-WEIGHTS = 2**14
 #: Kind of sensor → (quantity, unit for samples in SI, integrations, factor): a tilt turns gravity into acceleration.
 QUANTITIES = {
     "angular rate": (
@@ -65,7 +65,7 @@ class Growth:
     budget : dict of str to ndarray, shape (k,)
         The part of each effect, by its label; they add in squares.
     left_out : tuple of str
-        Effects that depend on the time of the record (a step, a temperature) and are not in it.
+        Effects that depend on the time of the record (a step, a temperature, a louder stretch) and are not in it.
     aided : float
         Seconds of aiding before the fix.
 
@@ -165,6 +165,7 @@ def predict(
     unit: str | None = None,
     rate: float | None = None,
     tau: ArrayLike | None = None,
+    duration: float | None = None,
 ) -> tuple[Growth, ...]:
     """Error since the last fix of each quantity that this kind of sensor is integrated to.
 
@@ -180,6 +181,9 @@ def predict(
         Sampling rate in Hz; of a fit, its recording's.
     tau : array_like, optional
         Times since the fix, s; else eleven from a sample or a hundredth of `aided` to ten times it.
+    duration : float, optional
+        Seconds of the record over which a noise level that changes is averaged; of a fit, its recording's. Without it the
+        usual level counts, and what changes it is left out.
 
     Returns
     -------
@@ -204,6 +208,7 @@ def predict(
         model = Model((model,))
     unit = unit or getattr(recording, "unit", None)
     rate = rate or getattr(recording, "rate", None)
+    duration = duration or getattr(recording, "duration", None)
     if unit is None or rate is None:
         raise InputError("error growth needs the unit and the rate of the samples: give both")
     fs, parsed = positive_rate(rate), parse_unit(unit)
@@ -216,19 +221,22 @@ def predict(
         raise InputError(
             f"{top / fs:g} s at {fs:g} Hz are {top} samples, more than {LONGEST}: predict a shorter time"
         )
+    if duration is not None:
+        model = model.steady((0.0, positive(duration, "duration", "s", "give that of the record")))
     parts, left_out = _parts(model, fs)
-    variograms = {k: _variogram(terms, top) for k, terms in parts.items() if terms}
+    sums = {k: Sums(_variogram(terms, top)) for k, terms in parts.items() if terms}
     out = []
     for quantity, si, order, factor in QUANTITIES[parsed.kind]:
         budget: dict[str, list[float]] = {k: [] for k in parts}
         for m in ahead:
-            group = max(1, -(-(back + m) // WEIGHTS))
-            weights = factor * _weights(back, m, fs, order, group)
-            for label, g in variograms.items():
-                budget[label].append(_deviation(weights, _grouped(g, group, weights.size)))
+            coasting = Coasting(back, m, fs, order)
             for label, terms in parts.items():
-                if not terms:
-                    budget[label].append(_known_error(model, label, weights, fs, group))
+                found = (
+                    coasting.deviation(sums[label])
+                    if terms
+                    else _known_error(model, label, coasting)
+                )
+                budget[label].append(factor * found)
         sizes = {k: parsed.scale * np.array(v) for k, v in budget.items()}
         total = np.sqrt(sum((v**2 for v in sizes.values()), np.zeros(len(ahead))))
         out.append(Growth(quantity, si, np.array(ahead) / fs, total, sizes, left_out, aided))
@@ -281,7 +289,7 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
         )
     rest = segments[:, back:] - segments[:, :back].mean(axis=1, keepdims=True)
     errors = np.column_stack(
-        [factor * (rest[:, :m] @ _ramp(m, recording.rate, order)) for m in ahead]
+        [factor * (rest[:, :m] @ ramp(m, recording.rate, order)) for m in ahead]
     )
     inside = np.abs(errors) <= 1.96 * growth.total
     return Measured(
@@ -311,22 +319,9 @@ def _parts(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tupl
                 out[label] = ()
             else:
                 left_out.append(effect.kind)
+        elif isinstance(effect, Modifier) and effect.passing:
+            left_out.append(effect.kind)
     return out, tuple(left_out)
-
-
-def _ramp(m: int, rate: float, order: int) -> Array:
-    """Weights of m samples integrated `order` times: (t(k) − t)^(order−1)/(order−1)! dt, exact for steps."""
-    edges = (m - np.arange(m + 1)) / rate
-    powers = edges**order / (1.0, 2.0, 6.0)[order - 1]
-    return np.asarray(powers[:-1] - powers[1:])
-
-
-def _weights(back: int, m: int, rate: float, order: int, group: int) -> Array:
-    """Weights of `back` samples of aiding and m of coasting, added up over groups of samples."""
-    ramp = _ramp(m, rate, order)
-    whole = np.concatenate([np.full(back, -ramp.sum() / back), ramp])
-    pad = -whole.size % group
-    return np.asarray(np.concatenate([np.zeros(pad), whole]).reshape(-1, group).sum(axis=1))
 
 
 def _variogram(terms: Sequence[Term], count: int) -> Array:
@@ -334,39 +329,16 @@ def _variogram(terms: Sequence[Term], count: int) -> Array:
     return np.asarray(sum((t.variogram(count + 1) for t in terms), np.zeros(count + 1)))
 
 
-def _grouped(g: Array, group: int, count: int) -> Array:
-    """Variogram of the means of groups of samples, at distances 0 … count − 1."""
-    if group == 1:
-        return g[:count]
-    # Σ_{|j|<q} (q − |j|) g(|qh + j|)/q², from sums of sums.
-    reach = group * (count + 1)
-    padded = np.concatenate([g, np.full(max(0, reach + 1 - g.size), g[-1])])[: reach + 1]
-    both = np.concatenate([padded[group:0:-1], padded])  # distances −group … reach
-    twice = np.concatenate([[0.0, 0.0], np.cumsum(np.cumsum(both))])
-    at = group + group * np.arange(count) + 1
-    smooth = (twice[at + group] - 2.0 * twice[at] + twice[at - group]) / group**2
-    return np.asarray(smooth - smooth[0])
-
-
-def _deviation(weights: Array, g: Array) -> float:
-    """√(−Σ c(h) g(h))."""
-    from scipy.fft import irfft, next_fast_len, rfft
-
-    size = next_fast_len(2 * weights.size, real=True)
-    spectrum = rfft(weights, size)
-    c = irfft(spectrum.real**2 + spectrum.imag**2, size)[: weights.size]
-    variance = -2.0 * float(c[1:] @ g[1:])
-    return float(np.sqrt(max(0.0, variance)))  # in this order −0 becomes 0
-
-
-def _known_error(model: Model, label: str, weights: Array, rate: float, group: int) -> float:
+def _known_error(model: Model, label: str, coasting: Coasting) -> float:
     """Error by a ramp; root mean square over the phase of lines."""
     effect = model.effects[model.labels.index(label)]
-    time = (np.arange(weights.size) + 0.5) * group / rate
     if isinstance(effect, Periodic):
-        power = 0.0
-        for multiple, amplitude, _ in effect.lines:
-            turn = np.exp(2j * np.pi * multiple * (effect.frequency or 0.0) * time)
-            power += 0.5 * amplitude**2 * abs(weights @ turn) ** 2
-        return float(np.sqrt(power))
-    return float(abs(weights @ effect.signal(time, {})))  # type: ignore[attr-defined]
+        turn = 2.0 * np.pi * (effect.frequency or 0.0) / coasting.rate
+        power = (
+            0.5 * (amplitude * coasting.of_line(multiple * turn)) ** 2
+            for multiple, amplitude, _ in effect.lines
+        )
+        return float(np.sqrt(sum(power)))
+    assert isinstance(effect, Deterministic)
+    time = np.arange(coasting.back + coasting.m) / coasting.rate
+    return coasting.of_signal(effect.signal(time, {}))

@@ -13,6 +13,7 @@ from allanite.common.validation import positive_rate
 from allanite.effects import Model
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
+from allanite.effects._modifier import Modifier
 from allanite.statespace.sections import Section, is_line, line, of_terms
 
 if TYPE_CHECKING:
@@ -44,9 +45,9 @@ class StateSpace:
         Samples a second.
     samples : int
         Length of the record up to which the slowest parts are described.
-    known : tuple of Deterministic
-        Effects that are no noise (a ramp, a temperature, a step): known functions of time, which the filter has to
-        subtract or to estimate.
+    known : tuple of Effect
+        What is known of time and not in the matrices: a ramp, a temperature, a step, which the filter has to subtract or to
+        estimate, and a noise level that changes, by which it has to scale R.
     exact : tuple of Term
         The model itself, against which a reduced form is judged.
 
@@ -65,7 +66,7 @@ class StateSpace:
     owners: tuple[str, ...]
     rate: float
     samples: int
-    known: tuple[Deterministic, ...] = ()
+    known: tuple[Effect, ...] = ()
     exact: tuple[Term, ...] = field(default=(), repr=False)
 
     @property
@@ -199,7 +200,7 @@ class StateSpace:
         ]
         if self.known:
             kinds = ", ".join(e.kind for e in self.known)
-            lines.append(f"known functions of time, not among the states: {kinds}")
+            lines.append(f"known functions of time, not in the matrices: {kinds}")
         return "\n".join(lines)
 
 
@@ -243,11 +244,14 @@ def state_space(
     if n > 2**40:
         raise InputError(f"duration = {duration:g} s at {fs:g} Hz is too long: give a shorter one")
     if model.filters:
-        return _filtered(model, fs, states, duration)
+        found = _filtered(model, fs, states, duration)
+        if states is not None and found.states > states:
+            raise InputError(f"states = {states}: {model.name} needs {found.states} at least")
+        return found
     sections: list[Section] = []
     owners: list[str] = []
     exact: list[Term] = []
-    known: list[Deterministic] = []
+    known: list[Effect] = []
     for effect, label in zip(model.effects, model.labels, strict=True):
         if isinstance(effect, Stochastic):
             terms = _terms_of(model, effect, fs)
@@ -259,12 +263,12 @@ def state_space(
             own = [line(a, 2 * np.pi * m * effect.frequency / fs) for m, a, _ in effect.lines]
             exact += [t for s in own for t in s.terms]
         else:
-            if isinstance(effect, Deterministic):
+            if _in_time(effect):
                 known.append(effect)
             continue
         sections += own
         owners += [label] * len(own)
-    if not sections:
+    if not any(s.R or s.P0.any() or s.Q.any() for s in sections):
         raise InputError(f"the model {model.name} has no random part: a filter needs one")
     whole = StateSpace(tuple(sections), tuple(owners), fs, n, tuple(known), tuple(exact))
     if states is None or states >= whole.states:
@@ -278,7 +282,7 @@ def _filtered(model: Model, rate: float, states: int | None, duration: float | N
     """State space of a model whose noise has passed filters: that of the rest, and the filters behind it."""
     from allanite.statespace.filtered import behind
 
-    known = tuple(e for e in model.deterministic if not isinstance(e, Periodic))
+    known = tuple(e for e in model if _in_time(e))
     aside = [e for e in model.modifiers if e.whole is not None]
     noise = Model(tuple(e for e in model if not isinstance(e, Deterministic) and e not in aside))
     more = sum(len(f.response(rate).poles) for f in model.filters) + 1
@@ -300,6 +304,13 @@ def _filtered(model: Model, rate: float, states: int | None, duration: float | N
         known,
         (*model.terms(rate), *(t for s in beside for t in s.terms)),
     )
+
+
+def _in_time(effect: Effect) -> bool:
+    """Whether it is a known function of time or changes the level of the noise; lines have states."""
+    if isinstance(effect, Modifier):
+        return effect.passing
+    return isinstance(effect, Deterministic) and not isinstance(effect, Periodic)
 
 
 def _terms_of(model: Model, effect: Stochastic, rate: float) -> tuple[Term, ...]:

@@ -57,7 +57,8 @@ def test_ros_is_the_variance_of_a_sample():
         found = export(axes(text), "ros", rate=100, until=1000.0)
         return float(re.search(r"angular_velocity_covariance: \[(\S+),", found).group(1))
 
-    white = (N * RAD) ** 2 * 100
+    # Its density from 1 mHz to 50 Hz.
+    white = (N * RAD) ** 2 * 100 * (1 - 1e-3 / 50)
     assert first("N(N=0.01)") == pytest.approx(white, rel=1e-6)
     # The slow noise above 1 mHz: B²/π·ln(50 000) of flicker (its density is B²τ0/(2 sin), ln 2/… more at Nyquist).
     assert white < first("N(N=0.01)+B(B=1e-3)") < white + (B * RAD) ** 2 / math.pi * 12
@@ -73,8 +74,9 @@ def test_gtsam_squares_the_densities():
 def test_matlab_declares_its_side():
     text = export(axes(), "matlab", rate=100)
     assert "'NoiseType', 'double-sided'" in text
-    density = re.search(r"'NoiseDensity', (\S+?)[,)]", text).group(1)
-    assert float(density) == pytest.approx(N * RAD, rel=1e-6)
+    densities = re.search(r"'NoiseDensity', \[(.*?)\]", text).group(1).split()
+    assert [float(one) for one in densities] == pytest.approx([N * RAD] * 3, rel=1e-6)
+    assert "x, y, z: no model of it was given, it has the numbers of model" in text
     assert "'RandomWalk'" not in export(axes("N(N=1)"), "matlab", rate=100)
 
 

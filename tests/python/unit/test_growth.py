@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import allanite as al
 from allanite.common.errors import InputError, TooShortError
 from allanite.effects.files import parse_model
+from allanite.statespace.coasting import Coasting, Sums, ramp
 
 RATE = 50.0
 
@@ -39,12 +42,59 @@ def test_at_the_time_of_aiding_it_is_the_allan_deviation(text):
     )
 
 
-def test_long_times_are_averaged_in_groups():
-    # 36 000 s at 50 Hz are 1.8 million samples, 110 a group.
+def test_hours_are_exact_at_once_and_at_the_end():
+    # 1.8 million samples: a sample after hours of aiding as well as hours later.
     model = parse_model("N(N=0.1)+B(B=0.01)+K(K=1e-3)+GM(q_c=0.01,T=5)")
-    found = al.predict(model, aided=36_000.0 / 2, unit="rad/s", rate=RATE, tau=[18_000.0])[0]
+    tau = np.array([0.02, 0.1, 18_000.0])
+    found = al.predict(model, aided=18_000.0, unit="rad/s", rate=RATE, tau=tau)[0]
     expected = np.sqrt(2.0) * 18_000.0 * np.sqrt(model.allan_variance(18_000.0, RATE))
-    assert found.total[0] == pytest.approx(expected, rel=1e-4)
+    assert found.total[-1] == pytest.approx(expected, rel=1e-9)
+    np.testing.assert_allclose(
+        found.budget["N"], 0.1 * np.sqrt(tau * (1.0 + tau / 18_000.0)), rtol=1e-9
+    )
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.integers(1, 40), st.integers(1, 40), st.sampled_from([1, 2, 3]), st.integers(0, 2**31),
+    st.floats(0.0, 6.3),
+)  # fmt: skip
+def test_sums_are_those_of_every_pair(back, m, order, seed, angle):
+    g = np.concatenate([[0.0], np.random.default_rng(seed).random(back + m).cumsum()])
+    coasting = Coasting(back, m, RATE, order)
+    r = ramp(m, RATE, order)
+    w = np.concatenate([np.full(back, -r.sum() / back), r])
+    k = np.arange(w.size)
+    variance = -(w[:, None] * w * g[np.abs(k[:, None] - k)]).sum()
+    size = np.abs(w).sum() ** 2 * g[-1]
+    assert coasting.deviation(Sums(g)) ** 2 == pytest.approx(variance, rel=1e-9, abs=1e-12 * size)
+    turn = abs(w @ np.exp(1j * angle * k))
+    assert coasting.of_line(angle) == pytest.approx(turn, abs=1e-12 * np.abs(w).sum() * w.size)
+
+
+def test_fast_lines_are_not_taken_for_slow_ones():
+    # n samples of a line add up to A/|sin(πf/rate)| at most; those of the aiding count t/aided times.
+    tau = np.array([0.3, 100.0, 300.0])
+    for frequency in (50.0, 142.86, 499.0):
+        growth = al.predict(
+            parse_model(f"N(N=1e-9)+SIN(f={frequency},A=0.01)"),
+            aided=10.0, unit="rad/s", rate=1000.0, tau=tau,
+        )[0]  # fmt: skip
+        most = 0.01 / np.sqrt(2.0) / 1000.0 / np.sin(np.pi * frequency / 1000.0) * (1 + tau / 10)
+        assert (growth.budget["SIN"] <= most).all()
+
+
+def test_a_changing_level_is_averaged_over_the_record_or_left_out():
+    model = parse_model("N(N=0.02)+CYCLE(period=10,start=1,share=0.3,factor=2)")
+    tau = [1.0, 10.0]
+    alone = al.predict(model, aided=7.0, unit="rad/s", rate=10.0, tau=tau)[0]
+    assert alone.left_out == ("periodic_noise_level",)
+    log = model.simulate(duration=20_000, rate=10.0, seed=3, unit="rad/s")
+    growth = al.predict(model, aided=7.0, unit="rad/s", rate=10.0, tau=tau, duration=20_000)[0]
+    assert growth.left_out == ()
+    np.testing.assert_allclose(growth.total / alone.total, np.sqrt(1.9), rtol=1e-3)
+    # 1000 segments, of which some have more loud samples than others: √(1/2000) = 2.2 %, and as much again.
+    np.testing.assert_allclose(al.measured_growth(log, growth).rms, growth.total, rtol=4 * 0.032)
 
 
 def test_budget_adds_in_squares_and_names_what_is_left_out():

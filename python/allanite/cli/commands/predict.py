@@ -48,7 +48,10 @@ def command(
     last = 10.0 * aided if until is None else positive(until, "--until", "s", "give seconds")
     documents, tables = [], []
     for name, whole, unit, rate, recording in _models(log, model, options):
-        found = predict(whole, aided=aided, unit=unit, rate=rate, tau=_times(last, rate))
+        duration = None if recording is None else recording.duration
+        found = predict(
+            whole, aided=aided, unit=unit, rate=rate, tau=_times(last, rate), duration=duration
+        )
         rows = []
         for growth in found:
             measured = None if recording is None else measured_growth(recording, growth)

@@ -25,7 +25,10 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N/√dt and K/√dt with dt of the filter: variances are (dt·σ)², of the biases times dt as (dt²·σ)²."""
+    """N/√dt and K/√dt with dt of the filter: variances are (dt·σ)², of the biases times dt as (dt²·σ)².
+
+    Notes have lines of their own: ground stations take a line of two words alone.
+    """
     fs = rate or FILTER_RATE
     convention = (
         f"ArduPilot EK3: per step of the filter, {fs:.4g} Hz (or the rate given), not of the sensor;",
@@ -33,5 +36,5 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     )
     convert = {"N": lambda v: v * math.sqrt(fs), "K": lambda v: v * math.sqrt(fs)}
     return value_lines(
-        axes, ROWS, convert, convention, overbound=overbound, form="{key},{value:.6e}"
+        axes, ROWS, convert, convention, overbound=overbound, form="{note}\n{key},{value:.6e}"
     )

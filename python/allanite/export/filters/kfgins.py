@@ -12,12 +12,12 @@ from allanite.export._axis import split
 from allanite.export._choice import choose_lag, report
 from allanite.export._lines import GENERAL
 from allanite.export._text import comments
+from allanite.export._triad import in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
-    from allanite.export._held import Choice
 
 __all__ = ["render"]
 
@@ -49,18 +49,22 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "Scale factors are no noise: gsstd and asstd are yours.",
     ]
 
-    def row(sensor: list[Axis], value: str, unit: float) -> str:
-        found: list[Choice] = [chosen[id(axis)] for axis in sensor]
-        if len(found) != 3:
-            found = [max(found, key=lambda c: c.N)] * 3
-        return "[" + ", ".join(f"{getattr(c, value) / unit:.6e}" for c in found) + "]"
+    rows = []
+    for sensor, name in ((gyro, "gyroscope"), (accel, "accelerometer")):
+        held = [chosen[id(axis)] for axis in sensor]
+        places, said = in_xyz(sensor, [(c.N, c.sigma) for c in held])
+        notes += [f"{name} {line}" for line in said]
+        rows.append(places)
+
+    def row(places: list[tuple[float, ...]], number: int, unit: float) -> str:
+        return "[" + ", ".join(f"{place[number] / unit:.6e}" for place in places) + "]"
 
     return comments(notes) + (
         "imunoise:\n"
-        f"  arw: {row(gyro, 'N', DEGREE / 60)}  # deg/sqrt(hr)\n"
-        f"  vrw: {row(accel, 'N', 1 / 60)}  # m/s/sqrt(hr)\n"
-        f"  gbstd: {row(gyro, 'sigma', DEGREE / 3600)}  # deg/hr\n"
-        f"  abstd: {row(accel, 'sigma', 1e-5)}  # mGal\n"
+        f"  arw: {row(rows[0], 0, DEGREE / 60)}  # deg/sqrt(hr)\n"
+        f"  vrw: {row(rows[1], 0, 1 / 60)}  # m/s/sqrt(hr)\n"
+        f"  gbstd: {row(rows[0], 1, DEGREE / 3600)}  # deg/hr\n"
+        f"  abstd: {row(rows[1], 1, 1e-5)}  # mGal\n"
         "  gsstd: [0.0, 0.0, 0.0]  # ppm\n"
         "  asstd: [0.0, 0.0, 0.0]  # ppm\n"
         f"  corrtime: {time / 3600:.6e}  # hr\n"

@@ -33,5 +33,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     )
     convert = {"N": lambda v: v * math.sqrt(fs), "K": lambda v: v * math.sqrt(fs)}
     return value_lines(
-        axes, ROWS, convert, convention, overbound=overbound, form="param set {key} {value:.6e}"
+        axes,
+        ROWS,
+        convert,
+        convention,
+        overbound=overbound,
+        form="param set {key} {value:.6e}  {note}",
     )

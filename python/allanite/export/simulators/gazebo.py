@@ -9,6 +9,7 @@ from allanite.export._axis import rate_of, split
 from allanite.export._choice import choose_lag, report
 from allanite.export._lines import GENERAL
 from allanite.export._text import block
+from allanite.export._triad import in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,15 +34,15 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         chosen = [(axis, choose_lag(axis, overbound=overbound)) for axis in own]
         notes += [line for a, c in chosen for line in report(a, c)]
         notes += [f"{a.name}: lag {c.remark('lag')}" for a, c in chosen if c.remark("lag")]
-        if len(chosen) != 3:
-            chosen = [max(chosen, key=lambda pair: pair[1].N)] * 3
+        places, said = in_xyz(own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen])
+        notes += [f"{tag} {line}" for line in said]
         body.append(f"  <{tag}>\n")
-        for letter, (_, choice) in zip("xyz", chosen, strict=True):
+        for letter, (white, q_c, time) in zip("xyz", places, strict=True):
             body.append(
                 f'    <{letter}><noise type="gaussian"><mean>0</mean>'
-                f"<stddev>{choice.N * math.sqrt(fs):.6e}</stddev>"
-                f"<dynamic_bias_stddev>{choice.q_c:.6e}</dynamic_bias_stddev>"
-                f"<dynamic_bias_correlation_time>{choice.correlation_time:.6e}</dynamic_bias_correlation_time>"
+                f"<stddev>{white * math.sqrt(fs):.6e}</stddev>"
+                f"<dynamic_bias_stddev>{q_c:.6e}</dynamic_bias_stddev>"
+                f"<dynamic_bias_correlation_time>{time:.6e}</dynamic_bias_correlation_time>"
                 f"</noise></{letter}>\n"
             )
         body.append(f"  </{tag}>\n")

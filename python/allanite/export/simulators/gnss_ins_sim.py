@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 from allanite.export._axis import split
 from allanite.export._choice import choose_lag, report
+from allanite.export._held import Choice
 from allanite.export._lines import GENERAL
 from allanite.export._text import comments
+from allanite.export._triad import in_xyz
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,10 +39,11 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         chosen = [(axis, choose_lag(axis, overbound=overbound)) for axis in own]
         notes += [line for a, c in chosen for line in report(a, c)]
         notes += [f"{a.name}: lag {c.remark('lag')}" for a, c in chosen if c.remark("lag")]
-        if len(chosen) != 3:
-            chosen = [max(chosen, key=lambda pair: pair[1].N)] * 3
+        places, said = in_xyz(own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen])
+        notes += [f"{sensor} {line}" for line in said]
+        held = [Choice(N, 0.0, q_c, time) for N, q_c, time in places]
         lines.append(f'    "{sensor}_b": np.zeros(3),\n')
         for key, name, unit, spelled in (*rows, ("b_corr", "correlation_time", 1.0, "s")):
-            values = ", ".join(f"{getattr(c, name) / unit:.6e}" for _, c in chosen)
+            values = ", ".join(f"{getattr(c, name) / unit:.6e}" for c in held)
             lines.append(f'    "{sensor}_{key}": np.array([{values}]),  # {spelled}\n')
     return comments(notes) + "import numpy as np\n\nimu_err = {\n" + "".join(lines) + "}\n"

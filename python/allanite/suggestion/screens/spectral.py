@@ -230,7 +230,7 @@ def _redesigned(model: Model, best: Maximum, part: RandomPart) -> tuple[Model, M
         return found
     for place, effect in enumerate(model.effects[:-1]):
         choices = [p.name for p in effect.parameters if p.role == "choice"]
-        if not choices or effect.held or not isinstance(effect, Modifier):
+        if not choices or effect.held or effect.screened != "spectral":
             continue
         # In their plain form, and at shapes of their own: what one design needs beside it another does not.
         others = [

@@ -1,0 +1,44 @@
+"""The three places of a format that has x, y and z."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.axes.triads import letter_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["in_xyz"]
+
+PLACES = ("x", "y", "z")
+
+
+def in_xyz(
+    axes: Sequence[Axis], numbers: Sequence[tuple[float, ...]]
+) -> tuple[list[tuple[float, ...]], list[str]]:
+    """Numbers of x, y and z, and what is to be said of a place that has those of others.
+
+    Names say which axis is which; three without letters are taken in their order. A place without a model gets the largest
+    of each number: density and Allan variance of a lag rise with its strength and with its time.
+    """
+    letters = [letter_of(axis.name) for axis in axes]
+    if len(axes) == 3 and None in letters:
+        letters = list(PLACES)
+    known = None not in letters and len(set(letters)) == len(letters)
+    given = dict(zip(letters, numbers, strict=True)) if known else {}
+    most = tuple(max(column) for column in zip(*numbers, strict=True))
+    bare = [place for place in PLACES if place not in given]
+    said = []
+    if bare and len(axes) > 1:
+        names = ", ".join(axis.name for axis in axes)
+        said = [
+            f"{', '.join(bare)}: no model of it was given, it has the largest number of each kind of {names}"
+        ]
+    elif bare:
+        said = [
+            f"{', '.join(bare)}: no model of it was given, it has the numbers of {axes[0].name}"
+        ]
+    return [given.get(place, most) for place in PLACES], said
