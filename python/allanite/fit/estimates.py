@@ -370,7 +370,7 @@ def _deterministic_shape_error(
     beside = [here.matrix * root[:, None]]
     for other in () if effect.low else effect.free_shapes:
         slope = _slope(effect, other, here.ordinates, data) if other != name else None
-        if slope is not None:
+        if slope is not None and slope.any():
             beside.append((slope * root / np.linalg.norm(slope * root))[:, None])
     white, target = np.hstack(beside), target * root
     coefficients, *_ = np.linalg.lstsq(white, target, rcond=None)
@@ -387,6 +387,8 @@ def _slope(
 
     value = effect.values[name]
     steps = {"Hz": 1e-4 / data.duration, "Hz/s": 1e-4 / data.duration**2}
+    if effect.parameter(name).unit == "s":  # less than a sample moves nothing
+        steps["s"] = max(1e-3 * abs(value), 1.0 / data.rate)
     step = steps.get(str(effect.parameter(name).unit), 1e-3 * abs(value))
     if step == 0.0:
         return None

@@ -5,6 +5,8 @@ import pytest
 
 import allanite as al
 import generators as g
+from allanite.fit.engine import solve
+from allanite.fit.likelihood.data import prepare
 
 RATE, LENGTH = 50.0, 60_000
 N = 0.0126
@@ -50,6 +52,33 @@ def test_a_fan_that_runs_for_a_while_is_one_burst(frequency, first, last):
         low, high = found[f"TONE.{name}"].interval
         assert low - 1 / RATE <= sample / RATE <= high + 1 / RATE
     assert found["TONE.amplitude"].value == pytest.approx(amplitude, rel=0.3)
+
+
+def test_a_burst_that_begins_with_the_record_has_intervals():
+    # Its begin is nearer to the first sample than a thousandth of itself moves it.
+    x = _noise(np.random.default_rng(4)) + _fan(np.random.default_rng(4), 6.0, 5, 17_500, 0.02)
+    log = _recording(x)
+    data = prepare(log)
+    model = al.parse_model("N+B+K+TONE(frequency=6,start=0.115,end=350)")
+    solution = solve(data, model, polish=False)
+    fit = al.Fit(log, solution.model, "whittle", data, solution)
+    for name in ("frequency", "start", "end", "amplitude"):
+        low, high = fit[f"TONE.{name}"].interval
+        assert 0.0 <= low < high < 1200.0
+
+
+@pytest.mark.long
+def test_a_vibration_that_turns_back_is_no_burst():
+    # A machine of 9 Hz whose speed swings by 0.6 Hz in 900 s: for a while it stands still at the fastest.
+    rng = np.random.default_rng(301)
+    t = np.arange(90_000) / RATE
+    turns = np.cumsum(9.0 + 0.6 * np.sin(2.0 * np.pi * t / 900.0)) / RATE
+    noise = g.white(rng, t.size, RATE, N) + g.walk(rng, t.size, RATE, 9e-5)
+    x = noise + 0.025 * np.sin(2.0 * np.pi * turns)
+    study = al.improve(_recording(x), "N+B+K")
+    kinds = [r.added.kind for r in study.ladder[1:]]
+    assert "drifting_resonance" in kinds, study
+    assert "tone_burst" not in [s.kind for s in study.check.significant], study.check
 
 
 def test_its_intervals_hold_the_truth():

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from allanite.effects import Moving
 from allanite.fit.likelihood.discrepancy import EVIDENCE, best_scale, judge
 from allanite.fit.shapes.tones import louder, placed, polish_burst, search_burst, steady, trials
 from allanite.suggestion.evidence import Family, line_trials, log_chance, may_show
@@ -51,6 +52,8 @@ def _best(
     family = Family("line", width=line_trials(data.n) * trials(band))
     if hope < least or frequency <= 0.0 or not may_show(family, hope):
         return None
+    if _on_a_course(frequency, solution):
+        return None
     if _wrong_elsewhere(frequency, 1.0 / ((last - first) * T), solution, data):
         return None
     effect = blank.with_values(
@@ -66,6 +69,12 @@ def _best(
     if gain < least or refitted.discrepancy > 0.0:
         return None
     return Candidate(burst, gain, "line", refitted, 5, log_chance=log_chance(family, gain))
+
+
+def _on_a_course(frequency: float, solution: Solution) -> bool:
+    """Whether a band of the model that moves passes a frequency: where it turns back it stands still for a while."""
+    courses = [e.occupies for e in solution.model if isinstance(e, Moving)]
+    return any(course is not None and course[0] <= frequency <= course[1] for course in courses)
 
 
 def _wrong_elsewhere(frequency: float, width: float, solution: Solution, data: Data) -> bool:
