@@ -87,7 +87,9 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
     if e.adev_worst is not None:
         line += f", at most ×{np.exp(abs(np.log(e.adev_worst[0]))):.3g} at {e.adev_worst[1]:.3g} s"
     if fit.discrepancy.percent:
-        line += f"; the model is within {fit.discrepancy.percent:.2g} % of the spectrum"
+        off = fit.discrepancy.percent
+        # The scale of what is off, of which a few bins may be by far more.
+        line += f"; most of the spectrum is within {off:.{2 if off < 99.5 else 3}g} % of the model"
     if fit.not_judged:
         where = " and ".join(f"{low:.3g}–{high:.3g}" for low, high in fit.not_judged)
         line += (
@@ -125,6 +127,9 @@ def undecided_sentence(fit: Fit, found: Undecided) -> str:
             over = in_table(over, declared.unit, declared.sheet, fit.recording.unit)
             unit = "" if over.unit == "1" else printed(over.unit, effect.follows or "")
             short = label if name == label else f"{label}.{name}"
+            if not high:
+                wider.append(f"no {short}")
+                continue
             wider.append(f"{short} {_cells(over, effect.follows)[1]} {unit}".rstrip())
     return f"{sentence}; over all of them {', '.join(wider)}" if wider else sentence
 
