@@ -45,6 +45,9 @@ class Model:
     ('deg/s·s^½', 1)
     >>> len(model.terms(10.0)), len(model.unit_terms(model.effects[0], 10.0)), model.missing(3, 10.0)
     (2, 1, None)
+    >>> twice = al.parse_model("N(N=1)+LEVEL(start=0,end=30,factor=3)")
+    >>> print(twice.mean_level((0.0, 80.0)), twice.steady((0.0, 80.0)))
+    2.0 N(N=2)
     >>> model.save("model.json")
     >>> al.parse_model("model.json") == model
     True
@@ -136,14 +139,7 @@ class Model:
         return float(np.sqrt(power))
 
     def steady(self, span: tuple[float, float]) -> Model:
-        """The model with the mean level over a record of `span`, s, in the place of what changes the white noise's.
-
-        Examples
-        --------
-        >>> twice = al.parse_model("N(N=1)+LEVEL(start=0,end=30,factor=3)")
-        >>> print(twice.mean_level((0.0, 80.0)), twice.steady((0.0, 80.0)))
-        2.0 N(N=2)
-        """
+        """The model with the mean level over a record of `span`, s, in the place of what changes the white noise's."""
         levels = self.levels
         out: list[Effect] = []
         for effect in self.effects:
