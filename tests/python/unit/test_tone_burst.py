@@ -67,6 +67,15 @@ def test_a_burst_that_begins_with_the_record_has_errors():
 
 
 @pytest.mark.long
+def test_three_waves_are_nothing_that_ran_for_a_while():
+    rng = np.random.default_rng(5)
+    x = _noise(rng) + _fan(rng, 0.01, 20_000, 35_000, 0.02)
+    check = al.parse_model("N+B+K").fit(_recording(x)).check()
+    assert check.significant
+    assert "tone_burst" not in [s.kind for s in check.suggestions]
+
+
+@pytest.mark.long
 def test_a_vibration_that_turns_back_is_no_burst():
     # A machine of 9 Hz whose speed swings by 0.6 Hz in 900 s: for a while it stands still at the fastest.
     rng = np.random.default_rng(301)

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["screen_tones"]
 
+#: Fewest turns of a burst: a wave or two of a slow process is nothing that was switched on.
+TURNS = 8.0
+
 
 def screen_tones(
     bands: tuple[Band, ...], lasting: tuple[Candidate, ...], solution: Solution, data: Data
@@ -52,7 +55,7 @@ def _best(
     family = Family("line", width=line_trials(data.n) * trials(band))
     if hope < least or frequency <= 0.0 or not may_show(family, hope):
         return None
-    if _on_a_course(frequency, solution):
+    if middle * (last - first) < TURNS or _on_a_course(frequency, solution):
         return None
     if _wrong_elsewhere(frequency, 1.0 / ((last - first) * T), solution, data):
         return None
