@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -169,7 +170,8 @@ def _recording(path: Path | None, request: Request, table: Table) -> Recording:
     ]
     if request.unit is None and quantity == "rate":
         told += unitless([table.names[i] for i in choice.samples if table.units[i] is None])
-    _same_length(table, [*choice.samples, *choice.covariates])
+    choice, dead = _with_values(table, choice)
+    told += dead
     time, time_unit = _time_of(table, choice, request)
     recording = Recording(
         _take(table, choice.samples),
@@ -301,18 +303,42 @@ def looks_like_time(table: Table) -> bool:
     return bool(np.all(steps > 0) and np.median(np.abs(steps / np.median(steps) - 1)) < 0.5)
 
 
-def _same_length(table: Table, columns: list[int]) -> None:
-    """Refuse a column that ends before the others: two recordings in one file."""
-    last = [table[i].dtype.kind == "f" and bool(np.isnan(table[i][-1])) for i in columns]
-    if any(last) and not all(last):
-        ended = columns[last.index(True)]
-        present = np.flatnonzero(~np.isnan(table[ended]))
-        rows = int(present[-1]) + 1 if present.size else 0
-        raise InputError(
-            f"column {table.names[ended]} ends after {rows} rows, others have {table.n}",
-            missing="column",
-            remedy=": read it by itself ({column}) or cut the file",
+def _with_values(table: Table, choice: Choice) -> tuple[Choice, list[Finding]]:
+    """Refuse a column that ends well before the others: of another rate, and filled up to their length.
+
+    Taken as one of theirs it would have their rate. A tail of a hundredth of the rows is a gap like any other, and
+    what ends within the first hundredth never worked: of a sensor its own axis says so, a covariate is left out.
+    """
+    ends = {i: _end(table[i]) for i in (*choice.samples, *choice.covariates)}
+    longest = max(ends.values())
+    hundredth = longest // 100
+    for i, end in ends.items():
+        if hundredth < end < longest - max(hundredth, 1):
+            raise InputError(
+                f"column {table.names[i]} ends after {end} rows, others have {longest}: of another rate,"
+                " or it failed there",
+                missing="column",
+                remedy="; read it by itself, or the others, with {column}, or cut the file",
+            )
+    dead = [i for i in choice.covariates if ends[i] <= hundredth]
+    told = [
+        Finding(
+            "no_values",
+            "warning",
+            f"left out, as it has {np.count_nonzero(~np.isnan(table[i]))} values in {longest} rows: {table.names[i]}",
+            values={"rows": longest},
         )
+        for i in dead
+    ]
+    return replace(choice, covariates=tuple(i for i in choice.covariates if i not in dead)), told
+
+
+def _end(column: NDArray[Any]) -> int:
+    """Rows up to the last number that is there."""
+    if column.dtype.kind != "f" or not np.isnan(column[-1:]).any():
+        return len(column)
+    there = np.flatnonzero(~np.isnan(column))
+    return int(there[-1]) + 1 if there.size else 0
 
 
 def _take(table: Table, columns: Sequence[int]) -> NDArray[Any]:

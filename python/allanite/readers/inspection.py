@@ -224,7 +224,10 @@ def inspect(path: Any, **options: Any) -> Inspection:
         _ = request.kinds
     used: set[int] = set()
     time: set[int | None] = set()
-    refused = rate = duration = None
+    # What is refused still has the rate that it states.
+    stated = table.rate if request.rate is None else request.rate
+    rate = stated if stated is not None and 0.0 < stated < np.inf else None
+    refused, duration = None, None if rate is None else table.n / rate
     given: dict[str, str] = {}
     findings: tuple[Finding, ...] = ()
     try:

@@ -107,7 +107,7 @@ def _blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> NDArray[np.f
 
 def _extremes(x: NDArray[Any]) -> tuple[float, float]:
     low, high = float(np.min(x)), float(np.max(x))
-    if math.isnan(low):
+    if math.isnan(low) and not np.isnan(x).all():
         low, high = float(np.nanmin(x)), float(np.nanmax(x))
     return low, high
 

@@ -169,7 +169,8 @@ def _powers(rising: NDArray[np.float64], chance: float) -> list[float]:
         out.append(edge * (left_out / (chance * n)) ** exponent)
         # Several values where the law makes hardly one, of which nine in ten are wrong.
         number = np.arange(1, left_out)
-        expected = left_out * (edge / top[: left_out - 1]) ** (1.0 / exponent)
+        with np.errstate(divide="ignore"):  # of samples at the end of the range all are alike
+            expected = left_out * (edge / top[: left_out - 1]) ** (1.0 / exponent)
         wrong = (expected < 0.1 * number) & (pdtrc(number - 1, expected) < UNLIKELY)
         if wrong.any():
             out.append(float(np.nextafter(top[np.flatnonzero(wrong)[-1]], 0.0)))

@@ -21,6 +21,17 @@ def found():
     return al.characterize(six_axes(10_000))
 
 
+def test_a_dead_and_a_stuck_axis_are_remarks():
+    x = np.random.default_rng(3).normal(0, 0.1, (3000, 4))
+    x[:, 1], x[10:, 2], x[:, 3] = np.nan, np.nan, np.clip(x[:, 3], -0.02, 0.02)
+    log = al.Recording(x, rate=10, unit="deg/s", columns=["gx", "gy", "gz", "gw"])
+    found = al.characterize(log, "N+K")
+    assert list(found.studies) == ["gx", "gw"]
+    assert "0 samples that are not missing" in found.failed["gy"]
+    assert "10 samples that are not missing" in found.failed["gz"]
+    assert "gy: not characterised" in found.table()
+
+
 @pytest.mark.long
 def test_every_axis_is_what_improve_says_of_it(found):
     assert list(found.studies) == list(NAMES)

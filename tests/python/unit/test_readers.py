@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite.common.errors import AllaniteError, InputError, TooShortError
 from allanite.readers import read
 from allanite.readers._table import split_unit
@@ -65,6 +66,46 @@ def test_empty_cells_and_nan_are_gaps(tmp_path):
     r = read(write(tmp_path, "x,y\n1,2\n,3\nnan,4\n5,6\n"), rate=1)
     assert np.isnan(r.samples[1:3, 0]).all()
     assert r.gaps == 1
+
+
+def test_a_short_tail_is_a_gap_and_a_long_one_another_rate(tmp_path):
+    rows = [f"{k % 5},{k % 7}" for k in range(300)]
+    for tail in (1, 3):
+        text = "\n".join(["x,y", *rows[:-tail], *(row.split(",")[0] + "," for row in rows[-tail:])])
+        r = read(write(tmp_path, text), rate=1)
+        assert (r.n, r.column("y").missing, r.column("x").missing) == (300, tail, 0)
+    data = np.random.default_rng(0).standard_normal((300, 2))
+    data[150:, 1] = np.nan
+    with pytest.raises(
+        InputError, match="x1 ends after 150 rows, others have 300: of another rate"
+    ):
+        read(npz(tmp_path, data=data, rate_hz=50.0))
+    # A time that goes on beyond the samples: no column of samples is longer than the others.
+    assert read(write(tmp_path, "t,x,y\n0,1,2\n1,3,4\n2,,\n3,,\n"), rate=1).missing == 2
+
+
+def test_a_dead_axis_leaves_the_others(tmp_path):
+    data = np.random.default_rng(0).standard_normal((2000, 3))
+    data[:, 1], data[10:, 2] = np.nan, np.nan
+    path = npz(tmp_path, data=data, rate_hz=50.0, channels=["gx", "gy", "gz"], unit="deg/s")
+    r = read(path)
+    assert [column.missing for column in r] == [0, 2000, 1990]
+    assert (al.inspect(path).rate, al.inspect(path).duration) == (50.0, 40.0)
+    # What is refused still has the rate that the log states.
+    data[1000:, 0] = np.nan
+    data[:, 2] = 1.0
+    seen = al.inspect(npz(tmp_path, data=data, rate_hz=50.0))
+    assert "ends after 1000 rows" in seen.problem
+    assert (seen.rate, seen.duration) == (50.0, 40.0)
+
+
+def test_a_column_without_values_explains_nothing(tmp_path):
+    rows = [f"{k % 7}," for k in range(200)]
+    r = read(write(tmp_path, "\n".join(["gx,temperature", *rows])), rate=1)
+    assert not r.covariates
+    assert [f.found for f in r.told if f.kind == "no_values"] == [
+        "left out, as it has 0 values in 200 rows: temperature"
+    ]
 
 
 def test_columns_by_name_and_index(tmp_path):
