@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.axes.forms import labels_of
 from allanite.common.numbers import number, with_interval
 from allanite.common.parameters import Estimate
-from allanite.common.printing import printed, table_unit
+from allanite.common.printing import printed, relative_unit, table_unit
 from allanite.common.units import ACCELERATION, FREQUENCY, parse_unit
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def _number_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit])
     if (label, kind) in ALSO:
         units.append(ALSO[label, kind])
     if kind != FREQUENCY:
-        units.append(table_unit(SI[kind], power, {}))
+        units.append(relative_unit(SI[kind], power))
     out = []
     for i, target in enumerate(dict.fromkeys(units)):
         texts = tuple(_text(cell, target, interval=i == 0) for cell in cells)

@@ -13,6 +13,7 @@ from allanite.cli.pipe import NAME, PIPE, log_file, named
 from allanite.cli.words import WORDS
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.printing import ASKED, sample_unit
+from allanite.common.units import units_by_kind
 from allanite.common.validation import SEEDS
 
 if TYPE_CHECKING:
@@ -71,7 +72,11 @@ _LOG_OPTIONS = (
     click.option("--time-column", metavar="NAME", help="Column of time stamps; none for none."),
     click.option("--piece", type=int, metavar="N", help="Piece of a log parted by jumps of time."),
     click.option("--topic", multiple=True, metavar="NAME", help="Topic of a bag; repeatable."),
-    click.option("--output-unit", metavar="UNIT", help="Unit of the results."),
+    click.option(
+        "--output-unit",
+        metavar="UNIT",
+        help="Unit of the results: of samples or of a coefficient; of two kinds of sensor: deg/h,ug.",
+    ),
     click.option(
         "--trim",
         metavar="START:END|quiet",
@@ -112,6 +117,13 @@ class LogOptions:
             "--output-unit": self.output_unit,
         }
         return tuple(name for name, value in given.items() if value is not None)
+
+    @property
+    def output_units(self) -> dict[str, str]:
+        """Units of samples that ``--output-unit`` means, by kind of sensor."""
+        if self.output_unit is None:
+            return {}
+        return units_by_kind(",".join(map(sample_unit, self.output_unit.split(","))))
 
     def reading(self) -> dict[str, Any]:
         """Return the options of `allanite.read`."""
@@ -199,8 +211,10 @@ def recording_of(
     if options.decimate is not None:
         recording = recording.decimate(options.decimate)
     if options.output_unit is not None:
-        recording = recording.to(sample_unit(options.output_unit))
-        asked = ASKED.set(True)
+        samples = options.output_units
+        recording = recording.to(",".join(samples.values()))
+        each = zip(samples, options.output_unit.split(","), strict=True)
+        asked = ASKED.set({kind: one.strip() for kind, one in each})
         if (context := click.get_current_context(silent=True)) is not None:
             context.call_on_close(lambda: ASKED.reset(asked))
     if recording.n < SHORTEST:

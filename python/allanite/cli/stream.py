@@ -17,7 +17,7 @@ from allanite.common.memory import SHARE, free_memory
 from allanite.common.plain import plain
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from numpy.typing import NDArray
 
@@ -115,6 +115,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     from allanite.readers._table import Table, time_unit_of
     from allanite.readers.unit_names import unit_in_name, unitless
     from allanite.recording.findings import of_stamps
+    from allanite.recording.samples import factors_to
 
     request = Request(
         options.rate,
@@ -158,9 +159,12 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
             "no sampling rate", missing="rate", remedy=": give {rate} or a time column"
         )
     columns = [
-        _Column(names[i], units[i], wanted.index(i), request, taus, options.output_unit, name)
+        _Column(names[i], units[i], wanted.index(i), request, taus, options.output_units, name)
         for i in choice.samples
     ]
+    if options.output_units:
+        # Of several columns those of the kind are converted; of none is an error.
+        factors_to(",".join(options.output_units.values()), tuple(c.unit for c in columns))
     for chunk in all_rows if clock is None else clock.fill(all_rows):
         for column in columns:
             column.take(chunk)
@@ -225,7 +229,7 @@ class _Column:
         at: int,
         request: Request,
         taus: str,
-        output_unit: str | None,
+        output_units: Mapping[str, str],
         log: str,
     ) -> None:
         from allanite.common.units import conversion, parse_unit, rate_unit
@@ -238,8 +242,8 @@ class _Column:
         self.name, self.at, self.quantity = name, at, quantity
         self.unit = rate_unit(said, quantity).name
         self.factor = 1.0
-        if output_unit is not None:
-            target = parse_unit(output_unit).name
+        target = output_units.get(parse_unit(self.unit).kind)
+        if target is not None:
             self.factor, self.unit = conversion(self.unit, target), target
         self.rows = self.gaps = 0
         self.last: NDArray[Any] = np.empty(0)

@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
+import math
 import re
 from contextvars import ContextVar
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
-from allanite.common.units import FREQUENCY, conversion, parse_unit
+from allanite.common.units import FREQUENCY, conversion, normalised, parse_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from allanite.common.parameters import Estimate
 
-__all__ = ["ASKED", "in_sheet", "in_table", "printed", "sample_unit", "table_unit"]
+__all__ = [
+    "ASKED",
+    "column_unit",
+    "in_sheet",
+    "in_table",
+    "printed",
+    "relative_unit",
+    "sample_unit",
+    "table_unit",
+]
 
-#: Whether the unit of the samples was asked for, and coefficients are printed in its relatives.
-ASKED: ContextVar[bool] = ContextVar("asked", default=False)
+#: Units that were asked for, by kind of sensor: of samples, or of a coefficient.
+ASKED: ContextVar[Mapping[str, str]] = ContextVar("asked", default=MappingProxyType({}))
 
 _DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _NAMES = r"(?:m?deg|arcsec|arcmin|m?rad|urad|rev)"
@@ -38,17 +49,29 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
     Returns
     -------
     str
-        A data sheet's unit; where U was asked for, one of the same angle or acceleration and time: deg/√h beside deg/h,
-        rad/s/√Hz beside rad/s.
+        A data sheet's unit; where a unit was asked for, that if it is one of this coefficient, else a relative of U.
     """
     parsed = parse_unit(sample)
-    if parsed.kind == FREQUENCY:
+    asked = ASKED.get().get(parsed.kind)
+    if asked is None:
+        sample = "1" if parsed.kind == FREQUENCY else sample
+        return sheet.get(parsed.kind) or relative_unit(sample, power)
+    own = relative_unit(sample, power)
+    try:
+        same = math.isclose(conversion(own, asked), 1.0)
+    except InputError:  # of another coefficient
+        return own
+    return own if same else asked
+
+
+def relative_unit(sample: str, power: float) -> str:
+    """U·s^power with the angle or acceleration and the time of U: deg/√h beside deg/h, rad/s/√Hz beside rad/s."""
+    parsed = parse_unit(sample)
+    name = parsed.name
+    if parsed.kind == FREQUENCY and name == "1":
         return {0.0: "1", 0.5: "s^(1/2)", 1.0: "s", -0.5: "s^(-1/2)", -1.0: "1/s"}.get(
             power, f"s^{power:g}"
         )
-    if not ASKED.get() and parsed.kind in sheet:
-        return sheet[parsed.kind]
-    name = parsed.name
     if name.endswith("/h"):
         return {
             1.0: name[:-2],
@@ -59,7 +82,7 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
         }.get(power, f"({name})*s^{power:g}")
     return {
         1.0: name[:-2] if name.endswith("/s") else f"{name}*s",
-        0.5: f"{name}/sqrt(Hz)",
+        0.5: f"{name}*s^(1/2)" if parsed.kind == FREQUENCY else f"{name}/sqrt(Hz)",
         0.0: name,
         -0.5: f"{name}/sqrt(s)",
         -1.0: f"{name}/s",
@@ -67,14 +90,22 @@ def table_unit(sample: str, power: float, sheet: Mapping[str, str]) -> str:
 
 
 def in_sheet(value: Estimate, sheet: Mapping[str, str]) -> Estimate:
-    """A fitted number in the data-sheet unit of its kind of sensor; as it is where there is none, or U was asked for."""
-    if ASKED.get():
-        return value
-    for unit in sheet.values():
+    """A fitted number in the data-sheet unit of its kind of sensor; as it is where there is none.
+
+    Where a unit was asked for it is in that, or as it is.
+    """
+    for kind, unit in sheet.items():
         try:
-            return value.to(unit)
+            found = value.to(unit)
         except InputError:
             continue
+        asked = ASKED.get().get(kind)
+        if asked is None:
+            return found
+        try:
+            return value.to(asked)
+        except InputError:
+            return value
     return value
 
 
@@ -105,17 +136,16 @@ def sample_unit(text: str) -> str:
         return parse_unit(text).name
     except InputError as error:
         first = error
-    tried = re.sub(r"\b(m?)dps\b", r"\1deg/s", re.sub(r"[°º]", "deg", text))
+    tried = re.sub(r"\b(m?)dp([sh])\b", r"\1deg/\2", normalised(text))
     angle = re.match(rf"\s*({_NAMES})\b", tried)
-    g = re.match(r"\s*([mµμun]?g)\b", text)
-    candidates = []
+    acceleration = re.match(r"\s*(?:([mun]?g)|(mm|cm|um|ft))\b", tried)
     if angle is not None:
         times = ("h", "s") if re.search(r"h", tried[angle.end() :]) else ("s", "h")
         candidates = [f"{angle[1]}/{t}" for t in times]
-    elif g is not None:
-        candidates = [g[1]]
+    elif acceleration is not None:
+        candidates = [acceleration[1] or f"{acceleration[2]}/s^2"]
     else:
-        candidates = ["m/s^2"]
+        candidates = ["m/s^2", "1"]
     for sample in candidates:
         for power in ("sqrt(s)", "1/sqrt(s)", "1/s", "s"):
             try:
@@ -124,6 +154,31 @@ def sample_unit(text: str) -> str:
                 continue
             return parse_unit(sample).name
     raise first
+
+
+_SPELLED = dict.fromkeys(("degc", "c", "celsius"), "°C") | dict.fromkeys(("degf", "f"), "°F")
+_SPELLED |= dict.fromkeys(("kelvin", "k"), "K")
+_SAID_BY_NAME = re.compile(
+    r"(?:^|[_\W])(degC|degF|celsius|kelvin)$|temp(?:erature)?_?([CFK])$", re.IGNORECASE
+)
+
+
+def column_unit(name: str, stated: str | None = None) -> str:
+    """Unit of a column that explains others, as it stands behind "per": °C, V, or the column's own name.
+
+    Parameters
+    ----------
+    name : str
+        Name of the column. ``die_degC``, ``temp_c`` say their unit; ``temperature`` does not.
+    stated : str, optional
+        Unit that the recording knows; None, an empty text and ``1`` are no unit.
+    """
+    said = _SAID_BY_NAME.search(name)
+    text = (stated or "1").strip()
+    if text == "1":
+        text = "" if said is None else said[1] or said[2]
+    text = _SPELLED.get(text.lower().replace("°", "deg").replace("º", "deg"), text) or name
+    return f"({text})" if re.search(r"[/*·\s²^]", text) else text
 
 
 def printed(unit: str, column: str = "") -> str:

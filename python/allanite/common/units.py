@@ -21,10 +21,11 @@ __all__ = [
     "SAMPLE_UNITS",
     "Unit",
     "coefficient_unit",
-    "column_unit",
     "conversion",
+    "normalised",
     "parse_unit",
     "rate_unit",
+    "units_by_kind",
 ]
 
 STANDARD_GRAVITY = 9.80665  # m/s², CODATA
@@ -119,7 +120,7 @@ class _Quantity:
         )
 
 
-def _normalise(text: str) -> str:
+def normalised(text: str) -> str:
     """Unicode spellings as the ASCII ones of the grammar; superscripts as ``^``."""
     text = text.replace("°", "deg").replace("º", "deg").replace("µ", "u").replace("μ", "u")
     text = text.replace("×", "*").replace("″", "arcsec").replace("−", "-")
@@ -136,7 +137,7 @@ class _Parser:
     def __init__(self, text: str) -> None:
         if len(text) > LONGEST:
             raise ValueError(plain(text, 40))
-        text = _normalise(text)
+        text = normalised(text)
         self.tokens: list[tuple[str, str]] = []
         at = 0
         while at < len(text):
@@ -276,7 +277,7 @@ def parse_unit(text: str) -> Unit:
             known.scale, quantity.scale, rel_tol=1e-12
         ):
             return Unit(name, kind, known.scale)
-    return Unit(_normalise(text), kind, quantity.scale)
+    return Unit(normalised(text), kind, quantity.scale)
 
 
 def rate_unit(text: str, quantity: str) -> Unit:
@@ -289,8 +290,22 @@ def rate_unit(text: str, quantity: str) -> Unit:
         return parse_unit(text)
     powers = _quantity(text).powers
     if tuple(map(float, powers)) in {(1, 0, 0), (0, 1, -1), (0, 0, 1)}:
-        return parse_unit("1" if _normalise(text) == "s" else f"({text})/s")
+        return parse_unit("1" if normalised(text) == "s" else f"({text})/s")
     return parse_unit(text)
+
+
+def units_by_kind(text: str, quantity: str = "rate") -> dict[str, str]:
+    """``deg/s,m/s^2``: each unit by the kind of sensor whose samples of a quantity are in it.
+
+    Raises
+    ------
+    InputError
+        No unit of samples among them, or two of one kind.
+    """
+    found = {rate_unit(one, quantity).kind: one.strip() for one in text.split(",")}
+    if len(found) <= text.count(","):
+        raise InputError(f"two units of one kind in {text}: give one of each kind of sensor")
+    return found
 
 
 def coefficient_unit(unit: str, power_of_second: float) -> str:
@@ -311,31 +326,6 @@ def coefficient_unit(unit: str, power_of_second: float) -> str:
         -1.0: f"{unit}/s",
     }
     return spelled[float(power_of_second)]
-
-
-_SPELLED = dict.fromkeys(("degc", "c", "celsius"), "°C") | dict.fromkeys(("degf", "f"), "°F")
-_SPELLED |= dict.fromkeys(("kelvin", "k"), "K")
-_SAID_BY_NAME = re.compile(
-    r"(?:^|[_\W])(degC|degF|celsius|kelvin)$|temp(?:erature)?_?([CFK])$", re.IGNORECASE
-)
-
-
-def column_unit(name: str, stated: str | None = None) -> str:
-    """Unit of a column that explains others, as it stands behind "per": °C, V, or the column's own name.
-
-    Parameters
-    ----------
-    name : str
-        Name of the column. ``die_degC``, ``temp_c`` say their unit; ``temperature`` does not.
-    stated : str, optional
-        Unit that the recording knows; None, an empty text and ``1`` are no unit.
-    """
-    said = _SAID_BY_NAME.search(name)
-    text = (stated or "1").strip()
-    if text == "1":
-        text = "" if said is None else said[1] or said[2]
-    text = _SPELLED.get(text.lower().replace("°", "deg").replace("º", "deg"), text) or name
-    return f"({text})" if re.search(r"[/*·\s²^]", text) else text
 
 
 def conversion(from_unit: str, to_unit: str) -> float:

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.common.parameters import NORMAL, Estimate
-from allanite.common.units import coefficient_unit, column_unit
+from allanite.common.printing import column_unit
+from allanite.common.units import coefficient_unit
 from allanite.effects import Model
 from allanite.fit.covariance import joint_covariance, shape_widening, told
 from allanite.fit.likelihood.heavy import widened_by_tails

@@ -8,7 +8,7 @@ import numpy as np
 
 from allanite.common.numbers import ends_apart, harmonics_text, numbers_text
 from allanite.common.parameters import Estimate
-from allanite.common.printing import in_table, printed, table_unit
+from allanite.common.printing import in_table, printed, relative_unit
 
 if TYPE_CHECKING:
     from allanite.effects import Parameter
@@ -37,7 +37,7 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
                 declared = effect.parameter(name)
                 value = in_table(value, declared.unit, declared.sheet, fit.recording.unit)
             if isinstance(value, tuple) and name == "overtones":
-                unit = printed(table_unit(fit.recording.unit, 0.0, {}))
+                unit = printed(relative_unit(fit.recording.unit, 0.0))
                 frequency = float(values["frequency"])
                 value = harmonics_text(frequency, value, "" if unit == "1" else unit)
             elif isinstance(value, tuple):
@@ -54,7 +54,7 @@ def parameter_rows(fit: Fit) -> list[tuple[str, str, str, str]]:
 def _unit_of(parameter: Parameter, unit: str) -> str:
     """Unit of the numbers of a parameter of samples in a unit."""
     power = parameter.unit
-    return table_unit(unit, power, {}) if isinstance(power, float) else power
+    return relative_unit(unit, power) if isinstance(power, float) else power
 
 
 def _cells(value: Any, column: str | None) -> tuple[str, str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
-from allanite.common.units import parse_unit, rate_unit
+from allanite.common.units import parse_unit, rate_unit, units_by_kind
 from allanite.readers._split_time import seconds_and_rest
 from allanite.readers.sensor_names import role_of, sensor_kind
 from allanite.recording import find_column
@@ -37,14 +37,7 @@ class Request:
         if self.unit in (None, "1"):
             return {}
         assert self.unit is not None
-        found = {parse_unit(one).kind: one.strip() for one in self.unit.split(",")}
-        if len(found) < self.unit.count(",") + 1:
-            raise InputError(
-                f"two units of one kind in {self.unit}",
-                missing="unit",
-                remedy=": {unit} takes one of each kind of sensor",
-            )
-        return found
+        return units_by_kind(self.unit)
 
     @property
     def timeless(self) -> bool:

@@ -322,12 +322,12 @@ class Recording:
         return self._with(path=path)
 
     def to(self, unit: str) -> Recording:
-        """Return the recording with its samples in another unit of the same kind.
+        """Return the recording with its samples in another unit of the same kind; ``"deg/h,ug"`` of two kinds.
 
         Raises
         ------
         InputError
-            No column is of that kind.
+            No column is of such a kind.
         """
         factors, units = arrays.factors_to(unit, self.units)
         if units == self.units:

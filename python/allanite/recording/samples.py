@@ -9,7 +9,7 @@ import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.plain import plain
-from allanite.common.units import conversion, parse_unit
+from allanite.common.units import conversion, parse_unit, units_by_kind
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -166,21 +166,21 @@ def averaged(samples: NDArray[Any], k: int, quantity: str) -> NDArray[Any]:
 
 
 def factors_to(unit: str, units: tuple[str, ...]) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Factor of each column to another unit, 1 for other kinds of sensor, and the units that follow.
+    """Factor of each column to another unit or one of each kind, 1 for other kinds of sensor, and the units that follow.
 
     Raises
     ------
     InputError
-        No column is of the kind of `unit`.
+        No column is of a kind of `unit`.
     """
-    target = parse_unit(unit)
-    same = [parse_unit(own).kind == target.kind for own in units]
-    if not any(same):
+    targets = {kind: parse_unit(one) for kind, one in units_by_kind(unit).items()}
+    pairs = [(own, targets.get(parse_unit(own).kind)) for own in units]
+    if not any(target for _, target in pairs):
         names, kind = ", ".join(dict.fromkeys(units)), parse_unit(units[0]).kind
-        raise InputError(f"cannot express {names} ({kind}) in {target.name} ({target.kind})")
-    pairs = list(zip(units, same, strict=True))
-    factors = np.array([conversion(own, target.name) if ours else 1.0 for own, ours in pairs])
-    return factors, tuple(target.name if ours else own for own, ours in pairs)
+        wanted = " or ".join(f"{target.name} ({target.kind})" for target in targets.values())
+        raise InputError(f"cannot express {names} ({kind}) in {wanted}")
+    factors = np.array([conversion(own, t.name) if t else 1.0 for own, t in pairs])
+    return factors, tuple(t.name if t else own for own, t in pairs)
 
 
 def from_pint(samples: Any, unit: str | Sequence[str]) -> tuple[Any, str | Sequence[str]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.numbers import chance_text, harmonics_text, tidy, trials_text
-from allanite.common.units import column_unit
+from allanite.common.printing import column_unit
 from allanite.effects import find, title_of
 from allanite.fit.table import undecided_sentence
 from allanite.plots import plot_check, plot_fit, plot_recording, plot_study, plot_time

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.common.units import column_unit
+from allanite.common.printing import column_unit
 from allanite.plots import plot_fit
 from allanite.plots.spec import label_of
 from allanite.report import make_report

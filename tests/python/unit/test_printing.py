@@ -24,6 +24,8 @@ from allanite.fit.table import parameter_rows
         ("deg/s/√Hz", "deg/s"), ("dps/√Hz", "deg/s"), ("mdps/sqrt(Hz)", "mdeg/s"),
         ("rad/s/sqrt(Hz)", "rad/s"), ("ug/sqrt(Hz)", "ug"), ("µg/√Hz", "ug"), ("m/s/√h", "m/s^2"),
         ("m/s/sqrt(h)", "m/s^2"), ("deg/h^2", "deg/h"), ("deg/h", "deg/h"), ("mg", "mg"), ("1", "1"),
+        ("mm/s/√s", "mm/s^2"), ("mm/s²/√Hz", "mm/s^2"), ("mgal/√Hz", "m/s^2"), ("µrad/√s", "urad/s"),
+        ("dph/√Hz", "deg/h"), ("√s", "1"), ("ppb", "ppb"),
     ],
 )  # fmt: skip
 def test_units_of_coefficients_lead_to_those_of_samples(text, expected):
@@ -39,7 +41,7 @@ def test_what_is_no_unit_is_refused():
 @pytest.mark.parametrize("sample", ["deg/h", "deg/s", "rad/s", "mg", "m/s^2", "ug"])
 @pytest.mark.parametrize("power", [1.0, 0.5, 0.0, -0.5, -1.0])
 def test_relatives_have_the_dimension(sample, power):
-    token = ASKED.set(True)
+    token = ASKED.set({parse_unit(sample).kind: sample})
     try:
         unit = table_unit(sample, power, {})
     finally:
@@ -84,6 +86,95 @@ def test_data_sheet_units_are_the_default_and_others_are_asked_for(log):
     assert " rad/s/√Hz" in run(*log, "--output-unit", "rad/s")
     assert " °/s/√Hz" in run(*log, "--output-unit", "dps/√Hz")
     assert not ASKED.get()
+
+
+@pytest.mark.parametrize(
+    ("asked", "shown", "factor"),
+    [
+        ("m/s/√h", "m/s/√h", 60.0), ("m/s/sqrt(hr)", "m/s/√hr", 60.0), ("mm/s/√s", "mm/s²/√Hz", 1e3),
+        ("mm/s²/√Hz", "mm/s²/√Hz", 1e3), ("mgal/√Hz", "mgal/√Hz", 1e5), ("µg/√Hz", "µg/√Hz", 1e6 / 9.80665),
+        ("m/s²/√Hz one-sided", "m/s²/√Hz one-sided", 2**0.5),
+    ],
+)  # fmt: skip
+def test_a_unit_of_a_coefficient_is_the_one_it_is_shown_in(asked, shown, factor):
+    """N had been shown in a relative of the samples' unit, whatever was asked for."""
+    found = table_row(shown_rows("N(N=2e-3)+K(K=1e-5)", "m/s^2", asked), "N")
+    assert found.endswith(f" {shown}")
+    assert float(found.split()[0]) == pytest.approx(2e-3 * factor, rel=0.05)
+
+
+def shown_rows(model, unit, asked):
+    """Parameter, value and interval of a fit to a simulated record, as the tables of a command show them."""
+    record = parse_model(model).simulate(n=4000, rate=10.0, seed=1, unit=unit)
+    record = record.to(sample_unit(asked))
+    token = ASKED.set({parse_unit(record.unit).kind: asked})
+    try:
+        return parameter_rows(parse_model("N+K").fit(record))
+    finally:
+        ASKED.reset(token)
+
+
+def table_row(rows, name):
+    return next(value for _, own, value, _ in rows if own == name)
+
+
+@pytest.mark.parametrize(
+    ("asked", "unit", "scale"),
+    [
+        ("ppb", "ppb·√s", 1e9),
+        ("1e-12", "1e-12·√s", 1e12),
+        ("1", "√s", 1.0),
+        ("ns/√s", "ns/√s", 1e9),
+    ],
+)
+def test_a_unit_asked_for_of_a_clock(asked, unit, scale):
+    found = table_row(shown_rows("N(N=1e-9)", "1", asked), "N")
+    assert found.split(" ", 1)[1] == unit
+    assert float(found.split()[0]) == pytest.approx(1e-9 * scale, rel=0.05)
+
+
+def test_a_unit_of_one_kind_leaves_that_of_the_other():
+    six = ("rad/s", "m/s^2")
+    for asked, expected in (
+        ("m/s/√h", ("rad/s", "m/s^2")),
+        ("ug", ("rad/s", "ug")),
+        ("deg/h,ug", ("deg/h", "ug")),
+    ):
+        samples = ",".join(map(sample_unit, asked.split(",")))
+        record = al.Recording(np.ones((20, 2)), rate=1, unit=six).to(samples)
+        assert record.units == expected
+    token = ASKED.set({"acceleration": "ug"})
+    try:
+        assert table_unit("rad/s", 0.5, {"angular rate": "deg/sqrt(h)"}) == "deg/sqrt(h)"
+        assert table_unit("ug", 0.5, {"acceleration": "m/s/sqrt(h)"}) == "ug/sqrt(Hz)"
+    finally:
+        ASKED.reset(token)
+
+
+def test_each_kind_of_sensor_in_a_log_has_the_unit_asked_for_it(tmp_path):
+    rng = np.random.default_rng(5)
+    path = tmp_path / "two.csv"
+    np.savetxt(
+        path,
+        rng.standard_normal((4000, 2)),
+        header="gx [rad/s],ax [m/s^2]",
+        delimiter=",",
+        comments="",
+    )
+    log = [str(path), "--rate", "10", "--model", "N+B"]
+    for asked, gyroscope, accelerometer in (
+        ("m/s/√h", "°/√h", "m/s/√h"),
+        ("µg/√Hz,rad/s", "rad/s/√Hz", "µg/√Hz"),
+        ("deg/h", "°/√h", "m/s/√h"),
+    ):
+        rows = [line for line in run(*log, "--output-unit", asked).splitlines() if "  N  " in line]
+        assert [row.split()[5] for row in rows] == [gyroscope, accelerometer]
+    for asked, words in (
+        ("ppb", "cannot express rad/s, m/s"),
+        ("deg/h,deg/s", "two units of one kind"),
+    ):
+        with pytest.raises(InputError, match=words):
+            run(*log, "--output-unit", asked)
 
 
 def test_json_keeps_the_unit_of_the_samples(log):

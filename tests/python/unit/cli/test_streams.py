@@ -69,6 +69,11 @@ def test_adev_of_a_pipe_needs_no_memory_of_it(run, log):
     rad = strict(piped(log.read_bytes(), "adev", "-", "--json", "--output-unit", "rad/s")[1])
     ratio = rad["points"][0]["deviation"] / streamed["points"][0]["deviation"]
     assert ratio == pytest.approx(np.pi / 180)
+    two = "gx [rad/s],ax [m/s^2]\n" + "1,2\n2,3\n1,1\n" * 100
+    asked = ["--rate", 1, "--json", "--output-unit"]
+    columns = strict(piped(two.encode(), "adev", "-", *asked, "ug,deg/√h")[1])["columns"]
+    assert [c["recording"]["unit"] for c in columns] == ["deg/h", "ug"]
+    refused(piped(two.encode(), "adev", "-", *asked, "ppb"), 2, "cannot express rad/s, m/s^2")
     phase = np.cumsum(RNG.standard_normal(1000))
     text = "\n".join(map(repr, phase.tolist())).encode()
     options = ["--rate", 1, "--quantity", "angle", "--json"]
