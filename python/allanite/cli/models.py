@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from allanite.common.errors import InputError
+
 if TYPE_CHECKING:
     from allanite.effects import Model
 
-__all__ = ["NamedModel", "is_model_file", "models_of"]
+__all__ = ["NamedModel", "for_column", "is_model_file", "models_of"]
 
 
 #: PATH_MAX of Linux: longer text is no path, and the system would refuse to look it up.
@@ -24,6 +26,7 @@ class NamedModel:
     model: Model
     unit: str | None = None
     rate: float | None = None
+    column: str = ""
 
 
 def is_model_file(text: str) -> bool:
@@ -42,7 +45,25 @@ def models_of(text: str) -> list[NamedModel]:
     documents = documents_of(text)
     for document in documents:
         recording = document.get("recording") or {}
-        name = text if len(documents) == 1 else f"{text} {recording.get('column', '')}"
+        column = str(recording.get("column") or "")
+        name = text if len(documents) == 1 else f"{text} {column}"
         model = model_from_dict(document, text)
-        found.append(NamedModel(name, model, recording.get("unit"), recording.get("rate_hz")))
+        unit, rate = recording.get("unit"), recording.get("rate_hz")
+        found.append(NamedModel(name, model, unit, rate, column))
     return found
+
+
+def for_column(models: list[NamedModel], column: str, text: str) -> NamedModel:
+    """The model of a column: the only one that `text` holds, or that of the column's name.
+
+    Raises
+    ------
+    InputError
+        Several models, and none of that name: theirs are listed.
+    """
+    if len(models) == 1:
+        return models[0]
+    names = [m.column for m in models]
+    if column not in names:
+        raise InputError(f"{text} holds no model of column {column}: it holds {', '.join(names)}")
+    return models[names.index(column)]

@@ -51,6 +51,10 @@ def kept_of(effect: Effect) -> dict[str, Any]:
 
 def model_from_dict(document: dict[str, Any], source: str) -> Model:
     """The model of a model, fit or check document."""
+    if "columns" in document:
+        raise InputError(
+            f"{source}: holds the models of several columns, and one is needed: save it by itself"
+        )
     if document.get("schema") not in SCHEMAS:
         raise InputError(
             f"{source}: schema {document.get('schema')!r} is not a model (expected one of {', '.join(SCHEMAS)})"

@@ -145,6 +145,8 @@ def documents_of(path: str | Path) -> list[dict[str, Any]]:
     if not isinstance(document, dict) or not str(document.get("schema")).startswith("allanite/"):
         raise InputError(f"{path}: not a model file: no allanite schema in it")
     documents = document.get("columns", [document])
+    if not isinstance(documents, list) or not all(isinstance(one, dict) for one in documents):
+        raise InputError(f"{path}: its columns are not as fit, improve or characterize write them")
     return [_last_rung(document) for document in documents]
 
 

@@ -19,16 +19,17 @@ def command(
 ) -> None:
     """Compare MODEL with LOG: where it fails, and which effects are missing."""
     from allanite.cli import output
+    from allanite.cli.models import for_column, models_of
     from allanite.cli.options import columns_of
-    from allanite.effects.files import parse_model
 
-    parsed = parse_model(model)
+    models = models_of(model)
     columns = columns_of(log, options)
     output.check_targets(plot)
+    starts = [for_column(models, column.columns[0], model).model for column in columns]
     checks = []
-    for column in columns:
+    for column, own in zip(columns, starts, strict=True):
         with output.progress(column.columns[0], options) as on_progress:
-            checks.append(parsed.fit(column).check(on_progress=on_progress))
+            checks.append(own.fit(column).check(on_progress=on_progress))
     output.plot(checks, [c.columns[0] for c in columns], plot)
     output.notes(columns, options)
     output.show(checks, options)

@@ -39,13 +39,14 @@ def command(
     Several logs or columns are fitted one by one, pooled, and tested whether they agree.
     """
     from allanite.cli import output
+    from allanite.cli.models import for_column, models_of
     from allanite.cli.options import columns_of
-    from allanite.effects.files import parse_model
 
-    parsed = parse_model(model)
+    models = models_of(model)
     columns = [column for log in logs for column in columns_of(log, options)]
     output.check_targets(plot, save)
-    fits = [parsed.fit(column, method=method) for column in columns]
+    starts = [for_column(models, column.columns[0], model).model for column in columns]
+    fits = [m.fit(column, method=method) for m, column in zip(starts, columns, strict=True)]
     if save is not None:
         output.save_fits(fits, save)
     names = [c.columns[0] for c in columns]

@@ -78,24 +78,25 @@ def _models(
     log: str | None, text: str, options: LogOptions
 ) -> Iterator[tuple[str, Any, str, float, Recording | None]]:
     """Name, model, unit, rate and recording of each column."""
-    from allanite.cli.models import models_of
+    from allanite.cli.models import for_column, models_of
     from allanite.cli.options import columns_of
-    from allanite.common.errors import InputError
+    from allanite.common.errors import InputError, about
+    from allanite.recording.samples import find_column
 
     models = models_of(text)
     if log is None:
+        if options.column and any(m.column for m in models):
+            with about(text):
+                names = [m.column for m in models]
+                models = [models[find_column(column, names)] for column in options.column]
         for m in models:
             unit, rate = options.unit or m.unit, options.rate or m.rate
             if unit is None or rate is None:
                 raise InputError(f"{m.name}: give --unit and --rate of the samples")
             yield m.name, m.model, unit, rate, None
         return
-    columns = columns_of(log, options)
-    if len(models) not in (1, len(columns)):
-        raise InputError(
-            f"{text} holds {len(models)} models for {len(columns)} columns: choose columns (--column)"
-        )
-    for column, m in zip(columns, models * (len(columns) if len(models) == 1 else 1), strict=True):
+    for column in columns_of(log, options):
+        m = for_column(models, column.columns[0], text)
         own = m.model
         if any(getattr(e, e.coefficient) is None for e in own.stochastic):
             own = own.fit(column).model
