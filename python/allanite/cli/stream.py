@@ -115,7 +115,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     from allanite.readers._table import Table, time_unit_of
     from allanite.readers.unit_names import unit_in_name, unitless
     from allanite.recording.findings import of_stamps
-    from allanite.recording.samples import factors_to
+    from allanite.recording.samples import distinct, factors_to
 
     request = Request(
         options.rate,
@@ -128,6 +128,7 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
     name = NAME if log == PIPE else log
     (names, units), named, rows = _opened(log)
     units = tuple(unit or unit_in_name(name) for name, unit in zip(names, units, strict=True))
+    names = distinct(names)
     wanted = list(range(len(names)))
     choice = None
     if named:

@@ -11,6 +11,7 @@ from allanite.common.units import parse_unit, rate_unit, units_by_kind
 from allanite.readers._split_time import seconds_and_rest
 from allanite.readers.sensor_names import role_of, sensor_kind
 from allanite.recording import find_column
+from allanite.recording.samples import distinct
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -99,6 +100,7 @@ def choose(
     InputError
         An unknown column, or no sensor among them; the columns are listed.
     """
+    names = distinct(names)
     roles = [role_of(name, unit) for name, unit in zip(names, units, strict=True)]
     pair = seconds_and_rest(names)
     if pair is not None and not stamped:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.plain import plain
 from allanite.readers.unit_names import unit_in_name
+from allanite.recording.samples import distinct
 from allanite.recording.timebase import TIME_UNITS
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ class Table:
     Attributes
     ----------
     names : tuple of str
-        One a column, without units.
+        One a column, without units; those that repeat one are told apart by a number.
     columns : tuple of (ndarray of shape (n,) or None)
         The numbers; None where a column was not asked for and not read.
     units : tuple of (str or None)
@@ -49,9 +50,10 @@ class Table:
 
     def __post_init__(self) -> None:
         # Names and units are a stranger's text.
-        object.__setattr__(self, "names", tuple(map(plain, self.names)))
+        names = tuple(map(plain, self.names))
         units = [u and plain(u) for u in self.units]
-        said = [u or unit_in_name(name) for u, name in zip(units, self.names, strict=True)]
+        said = [u or unit_in_name(name) for u, name in zip(units, names, strict=True)]
+        object.__setattr__(self, "names", distinct(names))
         object.__setattr__(self, "units", tuple(said))
 
     def __getitem__(self, at: int) -> NDArray[Any]:

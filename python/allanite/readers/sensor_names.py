@@ -31,9 +31,14 @@ _GYRO = re.compile(r"gyr|ang.*(vel|rate)|omega|^[gw]_?[xyz]$|^rate_?[xyz]?$|(^|[
 _ACCEL = re.compile(r"acc|^a_?[xyz]$|^f_?[xyz]$|spec\w*_?force")
 
 
+def _key(name: str) -> str:
+    """A name as the patterns have it, without the number of one that repeats another."""
+    return re.sub(r"\s*\[\d+\]$", "", name).strip().lower().replace(" ", "_")
+
+
 def role_of(name: str, unit: str | None) -> Role:
     """Tell what a column is, from its unit where it has one, else from its name."""
-    key = name.strip().lower().replace(" ", "_").replace("-", "_")
+    key = _key(name).replace("-", "_")
     if _TIME.match(key):
         return "time"
     if _TEMPERATURE.search(key) or (unit or "").replace("°", "deg") in ("degC", "degF", "C", "K"):
@@ -55,7 +60,7 @@ def role_of(name: str, unit: str | None) -> Role:
 
 def sensor_kind(name: str) -> str | None:
     """Kind of sensor that a name speaks of, if it does."""
-    key = name.strip().lower().replace(" ", "_")
+    key = _key(name)
     if _ACCEL.search(key):
         return ACCELERATION
     return ANGULAR_RATE if _GYRO.search(key) else None

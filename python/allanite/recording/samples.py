@@ -12,7 +12,7 @@ from allanite.common.plain import plain
 from allanite.common.units import conversion, parse_unit, units_by_kind
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -22,6 +22,7 @@ __all__ = [
     "averaged",
     "column_names",
     "covariate_of",
+    "distinct",
     "factors_to",
     "find_column",
     "from_pint",
@@ -91,7 +92,21 @@ def column_names(columns: Sequence[str] | None, array: NDArray[Any]) -> tuple[st
         return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
     if len(columns) != k:
         raise InputError(f"{len(columns)} column names for {k} columns")
-    return tuple(plain(name) for name in columns)
+    return distinct(plain(name) for name in columns)
+
+
+def distinct(names: Iterable[str]) -> tuple[str, ...]:
+    """Names of columns, of which those that repeat one are told apart: ``g``, ``g [2]``, ``g [3]``."""
+    counts: dict[str, int] = {}
+    found: dict[str, None] = {}
+    for name in names:
+        one, k = name, counts.get(name, 0)
+        while k == 0 or one in found:
+            k += 1
+            one = name if k == 1 else f"{name} [{k}]"
+        counts[name] = k
+        found[one] = None
+    return tuple(found)
 
 
 def covariate_of(name: str, values: ArrayLike, n: int) -> NDArray[np.float64]:

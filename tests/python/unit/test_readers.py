@@ -108,6 +108,22 @@ def test_a_column_without_values_explains_nothing(tmp_path):
     ]
 
 
+def test_names_that_repeat_one_are_told_apart(tmp_path):
+    rows = "".join(f"{k / 10},{k % 7},{k % 5},{k / 10}\n" for k in range(50))
+    path = write(tmp_path, "time [s],gx [rad/s],gx [rad/s],time\n" + rows)
+    assert read(path).columns == ("gx", "gx [2]")
+    assert read(path, column="gx [2]").samples[:6].tolist() == [0, 1, 2, 3, 4, 0]
+    data = np.zeros((5, 3))
+    assert al.Recording(data, rate=1, columns=["g", "g [2]", "g"]).columns == (
+        "g",
+        "g [2]",
+        "g [3]",
+    )
+    named = npz(tmp_path, data=data, rate_hz=1.0, channels=["gx", "gx", "gx"])
+    assert read(named, unit="deg/s,g").columns == ("gx", "gx [2]", "gx [3]")
+    assert sensor_kind("gx [2]") == "angular rate"
+
+
 def test_columns_by_name_and_index(tmp_path):
     path = write(
         tmp_path, "time_s,wx,wy,temp,mag_x\n" + "".join(f"{k},{k},2,3,4\n" for k in range(9))
