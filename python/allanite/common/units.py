@@ -43,11 +43,12 @@ _SYMBOLS: dict[str, tuple[float, int, int, int]] = {
     "rev": (2 * math.pi, 1, 0, 0), "dps": (_DEGREE, 1, 0, -1), "mdps": (_DEGREE * 1e-3, 1, 0, -1),
     "radps": (1.0, 1, 0, -1), "dph": (_DEGREE / 3600, 1, 0, -1),
     "rpm": (2 * math.pi / 60, 1, 0, -1), "m": (1.0, 0, 1, 0), "cm": (1e-2, 0, 1, 0),
-    "mm": (1e-3, 0, 1, 0), "um": (1e-6, 0, 1, 0), "g": (STANDARD_GRAVITY, 0, 1, -2),
+    "mm": (1e-3, 0, 1, 0), "um": (1e-6, 0, 1, 0), "ft": (0.3048, 0, 1, 0), "g": (STANDARD_GRAVITY, 0, 1, -2),
     "mg": (STANDARD_GRAVITY * 1e-3, 0, 1, -2), "ug": (STANDARD_GRAVITY * 1e-6, 0, 1, -2),
     "ng": (STANDARD_GRAVITY * 1e-9, 0, 1, -2), "mgal": (1e-5, 0, 1, -2), "s": (1.0, 0, 0, 1),
     "ms": (1e-3, 0, 0, 1), "us": (1e-6, 0, 0, 1), "ns": (1e-9, 0, 0, 1), "min": (60.0, 0, 0, 1),
-    "h": (3600.0, 0, 0, 1), "d": (86400.0, 0, 0, 1), "Hz": (1.0, 0, 0, -1), "ppm": (1e-6, 0, 0, 0),
+    "h": (3600.0, 0, 0, 1), "d": (86400.0, 0, 0, 1), "Hz": (1.0, 0, 0, -1),
+    "kHz": (1e3, 0, 0, -1), "MHz": (1e6, 0, 0, -1), "GHz": (1e9, 0, 0, -1), "ppm": (1e-6, 0, 0, 0),
     "ppb": (1e-9, 0, 0, 0),
 }  # fmt: skip
 _ALIASES = {
@@ -55,9 +56,16 @@ _ALIASES = {
     "seconds": "s", "hr": "h", "hour": "h", "hours": "h", "hz": "Hz", "asec": "arcsec",
     "mGal": "mgal", "gn": "g", "g0": "g", "g_0": "g", "turn": "rev", "day": "d", "minute": "min",
     "as": "arcsec", "degps": "dps", "metre": "m", "meter": "m",
+    "foot": "ft", "feet": "ft",
 }  # fmt: skip
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⋅", "0123456789-·")
 _KINDS = {(1, 0, -1): ANGULAR_RATE, (0, 1, -2): ACCELERATION, (0, 0, 0): FREQUENCY}
+# Powers of what comes of these over time.
+_INTEGRALS: dict[tuple[float, ...], str] = {
+    (1, 0, 0): "that of an angle",
+    (0, 1, -1): "that of a velocity",
+    (0, 0, 1): "that of a time",
+}
 # Canonical names of the units that samples usually have; any other spelling keeps its own text.
 _CANONICAL = (
     "rad/s", "mrad/s", "urad/s", "deg/s", "mdeg/s", "deg/min", "deg/h", "arcsec/s", "rpm",
@@ -66,7 +74,7 @@ _CANONICAL = (
 SAMPLE_UNITS = "rad/s deg/s deg/h m/s^2 g mg ug 1"
 
 _TOKEN = re.compile(
-    r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<sqrt>sqrt\b|√|rt(?=[A-Za-z]))"
+    r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)|(?P<sqrt>sqrt\b|√)"
     r"|(?P<name>[A-Za-z][A-Za-z_]*0?)|(?P<op>\*\*|[*/·.^()\[\]-])|(?P<half>½))"
 )
 #: Letters of a unit; brackets within brackets are as deep at most.
@@ -120,8 +128,18 @@ class _Quantity:
         )
 
 
+_ROOT = re.compile(r"(?<![A-Za-z])(?:square[\s-]*)?(?:rt|root)[\s-]*(?=[(A-Za-z])")
+_PREFIX = re.compile(r"\b(micro|milli|nano)[\s-]*(?=(?:g|rad)\b)")
+_NUMBER = r"\d[\d.]*(?:[eE][+-]?\d+)?"
+
+
 def normalised(text: str) -> str:
-    """Unicode spellings as the ASCII ones of the grammar; superscripts as ``^``."""
+    """Unicode spellings as the ASCII ones of the grammar, superscripts as ``^``, a data sheet's ``root-hour`` as √h."""
+    text = _ROOT.sub("√", text)
+    text = _PREFIX.sub(lambda m: {"micro": "u", "milli": "m", "nano": "n"}[m[1]], text)
+    # The nominal frequency of a counter: Hz/10 MHz, Hz/1e7.
+    text = re.sub(rf"/\s*({_NUMBER})\s*([kMG]?Hz)\b", r"/(\1*\2)", text)
+    text = re.sub(rf"^\s*Hz\s*/\s*({_NUMBER})\s*$", r"Hz/(\1*Hz)", text)
     text = text.replace("°", "deg").replace("º", "deg").replace("µ", "u").replace("μ", "u")
     text = text.replace("×", "*").replace("″", "arcsec").replace("−", "-")
     text = re.sub(r"\bmps(2|s)\b", "m/s^2", text)
@@ -267,9 +285,16 @@ def parse_unit(text: str) -> Unit:
     quantity = _quantity(text)
     kind = _KINDS.get(tuple(int(p) if p.denominator == 1 else p for p in quantity.powers))  # type: ignore[arg-type]
     if kind is None:
+        integral = _INTEGRALS.get(tuple(map(float, quantity.powers)))
+        if integral is not None:
+            raise InputError(
+                f"unit {text!r} is {integral}, not that of a rate",
+                missing="quantity",
+                remedy="; of samples that are integrals give {quantity:angle} or {quantity:increment}",
+            )
         raise InputError(
-            f"unit {text!r} is neither an angular rate, an acceleration nor a fractional frequency (of a counter in Hz,"
-            f" divide by the nominal frequency); samples may be in one of {SAMPLE_UNITS}; 1 takes them as they are"
+            f"unit {text!r} is neither an angular rate, an acceleration nor a fractional frequency (of a counter in Hz"
+            f" its Hz/10MHz); samples may be in one of {SAMPLE_UNITS}; 1 takes them as they are"
         )
     for name in _CANONICAL:
         known = _quantity(name)
@@ -288,8 +313,7 @@ def rate_unit(text: str, quantity: str) -> Unit:
     """
     if quantity == "rate":
         return parse_unit(text)
-    powers = _quantity(text).powers
-    if tuple(map(float, powers)) in {(1, 0, 0), (0, 1, -1), (0, 0, 1)}:
+    if tuple(map(float, _quantity(text).powers)) in _INTEGRALS:
         return parse_unit("1" if normalised(text) == "s" else f"({text})/s")
     return parse_unit(text)
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.common.plain import plain
-from allanite.common.units import parse_unit, rate_unit, units_by_kind
+from allanite.common.units import rate_unit, units_by_kind
 from allanite.readers._split_time import seconds_and_rest
 from allanite.readers.sensor_names import role_of, sensor_kind
+from allanite.readers.unit_names import of_no_sensor
 from allanite.recording import find_column
 from allanite.recording.samples import distinct
 
@@ -38,7 +39,7 @@ class Request:
         if self.unit in (None, "1"):
             return {}
         assert self.unit is not None
-        return units_by_kind(self.unit)
+        return units_by_kind(self.unit, self.quantity or "rate")
 
     @property
     def timeless(self) -> bool:
@@ -119,7 +120,7 @@ def choose(
         found = dict.fromkeys(find_column(name, names) for name in request.columns)
         samples = tuple(found)
     else:
-        samples = _sensors(names, roles, request.kinds, time_at)
+        samples = _sensors(names, units, roles, request.kinds, time_at)
     covariates = [i for i, role in enumerate(roles) if role == "temperature" and i not in samples]
     for name in request.covariates:
         at = find_column(name, names)
@@ -132,12 +133,24 @@ def choose(
 
 
 def _sensors(
-    names: Sequence[str], roles: Sequence[str], given: Mapping[str, str], time_at: int | None
+    names: Sequence[str],
+    units: Sequence[str | None],
+    roles: Sequence[str],
+    given: Mapping[str, str],
+    time_at: int | None,
 ) -> tuple[int, ...]:
     found = [i for i, role in enumerate(roles) if role == "sensor" and i != time_at]
     # Gyroscopes and accelerometers in one file: a unit given for one kind chooses it.
     chosen = [i for i in found if sensor_kind(names[i]) in given]
     found = chosen or found
+    foreign = of_no_sensor(names, units)
+    if not found and foreign:
+        counter = ", of a counter Hz/10MHz" if any("Hz" in one for one in foreign) else ""
+        raise InputError(
+            f"no sensor column found: {', '.join(foreign)} is in no unit of a sensor",
+            missing="column",
+            remedy=": name it with {column} and give {unit}" + counter,
+        )
     if not found:
         raise InputError(
             f"no sensor column found among {', '.join(names) or 'none at all'}",
@@ -154,7 +167,7 @@ def _given_for(name: str, own: str | None, request: Request) -> str | None:
     kind = sensor_kind(name)
     if own is not None:
         try:
-            kind = parse_unit(own).kind
+            kind = rate_unit(own, request.quantity or "rate").kind
         except InputError:
             return None
     if kind not in request.kinds:

@@ -13,7 +13,7 @@ from allanite.recording.findings import Finding, named
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-__all__ = ["not_understood", "remedy_of", "unit_in_name", "unitless", "usual_units"]
+__all__ = ["not_understood", "of_no_sensor", "remedy_of", "unit_in_name", "unitless", "usual_units"]
 
 #: What loggers write most, in the order of an option.
 USUAL = {ANGULAR_RATE: "deg/s", ACCELERATION: "m/s^2"}
@@ -75,13 +75,18 @@ def unitless(names: Sequence[str]) -> list[Finding]:
     ]
 
 
-def not_understood(names: Sequence[str], units: Sequence[str | None]) -> list[Finding]:
-    """Tell which columns are left out because their unit is not one of a sensor."""
-    left = [
+def of_no_sensor(names: Sequence[str], units: Sequence[str | None]) -> list[str]:
+    """``frequency (Hz)``: columns that would be sensors by their name, and are none by their unit."""
+    return [
         f"{name} ({unit})"
         for name, unit in zip(names, units, strict=True)
         if unit is not None and role_of(name, None) == "sensor" and role_of(name, unit) == "other"
     ]
+
+
+def not_understood(names: Sequence[str], units: Sequence[str | None]) -> list[Finding]:
+    """Tell which columns are left out because their unit is not one of a sensor."""
+    left = of_no_sensor(names, units)
     if not left:
         return []
     return [

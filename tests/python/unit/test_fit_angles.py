@@ -20,3 +20,30 @@ def test_outliers_of_angle_samples():
     # 4000 ordinates know N to 1.1 %; 4 σ.
     assert without.value == pytest.approx(0.1, rel=0.045)
     assert with_spikes.value > 0.12
+
+
+@pytest.mark.parametrize(
+    ("quantity", "unit", "rate_unit"),
+    [
+        ("angle", "arcsec", "deg/h"), ("angle", "°", "deg/s"), ("angle", "µrad", "urad/s"), ("angle", "rad/s", "rad/s"),
+        ("increment", "deg", "deg/s"), ("increment", "m/s", "m/s^2"), ("angle", "s", "1"),
+    ],
+)  # fmt: skip
+def test_the_unit_given_for_integrals_may_be_their_own(tmp_path, quantity, unit, rate_unit):
+    path = tmp_path / "log.csv"
+    path.write_text("x\n" + "".join(f"{k % 7}\n" for k in range(50)))
+    assert al.read(path, rate=10, unit=unit, quantity=quantity).unit == rate_unit
+    two = tmp_path / "two.csv"
+    two.write_text("gx,ax\n" + "".join(f"{k % 7},{k % 5}\n" for k in range(50)))
+    assert al.read(two, rate=10, unit="deg,m/s", quantity="increment").units == ("deg/s", "m/s^2")
+
+
+def test_a_counter_in_hz_says_which_unit_to_give(tmp_path):
+    path = tmp_path / "clock.csv"
+    path.write_text("frequency [Hz]\n" + "".join(f"{1e7 + k % 7}\n" for k in range(50)))
+    with pytest.raises(
+        al.InputError, match=r"frequency \(Hz\) is in no unit.* unit=, of a counter Hz/10MHz"
+    ):
+        al.read(path, rate=1)
+    clock = al.read(path, rate=1, column="frequency", unit="Hz/10MHz").to("1")
+    np.testing.assert_allclose(clock.samples[:3] - 1, [0, 1e-7, 2e-7], atol=1e-15)

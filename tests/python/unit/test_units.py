@@ -123,7 +123,7 @@ def test_mixing_is_refused_and_both_are_named(source, target):
 
 
 @pytest.mark.parametrize(
-    "text", ["furlong", "", "deg", "deg/", "Mg", "deg/s)", "(deg/s", "s", "K", "m/s", "1/0"]
+    "text", ["MHz", "furlong", "", "deg", "deg/", "Mg", "deg/s)", "(deg/s", "s", "K", "m/s", "1/0"]
 )
 def test_what_is_no_unit_of_samples(text):
     with pytest.raises(InputError, match="unit"):
@@ -181,6 +181,29 @@ def test_conversions_are_reciprocal_and_spelling_does_not_matter(terms, times):
 )
 def test_an_acceleration_as_headers_write_it(text):
     assert parse_unit(text).name == "m/s^2"
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"),
+    [
+        ("°/s/rt(Hz)", "deg/s/sqrt(Hz)"), ("deg/rt-hr", "deg/sqrt(h)"), ("deg/root-hour", "deg/sqrt(h)"),
+        ("deg/rtHz", "deg/sqrt(Hz)"), ("deg/s/square root Hz", "deg/s/sqrt(Hz)"), ("ft/s²", "ft/s^2"),
+        ("micro-g/√Hz", "ug/sqrt(Hz)"), ("milli-g", "mg"), ("microrad/s", "urad/s"), ("Hz/10 MHz", "1e-7"),
+        ("Hz/10MHz", "1e-7"), ("Hz/1e7", "1e-7"), ("Hz/(1e7 Hz)", "1e-7"), ("1/65.5 deg/s", "deg/s/65.5"),
+    ],
+)  # fmt: skip
+def test_data_sheets_and_counters_as_they_write_it(text, plain):
+    assert conversion(text, plain) == pytest.approx(1.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "what"), [("arcsec", "angle"), ("m/s", "velocity"), ("s", "time")]
+)
+def test_what_is_an_integral_says_so(text, what):
+    with pytest.raises(InputError, match=f"that of an? {what}.* give quantity=angle or quantity="):
+        parse_unit(text)
+    with pytest.raises(InputError, match="of a counter in Hz its Hz/10MHz"):
+        parse_unit("Hz")
 
 
 @pytest.mark.parametrize("text", ["dps", "deg/sec", "degps", "°/s", "deg s^-1", "deg s-1"])
