@@ -13,7 +13,7 @@ from allanite.study.moves import CHANCE
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
 
-__all__ = ["as_good", "errors_fall", "predicts", "rises", "wider", "within_chance"]
+__all__ = ["as_good", "errors_fall", "predicts", "refusal", "rises", "wider", "within_chance"]
 
 #: An Allan error that is none: half a per cent.
 LITTLE = 0.005
@@ -66,6 +66,20 @@ def predicts(before: Fit, after: Fit) -> bool:
 def as_good(before: Fit, after: Fit) -> bool:
     """Whether a model with less in it is as good: no error rises, the Allan error to no more than chance leads to."""
     return errors_fall(before, after) and (not rises(before, after) or within_chance(after))
+
+
+def refusal(before: Fit, after: Fit, once: bool) -> str:
+    """Why what is significant was not added, a clause; what happens `once` predicts nothing.
+
+    Where nothing rises it leads nowhere else: its place is taken, or what it needs beside it raises an error.
+    """
+    if not once and not predicts(before, after):
+        return "predicts unseen data worse"
+    if rises(before, after):
+        return "raises the Allan error"
+    if wider(before, after):
+        return "raises the discrepancy"
+    return "stands where another effect does"
 
 
 def within_chance(fit: Fit) -> bool:

@@ -12,6 +12,7 @@ from allanite import _kernels
 from allanite.common import verbs
 from allanite.effects import title_of
 from allanite.fit.rivals.undecided import Undecided, undecided
+from allanite.study.errors import refusal
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -250,15 +251,17 @@ class Study:
             )
         return out
 
-    @property
+    @cached_property
     def ending(self) -> str:
-        """Why the ladder ended, a clause."""
+        """Why the ladder ended, a clause; why nothing that is significant was added."""
         if self.stopped_because == "within tolerance":
             return f"within {self.tolerance:g} % (discrepancy {self.fit.discrepancy.percent:.2g} %)"
         if self.stopped_because == "nothing helps" and self.check.significant:
-            kinds = ", ".join(dict.fromkeys(s.kind for s in self.check.significant))
-            why = "it predicts worse, raises an error or stands where another effect does"
-            return f"nothing helps further (significant, but {why}: {kinds})"
+            why: dict[str, str] = {}
+            for s in self.check.significant:
+                why.setdefault(s.kind, refusal(self.fit, s.found, s.effect_happens_once))
+            told = ", ".join(f"{title_of(kind)} {reason}" for kind, reason in why.items())
+            return f"nothing helps further (significant, but: {told})"
         return self.stopped_because
 
     def __repr__(self) -> str:
