@@ -13,6 +13,7 @@ from allanite.axes.lines import CommonEvent, CommonLine, common_events, common_l
 from allanite.axes.triads import NAMES, triads
 from allanite.axes.twin import samples_of, twin
 from allanite.common import verbs
+from allanite.common.errors import CALL
 from allanite.common.files import whole_file
 from allanite.common.threads import results, side_by_side
 from allanite.readers import kind_of_sensor
@@ -153,11 +154,11 @@ class Characterization:
 
     export = verbs.characterization_export
 
-    def table(self, width: int = 100) -> str:
-        """One table of all axes, no line longer than `width`: what ``print`` shows."""
+    def table(self, width: int = 100, words: Mapping[str, str] = CALL) -> str:
+        """One table of all axes, no line longer than `width`: what ``print`` shows; remedies in `words`."""
         from allanite.axes.table import table
 
-        return table(self, width)
+        return table(self, width, words)
 
     def __str__(self) -> str:
         return self.table()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from allanite.axes.rows import Row, convention, legend, rows
 from allanite.axes.words import in_common, remarks
 from allanite.axes.words import title as heading
+from allanite.common.errors import CALL
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -20,7 +21,7 @@ __all__ = ["table"]
 GAP = "  "
 
 
-def table(found: Characterization, width: int = 100) -> str:
+def table(found: Characterization, width: int = 100, words: Mapping[str, str] = CALL) -> str:
     """One block a sensor: numbers in rows, axes in columns; what the axes have in common; remarks.
 
     Parameters
@@ -28,6 +29,8 @@ def table(found: Characterization, width: int = 100) -> str:
     found : Characterization
     width : int
         Letters of the longest line. Axes that do not fit side by side follow below.
+    words : mapping of str to str
+        What parameters are called in remedies, as of `allanite.common.errors`.
     """
     lines = [*wrap(heading(found), width)]
     for sensor in found.common.sensors:
@@ -41,7 +44,7 @@ def table(found: Characterization, width: int = 100) -> str:
         lines += ["", "seen by several axes"]
         for one in common:
             lines += _wrapped(one, width)
-    told = remarks(found)
+    told = remarks(found, words)
     if told:
         lines += ["", "remarks"]
         for remark in told:

@@ -6,12 +6,15 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from allanite.common.errors import CALL
 from allanite.common.numbers import tidy, with_interval
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed
 from allanite.recording.findings import merged
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from allanite.axes.characterization import Characterization, Sensor
     from allanite.axes.forms import Form
     from allanite.fit.several.many import Pooled
@@ -84,11 +87,12 @@ def _value(pooled: Pooled, sensor: Sensor) -> str:
     return f"{pooled.name} = {text}{unit}, p {_p(pooled.p_value)}"
 
 
-def remarks(found: Characterization) -> list[str]:
-    """Columns that failed, what the audits warn of, and what is left unexplained, each once."""
+def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:
+    """Columns that failed, what the audits warn of or miss, and what is left unexplained, each once."""
     out = [f"{name}: not characterised: {why}" for name, why in found.failed.items()]
     warned = merged(f for study in found.studies.values() for f in study.recording.audit)
-    out += [finding.message for finding in warned if finding.severity == "warning"]
+    # A column without a unit may be a clock's, and then lacks none.
+    out += [f.worded(words) for f in warned if f.severity == "warning" or f.kind == "no_unit"]
     for name, study in found.studies.items():
         if not study.adequate:
             why = (

@@ -32,11 +32,17 @@ def told(error: Exception) -> str:
     )
 
 
-def _details(error: Exception) -> str:
-    from allanite._kernels import version
+def _version() -> str:
+    try:
+        from allanite._kernels import version
+    except ImportError:  # which may be the very error that is told
+        return "without its compiled core"
+    return version()
 
+
+def _details(error: Exception) -> str:
     where = "".join(traceback.format_exception(error))
     return (
-        f"allanite {version()}, Python {platform.python_version()}, {platform.platform()}\n"
+        f"allanite {_version()}, Python {platform.python_version()}, {platform.platform()}\n"
         f"{' '.join(['allanite', *sys.argv[1:]])}\n\n{where}"
     )

@@ -32,7 +32,12 @@ def offered(
         No such column is offered.
     """
     name = effect.follows
-    if columns is None or name is None or name not in columns:
+    if name is None:
+        known = ", ".join(columns or {}) or "none"
+        raise InputError(
+            f"{effect.kind}: no column is named: write {effect.short}(column=NAME) (offered: {known})"
+        )
+    if columns is None or name not in columns:
         known = ", ".join(columns or {}) or "none"
         raise InputError(
             f"{effect.kind}: the recording has no column {name!r} offered (it has: {known})"

@@ -103,6 +103,8 @@ def parse_string(text: str) -> Model:
 def _effect(reader: _Reader) -> Effect:
     name, start = reader.name("the name of an effect")
     cls = find(name)
+    if cls is None and "temp" in name.lower():
+        raise reader.fail(f"{name!r} is a column, not an effect: write COV(column={name})", start)
     if cls is None:
         known = " ".join(e.short for e in CATALOGUE)
         raise reader.fail(f"unknown effect {name!r} (known: {known})", start)

@@ -78,6 +78,7 @@ def fit_model(
         from allanite.fit.several.columns import Fits
 
         return Fits(by_column(recording, lambda column: fit_model(column, model, method)))
+    model = _following(model, list(recording.covariates))
     _check_values(model, recording.n, recording.rate)
     if isinstance(recording, Summary):
         refused(recording, model, method)
@@ -98,6 +99,16 @@ def fit_model(
     from allanite.fit.classical.refit import refit
 
     return refit(fit, method)
+
+
+def _following(model: Model, columns: list[str]) -> Model:
+    """The model, of which an effect that names no column follows the only one there is."""
+    if len(columns) != 1:
+        return model
+    follow = [
+        e.with_values(column=columns[0]) if e.values.get("column", "") is None else e for e in model
+    ]
+    return type(model)(tuple(follow))
 
 
 def refitted(fit: Fit, model: Model) -> Fit:

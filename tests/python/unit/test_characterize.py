@@ -11,6 +11,7 @@ from allanite.axes.forms import Form, labels_of
 from allanite.axes.lines import common_lines
 from allanite.axes.triads import triads
 from allanite.axes.words import in_common
+from allanite.cli.words import WORDS
 from allanite.common.threads import side_by_side
 from documents import valid
 from six_axes import NAMES, six_axes
@@ -30,6 +31,16 @@ def test_a_dead_and_a_stuck_axis_are_remarks():
     assert "0 samples that are not missing" in found.failed["gy"]
     assert "10 samples that are not missing" in found.failed["gz"]
     assert "gy: not characterised" in found.table()
+
+
+def test_that_no_unit_is_given_is_a_remark_in_the_words_of_who_asks(tmp_path):
+    """Columns called x, y, z may be a clock's, and had passed for one without a word."""
+    path = tmp_path / "phone.csv"
+    x = np.random.default_rng(3).normal(0, 0.1, 500)
+    path.write_text("\n".join(["x", *map(str, x)]))
+    found = al.characterize(al.read(path, rate=10), "N")
+    assert "no unit given for x" in found.table()
+    assert "--unit UNIT" in found.table(100, WORDS)
 
 
 @pytest.mark.long

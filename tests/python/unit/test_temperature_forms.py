@@ -101,3 +101,22 @@ def test_ordinates_of_a_long_column_are_those_of_its_transform():
         series = effect.regressors(data.time, data.covariates)[:, 0]
         exact = data.transform(np.ascontiguousarray(series))[j]
         assert np.linalg.norm(found - exact) < 1e-3 * np.linalg.norm(exact)
+
+
+def test_a_model_that_names_no_column_follows_the_only_one_there_is():
+    rng = np.random.default_rng(2)
+    temperature = np.linspace(20.0, 30.0, 2000)
+    log = al.Recording(
+        rng.standard_normal(2000) + temperature,
+        rate=10,
+        unit="deg/s",
+        covariates={"temp": temperature},
+    )
+    bare = al.fit_model(log, "N+COV")
+    assert bare.model == al.fit_model(log, "N+COV(column=temp)").model
+    with pytest.raises(al.InputError, match=r"write COV\(column=NAME\) \(offered: none\)"):
+        al.fit_model(al.Recording(log.samples, rate=10), "N+COV")
+    with pytest.raises(
+        al.InputError, match=r"'temperature' is a column.* COV\(column=temperature\)"
+    ):
+        al.parse_model("N+temperature")

@@ -10,6 +10,7 @@ import click
 
 from allanite.cli.commands.improve import Percent
 from allanite.cli.options import LogOptions, log_options, model_option, plot_option
+from allanite.cli.words import WORDS
 from allanite.common.plain import plain
 from allanite.export import ANY_SENSOR, TARGETS
 
@@ -81,7 +82,7 @@ def command(
     if options.as_json:
         click.echo(out.dumps(found.to_dict()))
         return
-    click.echo(found.table(out.width()))
+    click.echo(found.table(out.width(), WORDS))
     if written and not options.quiet:
         click.echo(f"\nwritten: {plain(', '.join(written))}")
 
