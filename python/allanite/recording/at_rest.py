@@ -175,11 +175,11 @@ def _tilt(recording: Recording, kinds: list[str]) -> float:
     if len(axes) != 3 or recording.quantity != "rate":
         return 0.0
     force = np.stack([_column(recording, i) for i in axes], axis=1)
+    # A direction needs all three: of a tenth in which an axis has no sample nothing is known.
     parts = [p for p in np.array_split(force, 10) if np.isfinite(p).any(axis=0).all()]
     if not parts:
-        return 0.0  # one of the axes is dead
-    with np.errstate(invalid="ignore"):
-        mean = np.array([np.nanmedian(part, axis=0) for part in parts])
+        return 0.0
+    mean = np.array([np.nanmedian(part, axis=0) for part in parts])
     level = np.linalg.norm(mean, axis=1)
     gravity = 9.81 / conversion(recording.units[axes[0]], "m/s^2")
     if not np.all((level > 0.5 * gravity) & (level < 1.5 * gravity)):

@@ -156,6 +156,8 @@ def _powers(rising: NDArray[np.float64], chance: float) -> list[float]:
         edge = float(top[left_out - 1])
         if not top[-1] > 0.0:
             break
+        if edge == top[-1]:
+            continue  # the range ended: many values are the largest, and no law goes through them
         # Of the values between the two ranks, those left out counting as the lowest of them.
         used = last - left_out
         exponent = (

@@ -216,3 +216,15 @@ def test_a_quiet_stretch_has_no_turn_in_it_and_begins_with_no_motion():
     x[40 * 200 : 40 * 200 + 40, 1] += 2.0
     record = al.Recording(x, rate=rate, unit="m/s^2", columns=("ax", "ay", "az"))
     assert quiet_span(record)[1] == pytest.approx(60.0)
+
+
+def test_an_axis_without_samples_for_a_while_leaves_its_direction_unknown():
+    """The direction of gravity is judged where all three axes have samples; where they never have, not at all."""
+    x = still()
+    x[: len(x) // 5, 5] = np.nan
+    assert rest_of(recorded(x)).tilt < 1.0
+    turned = x.copy()
+    turned[len(x) // 2 :, 3:] = turned[len(x) // 2 :, [4, 5, 3]]
+    assert rest_of(recorded(turned)).tilt > 30.0
+    x[:, 5] = np.nan
+    assert rest_of(recorded(x)).tilt == 0.0

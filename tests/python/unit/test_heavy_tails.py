@@ -85,6 +85,14 @@ def test_the_limit_is_what_the_tail_reaches():
     assert 4.5 < outlier_limit(sizes, 0.01 / N) < 6.5
 
 
+def test_many_equal_largest_values_make_no_law():
+    """A third of the samples is where the range ends; what is far beyond it is still an outlier."""
+    sizes = np.minimum(np.abs(noise("1e6", N, 2)), 1.0)
+    assert outlier_limit(sizes, 0.01 / N) > 1.0
+    sizes[:3] = 30.0
+    assert 1.0 < outlier_limit(sizes, 0.01 / N) < 30.0
+
+
 @pytest.mark.parametrize("freedom", [3.0, 5.0])
 def test_the_law_of_a_sum_of_squares(freedom):
     """Against 600 drawn records: quantiles of 2.5 % are known to a tenth of their distance from 1."""
