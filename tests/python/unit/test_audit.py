@@ -85,6 +85,23 @@ def test_integers_and_coarse_rounding():
     assert finding.values["share"] == pytest.approx(0.25, abs=0.03)
 
 
+@pytest.mark.parametrize("mean", [0.0, 0.13, 0.25, 0.37, 0.5])
+def test_what_rounding_adds_is_said_while_it_is_true(mean):
+    """In units of the step. The variance of 20 000 samples is known to 1 %: four of these."""
+    for ratio in (1.0, 2.0, 2.5, 3.0, 4.0, 8.0):
+        x = np.round(mean + noise() / ratio)
+        if x.std() == 0.0:
+            continue
+        found = [f for f in Recording(x, 100).audit if f.kind == "quantisation"]
+        if ratio <= 2.0:
+            assert x.var() == pytest.approx(1 / ratio**2 + 1 / 12, rel=0.03 + 0.04)
+            assert "adds" in found[0].message
+        else:
+            # A few samples of another code are outliers, not a step.
+            assert all("deformed" in f.message and f.severity == "warning" for f in found)
+            assert found or ratio == 8.0
+
+
 def test_clipping():
     finding = the(Recording(np.minimum(noise(), 1.5), 100), "clipping")
     assert finding.values["value"] == 1.5
