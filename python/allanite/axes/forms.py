@@ -1,4 +1,4 @@
-"""One model form for the axes of a sensor, and whether its coefficients agree between them."""
+"""What the models of the axes of a sensor share, and whether its coefficients agree between them."""
 
 from __future__ import annotations
 
@@ -8,58 +8,89 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
+from allanite.common.units import conversion
 from allanite.effects import Effect, Model, Modifier, Stochastic
 from allanite.fit import refitted
+from allanite.fit.likelihood.discrepancy import HALF_CHI2
 from allanite.fit.several.many import by_errors
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
+    from allanite.effects import Parameter
     from allanite.fit.result import Fit
     from allanite.fit.several.many import Pooled
 
-__all__ = ["Form", "common_form", "labels_of"]
+__all__ = ["Agreement", "Form", "common_form", "labels_of"]
 
-#: By how much ln(evidence) may be lower than that of an axis' own model: two are then called equally good.
-EQUAL = 2.0
 DIFFER = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Agreement:
+    """A number of the form, over the axes that have a value of it.
+
+    Attributes
+    ----------
+    pooled : Pooled
+        The common value, in the unit of the first of the columns, and the probability that they are one.
+    columns : tuple of str
+    parameter : Parameter
+        As the effect declares it.
+    sample_unit : str
+        Of the first of the columns.
+    """
+
+    pooled: Pooled
+    columns: tuple[str, ...]
+    parameter: Parameter
+    sample_unit: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {**self.pooled.to_dict(), "columns": list(self.columns)}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Form:
-    """A model of the random part that holds for every axis of a sensor.
+    """The random effects that every axis of a sensor has, or may have as the others have them.
 
     Attributes
     ----------
     model : str
-        Sum of short names; what an axis has of its own (lines, drifts, outliers) is left to it.
-    fits : mapping of str to Fit
-        The form fitted to each column, with what is the column's own.
-    pooled : tuple of Pooled
-        Numbers that every axis shows: the common value, and the probability that they are one.
+        Sum of short names.
+    besides : mapping of str to tuple of str
+        What a column shows of its own beside the form, by short names; lines, drifts and outliers always are.
+    numbers : tuple of Agreement
+        Numbers that two axes or more show.
     """
 
     model: str
-    fits: Mapping[str, Fit]
-    pooled: tuple[Pooled, ...]
+    besides: Mapping[str, tuple[str, ...]]
+    numbers: tuple[Agreement, ...]
 
     @property
     def agree(self) -> bool:
         """Whether no number differs between axes at 5 %, divided by how many there are."""
-        return min((p.p_value for p in self.pooled), default=1.0) * len(self.pooled) >= DIFFER
+        least = min((n.pooled.p_value for n in self.numbers), default=1.0)
+        return least * len(self.numbers) >= DIFFER
 
     def to_dict(self) -> dict[str, Any]:
         """JSON form."""
         return {
             "model": self.model,
             "agree": self.agree,
-            "parameters": [p.to_dict() for p in self.pooled],
+            "parameters": [n.to_dict() for n in self.numbers],
         }
 
 
 def common_form(fits: Mapping[str, Fit]) -> Form | None:
-    """The smallest form of the axes' models, or their union, that describes every axis as well as its own model does.
+    """What holds for every axis.
+
+    An effect is part of it if every axis shows it, or if those that do not cannot exclude it as one of the others has it: a
+    weak axis does not contradict. What no axis shows is part of it if every model has it.
 
     Parameters
     ----------
@@ -69,16 +100,23 @@ def common_form(fits: Mapping[str, Fit]) -> Form | None:
     Returns
     -------
     Form or None
-        None where no form does, or there is one axis only.
+        None where nothing holds for all, or there is one axis only.
     """
     if len(fits) < 2:
         return None
-    for form in _candidates([fit.model for fit in fits.values()]):
-        found = _everywhere(form, fits)
-        if found is not None:
-            name = Model(form).name
-            return Form(name, found, _pooled(found))
-    return None
+    labels = labels_of([fit.model for fit in fits.values()])
+    axes = [_Axis(*one) for one in zip(fits, fits.values(), labels, strict=True)]
+    lasting = {
+        label: effect for axis in axes for label, effect in axis.effects.items() if _shared(effect)
+    }
+    kept = [label for label in lasting if _holds(label, axes)]
+    if not any(isinstance(lasting[label], Stochastic) for label in kept):
+        return None
+    return Form(
+        Model(tuple(lasting[label] for label in kept)).name,
+        {axis.column: axis.shown_beside(kept) for axis in axes},
+        tuple(number for label in kept for number in _agreements(label, axes)),
+    )
 
 
 def _shared(effect: Effect) -> bool:
@@ -87,79 +125,83 @@ def _shared(effect: Effect) -> bool:
     return isinstance(effect, (Stochastic, Modifier)) and not passing
 
 
-def _kinds(effects: Sequence[Effect]) -> Counter[str]:
-    return Counter(e.kind for e in effects)
+class _Axis:
+    """A column with its effects and their estimates, by labels that are the same on all axes."""
+
+    def __init__(self, column: str, fit: Fit, labels: Sequence[str]) -> None:
+        self.column, self.fit = column, fit
+        self.effects = dict(zip(labels, fit.model, strict=True))
+        self.values = dict(zip(labels, fit.estimates, strict=True))
+
+    def shows(self, label: str) -> bool:
+        """Whether it has an effect, and more than an upper limit of it."""
+        effect = self.effects.get(label)
+        if not isinstance(effect, Stochastic):
+            return effect is not None
+        found = self.values[label].get(effect.coefficient)
+        return not isinstance(found, Estimate) or found.detected
+
+    def shown_beside(self, kept: Sequence[str]) -> tuple[str, ...]:
+        """Short names of what it shows beside some effects."""
+        return tuple(
+            effect.short
+            for label, effect in self.effects.items()
+            if label not in kept and self.shows(label)
+        )
+
+    def may_have(self, label: str, other: _Axis) -> bool:
+        """Whether its record allows an effect with the numbers that another axis has of it.
+
+        The coefficient is the lower end of the other's interval: what this one has at most is above it, or it is not. Where
+        the rest of the model moves to make room, logL falls by what a 95 % interval allows. Of what its own model lacks, a
+        record that is not explained says nothing.
+        """
+        if label not in self.effects and not self.fit.adequate:
+            return False
+        effect = other.effects[label]
+        least = {}
+        if isinstance(effect, Stochastic):
+            name = effect.coefficient
+            value = other.values[label].get(name)
+            known = isinstance(value, Estimate) and value.interval
+            low = known[0] if known else getattr(effect, name)
+            least[name] = low * conversion(other.fit.recording.unit, self.fit.recording.unit)
+        names = tuple(p.name for p in effect.parameters if p.role != "derived")
+        given = effect.with_values(**least, hold=names, limits={}, at_limit=())
+        rest = (e for e in self.fit.model if e is not self.effects.get(label))
+        found = refitted(self.fit, Model((*rest, given)))
+        return found.solution.log_likelihood >= self.fit.solution.log_likelihood - HALF_CHI2
 
 
-def _candidates(models: Sequence[Model]) -> list[tuple[Effect, ...]]:
-    forms = [tuple(e for e in model if _shared(e)) for model in models]
-    union: list[Effect] = []
-    for form in forms:
-        for effect in form:
-            if _kinds(union)[effect.kind] < _kinds(form)[effect.kind]:
-                union.append(effect)
-    different: dict[tuple[tuple[str, int], ...], tuple[Effect, ...]] = {}
-    for form in (*sorted(forms, key=len), tuple(union)):
-        different.setdefault(tuple(sorted(_kinds(form).items())), form)
-    return list(different.values())
+def _holds(label: str, axes: Sequence[_Axis]) -> bool:
+    showing = [axis for axis in axes if axis.shows(label)]
+    if not showing:
+        return all(label in axis.effects for axis in axes)
+    others = [axis for axis in axes if axis not in showing]
+    return all(any(axis.may_have(label, one) for one in showing) for axis in others)
 
 
-def _everywhere(form: tuple[Effect, ...], fits: Mapping[str, Fit]) -> dict[str, Fit] | None:
-    out = {}
-    for name, own in fits.items():
-        fit = _with_form(form, own)
-        if fit is None:
-            return None
-        out[name] = fit
-    return out
-
-
-def _with_form(form: tuple[Effect, ...], own: Fit) -> Fit | None:
-    """The form on one axis, or None where the axis' own model is clearly better."""
-    mine = tuple(e for e in own.model if _shared(e))
-    rest = tuple(e for e in own.model if not _shared(e))
-    if _kinds(mine) == _kinds(form):
-        return own
-    spare = list(mine)
-    effects = []
-    for effect in form:
-        # The axis' own values are the better start.
-        at = next((i for i, e in enumerate(spare) if e.kind == effect.kind), None)
-        effects.append(effect if at is None else spare.pop(at))
-    fit = refitted(own, Model((*effects, *rest)))
-    price = 0.5 * float(np.log(max(own.solution.weight.sum(), 2.0)))
-    worth = fit.solution.log_likelihood - own.solution.log_likelihood
-    worth -= price * (_numbers(form) - _numbers(mine))
-    good = worth >= -EQUAL or (fit.adequate and own.adequate)
-    return fit if good else None
-
-
-def _numbers(effects: Sequence[Effect]) -> int:
-    return sum(p.role in {"coefficient", "shape"} for e in effects for p in e.parameters)
-
-
-def _pooled(fits: Mapping[str, Fit]) -> tuple[Pooled, ...]:
-    """Numbers of the form that every axis shows, compared by their standard errors in logarithms."""
-    labels = labels_of([fit.model for fit in fits.values()])
-    tables = [_estimates(fit, own) for fit, own in zip(fits.values(), labels, strict=True)]
-    out = []
-    for name in tables[0]:
-        estimates = [table[name] for table in tables if name in table]
-        if len(estimates) == len(tables) and all(e.detected and e.std_error for e in estimates):
-            out.append(by_errors(name, estimates[0].unit, estimates))
-    return tuple(out)
-
-
-def _estimates(fit: Fit, labels: Sequence[str]) -> dict[str, Estimate]:
-    """Numbers of the form on one axis, by label."""
-    table = {}
-    for effect, values, label in zip(fit.model, fit.estimates, labels, strict=True):
-        if not _shared(effect):
+def _agreements(label: str, axes: Sequence[_Axis]) -> Iterator[Agreement]:
+    """Numbers of an effect that several axes show, compared by their standard errors, in logarithms."""
+    showing = [axis for axis in axes if axis.shows(label)]
+    for parameter in showing[0].effects[label].parameters if showing else ():
+        found = {axis: axis.values[label].get(parameter.name) for axis in showing}
+        known = {
+            axis: value
+            for axis, value in found.items()
+            if isinstance(value, Estimate) and value.detected and value.std_error
+        }
+        if parameter.role == "derived" or len(known) < 2:
             continue
-        for name, value in values.items():
-            if isinstance(value, Estimate) and effect.parameter(name).role != "derived":
-                table[name if name == label else f"{label}.{name}"] = value
-    return table
+        first, unit = next((axis, value.unit) for axis, value in known.items())
+        try:
+            estimates = [value.to(unit) for value in known.values()]
+        except InputError:
+            continue  # of different dimensions: levels of power laws of different exponents
+        name = parameter.name if parameter.name == label else f"{label}.{parameter.name}"
+        columns = tuple(axis.column for axis in known)
+        pooled = by_errors(name, unit, estimates)
+        yield Agreement(pooled, columns, parameter, first.fit.recording.unit)
 
 
 def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
@@ -170,7 +212,7 @@ def labels_of(models: Sequence[Model]) -> list[tuple[str, ...]]:
     """
     most: dict[str, list[float]] = {}
     for model in models:
-        for kind in _kinds(model.effects):
+        for kind in Counter(e.kind for e in model):
             shapes = sorted(_first_shape(e) for e in model if e.kind == kind)
             most[kind] = max(most.get(kind, []), shapes, key=len)
     return [_labels(model, most) for model in models]

@@ -83,9 +83,15 @@ def _number_rows(label: str, cells: Sequence[_Cell | None], fits: Sequence[Fit])
     parameter = next(cell[1] for cell in cells if cell is not None)
     power = parameter.unit
     if not isinstance(power, float):
-        effect, _, value = next(cell for cell in cells if cell is not None)
-        shown = "" if value.unit == "1" else printed(value.unit, effect.follows or "")
-        return [Row(f"{label}  {shown}".rstrip(), tuple(_text(cell) for cell in cells))]
+        # What is in no other unit (per °C; a power that is fitted) has a row of each.
+        own = {cell[2].unit: cell[0].follows or "" for cell in cells if cell is not None}
+        return [
+            Row(
+                f"{label}  {'' if unit == '1' else printed(unit, follows)}".rstrip(),
+                tuple(_text(c if c is not None and c[2].unit == unit else None) for c in cells),
+            )
+            for unit, follows in own.items()
+        ]
     units = [table_unit(unit, power, parameter.sheet)]
     if (label, kind) in ALSO:
         units.append(ALSO[label, kind])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,11 +12,10 @@ from allanite.common.printing import in_table, printed
 from allanite.recording.findings import merged
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from allanite.axes.characterization import Characterization, Sensor
-    from allanite.axes.forms import Form
-    from allanite.fit.several.many import Pooled
+    from allanite.axes.forms import Agreement, Form
 
 __all__ = ["in_common", "remarks", "title"]
 
@@ -36,15 +34,15 @@ def title(found: Characterization) -> str:
 
 
 def in_common(sensor: Sensor) -> list[str]:
-    """Whether one form holds for all axes, which numbers agree, and which axes share noise."""
+    """What holds for all axes, which numbers agree, and which axes share noise."""
     if len(sensor.columns) < 2:
         return []
     if sensor.form is None:
         out = ["no one model form holds for all axes"]
     else:
-        out = [f"one form of the noise holds for all axes: {sensor.form.model}{_own(sensor.form)}"]
-        agree = [_value(p, sensor) for p in sensor.form.pooled if p.agree]
-        apart = [f"{p.name} (p {_p(p.p_value)})" for p in sensor.form.pooled if not p.agree]
+        out = [f"{sensor.form.model} holds for all axes{_besides(sensor.form)}"]
+        agree = [_value(n, sensor) for n in sensor.form.numbers if n.pooled.agree]
+        apart = [_apart(n, sensor) for n in sensor.form.numbers if not n.pooled.agree]
         if agree:
             out.append(f"the axes agree in {', '.join(agree)}")
         if apart:
@@ -57,34 +55,37 @@ def in_common(sensor: Sensor) -> list[str]:
     return [tidy(sentence) for sentence in out]
 
 
-def _own(form: Form) -> str:
-    """What an axis has beside the form: `` (besides, GyrZ has COV)``."""
-    common = Counter(form.model.split("+"))
-    own = {
-        name: list((Counter(e.short for e in fit.model) - common).elements())
-        for name, fit in form.fits.items()
-    }
-    words = [f"{name} has {', '.join(shorts)}" for name, shorts in own.items() if shorts]
-    return f" (besides, {'; '.join(words)})" if words else ""
+def _besides(form: Form) -> str:
+    """What axes show beside the form: ``; besides, acc_x has SIN, acc_z has SIN+RES``."""
+    own = [f"{name} has {'+'.join(shorts)}" for name, shorts in form.besides.items() if shorts]
+    return f"; besides, {', '.join(own)}" if own else ""
+
+
+def _listed(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def _p(value: float) -> str:
     return f"{value:.1g}" if value >= 1e-99 else "below 1e-99"
 
 
-def _value(pooled: Pooled, sensor: Sensor) -> str:
-    assert sensor.form is not None
-    fit = next(iter(sensor.form.fits.values()))
+def _over(number: Agreement, sensor: Sensor) -> str:
+    """Over which axes, where not all have a value."""
+    return "" if len(number.columns) == len(sensor.columns) else f" over {_listed(number.columns)}"
+
+
+def _apart(number: Agreement, sensor: Sensor) -> str:
+    return f"{number.pooled.name} (p {_p(number.pooled.p_value)}{_over(number, sensor)})"
+
+
+def _value(number: Agreement, sensor: Sensor) -> str:
+    pooled, declared = number.pooled, number.parameter
     value = Estimate(pooled.value, None, pooled.interval, pooled.unit)
-    label, _, name = pooled.name.rpartition(".")
-    for effect, own in zip(fit.model, fit.model.labels, strict=True):
-        if own == (label or name) or (not label and own == name):
-            declared = effect.parameter(name)
-            value = in_table(value, declared.unit, declared.sheet, fit.recording.unit)
+    value = in_table(value, declared.unit, declared.sheet, number.sample_unit)
     unit = "" if value.unit in ("", "1") else f" {printed(value.unit)}"
     assert value.interval is not None
     text = with_interval(float(value), value.interval)
-    return f"{pooled.name} = {text}{unit}, p {_p(pooled.p_value)}"
+    return f"{pooled.name} = {text}{unit}, p {_p(pooled.p_value)}{_over(number, sensor)}"
 
 
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:

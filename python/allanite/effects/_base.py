@@ -123,7 +123,7 @@ class Effect:
     def _check_limits(self) -> None:
         limits = limits_of(self.kind, self.parameters, self.limits)
         object.__setattr__(self, "limits", limits)
-        for name in self.hold:
+        for name in limits.keys() & set(self.hold):
             value = getattr(self, name)
             if value is not None and limits.clipped(name, value) != value:
                 low, high = limits[name]

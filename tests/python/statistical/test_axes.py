@@ -29,8 +29,8 @@ def test_axes_of_one_level_agree_as_often_as_they_should_and_share_nothing():
         fits = fits_of(seed, ["N(N=0.01)+K(K=3e-3)"] * 3)
         form = common_form(fits)
         assert form is not None
-        for pooled in form.pooled:
-            p_values[pooled.name].append(pooled.p_value)
+        for number in form.numbers:
+            p_values[number.pooled.name].append(number.pooled.p_value)
         alarms += any(cross.significant for cross in cross_spectra(fits))
     for values in p_values.values():
         assert len(values) == 100
@@ -46,9 +46,22 @@ def test_axes_that_differ_are_told_apart():
     found = 0
     for seed in range(40):
         form = common_form(fits_of(seed, models))
-        found += next(p for p in form.pooled if p.name == "N").p_value < 0.05
+        found += next(n for n in form.numbers if n.pooled.name == "N").pooled.p_value < 0.05
     # Power of a χ² of 2 degrees of freedom at 3.6² = 13 is 0.91.
     assert found >= binom.ppf(1e-3, 40, 0.91)
+
+
+def test_a_form_has_what_all_axes_have_and_not_what_one_lacks():
+    """K that a record of this length shows about every other time, and seven times as much on two axes of three."""
+    weak, strong = "N(N=0.01)+K(K=3e-4)", "N(N=0.01)+K(K=2e-3)"
+    left_out = kept = 0
+    for seed in range(40):
+        left_out += common_form(fits_of(seed, [weak] * 3)).model != "N+K"
+        kept += common_form(fits_of(seed, [strong, strong, "N(N=0.01)"])).model != "N"
+    # The lower end of one 95 % interval against the upper of another, of up to three pairs: 4 of 580 other records.
+    assert left_out <= binom.isf(1e-3, 40, 0.03)
+    # At 2e-3 the lower end of K is above what an axis without it allows in all but 3 of 160 other records.
+    assert kept <= binom.isf(1e-3, 40, 0.04)
 
 
 def test_numbers_of_six_axis_sensors_are_in_their_intervals():

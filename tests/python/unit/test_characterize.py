@@ -5,12 +5,10 @@ import pytest
 
 import allanite as al
 import generators as g
-from allanite.axes.characterization import Sensor
 from allanite.axes.coherence import cross_spectra
-from allanite.axes.forms import Form, labels_of
+from allanite.axes.forms import labels_of
 from allanite.axes.lines import common_lines
 from allanite.axes.triads import triads
-from allanite.axes.words import in_common
 from allanite.cli.words import WORDS
 from allanite.common.threads import side_by_side
 from documents import valid
@@ -80,12 +78,12 @@ def test_one_form_holds_and_what_differs_is_named(found):
     assert gyroscope.columns == NAMES[:3]
     assert gyroscope.form is not None
     assert gyroscope.form.model == "N+K" or "K" in gyroscope.form.model
-    pooled = {p.name: p for p in gyroscope.form.pooled}
+    pooled = {n.pooled.name: n.pooled for n in gyroscope.form.numbers}
     # 50 % apart, each known to 0.7 %.
     assert not pooled["N"].agree
     assert not gyroscope.form.agree
     assert accelerometer.form is not None
-    alike = {p.name: p for p in accelerometer.form.pooled}
+    alike = {n.pooled.name: n.pooled for n in accelerometer.form.numbers}
     assert alike["N"].agree
     low, high = alike["N"].interval
     assert low <= 0.001 <= high
@@ -234,21 +232,6 @@ def test_how_numbers_compare_with_a_data_sheet_is_said_once(found):
     assert ("bias instability is 0.664·B" in text) == any(
         "B" in s.fit.model.name.split("+") for s in found.studies.values()
     )
-
-
-def test_what_an_axis_has_beside_the_common_form_is_said():
-    fits = {
-        "gx": al.parse_model("N").fit(noise(1)),
-        "gy": al.parse_model("N+SIN(f=2)").fit(noise(2)),
-    }
-    sensor = Sensor("gyroscope", ("gx", "gy"), Form("N", fits, ()), ())
-    assert (
-        in_common(sensor)[0] == "one form of the noise holds for all axes: N (besides, gy has SIN)"
-    )
-
-
-def noise(seed):
-    return al.AngleRandomWalk(N=0.1).simulate(duration=60, rate=10, seed=seed, unit="deg/s")
 
 
 def test_what_is_one_thing_has_one_label_on_all_axes():
