@@ -18,7 +18,7 @@ A two-sided density in U²/Hz is s(w)·τ0.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
@@ -72,6 +72,14 @@ class Term:
     def scaled(self, factor: float) -> Self:
         """The same process with its variance multiplied by `factor`."""
         raise NotImplementedError
+
+    @property
+    def inside(self) -> Term:
+        """What it is in the ordinates of a record of which the first and the last sample are not looked at.
+
+        By default itself: what its ends do is little, or of more than two samples.
+        """
+        return self
 
     def spectrum(self, w: Array) -> Array:
         """Spectrum s(w) at angular frequencies `w` in (0, π] per sample; shape of `w`."""
@@ -152,10 +160,31 @@ class White(_Sized):
         return np.asarray(self.variance * (np.arange(count) > 0).astype(float))
 
 
+@dataclass(frozen=True)
 class Blue(_Sized):
-    """Differences of white noise of variance v."""
+    """Differences of white noise of variance v.
+
+    Of n differences of w_0 … w_n the ordinates are 2 sin(πj/2n) times a sine transform of w_1 … w_{n−1}, independent of
+    each other, and √(2/n) cos(πj/2n) times ±w_n − w_0: an impulse in the last sample and one in the first. Without these
+    two samples, or with the `ends` 0, the ordinates have the spectrum exactly and are independent.
+    """
+
+    ends: bool = True
 
     name = "blue"
+
+    def scaled(self, factor: float) -> Self:
+        """The variance times `factor`."""
+        return replace(self, variance=self.variance * factor)
+
+    @property
+    def inside(self) -> Blue:
+        """Without what the ends add to all ordinates."""
+        return replace(self, ends=False)
+
+    def at_ordinates(self, n: int) -> tuple[str, list[float]]:
+        """The variance; without ends the power law of the same spectrum, to which none are added."""
+        return self.kernel if self.ends else ("power_law", [2.0, self.variance, 1.0])
 
     @property
     def power(self) -> float:

@@ -11,6 +11,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.measures import Error, Misfit
 from allanite.fit.missing.completion import settle
+from allanite.fit.missing.ends import without_ends
 from allanite.fit.result import Fit
 from allanite.fit.summarised import of_summary, refused
 from allanite.summary import Summary
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from allanite.effects import Effect, Model
     from allanite.recording import Recording
 
-__all__ = ["METHODS", "Error", "Fit", "Misfit", "fit_model", "refitted", "removes"]
+__all__ = ["METHODS", "Error", "Fit", "Misfit", "completed", "fit_model", "refitted", "removes"]
 
 METHODS = ("whittle", "gls", "lines")
 
@@ -91,6 +92,9 @@ def fit_model(
         solution = solve(data, model)
     else:
         data, solution = settle(data, model)
+    inside = without_ends(data, solution)
+    if inside is not None:
+        data, solution = settle(inside, model)
     # A summary that does not keep its samples answers what a fit asks of a recording.
     source = cast("Recording", recording)
     fit = Fit(source, solution.model, "whittle", data, solution)
@@ -121,6 +125,15 @@ def refitted(fit: Fit, model: Model) -> Fit:
     _check_values(model, fit.recording.n, fit.recording.rate)
     solution = solve(fit.data, model, like=fit.solution)
     return Fit(fit.recording, solution.model, "whittle", fit.data, solution)
+
+
+def completed(fit: Fit, model: Model) -> Fit:
+    """The recording of a fit with another model by the same method; missing samples are completed under that one."""
+    if fit.method == "whittle" and fit.data.missing is None:
+        found = refitted(fit, model)
+        if without_ends(found.data, found.solution) is None:
+            return found
+    return fit_model(fit.recording, model, method=fit.method)
 
 
 def removes(effect: Effect) -> bool:

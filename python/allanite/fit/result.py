@@ -247,11 +247,9 @@ class Fit:
 
     def _with(self, model: Model) -> Fit:
         """By the same method; missing samples are completed under the new model."""
-        from allanite.fit import fit_model, refitted
+        from allanite.fit import completed
 
-        if self.method == "whittle" and self.data.missing is None:
-            return refitted(self, model)
-        return fit_model(self.recording, model, method=self.method)
+        return completed(self, model)
 
     def simulate(self, **options: Any) -> Recording:
         """Samples of the fitted model at the recording's rate and unit; `options` as of `Model.simulate`."""

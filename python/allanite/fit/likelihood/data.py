@@ -90,6 +90,11 @@ class Data:
         return 0.0 if self.missing is None else np.count_nonzero(self.missing) / self.missing.size
 
     @property
+    def ends_out(self) -> bool:
+        """Whether the first and the last sample are missing, and with them what the ends add to every ordinate."""
+        return self.missing is not None and bool(self.missing[0] and self.missing[-1])
+
+    @property
     def duration(self) -> float:
         """Seconds."""
         return self.n / self.rate
@@ -101,11 +106,14 @@ class Data:
 
     def terms(self, model: Model) -> tuple[Term, ...]:
         """Primitive terms of a model with values, for this record."""
-        return model.terms(self.rate, self.span)
+        return self._seen(model.terms(self.rate, self.span))
 
     def unit_terms(self, model: Model, effect: Stochastic) -> tuple[Term, ...]:
         """Primitive terms of one effect at coefficient 1, for this record."""
-        return model.unit_terms(effect, self.rate, self.span)
+        return self._seen(model.unit_terms(effect, self.rate, self.span))
+
+    def _seen(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
+        return tuple(term.inside for term in terms) if self.ends_out else terms
 
     def octaves(
         self,

@@ -100,12 +100,15 @@ def column_of(model: Model, effect: Stochastic, data: Data) -> NDArray[np.float6
     return _own(effect, model.modifiers if effect.white else model.filters, data)
 
 
-def means(model: Model, data: Data) -> NDArray[np.float64]:
-    """Expected power in each bin of a model with values, as if no sample were missing, shape (bins,)."""
+def means(model: Model, data: Data, ends_out: bool = False) -> NDArray[np.float64]:
+    """Expected power in each bin of a model with values, as if no sample were missing, shape (bins,).
+
+    Or, with `ends_out`, none but the first and the last.
+    """
     total = np.zeros(data.bins.count.size)
     for effect in model.stochastic:
         acting = model.modifiers if effect.white else model.filters
-        own = _behind(_open(effect), acting, data.rate, data.span, data.n)
+        own = _behind(_open(effect), acting, data.rate, data.span, data.n, ends_out)
         total += getattr(effect, effect.coefficient) ** 2 * own
     return total
 
@@ -116,7 +119,7 @@ def _own(effect: Stochastic, acting: tuple[Modifier, ...], data: Data) -> NDArra
     opened, mixing = _open(effect), data.mixing
 
     def own() -> NDArray[np.float64]:
-        return _behind(opened, acting, data.rate, data.span, data.n)
+        return _behind(opened, acting, data.rate, data.span, data.n, data.ends_out)
 
     return own() if mixing is None else data.mixed.get((opened, acting), lambda: mixing @ own())
 
@@ -136,9 +139,15 @@ def _behind(
     rate: float,
     span: tuple[float, float],
     n: int,
+    ends_out: bool,
 ) -> NDArray[np.float64]:
     """`column_of` an effect behind these modifiers, in a record without holes."""
     terms = Model((*acting, effect)).unit_terms(effect, rate, span)
+    if ends_out:
+        inside = tuple(term.inside for term in terms)
+        if inside == terms:
+            return _behind(effect, acting, rate, span, n, False)
+        terms = inside
     column = _column(terms, n)
     if is_narrow(effect):
         # The nodes of a bin miss it.

@@ -305,7 +305,7 @@ def flat_about(model: Model, place: int, data: Data) -> bool:
 
 def _rest(model: Model, near: NDArray[np.int64], data: Data) -> Array:
     """The mean density of each of some bins, at each of their ordinates."""
-    return np.repeat(means(model, data)[near], _sizes(near, data))
+    return np.repeat(means(model, data, data.ends_out)[near], _sizes(near, data))
 
 
 def _sizes(near: NDArray[np.int64], data: Data) -> NDArray[np.int64]:
