@@ -122,7 +122,7 @@ class DriftingResonance(Moving):
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Dampings from a line to a band."""
-        return np.array([1e-3, 3e-3, 0.01, 0.03, 0.1])
+        return np.array([1e-3, 3e-3, 0.01, 0.03, 0.1, 0.35])
 
     @property
     def occupies(self) -> tuple[float, float] | None:

@@ -25,6 +25,9 @@ RESOLVED = 2.0
 class Resonance(Stochastic):
     """r(t) = rms² e^{−ζω0t}(cos ω_d t + ζω0/ω_d sin ω_d t), ω_d = ω0 √(1−ζ²).
 
+    The maximum of the density is at f √(1−2ζ²). There is none from ζ = 0.71 on, where it is noise behind a low-pass of
+    second order; so ζ is at most 0.7.
+
     References
     ----------
     Wang, M. C. & Uhlenbeck, G. E. (1945). On the theory of the Brownian motion II. Rev. Mod. Phys. 17, 323.
@@ -57,7 +60,7 @@ class Resonance(Stochastic):
             symbol="f",
         ),
         Parameter(
-            "damping", "1", "damping ratio ζ", "shape", low=1e-9, high=0.3, aliases=("zeta",)
+            "damping", "1", "damping ratio ζ", "shape", low=1e-9, high=0.7, aliases=("zeta",)
         ),
         Parameter("rms", 0.0, "standard deviation of the process"),
     )
@@ -78,11 +81,11 @@ class Resonance(Stochastic):
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """Frequencies from 20/T to Nyquist, every tenth or, where the damping is known, close enough to miss no peak of it.
 
-        Dampings are from a line of the bins' width to a band. Twice the largest is as far as a fit goes: beyond it there is
-        no peak, and a broad shape has other names.
+        Dampings are from a line of the bins' width to a band. Twice the largest is where a fit ends, at its limit: there is
+        no peak beyond it.
         """
         if name == "damping":
-            return np.array([0.01, 0.03, 0.1])
+            return np.array([0.01, 0.03, 0.1, 0.35])
         low, high = 20.0 * rate / n, 0.48 * rate
         apart = 0.1 if self.damping is None else float(np.clip(1.3 * self.damping, 0.025, 0.1))
         return np.geomspace(low, high, max(4, int(np.log(high / low) / apart)))

@@ -76,7 +76,7 @@ def solve(
     def fit(tried: Model) -> Solution:
         return _fit(data, tried, start, like, polish, settled, rounds)
 
-    return within_limits(model, fit) if any(e.limits or e.at_limit for e in model) else fit(model)
+    return within_limits(model, fit)
 
 
 def _fit(

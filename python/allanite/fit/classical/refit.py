@@ -41,7 +41,7 @@ def refit(fit: Fit, method: str) -> Fit:
     InputError
         Lines for a model that has other effects than Q, N, B, K, R; held coefficients; limits.
     """
-    if any(e.held or e.limits for e in fit.model):
+    if any(e.hold or e.limits for e in fit.model):
         raise InputError(f"method {method!r} cannot hold values or keep to limits: use whittle")
     values = _gls(fit) if method == "gls" else _lines(fit)
     solution, bins = fit.solution, fit.data.bins

@@ -59,10 +59,12 @@ class Alternative:
 
 
 def may_leave(effect: Effect) -> bool:
-    """Whether a search may take an effect out: not the white one, what takes samples out, or what the user holds."""
+    """Whether a search may take an effect out: not the white one, what takes samples out, what the user holds or limits."""
     white = isinstance(effect, Stochastic) and effect.white
     removes = isinstance(effect, Modifier) and effect.removes
-    return not (white or removes or effect.held)
+    # Not a shape that is only at the end of its own range.
+    asked = effect.held & {*effect.hold, *effect.limits}
+    return not (white or removes or asked)
 
 
 def alternatives(fit: Fit, place: int) -> Iterator[Alternative]:

@@ -1,4 +1,4 @@
-"""Numbers that must stay within limits: an active set.
+"""Numbers that must stay within limits, given ones or those of the range of a shape: an active set.
 
 All are fitted freely; those beyond their limits are held at the nearer one and the rest is fitted again, until none is
 beyond. Then each is let go again where that raises logL and leaves it, and all others, within their limits (Gill, Murray &
@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.effects import Deterministic, Model
+from allanite.effects._limits import Limits
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -84,18 +85,28 @@ def _beyond(model: Model, held: Held) -> Held:
     """Numbers at or beyond a limit that are not held, and the limit."""
     out = {}
     for place, effect in enumerate(model):
-        for name in effect.limits:
+        for name in {*effect.limits, *_ranged(effect)}:
             value = effect.values[name]
             if name in effect.hold or (place, name) in held or value is None:
                 continue
             limit = effect.limits.reached(name, value)
+            if limit is None and name in _ranged(effect):
+                declared = effect.parameter(name)
+                limit = Limits({name: (declared.low, declared.high)}).reached(name, value)
             if limit is not None:
                 out[place, name] = limit
     return out
 
 
+def _ranged(effect: Effect) -> tuple[str, ...]:
+    """Shapes of the random part that a fit may move: what is at the end of its range is no maximum, as at a limit."""
+    return () if isinstance(effect, Deterministic) else effect.free_shapes
+
+
 def _moved_in(effect: Effect) -> Effect:
     """With starting values within the limits, and nothing held at them yet."""
+    if not effect.limits and not effect.at_limit:
+        return effect
     values = {
         name: effect.limits.clipped(name, value)
         for name in effect.limits

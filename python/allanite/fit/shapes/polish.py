@@ -34,6 +34,8 @@ __all__ = ["polish"]
 Array = NDArray[np.float64]
 #: Widest first step of a shape (in ln; of a signed one, itself) and narrowest that is still tried.
 TRUST, NARROWEST = 0.5, 1e-5
+#: Less than tells a number from its limit.
+ROUNDING = 1e-12
 #: Most steps; a rise below ENOUGH ends the climb.
 STEPS, ENOUGH = 60, 1e-4
 #: The same for candidates, which are only compared.
@@ -64,7 +66,9 @@ class _Shapes:
                 continue
             least, most = effect.search_ends(name, part.data.n, part.data.rate)
             low = max(low, least, 1e-300)
-            limits.append((np.log(low), np.log(max(low, min(high, most)))))
+            # The exponential of a logarithm may be off by a rounding: none is beyond the range of its number.
+            ends = np.log(low), np.log(max(low, min(high, most)))
+            limits.append((ends[0] + ROUNDING, max(ends[0] + ROUNDING, ends[1] - ROUNDING)))
         return cls(model, tuple(places), tuple(signed), np.array(limits).reshape(-1, 2))
 
     def start(self) -> Array:
