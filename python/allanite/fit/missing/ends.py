@@ -32,6 +32,8 @@ def without_ends(data: Data, solution: Solution) -> Data | None:
     """The record without its first and last sample where, under the model, what the ends add matters; else None."""
     if data.ends_out or data.ordinates.size != data.n:
         return None
+    if all(term.inside is term for term in data.terms(solution.model)):
+        return None
     whole, inside = (means(solution.model, data, ends_out) for ends_out in (False, True))
     share = 1.0 - inside / np.maximum(whole, 1e-300)
     if 0.5 * float(data.bins.count @ share**2) <= NOTICED:
