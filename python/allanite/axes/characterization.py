@@ -10,6 +10,7 @@ from allanite import _kernels
 from allanite.axes.coherence import CrossSpectrum, cross_spectra
 from allanite.axes.forms import Form, common_form
 from allanite.axes.lines import CommonEvent, CommonLine, common_events, common_lines
+from allanite.axes.shared import SharedNoise, shared_noise
 from allanite.axes.triads import NAMES, triads
 from allanite.axes.twin import samples_of, twin
 from allanite.common import verbs
@@ -38,9 +39,9 @@ class Sensor:
         ``gyroscope``, ``accelerometer`` or ``clock``.
     columns : tuple of str
     form : Form or None
-        The one model form that holds for all of them; None where none does, or there is one axis.
+        What holds for all of them; None where nothing does, or there is one axis.
     cross : tuple of CrossSpectrum
-        Of every pair.
+        Of every pair of them.
     """
 
     name: str
@@ -69,11 +70,17 @@ class Common:
         Lines and resonances that several axes see, of any sensor.
     events : tuple of CommonEvent
         What happened to the bias of several axes at one time.
+    cross : tuple of CrossSpectrum
+        Of every pair of axes of two sensors.
+    shared : tuple of SharedNoise
+        What is significant in cross-spectra, of one sensor or of several, each once.
     """
 
     sensors: tuple[Sensor, ...]
     lines: tuple[CommonLine, ...]
     events: tuple[CommonEvent, ...]
+    cross: tuple[CrossSpectrum, ...]
+    shared: tuple[SharedNoise, ...]
 
     def to_dict(self) -> dict[str, Any]:
         """``common`` of the contract."""
@@ -81,6 +88,8 @@ class Common:
             "sensors": [s.to_dict() for s in self.sensors],
             "lines": [line.to_dict() for line in self.lines],
             "events": [event.to_dict() for event in self.events],
+            "cross_spectra": [c.to_dict() for c in self.cross],
+            "shared_noise": [one.to_dict() for one in self.shared],
         }
 
 
@@ -183,11 +192,17 @@ def common_of(studies: Mapping[str, Study]) -> Common:
     """
     fits = {name: study.fit for name, study in studies.items()}
     groups = triads(fit.recording for fit in fits.values())
+    cross = cross_spectra(fits)
 
     def sensor(names: tuple[str, ...]) -> Callable[[], Sensor]:
         own = {name: fits[name] for name in names}
         kind = kind_of_sensor(names[0], own[names[0]].recording.unit)
-        return lambda: Sensor(NAMES[kind], names, common_form(own), cross_spectra(own))
+        within = tuple(c for c in cross if own.keys() >= {*c.columns})
+        return lambda: Sensor(NAMES[kind], names, common_form(own), within)
 
     sensors = results(side_by_side([sensor(names) for names in groups]))
-    return Common(tuple(sensors), common_lines(fits), common_events(fits))
+    within = {c for one in sensors for c in one.cross}
+    between = tuple(c for c in cross if c not in within)
+    lines = common_lines(fits)
+    shared = shared_noise(cross, lines, fits)
+    return Common(tuple(sensors), lines, common_events(fits), between, shared)

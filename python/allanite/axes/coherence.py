@@ -1,4 +1,4 @@
-"""Cross-spectra of what the models leave: do the axes of a sensor share noise?
+"""Cross-spectra of what the models leave: do axes, of one sensor or of several, share noise?
 
 Residuals are whitened by their own models, so that the ordinates of a band are alike and nothing leaks. If two axes are
 independent, the squared coherence of K ordinates has P(> c) = (1 − c)^(K − 1) exactly, whatever one of the two is (Bendat &
@@ -8,6 +8,7 @@ Piersol, Random Data, 4th ed., 9.2.3).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from allanite import _kernels
 from allanite.common.parameters import NORMAL
+from allanite.common.threads import results, side_by_side
 from allanite.fit.likelihood.stop_band import mostly_empty
 from allanite.fit.likelihood.whitened import ends_of, whitened_ordinates
 
@@ -94,37 +96,29 @@ class CrossSpectrum:
         """JSON form."""
         return {"columns": list(self.columns), "bands": [b.to_dict() for b in self.bands]}
 
-    def __str__(self) -> str:
-        found = self.significant
-        if not found:
-            return f"{self.columns[0]} and {self.columns[1]}: independent"
-        top = found[0]
-        low, high = top.interval
-        where = f"{top.low:.3g}–{top.high:.3g} Hz"
-        more = f" and {len(found) - 1} more" if len(found) > 1 else ""
-        return (
-            f"{self.columns[0]} and {self.columns[1]}: coherence {top.coherence:.2g} (chance {top.chance:.1g}), "
-            f"correlation {top.correlation:.2g} ({low:.2g} … {high:.2g}) at {where}{more}"
-        )
-
 
 def cross_spectra(fits: Mapping[str, Fit]) -> tuple[CrossSpectrum, ...]:
-    """Coherence of the residuals of every pair of columns of one length."""
-    sizes = {fit.data.n for fit in fits.values()}
-    if len(fits) < 2 or len(sizes) > 1:
-        return ()
-    n, rate = sizes.pop(), next(iter(fits.values())).data.rate
-    white = {name: _white(fit) for name, fit in fits.items()}
-    edges = _octaves(n // 2)
-    # Ordinate k of a period is 2k of the half periods.
-    seen = [fit.data.bins for fit in fits.values()]
-    edges = [e for e in edges if not any(mostly_empty(b, 2 * e[0], 2 * e[1]) for b in seen)]
-    pairs = list(combinations(fits, 2))
-    level = LEVEL / max(1, len(pairs) * len(edges))
-    return tuple(
-        CrossSpectrum((a, b), tuple(_band(white[a], white[b], e, rate / n, level) for e in edges))
-        for a, b in pairs
-    )
+    """Coherence of the residuals of every pair of columns of one length and rate."""
+    pairs = {}
+    for a, b in combinations(fits, 2):
+        one, other = fits[a].data, fits[b].data
+        if (one.n, one.rate) == (other.n, other.rate):
+            # Ordinate k of a period is 2k of the half periods.
+            pairs[a, b] = [
+                e
+                for e in _octaves(one.n // 2)
+                if not any(mostly_empty(data.bins, 2 * e[0], 2 * e[1]) for data in (one, other))
+            ]
+    names = [name for name in fits if any(name in pair for pair in pairs)]
+    tasks = [partial(_white, fits[name]) for name in names]
+    white = dict(zip(names, results(side_by_side(tasks)), strict=True))
+    level = LEVEL / max(1, sum(map(len, pairs.values())))
+    out = []
+    for (a, b), edges in pairs.items():
+        step = fits[a].data.rate / fits[a].data.n
+        bands = tuple(_band(white[a], white[b], e, step, level) for e in edges)
+        out.append(CrossSpectrum((a, b), bands))
+    return tuple(out)
 
 
 def _white(fit: Fit) -> NDArray[np.complex128]:

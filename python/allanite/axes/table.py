@@ -6,7 +6,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from allanite.axes.rows import Row, convention, legend, rows
-from allanite.axes.words import in_common, remarks
+from allanite.axes.words import in_common, remarks, seen_by_several
 from allanite.axes.words import title as heading
 from allanite.common.errors import CALL
 
@@ -39,16 +39,15 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
     compared = convention(study.fit for study in found.studies.values())
     if compared:
         lines += ["", *wrap(compared, width)]
-    common = [*map(str, found.common.lines), *map(str, found.common.events)]
-    if common:
-        lines += ["", "seen by several axes"]
-        for one in common:
-            lines += _wrapped(one, width)
-    told = remarks(found, words)
-    if told:
-        lines += ["", "remarks"]
-        for remark in told:
-            lines += _wrapped(remark, width)
+    told = {
+        "seen by several axes": seen_by_several(found.common),
+        "remarks": remarks(found, words),
+    }
+    for head, sentences in told.items():
+        if sentences:
+            lines += ["", head]
+            for sentence in sentences:
+                lines += _wrapped(sentence, width)
     return "\n".join(lines)
 
 

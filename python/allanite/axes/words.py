@@ -14,10 +14,10 @@ from allanite.recording.findings import merged
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from allanite.axes.characterization import Characterization, Sensor
+    from allanite.axes.characterization import Characterization, Common, Sensor
     from allanite.axes.forms import Agreement, Form
 
-__all__ = ["in_common", "remarks", "title"]
+__all__ = ["in_common", "remarks", "seen_by_several", "title"]
 
 
 def title(found: Characterization) -> str:
@@ -34,7 +34,7 @@ def title(found: Characterization) -> str:
 
 
 def in_common(sensor: Sensor) -> list[str]:
-    """What holds for all axes, which numbers agree, and which axes share noise."""
+    """What holds for all axes, which numbers agree, and whether the axes share noise."""
     if len(sensor.columns) < 2:
         return []
     if sensor.form is None:
@@ -47,12 +47,17 @@ def in_common(sensor: Sensor) -> list[str]:
             out.append(f"the axes agree in {', '.join(agree)}")
         if apart:
             out.append(f"the axes differ in {', '.join(apart)}")
-    shared = [str(cross) for cross in sensor.cross if cross.significant]
-    if shared:
-        out += [f"shared noise: {text}" for text in shared]
-    elif sensor.cross:
+    if sensor.cross and not any(cross.significant for cross in sensor.cross):
         out.append("what the models leave is independent between axes")
     return [tidy(sentence) for sentence in out]
+
+
+def seen_by_several(common: Common) -> list[str]:
+    """Lines, events and noise that axes of one sensor or of several have in common, each once."""
+    of_lines = {one.line: one for one in common.shared if one.line is not None}
+    rest = [one for one in common.shared if one.line is None]
+    lines = [of_lines.get(line, line) for line in common.lines]
+    return [tidy(str(one)) for one in (*lines, *common.events, *rest)]
 
 
 def _besides(form: Form) -> str:

@@ -6,8 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.axes.rows import convention, legend, rows
-from allanite.axes.words import in_common, remarks
-from allanite.common.numbers import tidy
+from allanite.axes.words import in_common, remarks, seen_by_several
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
 from allanite.report.words import COMPLETED
 
@@ -34,9 +33,10 @@ def overview(found: Characterization) -> list[Block]:
     told = convention(study.fit for study in found.studies.values())
     if told:
         out.append(Paragraph(f"{told}.", "quiet"))
-    if found.common.lines:
+    seen = tuple(seen_by_several(found.common))
+    if seen:
         out.append(Heading("Seen by several axes"))
-        out.append(Bullets(tuple(tidy(str(line)) for line in found.common.lines)))
+        out.append(Bullets(seen))
     figure = replace(found.plot(), title="", subtitle="")
     caption = "Allan deviation of every axis: measured, with 95 % intervals, and its last model."
     if any(study.fit.data.missing is not None for study in found.studies.values()):

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.blas import one_thread
+from allanite.common.errors import TooShortError
 from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
 from allanite.effects import Away, Modifier, Stochastic
@@ -215,7 +216,10 @@ def _is_line(effect: Effect | None) -> bool:
 
 def _rung(ladder: Sequence[Rung], suggestion: Suggestion, check: Check) -> Rung | None:
     """The rung that a suggestion leads to, if it helps; it knows how many tests were made for it."""
-    rung = _helpful(ladder, suggestion, check)
+    try:
+        rung = _helpful(ladder, suggestion, check)
+    except TooShortError:
+        return None  # of a short record it would leave too little
     if rung is None:
         return None
     hardly = suggestion.effect_happens_once and suggestion.log10_p > SURE

@@ -9,7 +9,7 @@ from scipy.stats import binom, kstest
 import allanite as al
 from allanite.axes.coherence import cross_spectra
 from allanite.axes.forms import common_form
-from six_axes import NAMES, six_axes
+from six_axes import NAMES, UNITS, six_axes
 
 pytestmark = pytest.mark.statistical
 
@@ -49,6 +49,26 @@ def test_axes_that_differ_are_told_apart():
         found += next(n for n in form.numbers if n.pooled.name == "N").pooled.p_value < 0.05
     # Power of a χ² of 2 degrees of freedom at 3.6² = 13 is 0.91.
     assert found >= binom.ppf(1e-3, 40, 0.91)
+
+
+def test_what_is_common_to_two_sensors_is_found_and_nothing_else():
+    """White noise of six axes at 100 Hz; a fifth of the variance of one axis of each sensor is the same noise."""
+    alarms = found = 0
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        x, common = rng.standard_normal((2000, 6)), rng.standard_normal(2000)
+        for shared in (0.0, 0.2):
+            for i in (0, 4):
+                x[:, i] = np.sqrt(1.0 - shared) * x[:, i] + np.sqrt(shared) * common
+            log = al.Recording(x, 100.0, unit=UNITS, columns=NAMES)
+            cross = cross_spectra({c.columns[0]: al.fit_model(c, "N") for c in log})
+            pairs = [c.columns for c in cross if c.significant]
+            alarms += bool(set(pairs) - {(NAMES[0], NAMES[4])} or (pairs and not shared))
+            found += shared > 0.0 and (NAMES[0], NAMES[4]) in pairs
+    # 1 % over all pairs of each record.
+    assert alarms <= binom.isf(1e-3, 120, 0.01)
+    # A coherence of 0.04 of 500 ordinates is 20 of an exponential law's mean; chance asks for ln(15·7/0.01) = 9.3.
+    assert found >= binom.ppf(1e-3, 60, 0.9)
 
 
 def test_a_form_has_what_all_axes_have_and_not_what_one_lacks():

@@ -111,7 +111,7 @@ def _saved(tab: Tab) -> dict[str, Any]:
 
 def _common(tab: Tab) -> dict[str, Any]:
     """What the axes share: agreement of their models, shared noise, lines seen by several."""
-    from allanite.axes.words import in_common
+    from allanite.axes.words import in_common, seen_by_several
 
     names = tab.work.recording.columns
     steps = [(n, one.step) for n, one in zip(names, tab.board.ladders, strict=True)]
@@ -124,7 +124,7 @@ def _common(tab: Tab) -> dict[str, Any]:
             {"name": s.name, "columns": list(s.columns), "sentences": in_common(s)}
             for s in found.sensors
         ],
-        "lines": [*map(str, found.lines), *map(str, found.events)],
+        "lines": seen_by_several(found),
     }
 
 

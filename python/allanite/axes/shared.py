@@ -1,0 +1,165 @@
+"""Noise that several axes share, each named once, and with the line or resonance that it is of where that is named."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from allanite.axes.coherence import CrossBand, CrossSpectrum
+    from allanite.axes.lines import CommonLine
+    from allanite.fit.result import Fit
+
+__all__ = ["SharedNoise", "shared_noise"]
+
+T = TypeVar("T")
+
+#: Part of a coherence that a named effect has to make to explain it: shares of a spectrum are known roughly.
+EXPLAINS = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class SharedNoise:
+    """Noise of several columns that is coherent, in neighbouring octaves.
+
+    Attributes
+    ----------
+    columns : tuple of str
+    low, high : float
+        Hz.
+    pair : tuple of str
+        Of which it is surest.
+    band : CrossBand
+        The octave of that pair.
+    line : CommonLine or None
+        The line or resonance seen by these columns that it is of.
+    """
+
+    columns: tuple[str, ...]
+    low: float
+    high: float
+    pair: tuple[str, str]
+    band: CrossBand
+    line: CommonLine | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {
+            "columns": list(self.columns),
+            "low_hz": self.low,
+            "high_hz": self.high,
+            "pair": list(self.pair),
+            "coherence": self.band.coherence,
+            "line_hz": None if self.line is None else self.line.frequency,
+        }
+
+    def __str__(self) -> str:
+        where = f"{self.low:.3g}–{self.high:.3g} Hz"
+        coherence = f"coherence {self.band.coherence:.2g} (chance {self.band.chance:.1g})"
+        if self.line is not None:
+            return f"{self.line}; {coherence} at {where}"
+        low, high = self.band.interval
+        of = f" of {' and '.join(self.pair)}" if len(self.columns) > 2 else ""
+        correlation = f"correlation {self.band.correlation:.2g} ({low:.2g} … {high:.2g})"
+        return f"shared noise at {where}: {', '.join(self.columns)}; {coherence}, {correlation}{of}"
+
+
+_Pair = tuple[tuple[str, str], "CrossBand"]
+
+
+def shared_noise(
+    cross: Sequence[CrossSpectrum], lines: Sequence[CommonLine], fits: Mapping[str, Fit]
+) -> tuple[SharedNoise, ...]:
+    """What is significant in cross-spectra, each once: what is of lines that are named, then the rest, lowest first.
+
+    Pairs of an octave that have a column in common are one, and so are neighbouring octaves where the columns of one are
+    among those of the other.
+    """
+    of_lines: dict[CommonLine, list[_Pair]] = {}
+    rest: list[_Pair] = []
+    for spectrum in cross:
+        for band in spectrum.significant:
+            one = (spectrum.columns, band)
+            made = {line: _made_by(line, *one, fits) for line in lines}
+            line = max(made, key=lambda of: made[of], default=None)
+            if line is not None and made[line] >= EXPLAINS * band.coherence:
+                of_lines.setdefault(line, []).append(one)
+            else:
+                rest.append(one)
+    octaves = _joined(rest, lambda a, b: _alike(a[1], b[1]) and not {*a[0]}.isdisjoint(b[0]))
+    groups = [[one for octave in group for one in octave] for group in _joined(octaves, _beside)]
+    groups.sort(key=lambda group: min(band.low for _, band in group))
+    named = [_shared(line.columns, pairs, line) for line, pairs in of_lines.items()]
+    return (*named, *(_shared(tuple(c for c in fits if c in _columns(g)), g, None) for g in groups))
+
+
+def _shared(
+    columns: tuple[str, ...], pairs: Sequence[_Pair], line: CommonLine | None
+) -> SharedNoise:
+    # Few ordinates have a larger coherence by chance.
+    pair, band = max(pairs, key=lambda one: one[1].coherence / one[1].chance)
+    low, high = min(b.low for _, b in pairs), max(b.high for _, b in pairs)
+    return SharedNoise(columns, low, high, pair, band, line)
+
+
+def _columns(pairs: Iterable[_Pair]) -> set[str]:
+    return {column for pair, _ in pairs for column in pair}
+
+
+def _alike(one: CrossBand, other: CrossBand) -> bool:
+    return (one.low, one.high) == (other.low, other.high)
+
+
+def _beside(one: Sequence[_Pair], other: Sequence[_Pair]) -> bool:
+    """Whether two octaves are neighbours, the columns of one among those of the other."""
+    (_, a), (_, b) = one[0], other[0]
+    if a.high != b.low and a.low != b.high:
+        return False
+    mine, yours = _columns(one), _columns(other)
+    return mine <= yours or mine >= yours
+
+
+def _joined(items: Iterable[T], joins: Callable[[T, T], bool]) -> list[list[T]]:
+    """Items in groups, each with all that it joins."""
+    groups: list[list[T]] = []
+    for item in items:
+        near = [any(joins(item, one) for one in group) for group in groups]
+        together = [
+            one for group, is_near in zip(groups, near, strict=True) if is_near for one in group
+        ]
+        apart = [group for group, is_near in zip(groups, near, strict=True) if not is_near]
+        groups = [*apart, [*together, item]]
+    return groups
+
+
+def _made_by(
+    line: CommonLine, pair: tuple[str, str], band: CrossBand, fits: Mapping[str, Fit]
+) -> float:
+    """Squared coherence that a line makes in an octave if all of it is common to both columns."""
+    shares = [_share(line, name, fits[name]) for name in pair if name in line.columns]
+    if len(shares) < 2:
+        return 0.0
+    data = fits[pair[0]].data
+    low, high = (round(2.0 * data.n * f / data.rate) for f in (band.low, band.high))
+    width = np.diff(np.clip(data.bins.edges, low, high))
+    return float(width @ np.sqrt(shares[0] * shares[1]) / max(width.sum(), 1)) ** 2
+
+
+def _share(line: CommonLine, column: str, fit: Fit) -> NDArray[np.float64]:
+    """Part of each bin that the random process of a line makes on a column; 0 of a known function, which is taken out."""
+    kind = line.kinds[line.columns.index(column)]
+    own = [process for process in fit.solution.processes if process.effect.kind == kind]
+    if not own:
+        return np.zeros(fit.solution.spectrum.size)
+
+    def away(place: int) -> float:
+        middle = np.mean(own[place].effect.occupies or line.frequency)
+        return abs(float(middle) - line.frequency)
+
+    return np.asarray(own[min(range(len(own)), key=away)].power / fit.solution.spectrum)
