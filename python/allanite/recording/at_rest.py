@@ -28,6 +28,16 @@ WINDOW = 25
 LIMITS = {ANGULAR_RATE: (math.radians(1.0), "rad/s"), ACCELERATION: (0.3, "m/s^2")}
 #: The same of averages of 1 s, where motion is slow: driving, a boat.
 SLOW = {ANGULAR_RATE: (math.radians(0.6), "rad/s"), ACCELERATION: (0.12, "m/s^2")}
+#: Averages of which three neighbours tell what is noise, s: motion changes little within them, and most filters of a sensor
+#: are faster.
+SHORT = 0.05
+#: Noise of these is white, and that of longer averages, where the usual change between such is at most so many times what
+#: white noise makes. A road and rotors make more.
+WHITE = 1.5
+#: Standard errors of an activity by which it then has to exceed what that noise makes: one window of a column in 10 000
+#: does by chance, where five changes make a window, of more changes fewer. Steps of a walker in a part of a record are said
+#: from three times the noise of an average on, slow turns from eight times.
+SURELY = 6.0
 #: Change of direction of gravity that is no drift of three accelerometers, degrees.
 TILT = 10.0
 #: Activity against that of the quietest quarter of the record, above which a window is not quiet, but
@@ -36,6 +46,8 @@ LOUD, LEAST = 6.0, 0.2
 #: Relative scatter of an activity found from k changes is this over √k: the median of k normal magnitudes has a standard
 #: error of 0.787/√k of their deviation, and lies at 0.6745 of it.
 SCATTER = 1.17
+#: Samples of an average from which on it is the middle of three.
+MANY = 9
 #: Averages in a row, and the one before, that a tap takes at most.
 BRIEF = 4
 #: Share of the windows in motion above which the record is said to move.
@@ -54,7 +66,7 @@ class Rest:
         Share of the windows that move more than any noise.
     activity, limit : float
         Usual change between averages of the column that moves most, where it moves, and that of the worst
-        sensor at rest, in `unit`.
+        sensor at rest with the white noise that neighbouring samples tell of, in `unit`.
     column, unit : str
         That column.
     tilt : float
@@ -98,15 +110,20 @@ def rest_of(recording: Recording) -> Rest | None:
         for average, limits in ((AVERAGE, LIMITS), (1.0, SLOW)):
             level, si = limits[kind]
             m = max(1, round(average * recording.rate))
-            found = _activity(x, m, length) * conversion(recording.units[at], si)
-            # Few changes make a noisy window: noise below the limit must not pass it by chance.
-            least = level * (1.0 + 2.0 * SCATTER / math.sqrt(_changes(m, length)))
+            to_si = conversion(recording.units[at], si)
+            found = _activity(x, m, length) * to_si
+            noise = _noise(x, m, recording.rate, length) * to_si
+            if np.median(found) > WHITE * np.median(noise):
+                noise = np.zeros(found.size)
+            # Few changes make a noisy window: noise must not pass the limit by chance.
+            scatter = SCATTER / math.sqrt(_changes(m, length))
+            least = np.hypot(level * (1.0 + 2.0 * scatter), noise * (1.0 + SURELY * scatter))
             excess = np.maximum(excess, found / level)
             sure = np.maximum(sure, found / least)
-            over = found[found > least]
-            usual = float(np.median(over if over.size else found))
-            if usual / level >= worst[0]:
-                worst = (usual / level, usual, level)
+            some = found > least if np.any(found > least) else np.ones(found.size, dtype=bool)
+            usual, limit = float(np.median(found[some])), math.hypot(level, np.median(noise[some]))
+            if usual / limit >= worst[0]:
+                worst = (usual / limit, usual, limit)
                 name, unit = recording.columns[at], si
         quieter = float(np.quantile(excess, 0.25))
         noisy = (sure > 1.0) | (excess > max(LOUD * quieter, LEAST))
@@ -138,17 +155,30 @@ def _column(recording: Recording, at: int) -> NDArray[Any]:
     return x * recording.rate if recording.quantity == "increment" else x
 
 
-def _moves(x: NDArray[np.float64], m: int) -> NDArray[np.float64]:
-    """Change from each average of m samples to the next, shape (averages − 1,)."""
+def _moves(x: NDArray[np.float64], m: int, order: int = 1) -> NDArray[np.float64]:
+    """Change from each average of m samples to the next, shape (averages − order,); or changes of those."""
     groups = x[: x.size // m * m].reshape(-1, m)
     # A few outliers in a group must not move it: the middle of three thirds where there are so many.
-    mean = groups.mean(axis=1) if m < 9 else np.median(_thirds(groups), axis=1)
-    return np.abs(np.diff(mean))
+    mean = groups.mean(axis=1) if m < MANY else np.median(_thirds(groups), axis=1)
+    return np.abs(np.diff(mean, order))
 
 
-def _activity(x: NDArray[np.float64], m: int, length: int) -> NDArray[np.float64]:
+def _noise(x: NDArray[np.float64], m: int, rate: float, length: int) -> NDArray[np.float64]:
+    """Activity of averages of m samples, of each window, that white noise makes, by changes of changes of short ones.
+
+    0 where such averages are no shorter: of few samples a second none tells noise from motion.
+    """
+    short = max(1, round(SHORT * rate))
+    if short >= m:
+        return np.zeros(max(x.size // length, 1))
+    # The middle of three thirds scatters by 0.670 √3 of what their mean does.
+    middle = 1.16 if short < MANY <= m else 1.0
+    return _activity(x, short, length, order=2) * (middle * math.sqrt(short / m))
+
+
+def _activity(x: NDArray[np.float64], m: int, length: int, order: int = 1) -> NDArray[np.float64]:
     """Usual change between averages of m samples, of each window: shape (windows,)."""
-    moves = _moves(x, m)
+    moves = _moves(x, m, order)
     per = _changes(m, length)
     windows = max(x.size // length, 1)
     if not moves.size:
@@ -159,8 +189,8 @@ def _activity(x: NDArray[np.float64], m: int, length: int) -> NDArray[np.float64
         found = np.nanmedian(
             np.where(np.isfinite(moves).any(axis=1, keepdims=True), moves, 0.0), axis=1
         )
-    # Median of |difference of two averages| → their standard deviation: Φ⁻¹(¾) = 0.6745.
-    found = found / (0.6745 * math.sqrt(2))
+    # Median of |difference of two averages| → their standard deviation: Φ⁻¹(¾) = 0.6745; of three (1, −2, 1) √6.
+    found = found / (0.6745 * math.sqrt(2 if order == 1 else 6))
     return np.interp(np.linspace(0, 1, windows), np.linspace(0, 1, count), found)
 
 

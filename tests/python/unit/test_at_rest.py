@@ -228,3 +228,54 @@ def test_an_axis_without_samples_for_a_while_leaves_its_direction_unknown():
     assert rest_of(recorded(turned)).tilt > 30.0
     x[:, 5] = np.nan
     assert rest_of(recorded(x)).tilt == 0.0
+
+
+def noisy(rate, seconds, seed, columns=1):
+    """White noise of 0.1 rad/s/√Hz: means over 1 s of it change by ten times what a good sensor at rest shows."""
+    rng = np.random.default_rng([seed, round(rate)])
+    return 0.1 * np.sqrt(rate) * rng.standard_normal((round(seconds * rate), columns))
+
+
+@pytest.mark.parametrize("rate", [10.0, 50.0, 200.0])
+def test_white_noise_above_the_limits_is_no_motion(rate):
+    """One window of a column in 10 000 is said to move: of 4800 half a one, and more than four in 1 of 5000 such tests."""
+    said = 0.0
+    for seed in range(20):
+        x = noisy(rate, 200, seed, 6)
+        rest = rest_of(al.Recording(x, rate, unit="rad/s", columns=NAMES))
+        assert not rest.moves
+        said += rest.share * 40
+    assert said < 4.5
+
+
+@pytest.mark.parametrize("change", ["none", "clipped", "held", "lag"])
+def test_a_noisy_sensor_at_rest_is_not_said_to_move(change):
+    """It was, in 93 % of the record of an example, by an absolute limit that the mean over 1 s of its own noise passes."""
+    rng = np.random.default_rng(5)
+    n = 600 * RATE
+    x = 0.0126 * np.sqrt(RATE) * rng.standard_normal(n) + 2e-5 * np.cumsum(rng.standard_normal(n))
+    if change == "clipped":
+        x = np.clip(x, -0.3, 0.3)
+    if change == "held":
+        x = np.repeat(x[::2], 2)
+    if change == "lag":
+        x += lag(rng, n, 30.0, 2.5e-3 * np.sqrt(15.0), 1)[:, 0]
+    assert finding_of(al.Recording(x, RATE, unit="rad/s")) == []
+
+
+@pytest.mark.parametrize("rate", [10.0, 50.0, 100.0])
+def test_motion_in_a_part_of_a_noisy_record_is_still_said(rate):
+    """Steps of three times the noise of 0.2 s, turns of 3 s of twelve times that of 1 s; each for two minutes of five."""
+    from scipy.signal import lfilter
+
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        time = np.arange(round(300 * rate)) / rate
+        there = (time > 100.0) & (time < 220.0)
+        steps = 3.0 * 0.1 / np.sqrt(0.2) * np.sqrt(2.0) * np.sin(2 * np.pi * 1.9 * time)
+        keep = np.exp(-1.0 / (3.0 * rate))
+        white = np.sqrt(1.0 - keep**2) * rng.standard_normal(time.size)
+        turns = 12.0 * 0.1 * 1.5 * lfilter([1.0], [1.0, -keep], white)
+        for motion in (steps, turns):
+            x = noisy(rate, 300, seed)[:, 0] + there * motion
+            assert rest_of(al.Recording(x, rate, unit="rad/s")).moves
