@@ -2,6 +2,10 @@
 
 The whitened ordinates of the band become a complex series of as many values as the band has frequencies; multiplied by
 e^{−iπdt²} a line that drifts by d is a line again, whose Fourier power is the rise of logL that it brings.
+
+Of a wide band that would take as long as its square. There the powers of sections of the record, in each of which the line
+is nearly one, are summed along all straight courses first (the Hough transform of a spectrogram); about the best courses a
+narrow band, turned back along each, is searched as any other.
 """
 
 from __future__ import annotations
@@ -20,10 +24,23 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.expected import Noise
 
-__all__ = ["MOST_WIDTH", "SAME", "Band", "band_about", "loudest", "polish_drifting", "seen_at"]
+__all__ = [
+    "MOST_WIDTH",
+    "SAME",
+    "WIDEST",
+    "Band",
+    "band_about",
+    "loudest",
+    "polish_drifting",
+    "seen_at",
+]
 
-#: Ordinates beside the frequencies that a line passes: in its regression, and in its search.
-BESIDE, LEAST_WIDTH, MOST_WIDTH = 512, 1024, 4096
+#: Ordinates beside the frequencies that a line passes, in its regression; frequencies of a band that is searched at every
+#: rate of drift, and of the widest.
+BESIDE, LEAST_WIDTH, MOST_WIDTH, WIDEST = 512, 1024, 4096, 65536
+#: Values of a section of a wide band at most, and fewest sections; as many of the best courses are looked at closely, each
+#: in a band of so many frequencies.
+SECTION, SECTIONS, COURSES, ABOUT = 1024, 16, 8, 512
 #: Step of the drift in a search, in cycles of the record squared.
 STEP = 2.0
 #: Part of the rough height of the best from which another may be the best, with room; and so many are looked at closely.
@@ -58,6 +75,9 @@ class Band:
     def search(self) -> tuple[float, float, float]:
         """Frequency in the middle of the record (cycles of it), drift (cycles over it) and gain of the best line tried."""
         k = self.series.size
+        if k > MOST_WIDTH:
+            found = [self._about(*course) for course in self._courses()]
+            return max(found, key=lambda one: one[2])
         u = np.arange(k) / k - 0.5
         drifts = STEP * np.arange(-(self.trials // 2), self.trials // 2 + 1, dtype=np.float64)
         # All of them roughly; then those that may be the highest.
@@ -73,6 +93,50 @@ class Band:
             if power[at] > best[2]:
                 best = (self.first + 0.5 * float(at), float(drift), float(power[at]))
         return best
+
+    def _courses(self) -> list[tuple[int, float]]:
+        """The best straight courses: frequency in the middle of the record, less `first`, and drift."""
+        k = self.series.size
+        number = max(SECTIONS, 1 << (k // SECTION - 1).bit_length())
+        sections = self.series[: k // number * number].reshape(number, -1)
+        length = sections.shape[1]
+        u = np.arange(length) / length - 0.5
+        middles = (np.arange(number) + 0.5) / number - 0.5
+        # So that a course is at most a quarter of a section's frequency off at either end; within a section a drift is its
+        # square root's part of that of the record.
+        most = int(0.5 * STEP * self.trials / number)
+        drifts = number * np.arange(-most, most + 1)
+        own = np.round(drifts / (STEP * number**2)).astype(np.int64)
+        # Frequencies of a section are half a cycle of it apart.
+        away = np.round(2.0 * np.outer(drifts, middles) / number).astype(np.int64)
+        reach = int(np.abs(away).max())
+        power = np.zeros((number, 2 * length + 2 * reach))
+        heights, places = np.empty(drifts.size), np.empty(drifts.size, dtype=np.int64)
+        total = np.empty(2 * length)
+        before = None
+        for at, drift in enumerate(own):
+            go_on()
+            if drift != before:
+                turned = sections * np.exp(-1j * np.pi * STEP * drift * u * u)
+                power[:, reach : reach + 2 * length] = np.abs(np.fft.fft(turned, 2 * length)) ** 2
+                before = drift
+            total[:] = 0.0
+            for row, first in zip(power, reach + away[at], strict=True):
+                total += row[first : first + 2 * length]
+            places[at] = np.argmax(total)
+            heights[at] = total[places[at]]
+        best = np.argsort(-heights, kind="stable")[:COURSES]
+        return [(int(places[at]) * number // 2, float(drifts[at])) for at in best]
+
+    def _about(self, place: int, drift: float) -> tuple[float, float, float]:
+        """What `search` finds about a course: in a narrow band turned back along it."""
+        k = self.series.size
+        u = np.arange(k) / k - 0.5
+        spectrum = np.fft.fft(self.series * np.exp(-1j * np.pi * drift * u * u))
+        low = min(max(place - ABOUT // 2, 0), k - ABOUT)
+        near = np.fft.ifft(spectrum[low : low + ABOUT])
+        frequency, more, gain = Band(near, self.first + low, self.duration).search()
+        return frequency, drift + more, gain
 
     def gain(self, frequency: float, drift: float) -> float:
         """Rise of logL by a line of this frequency in the middle and this drift."""
@@ -116,13 +180,13 @@ def band_about(
     data: Data,
     least: int = LEAST_WIDTH,
 ) -> Band:
-    """The band of these frequencies (Hz), and as much again to either side, of residual ordinates (n,).
+    """The band of these frequencies (Hz), and as much again to either side, of a wide one half as much, of ordinates (n,).
 
     Its series has `least` values or more, where the record has as many frequencies.
     """
     middle, width = 0.5 * (low + high) * data.duration, (high - low) * data.duration
     half = int(np.clip(1.5 * width, 0.5 * least, 0.5 * max(least, MOST_WIDTH)))
-    half = min(half, data.n // 8)
+    half = max(min(half, data.n // 8), min(int(width), WIDEST // 2, data.n // 4 - 1))
     first = int(np.clip(round(middle) - half, 1, data.n // 2 - 2 * half))
     j = np.arange(max(1, 2 * first - 64), min(data.n, 2 * (first + 2 * half) + 64))
     white = ordinates[j] / np.sqrt(noise.variance(j))

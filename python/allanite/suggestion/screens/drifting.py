@@ -14,7 +14,14 @@ from allanite.effects import CATALOGUE, Deterministic, Stochastic
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.peaks import seen_singly
 from allanite.fit.shapes.deterministic import design_of, regress
-from allanite.fit.shapes.drifting import MOST_WIDTH, Band, band_about, polish_drifting, seen_at
+from allanite.fit.shapes.drifting import (
+    MOST_WIDTH,
+    WIDEST,
+    Band,
+    band_about,
+    polish_drifting,
+    seen_at,
+)
 from allanite.suggestion.evidence import Family, line_trials, log_chance, may_show
 from allanite.suggestion.screens.spectral import Candidate
 
@@ -30,8 +37,11 @@ __all__ = ["CLEAR", "bands_above", "screen_drifting", "wanted", "with_it"]
 
 #: Rise of logL from which on the band of a resonance is looked at; and by which a line that drifts must beat a steady one.
 LEAST, CLEAR = 3.0, 8.0
-#: Ordinates over which power is averaged, what one counts at most, and by how many standard deviations it must stand out.
-WIDTHS, TALLEST, STANDS_OUT = (64, 256, 1024, 4096), 20.0, 4.0
+#: Ordinates over which power is averaged, and what one counts at most.
+WIDTHS, TALLEST = (64, 256, 1024, 4096, 16384, 32768, 65536), 20.0
+#: By how many standard deviations it must stand out, and of how many parts of the record's ordinates one is the widest: of
+#: narrow bands, and of wide ones, of which there are few.
+NARROW, WIDE = (4.0, 4), (2.5, 2)
 #: Times the excess power beside it that of a line at least is.
 ALONE = 2.0
 #: Least drift over the record, in cycles of it, that is one.
@@ -99,13 +109,14 @@ def _places(
     total[0] = 0.0
     np.cumsum(np.minimum(total, TALLEST, out=total), out=total)
     for width in WIDTHS:
-        if width < total.size // 4:
+        stands_out, parts = NARROW if width <= MOST_WIDTH else WIDE
+        if width < total.size // parts:
             mean = (total[width:] - total[:-width]) / width
             top = int(np.argmax(mean))
             above = float(mean[top]) - 1.0
             # What is as high beside it is wider, and may be a line at another width.
             beside = np.mean(mean[[max(0, top - width), min(mean.size - 1, top + width)]]) - 1.0
-            if above * np.sqrt(0.5 * width) > STANDS_OUT and above > ALONE * beside:
+            if above * np.sqrt(0.5 * width) > stands_out and above > ALONE * beside:
                 yield (top + 1) / (2.0 * data.duration), (top + width) / (2.0 * data.duration)
     narrow = [
         c
@@ -116,7 +127,7 @@ def _places(
         assert one.effect.occupies is not None
         low, high = one.effect.occupies
         # No line that is looked for drifts as far as a wide band is wide.
-        if (high - low) * data.duration < MOST_WIDTH:
+        if (high - low) * data.duration < WIDEST:
             yield low, high
 
 

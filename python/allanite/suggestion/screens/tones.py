@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Moving
 from allanite.fit.likelihood.discrepancy import EVIDENCE, best_scale, judge
+from allanite.fit.shapes.drifting import MOST_WIDTH, Band
 from allanite.fit.shapes.tones import louder, placed, polish_burst, search_burst, steady, trials
 from allanite.suggestion.evidence import Family, line_trials, log_chance, may_show
 from allanite.suggestion.screens.drifting import CLEAR, wanted, with_it
@@ -17,7 +18,6 @@ from allanite.suggestion.screens.spectral import Candidate
 if TYPE_CHECKING:
     from allanite.effects import Deterministic
     from allanite.fit.likelihood.data import Data
-    from allanite.fit.shapes.drifting import Band
     from allanite.fit.solution import Solution
 
 __all__ = ["screen_tones"]
@@ -30,6 +30,8 @@ def screen_tones(
     bands: tuple[Band, ...], lasting: tuple[Candidate, ...], solution: Solution, data: Data
 ) -> tuple[Candidate, ...]:
     """The best burst of each kind of the catalogue, refitted, where it beats the lines and bands that are `lasting`."""
+    # A line that stays where it is needs no wide band.
+    bands = tuple(band for band in bands if band.series.size <= MOST_WIDTH)
     blanks = wanted("passing line", solution, data)
     found = (_best(blank, bands, lasting, solution, data) for blank in blanks if bands)
     return tuple(c for c in found if c is not None)
