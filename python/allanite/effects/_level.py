@@ -39,13 +39,16 @@ def interval_errors(
     """Standard errors of the three values, for so many independent samples a second.
 
     A level from n samples is known to 1/√(2n), times √(7.81/3.84) as the boundaries were chosen with it (the joint 95 %
-    region of three values against that of one). The error of a boundary is that of the highest point of a Brownian
-    motion with drift on both sides: 95 % of it within 5.5 units of expected logL (Yao 1987, Ann. Statist. 15).
+    region of three values against that of one). The error of a boundary is that of the highest point of two random walks
+    of logL that fall to both sides. Of a small change 95 % of it are within 5.5 units of expected logL (Yao 1987, Ann.
+    Statist. 15), a sample of which is four times D = −ln ∫√(pq), p and q the laws of a sample on the two sides. Of a large
+    one the walk on the louder side has rare long steps, and it is D that says how far the boundary goes: 5.5/4D samples,
+    and a sample in which it lies.
     """
     ratio, (start, end) = (factor or 1.0) ** 2, when or (0.0, 0.0)
     samples = max(1.0, (end - start) * rate)
-    per_sample = 0.25 * (ratio - 1.0) * (1.0 - 1.0 / ratio)
-    boundary = (5.5 / 1.96) / max(per_sample, 1e-12) / max(rate, 1e-300)
+    apart = max(0.5 * float(np.log((1.0 + ratio) / (2.0 * np.sqrt(ratio)))), 1e-12)
+    boundary = (5.5 / (4.0 * apart) + 1.0) / 1.96 / max(rate, 1e-300)
     return {
         "start": boundary,
         "end": boundary,

@@ -32,8 +32,8 @@ __all__ = [
 FALSE_ALARM = 0.01
 #: What a refit may find beyond what a search promises, times that; and families that share the chance, at least.
 HOPE, SHARED_BY = 1.5, 8.0
-#: Stretches of the time axis whose levels are compared, and of the finer axis on which an interval is placed.
-COARSE, FINE = 256, 4096
+#: Stretches of the time axis whose levels are compared.
+COARSE = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,9 +166,10 @@ def refine(
 ) -> tuple[int, int, float]:
     """Move each boundary, one after the other, over the finest axis within two coarse cells.
 
-    The interval keeps at least `least` values: anything shorter is an outlier, not a level.
+    Or an eighth of a longer interval, in whose steps it was looked for. The interval keeps at least `least` values:
+    anything shorter is an outlier, not a level.
     """
-    reach = 2 * power.size // COARSE
+    reach = max(2 * power.size // COARSE, (end - start) // 8)
     total = np.concatenate([[0.0], np.cumsum(power)])
     n, gain = float(power.size), -np.inf
     for _ in range(3):

@@ -14,7 +14,7 @@ from allanite.fit.engine import solve
 from allanite.fit.likelihood.whitened import whiten
 from allanite.fit.rivals.evidence import cost
 from allanite.suggestion.evidence import FALSE_ALARM
-from allanite.suggestion.screens.exclusions import at_the_ends, louder_by, only_at_the_ends
+from allanite.suggestion.screens.exclusions import at_the_ends, differs_by, only_at_the_ends
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -37,8 +37,8 @@ FAR = 10.0
 PLACES, CROWD = 256, 4
 #: Share of the evidence of a disturbance below which something else that happens in time has explained it.
 DISTURBS = 0.1
-#: What a dozen octaves, ½χ²₁ each where they are louder, have together by chance once in 200 records.
-CHANCE = 10.0
+#: What a dozen octaves, ½χ²₁ each, have together by chance once in 200 records.
+CHANCE = 14.0
 
 
 def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Suggestion, ...]:
@@ -119,7 +119,10 @@ def _in_few_places(taken: NDArray[np.bool_]) -> bool:
 
 
 def _disturbs(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
-    """Whether the stretch that it takes out is as loud beside whatever else happens in time."""
+    """Whether the stretch that it takes out differs from the rest as much beside whatever else happens in time.
+
+    What is louder by one factor leaves a shaken sensor quieter where the shaking was not.
+    """
     effect, data = out.effect, fit.data
     if not out.significant or effect.when is None:
         return False
@@ -128,7 +131,7 @@ def _disturbs(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
     first, last = ((t - data.start) / data.duration for t in effect.when)
 
     def left(one: Fit) -> float:
-        return louder_by(whiten(one.solution, one.data), first, last)
+        return differs_by(whiten(one.solution, one.data), first, last)
 
     # What is stationary, whatever its spectrum, is as loud at all times. A few nats are chance.
     enough = max(DISTURBS * left(fit), CHANCE)

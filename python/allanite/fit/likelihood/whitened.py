@@ -61,6 +61,9 @@ DOMINATES = 0.5
 FINEST = 8
 #: Stretches of which each has a level of its own where the tails are judged, and samples that tell them as well as all.
 STRETCHES, ENOUGH = 64, 1 << 20
+#: Samples beside which a single one stands out, by so many times what the largest of a normal record has: the median of so
+#: many is known to 0.787/(0.6745 √32) = 21 % of itself, of which three are allowed for.
+BESIDE, APART = 32, 1.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +90,17 @@ class Whitened:
     __repr__ = brief
 
     @cached_property
-    def normalised(self) -> Whitened | None:
-        """`with_normal_tails` of it; None where that is itself. Several searches of a check ask."""
-        return _normalised(self)
+    def without_single(self) -> Whitened:
+        """The same, single samples that stand out of those beside them as large as these.
+
+        They are outliers, whatever the level: as powerful as a stretch, they would decide when it changes.
+        """
+        return _without_single(self)
+
+    @cached_property
+    def normalised(self) -> Whitened:
+        """`with_normal_tails` of it. Several searches of a check ask."""
+        return _normalised(self.without_single)
 
 
 def whiten(solution: Solution, data: Data) -> Whitened:
@@ -151,18 +162,49 @@ def with_normal_tails(whitened: Whitened) -> Whitened:
     """The same where its samples are normal at each time; else with normal samples in the order of these.
 
     A few of the largest samples of heavy tails would decide when a level changes, and of a coarse step hardly any differ.
-    What changes over time is still there.
+    What changes over time is still there; single samples that stand out are not.
     """
-    return whitened.normalised or whitened
+    return whitened.normalised
 
 
-def _normalised(whitened: Whitened) -> Whitened | None:
+def _without_single(whitened: Whitened) -> Whitened:
+    from scipy.special import ndtri_exp
+
+    samples = whitened.samples.copy()
+    cells = samples[: samples.size // BESIDE * BESIDE].reshape(-1, BESIDE)
+    if _of_segments(whitened) or whitened.step > 0.0 or not cells.size:
+        return whitened
+    size = np.abs(cells)
+    usual = np.median(size, axis=1, keepdims=True) / 0.6745
+    # The largest of so many normal samples, once in a hundred records.
+    limit = -float(ndtri_exp(np.log(0.005 / samples.size)))
+    single = (size > APART * limit * usual) & (usual > 0.0)
+    if not single.any():
+        return whitened
+    cells[single] = np.copysign(np.broadcast_to(usual, cells.shape), cells)[single]
+    return _again(whitened, samples)
+
+
+def _of_segments(whitened: Whitened) -> bool:
+    """Whether it is of a summary, of which there are no single samples."""
+    return any(each != 1.0 for *_, each in whitened.bands)
+
+
+def _again(whitened: Whitened, samples: NDArray[np.float64]) -> Whitened:
+    """The same with other samples, and the octaves that it has of these."""
+    found = _over_time(_kernels.cosine_transform(samples), [])
+    kept = {low for low, *_ in whitened.bands}
+    return replace(
+        found, bands=tuple(band for band in found.bands if band[0] in kept), step=whitened.step
+    )
+
+
+def _normalised(whitened: Whitened) -> Whitened:
     from scipy.special import ndtri
 
     samples = whitened.samples
-    segments = any(each != 1.0 for *_, each in whitened.bands)
-    if segments or _normal(samples):
-        return None
+    if _of_segments(whitened) or _normal(samples):
+        return whitened
     if whitened.step > 0.0:
         # In the order of values that rounding made equal is what wanders below a step, and it would be as large as noise.
         spread = np.random.default_rng(0).uniform(-0.5, 0.5, samples.size)
@@ -171,9 +213,7 @@ def _normalised(whitened: Whitened) -> Whitened | None:
     [order] = results(side_by_side([lambda: _kernels.order(samples)]))
     scores = np.empty(samples.size)
     scores[order] = ndtri((np.arange(samples.size) + 0.5) / samples.size)
-    found = _over_time(_kernels.cosine_transform(scores), [])
-    kept = {low for low, *_ in whitened.bands}
-    return replace(found, bands=tuple(band for band in found.bands if band[0] in kept))
+    return replace(_again(whitened, scores), step=0.0)
 
 
 def _normal(samples: NDArray[np.float64]) -> bool:

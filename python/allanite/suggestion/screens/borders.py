@@ -11,33 +11,57 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["moved", "within_cells"]
+__all__ = ["between_values", "moved", "of_stretches", "within_cells"]
 
 Array = NDArray[np.float64]
 #: Values of the map of a summary over which a change of level is spread at most.
 BLURRED = 12
+#: Times that borders and levels are found from each other, at most: a few suffice.
+ROUNDS = 20
 
 
-def moved(
-    power: Array, places: NDArray[np.int64], levels: Array, reach: int, least: int
-) -> NDArray[np.int64]:
-    """Each border where it is most likely between the levels on its sides, within twice the reach.
+def moved(power: Array, places: NDArray[np.int64], levels: Array, least: int) -> NDArray[np.int64]:
+    """Each border where it is most likely between the levels on its sides, anywhere between its neighbours.
 
-    A stretch keeps at least `least` values: anything shorter is an outlier, not a level.
+    A stretch between two keeps at least `least` values: anything shorter is an outlier, not a level. The ends of the record
+    are no borders, and stay.
     """
     out = places.copy()
     for k, place in enumerate(places):
         before, after = levels[k], levels[k + 1]
-        low = max(place - 2 * reach, (out[k - 1] if k else 0) + least)
-        high = min(
-            place + 2 * reach, (places[k + 1] if k + 1 < places.size else power.size) - least
-        )
-        if before == after or high <= low:
+        low = out[k - 1] + least if k else 1
+        high = places[k + 1] - least if k + 1 < places.size else power.size - 1
+        if before == after or high <= low or not 0 < place < power.size:
             continue
         some = power[low:high]
         worse = np.log(before / after) + some * (1.0 / before - 1.0 / after)
         out[k] = low + int(np.argmin(np.concatenate([[0.0], np.cumsum(worse)])))
     return out
+
+
+def between_values(
+    power: Array, places: NDArray[np.int64], factors: Sequence[float], least: int
+) -> NDArray[np.int64]:
+    """Borders where the likelihood of the values is largest, and the levels that follow from them with it.
+
+    Where a border is found among coarse stretches it is off by as much as the record tells better by many units of logL:
+    levels that are known with it move it, and it moves them, until it stays.
+    """
+    for _ in range(ROUNDS):
+        before, places = places, moved(power, places, of_stretches(power, places, factors), least)
+        if np.array_equal(before, places):
+            break
+    return places
+
+
+def of_stretches(power: Array, places: NDArray[np.int64], factors: Sequence[float]) -> Array:
+    """Mean power of each stretch, of one for all of the same of the `factors`, that of the first being 1."""
+    known = np.array([1.0, *factors])
+    ends = [0, *places, power.size]
+    total = np.array([power[low:high].sum() for low, high in pairwise(ends)])
+    size = np.diff(ends)
+    alike = known[:, np.newaxis] == known
+    return np.asarray(np.maximum(alike @ total / np.maximum(alike @ size, 1), 1e-12))
 
 
 def within_cells(

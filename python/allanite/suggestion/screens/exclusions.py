@@ -26,13 +26,15 @@ from allanite.suggestion.screens.edges import without_ringing
 from allanite.suggestion.screens.spectral import Candidate
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from allanite.fit.likelihood.data import Data
     from allanite.fit.likelihood.whitened import Whitened
     from allanite.fit.solution import Solution
 
 __all__ = [
     "at_the_ends",
-    "louder_by",
+    "differs_by",
     "octaves_of",
     "only_at_the_ends",
     "screen_disturbance",
@@ -318,20 +320,26 @@ def octaves_of(steady: Whitened) -> list[tuple[int, int, NDArray[np.float64], fl
     ]
 
 
-def louder_by(whitened: Whitened, first: float, last: float) -> float:
-    """Rise of logL by another level of each octave that is louder between two parts of the record."""
-    return _louder_by(octaves_of(with_normal_tails(whitened)), first, last)
+def differs_by(whitened: Whitened, first: float, last: float) -> float:
+    """Rise of logL by another level of each octave, louder or quieter, between two parts of the record."""
+    return sum(rise for rise, _ in _levels(octaves_of(with_normal_tails(whitened)), first, last))
 
 
 def _louder_by(
     bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
 ) -> float:
-    total = 0.0
+    """The same of the octaves that are louder."""
+    return sum(rise for rise, louder in _levels(bands, first, last) if louder)
+
+
+def _levels(
+    bands: list[tuple[int, int, NDArray[np.float64], float]], first: float, last: float
+) -> Iterator[tuple[float, bool]]:
+    """Rise of logL by another level of each octave between two parts of the record, and whether it is louder there."""
     for _, _, power, freedom in bands:
         start, end = (round(part * power.size) for part in (first, last))
         if 0 < end - start < power.size:
             inside, whole = float(power[start:end].sum()), float(power.sum())
-            if inside * (power.size - end + start) > (whole - inside) * (end - start):
-                counts = np.array([inside]), np.array([float(end - start)])
-                total += float(two_levels(*counts, whole, float(power.size), freedom)[0])
-    return total
+            counts = np.array([inside]), np.array([float(end - start)])
+            rise = float(two_levels(*counts, whole, float(power.size), freedom)[0])
+            yield rise, inside * (power.size - end + start) > (whole - inside) * (end - start)

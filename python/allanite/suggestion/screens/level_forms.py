@@ -86,8 +86,8 @@ def series_of(
     How much more they scatter is seen when many changes of level, which look like that, are taken out.
     """
     places = _stretches(judged, freedom, turns=False)
-    steady = power / np.repeat(
-        _levels(power, places, turns=False), np.diff([0, *places, power.size])
+    steady = judged / np.repeat(
+        _levels(judged, places, turns=False), np.diff([0, *places, judged.size])
     )
     return Series(power, judged, freedom / overdispersion(steady), share, *span)
 
@@ -145,9 +145,7 @@ def _stretches(power: Array, freedom: float, *, turns: bool) -> NDArray[np.int64
         borders = _in_turns(coarse, count, borders, price)
     places = np.asarray(edges[np.array(borders, dtype=np.int64)], dtype=np.int64)
     for _ in range(2):
-        places = moved(
-            power, places, _levels(power, places, turns), power.size // cells, power.size // cells
-        )
+        places = moved(power, places, _levels(power, places, turns), power.size // cells)
     return places if turns else _needed(power, places, freedom, 2.0 * price)
 
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from allanite.effects import CATALOGUE, Level, Modifier
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.crowding import crest, crowding
-from allanite.fit.likelihood.whitened import white_power, whiten, with_normal_tails
+from allanite.fit.likelihood.whitened import ends_of, white_power, whiten, with_normal_tails
 from allanite.recording.tails import coarse_step
-from allanite.suggestion.evidence import COARSE, FALSE_ALARM, FINE, best_interval, refine
-from allanite.suggestion.screens.borders import moved, within_cells
+from allanite.suggestion.evidence import COARSE, FALSE_ALARM, best_interval, refine
+from allanite.suggestion.screens.borders import between_values, of_stretches, within_cells
 from allanite.suggestion.screens.exclusions import screen_outliers
 from allanite.suggestion.screens.level_forms import (
     CLOSE,
@@ -41,8 +41,6 @@ __all__ = [
     "unsteady",
 ]
 
-#: Samples, half of those to each side, among which a time is placed.
-SHARP = 16
 #: Part of the samples that differ from the one before, of noise that is rounded to three of its standard deviations.
 DITHERED = 0.25
 
@@ -99,7 +97,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
     price = 0.5 * np.log(max(series.freedom * series.power.size, 2.0))
     best = max(c.gain - price * c.parameters for c in found)
     kept = [c for c in found if c.gain - price * c.parameters > best - CLOSE]
-    kept = [_refitted(_sharp(c, solution, data, whitened), solution, data) for c in kept]
+    kept = [_refitted(_sharp(c, series, solution, data, whitened), solution, data) for c in kept]
     if any(effect.passing for effect in solution.model.modifiers):
         kept = [c for c in kept if _steadies(c, data, series)]
     return kept
@@ -107,6 +105,7 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
 
 def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series | None:
     """The power of the white noise over time; None where there is too little of it, or it depends on the bias."""
+    whitened = whitened.without_single
     power, share, freedom = white_power(solution, data, whitened)
     if power is None or power.size < 64 or _dithered(data):
         return None
@@ -160,8 +159,10 @@ def level_forms(columns: Mapping[str, NDArray[np.float64]]) -> int:
     return 3 + len(columns)
 
 
-def _sharp(candidate: Candidate, solution: Solution, data: Data, whitened: Whitened) -> Candidate:
-    """With its times where single samples put them: a loud one outside would be an outlier.
+def _sharp(
+    candidate: Candidate, series: Series, solution: Solution, data: Data, whitened: Whitened
+) -> Candidate:
+    """With its times where single samples put them, and the factors that follow: a loud one outside would be an outlier.
 
     Of a summary where the power in its cells puts them, of which each may be partly loud.
     """
@@ -184,12 +185,19 @@ def _sharp(candidate: Candidate, solution: Solution, data: Data, whitened: White
         return replace(
             candidate, effect=effect.switching_at(tuple(map(cells.time, borders)), factors)
         )
-    square = whitened.samples**2
+    square = with_normal_tails(whitened).samples ** 2
+    # Of the ends nothing is known: there it is as loud as beside them.
+    ends = ends_of(data.n)
+    square[:ends] = square[ends : 5 * ends].mean()
+    square[data.n - ends :] = square[data.n - 5 * ends : data.n - ends].mean()
     places = np.round((np.array(times) - data.start) * data.rate).astype(np.int64)
-    levels = np.array([1.0, *factors]) ** 2
-    levels *= square.mean() / (float(levels @ np.diff([0, *places, data.n])) / data.n)
-    moments = data.start + moved(square, places, levels, SHARP, 1) / data.rate
-    return replace(candidate, effect=effect.switching_at(tuple(moments.tolist()), factors))
+    places = between_values(square, places, factors, max(1, data.n // COARSE))
+    moments = tuple((data.start + places / data.rate).tolist())
+    near = np.round([series.place(time) for time in moments]).astype(np.int64)
+    levels = of_stretches(series.power, near, factors) / series.power.mean()
+    white = np.array([series.white(float(level)) for level in levels])
+    factors = tuple(np.sqrt(white[1:] / white[0]).tolist())
+    return replace(candidate, effect=effect.switching_at(moments, factors))
 
 
 def _refitted(candidate: Candidate, solution: Solution, data: Data) -> Candidate:
@@ -221,7 +229,7 @@ def _one_interval(series: Series, discrepancy: float) -> Candidate | None:
     power, size = series.judged, series.judged.size
     cells = min(COARSE, size // 8)
     start, end, gain, chance = best_interval(power, series.freedom, cells)
-    if cells < FINE <= size // 8:
+    if size > cells:
         # Where it begins and ends is a matter of the estimate; what was tried and found is above.
         start, end, gain = refine(power, series.freedom, start, end, size // cells)
     inside = series.power[start:end].mean()
