@@ -29,6 +29,8 @@ __all__ = ["LOWEST", "Data", "prepare", "without_samples"]
 
 #: Fewest samples on which a model can be fitted.
 SHORTEST = 32
+#: Share of the samples that must be there: of fewer a fit would be that of what stands for the others.
+LEAST = 1 / 200
 #: Averaging times of the curve, a decade.
 PER_DECADE = 8
 #: Bytes of the lowest ordinates of many known functions of time, and of columns behind holes, that are remembered.
@@ -271,10 +273,10 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
     if missing is not None:
         holes |= missing
     there = int(holes.size - np.count_nonzero(holes))
-    if there < SHORTEST:
+    if there < max(SHORTEST, LEAST * holes.size):
         raise TooShortError(
-            f"{label} has {there} samples that are not missing: a fit needs at least {SHORTEST},"
-            " and hours for slow effects"
+            f"{label} has {there} of {holes.size} samples: a fit needs at least {SHORTEST}, one in"
+            f" {1 / LEAST:g}, and hours for slow effects"
         )
     filled = bridge_gaps(values, missing)
     if float(np.ptp(filled)) == 0.0:
