@@ -100,7 +100,7 @@ class Whitened:
     @cached_property
     def normalised(self) -> Whitened:
         """`with_normal_tails` of it. Several searches of a check ask."""
-        return _normalised(self.without_single)
+        return _normalised(self)
 
 
 def whiten(solution: Solution, data: Data) -> Whitened:
@@ -203,8 +203,8 @@ def _normalised(whitened: Whitened) -> Whitened:
     from scipy.special import ndtri
 
     samples = whitened.samples
-    if _of_segments(whitened) or _normal(samples):
-        return whitened
+    if _of_segments(whitened) or _normal(whitened.without_single.samples):
+        return whitened.without_single
     if whitened.step > 0.0:
         # In the order of values that rounding made equal is what wanders below a step, and it would be as large as noise.
         spread = np.random.default_rng(0).uniform(-0.5, 0.5, samples.size)

@@ -105,12 +105,12 @@ def screen_levels(solution: Solution, data: Data, whitened: Whitened) -> list[Ca
 
 def level_series(solution: Solution, data: Data, whitened: Whitened) -> Series | None:
     """The power of the white noise over time; None where there is too little of it, or it depends on the bias."""
-    whitened = whitened.without_single
-    power, share, freedom = white_power(solution, data, whitened)
+    calm = whitened.without_single
+    power, share, freedom = white_power(solution, data, calm)
     if power is None or power.size < 64 or _dithered(data):
         return None
     steady = with_normal_tails(whitened)
-    judged = power if steady is whitened else white_power(solution, data, steady)[0]
+    judged = power if steady is calm else white_power(solution, data, steady)[0]
     assert judged is not None
     return series_of(power, judged, freedom, share, data.span)
 
