@@ -388,8 +388,7 @@ def _slope(
 
     value = effect.values[name]
     steps = {"Hz": 1e-4 / data.duration, "Hz/s": 1e-4 / data.duration**2}
-    if effect.parameter(name).unit == "s":  # less than a sample moves nothing
-        steps["s"] = max(1e-3 * abs(value), 1.0 / data.rate)
+    steps["s"] = max(1e-3 * abs(value), 1.0 / data.rate)  # less than a sample moves nothing
     step = steps.get(str(effect.parameter(name).unit), 1e-3 * abs(value))
     if step == 0.0:
         return None

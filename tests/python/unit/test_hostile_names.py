@@ -109,7 +109,7 @@ def exported(name, target):
 def matlab(text):
     """What MATLAB makes of a script, without comments; a character that begins no token is an error there."""
     token = re.compile(
-        r"(%[^\n]*|\.\.\.[^\n]*)|('(?:[^'\n]|'')*'|[\d.]+(?:e[-+]?\d+)?|\w+|[=(),;.\n])|[ \t]+"
+        r"(%[^\n]*|\.\.\.[^\n]*)|('(?:[^'\n]|'')*'|[\d.]+(?:e[-+]?\d+)?|\w+|[=(),;.\n\[\]])|[ \t]+"
     )
     found, at = [], 0
     while at < len(text):

@@ -172,7 +172,7 @@ def test_a_step_has_its_height():
 def test_of_one_sample_in_three_hundred_no_record_is_made():
     samples = np.full(18_000, np.nan)
     samples[::300] = np.random.default_rng(1).standard_normal(60)
-    with pytest.raises(TooShortError, match="60 of 18000 samples: .* one in 200"):
+    with pytest.raises(TooShortError, match=r"60 of 18000 samples: .* one in 200"):
         al.parse_model("N").fit(al.Recording(samples, rate=RATE))
 
 

@@ -100,7 +100,7 @@ def test_a_folder_that_may_not_be_written():
     """Root writes everywhere: it becomes another user once all is imported."""
     code = """
 import os
-import allanite.simulate, scipy.fft
+import allanite.simulate, concurrent.futures.thread, scipy.fft
 from allanite.cli import main
 from allanite.cli.commands import simulate
 if os.geteuid() == 0:
