@@ -9,6 +9,7 @@
 //! One real FFT of length n (Makhoul 1980, IEEE TASSP 28, 27–34) does it.
 
 pub mod chirps;
+pub mod courses;
 mod fold;
 pub mod halving;
 pub mod lapped;

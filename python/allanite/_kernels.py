@@ -18,6 +18,7 @@ __all__ = [
     "allan_law",
     "allan_variances",
     "averaging_factors",
+    "best_courses",
     "best_pair",
     "chirp_heights",
     "cosine_transform",
@@ -51,6 +52,7 @@ inverse_cosine_transform = _core.inverse_cosine_transform
 padded_periodogram = _core.padded_periodogram
 Lapped = _core.Lapped
 add_rows = _core.add_rows
+best_courses = _core.best_courses
 best_pair = _core.best_pair
 chirp_heights = _core.chirp_heights
 squares = _core.squares

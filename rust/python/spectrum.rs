@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use super::gil::{run, run_short};
 use crate::machine::processor::Width;
 use crate::spectrum::lapped::{Lapped, Sums, add_row};
+use crate::spectrum::courses::Courses;
 use crate::spectrum::{self, chirps, halving, spans};
 
 /// `spectrum::cosine_transform`.
@@ -60,6 +61,20 @@ pub fn chirp_heights<'py>(
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let series = series.as_slice()?;
     Ok(run(py, |stop| chirps::heights(series, first, step, count, stop))?.into_pyarray(py))
+}
+
+/// `Courses::best`: places and heights.
+#[pyfunction]
+pub fn best_courses<'py>(
+    py: Python<'py>,
+    series: PyReadonlyArray1<'py, f64>,
+    sections: usize,
+    step: f64,
+    most: usize,
+) -> PyResult<(Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<f64>>)> {
+    let courses = Courses { series: series.as_slice()?, sections, step, most };
+    let (places, heights) = run(py, |stop| courses.best(stop))?;
+    Ok((places.into_pyarray(py), heights.into_pyarray(py)))
 }
 
 /// `spans::best_pair`: places of the two steps, and the gain.

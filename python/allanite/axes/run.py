@@ -67,7 +67,7 @@ def characterize(
     (['gx', 'gy'], {})
     """
     columns = list(recording)
-    found = improve_columns(columns, model, on_progress, limit, tolerance)
+    found = improve_columns(columns, [model] * len(columns), on_progress, limit, tolerance)
     studies: dict[str, Study] = {}
     failed: dict[str, AllaniteError] = {}
     for column, result in zip(columns, found, strict=True):
@@ -99,14 +99,17 @@ def _lighter(study: Study) -> Study:
 
 def improve_columns(
     columns: Sequence[Recording],
-    model: Model | Effect | str,
+    models: Sequence[Model | Effect | str],
     on_progress: Callable[[str, int, int], None] | None = None,
     limit: int = LIMIT,
     tolerance: float | None = None,
 ) -> list[Study | AllaniteError]:
-    """The ladder of each column, two at a time, or why there is none; parameters as of `characterize`."""
+    """The ladder of each column, two at a time, or why there is none; each has a model to start from.
 
-    def task(column: Recording) -> Callable[[], Study]:
+    Parameters as of `characterize`.
+    """
+
+    def task(column: Recording, model: Model | Effect | str) -> Callable[[], Study]:
         name, most = column.columns[0], limit + 1
 
         def report(done: int, _total: int) -> None:
@@ -126,4 +129,4 @@ def improve_columns(
 
         return study
 
-    return side_by_side([task(column) for column in columns])
+    return side_by_side([task(*one) for one in zip(columns, models, strict=True)])

@@ -51,20 +51,21 @@ def command(
     """
     from allanite.axes.run import improve_columns
     from allanite.cli import output
+    from allanite.cli.models import for_column, models_of
     from allanite.cli.options import columns_of
     from allanite.common.threads import results
-    from allanite.effects.files import parse_model
     from allanite.study import improve
 
-    parsed = parse_model(model)
+    models = models_of(model)
     columns = columns_of(log, options)
+    starts = [for_column(models, column.columns[0], model).model for column in columns]
     output.check_targets(plot, save)
     if len(columns) == 1:
         with output.progress(columns[0].columns[0], options) as on_progress:
-            studies = [improve(columns[0], parsed, on_progress, tolerance=tolerance)]
+            studies = [improve(columns[0], starts[0], on_progress, tolerance=tolerance)]
     else:
         with output.progress_of_axes(len(columns), options) as on_axes:
-            found = improve_columns(columns, parsed, on_axes, tolerance=tolerance)
+            found = improve_columns(columns, starts, on_axes, tolerance=tolerance)
         studies = results(found)
     if save is not None:
         output.save_fits([study.fit for study in studies], save)

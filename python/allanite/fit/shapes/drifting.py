@@ -74,12 +74,16 @@ class Band:
 
     def search(self) -> tuple[float, float, float]:
         """Frequency in the middle of the record (cycles of it), drift (cycles over it) and gain of the best line tried."""
-        k = self.series.size
-        if k > MOST_WIDTH:
+        if self.series.size > MOST_WIDTH:
             found = [self._about(*course) for course in self._courses()]
             return max(found, key=lambda one: one[2])
+        return self._turned_back(self.trials // 2)
+
+    def _turned_back(self, most: int) -> tuple[float, float, float]:
+        """What `search` finds at so many rates of drift to either side of none."""
+        k = self.series.size
         u = np.arange(k) / k - 0.5
-        drifts = STEP * np.arange(-(self.trials // 2), self.trials // 2 + 1, dtype=np.float64)
+        drifts = STEP * np.arange(-most, most + 1, dtype=np.float64)
         # All of them roughly; then those that may be the highest.
         heights = _kernels.chirp_heights(
             self.series.view(np.float64), float(drifts[0]), STEP, drifts.size
@@ -94,39 +98,21 @@ class Band:
                 best = (self.first + 0.5 * float(at), float(drift), float(power[at]))
         return best
 
+    @property
+    def _sections(self) -> int:
+        """Into how many its record is cut where it is wide."""
+        return max(SECTIONS, 1 << (self.series.size // SECTION - 1).bit_length())
+
     def _courses(self) -> list[tuple[int, float]]:
         """The best straight courses: frequency in the middle of the record, less `first`, and drift."""
-        k = self.series.size
-        number = max(SECTIONS, 1 << (k // SECTION - 1).bit_length())
-        sections = self.series[: k // number * number].reshape(number, -1)
-        length = sections.shape[1]
-        u = np.arange(length) / length - 0.5
-        middles = (np.arange(number) + 0.5) / number - 0.5
+        number = self._sections
         # So that a course is at most a quarter of a section's frequency off at either end; within a section a drift is its
         # square root's part of that of the record.
         most = int(0.5 * STEP * self.trials / number)
-        drifts = number * np.arange(-most, most + 1)
-        own = np.round(drifts / (STEP * number**2)).astype(np.int64)
-        # Frequencies of a section are half a cycle of it apart.
-        away = np.round(2.0 * np.outer(drifts, middles) / number).astype(np.int64)
-        reach = int(np.abs(away).max())
-        power = np.zeros((number, 2 * length + 2 * reach))
-        heights, places = np.empty(drifts.size), np.empty(drifts.size, dtype=np.int64)
-        total = np.empty(2 * length)
-        before = None
-        for at, drift in enumerate(own):
-            go_on()
-            if drift != before:
-                turned = sections * np.exp(-1j * np.pi * STEP * drift * u * u)
-                power[:, reach : reach + 2 * length] = np.abs(np.fft.fft(turned, 2 * length)) ** 2
-                before = drift
-            total[:] = 0.0
-            for row, first in zip(power, reach + away[at], strict=True):
-                total += row[first : first + 2 * length]
-            places[at] = np.argmax(total)
-            heights[at] = total[places[at]]
+        places, heights = _kernels.best_courses(self.series.view(np.float64), number, STEP, most)
         best = np.argsort(-heights, kind="stable")[:COURSES]
-        return [(int(places[at]) * number // 2, float(drifts[at])) for at in best]
+        # Frequencies of a section are half a cycle of it apart.
+        return [(int(places[at]) * number // 2, float(number * (at - most))) for at in best]
 
     def _about(self, place: int, drift: float) -> tuple[float, float, float]:
         """What `search` finds about a course: in a narrow band turned back along it."""
@@ -134,8 +120,9 @@ class Band:
         u = np.arange(k) / k - 0.5
         spectrum = np.fft.fft(self.series * np.exp(-1j * np.pi * drift * u * u))
         low = min(max(place - ABOUT // 2, 0), k - ABOUT)
-        near = np.fft.ifft(spectrum[low : low + ABOUT])
-        frequency, more, gain = Band(near, self.first + low, self.duration).search()
+        near = Band(np.fft.ifft(spectrum[low : low + ABOUT]), self.first + low, self.duration)
+        # As far as the second course to either side.
+        frequency, more, gain = near._turned_back(int(2.0 * self._sections / STEP))
         return frequency, drift + more, gain
 
     def gain(self, frequency: float, drift: float) -> float:

@@ -93,6 +93,13 @@ def test_several_columns_in_every_command(run, six, tmp_path):
     assert code == 0
     assert [d["schema"] for d in strict(out)["columns"]] == ["allanite/improve/2"] * 2
     assert len(strict(ladder.read_text())["columns"]) == 2
+    # A ladder goes on where that of the same column ended.
+    ended = [d["ladder"][-1]["model"] for d in strict(out)["columns"]]
+    assert ended[0] != ended[1]
+    code, out, _ = run("improve", six, *two, "--model", ladder, "--json")
+    assert code == 0
+    assert [d["ladder"][0]["model"] for d in strict(out)["columns"]] == ended
+    refused(run("improve", six, "--column", "acc_y", "--model", ladder), 2, "acc_y", "gyro_x")
     for command in ("check", "adev", "report"):
         code, out, _ = run(
             command, six, *two, "--json", *(() if command == "adev" else ("--model", "N"))
