@@ -13,8 +13,8 @@ line = st.tuples(st.floats(-300.0, 300.0), st.floats(-5.0, 5.0), st.floats(-7.0,
 @given(st.lists(line, min_size=1, max_size=4), st.integers(LONG, 3 * LONG), st.floats(0.0, 1e4))
 def test_blocks_are_the_function(lines, n, start):
     time = start + np.arange(n) / 100.0
-    # An angle ωt has a rounding of 1.1e-16 of itself, in the blocks of some of its parts.
-    rounding = 4e-16 * sum(abs(a) * (1.0 + abs(w) * time[-1]) for w, a, _ in lines)
+    # An angle ωt + φ has a rounding of 1.1e-16 of itself, in the blocks of some of its parts.
+    rounding = 4e-16 * sum(abs(a) * (1.0 + abs(w) * time[-1] + abs(phi)) for w, a, phi in lines)
     assert np.abs(sines(lines, time) - sines_pointwise(lines, time)).max() < rounding + 1e-15
 
 

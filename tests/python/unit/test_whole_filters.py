@@ -241,3 +241,16 @@ def test_a_lag_is_no_high_pass():
     kinds = [s.kind for s in check.suggestions]
     assert "gauss_markov" in kinds
     assert "high_pass" not in kinds
+
+
+def test_a_notch_that_leaves_nothing_is_where_it_is():
+    """At the end of the range of one shape the others stay: a second search was 1500 of logL lower, in 5 of 12 records."""
+    rng = np.random.default_rng(1)
+    n = 80_000
+    x = g.white(rng, n, RATE, N) + g.flicker(rng, n, RATE, B) + g.walk(rng, n, RATE, K)
+    b, a = signal.iirnotch(25.0, 5.0, fs=RATE)
+    log = al.Recording(signal.lfilter(b, a, x - x[0])[20_000:], rate=RATE, unit="rad/s")
+    fit = al.fit_model(log, "N+B+K+NOTCH")
+    assert fit["NOTCH.frequency"].value == pytest.approx(25.0, rel=2e-3)
+    assert fit["NOTCH.quality"].value == pytest.approx(5.0, rel=0.05)
+    assert fit.model.effects[-1].at_limit == ("left",)

@@ -116,12 +116,17 @@ def _moved_in(effect: Effect) -> Effect:
 
 
 def _holding(model: Model, found: Model, held: Held) -> Model:
-    """The model with numbers held at their limits; a known function of time as it was found otherwise."""
+    """The model with numbers held at their limits.
+
+    A known function of time is as it was found otherwise, and so is what is at the end of its own range: nothing was beyond
+    it, and with one shape given a search for the others may end elsewhere.
+    """
     effects = list(model.effects)
     for place, effect in enumerate(effects):
         values = {name: value for (at, name), value in held.items() if at == place}
         if values:
             # Amplitudes and phase are held together: those not at a limit need their values.
-            base = found.effects[place] if isinstance(effect, Deterministic) else effect
+            asked = not isinstance(effect, Deterministic) and values.keys() & effect.limits
+            base = effect if asked else found.effects[place]
             effects[place] = base.with_values(**values, at_limit=tuple(values))
     return Model(tuple(effects))
