@@ -136,8 +136,24 @@ def twin(
         columns=[name for name, *_ in columns],
         covariates=first.covariates,
     )
+    left_out += _shared(document.get("common", {}))
     left_out += [f"{name}: {why}" for name, why in document.get("failed", {}).items()]
     return Twin(recording, tuple(left_out))
+
+
+def _shared(common: Mapping[str, Any]) -> list[str]:
+    """What the noise of several axes has in common; lines of all axes keep their phases and are none of it."""
+    lines = {
+        line["frequency_hz"]
+        for line in common.get("lines", ())
+        if set(line["kinds"]) == {"sinusoid"}
+    }
+    return [
+        f"noise that {', '.join(one['columns'])} share at {one['low_hz']:.3g}–{one['high_hz']:.3g} Hz"
+        f" (coherence {one['coherence']:.2f}): each axis has noise of its own"
+        for one in common.get("shared_noise", ())
+        if one["line_hz"] not in lines
+    ]
 
 
 def _possible(model: Model, covariates: Mapping[str, ArrayLike]) -> tuple[Model, list[str]]:

@@ -33,3 +33,15 @@ def test_two_that_beat_stay_two(apart):
     study = al.improve(al.Recording(x, rate=RATE, unit="rad/s"), "N")
     assert [e.kind for e in study.fit.model.effects[1:]] == ["sinusoid"] * 2, study
     assert study.adequate, study
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_side_lobes_of_a_strong_line_are_no_line(seed):
+    """Of a line twice the noise they had been a second one, which was said to wander."""
+    rng, n = np.random.default_rng(seed), 60_000
+    line = 0.02 * np.sin(2.0 * np.pi * 7.3 * np.arange(n) / 50.0 + 0.4)
+    log = al.Recording(line + 0.0106 * rng.standard_normal(n), rate=50, unit="m/s^2")
+    check = al.fit_model(log, "N+B+K").check()
+    (only,) = check.significant
+    assert only.effect.values["amplitude"] == pytest.approx(0.02, rel=1e-2)
+    assert not any("pure line" in s.explanation for s in check.suggestions)

@@ -96,9 +96,8 @@ def screen_lines(
         level = next(level for end, level in levels if top < end)
         width, surplus = _wander(top, solution, data, level)
         base, multiples = _comb(ratio, top, width)
-        for m in multiples:
-            ratio[max(0, m * (base - 8 - width)) : m * (base + 8 + width) + 1] = 0.0
-        ratio[max(0, top - 8 - width) : top + 9 + width] = 0.0
+        for place, reach in [(m * base, m * (8 + width)) for m in multiples] + [(top, 8 + width)]:
+            _take_out(ratio, place, reach)
         start = base * data.rate / (2.0 * data.n)
         for effect in _lines_at(start, multiples, solution, data):
             multiples = [m for m, _, _ in effect.lines]
@@ -147,6 +146,14 @@ def _strongest(ratio: NDArray[np.float64], n: int) -> tuple[int, float]:
     surplus[ratio[tops] <= LEAST] = -np.inf
     best = int(np.argmax(surplus))
     return int(tops[best]), float(surplus[best])
+
+
+def _take_out(ratio: NDArray[np.float64], place: int, reach: int) -> None:
+    """Zero in place of a line, and of its side lobes: they are sin²(πd/2)/(πd/2)² of it, at d half cycles."""
+    first = max(0, place - reach)
+    height = float(ratio[first : place + reach + 1].max(initial=0.0))
+    beyond = int(2.0 / np.pi * np.sqrt(height / LEAST))
+    ratio[max(0, first - beyond) : place + reach + beyond + 1] = 0.0
 
 
 def _lines_at(

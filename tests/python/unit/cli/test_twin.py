@@ -58,6 +58,20 @@ def test_what_is_left_out_is_said(sensor):
 
 
 @pytest.mark.long
+def test_noise_that_axes_share_is_said_to_be_left_out():
+    rng, n = np.random.default_rng(2), 20_000
+    own, both = rng.standard_normal((n, 2)), rng.standard_normal(n)
+    x = own + 0.8 * both[:, None]
+    log = al.Recording(x, 100, unit="deg/s", columns=["gyro_x", "gyro_y"])
+    made = twin(al.characterize(log, "N").to_dict(), seed=3)
+    (said,) = [text for text in made.left_out if "share" in text]
+    assert said.startswith("noise that gyro_x, gyro_y share at ")
+    assert said.endswith("each axis has noise of its own")
+    # 1/√n is 0.007.
+    assert abs(np.corrcoef(made.recording.samples.T)[0, 1]) < 0.03
+
+
+@pytest.mark.long
 def test_rounding_behind_a_filter_is_not_added_twice():
     rng, n = np.random.default_rng(8), 30_000
     low = lfilter([0.4], [1.0, -0.6], rng.standard_normal(n + 100))[100:]
