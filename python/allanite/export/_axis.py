@@ -111,6 +111,19 @@ class Axis:
         wide = [e for e in whole.stochastic if e.occupies is None]
         return Model((*(wide or whole.stochastic), *whole.modifiers))
 
+    @property
+    def slow(self) -> Model:
+        """What is left of `broad` without what averages out faster than white noise: no bias stands for quantization."""
+        broad = self.broad
+        kept = [e for e in broad.stochastic if not self._averages_out(e)]
+        return Model((*kept, *broad.modifiers)) if kept else Model(())
+
+    def _averages_out(self, effect: Effect) -> bool:
+        """Whether τσ²(τ), which is constant of white noise, falls at every τ of use."""
+        tau = self.taus
+        level = tau * effect.allan_variance(tau, self.sampling)
+        return bool((np.diff(level) <= 1e-6 * level[0]).all() and level[-1] < 0.99 * level[0])
+
     def allan(self, taus: NDArray[np.float64], *, upper: bool = False) -> NDArray[np.float64]:
         """Allan variance in SI, of the model or, at each τ, the largest within its intervals."""
         rate, whole = self.sampling, self.steady()

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from allanite.effects.model import Model
     from allanite.export._axis import Axis
 
 __all__ = ["choose", "choose_lag", "report"]
@@ -38,7 +39,6 @@ def choose(axis: Axis, *, overbound: bool = False) -> Choice:
     white, walk = axis.coefficients.get("N"), axis.coefficients.get("K")
     remarks: list[tuple[str, str]] = []
     holds = []
-    tau, model = axis.taus, _broad(axis)
     if white is not None and (white > 0.0 or _limit(white) > 0.0):
         N = float(white) if white.detected else _limit(white)
         holds.append("N")
@@ -50,7 +50,8 @@ def choose(axis: Axis, *, overbound: bool = False) -> Choice:
             holds += [label for label, effect in changes if effect in axis.model.levels]
         remarks.append(("N", "; ".join(words)))
     else:
-        N = float(np.sqrt(model[0] * tau[0]))
+        tau = axis.taus[:1]
+        N = float(np.sqrt(_variance(axis, axis.broad, tau) * tau)[0])
         remarks.append(
             ("N", "the model has no white noise: this has its Allan deviation at one sample")
         )
@@ -60,7 +61,7 @@ def choose(axis: Axis, *, overbound: bool = False) -> Choice:
         if not walk.detected:
             remarks.append(("K", LIMIT))
     else:
-        K, remark = _covering_walk(axis, N, tau, model)
+        K, remark = _covering_walk(axis, N)
         remarks.append(("K", remark))
     return Choice(N, K, remarks=tuple(remarks), holds=tuple(holds))
 
@@ -78,7 +79,8 @@ def choose_lag(axis: Axis, time: float | None = None, *, overbound: bool = False
         if q_c > 0.0:
             holds = (*first.holds, lags[0].short)
             return Choice(first.N, 0.0, axis.scale * q_c, own, tuple(remarks), holds)
-    tau, model = axis.taus, _broad(axis)
+    tau = axis.taus
+    model = _variance(axis, axis.slow, tau)
     white = white_noise(first.N).allan_variance(tau, axis.sampling)
     missing = NEARLY**2 * model - white
     if not (missing > 0.0).any():
@@ -95,7 +97,7 @@ def choose_lag(axis: Axis, time: float | None = None, *, overbound: bool = False
     assert best is not None
     remark = (
         "the smallest whose Allan deviation, with N, is nowhere more than 5 % below that of the model without its"
-        " lines, ramps and bands"
+        " lines, ramps, bands and what averages out faster than white noise"
     )
     return Choice(
         first.N,
@@ -107,9 +109,9 @@ def choose_lag(axis: Axis, time: float | None = None, *, overbound: bool = False
     )
 
 
-def _broad(axis: Axis) -> NDArray[np.float64]:
-    """Allan variance of what a slow process may stand for, SI."""
-    return axis.scale**2 * axis.broad.allan_variance(axis.taus, axis.sampling)
+def _variance(axis: Axis, part: Model, tau: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Allan variance of a part of the axis's model, SI."""
+    return axis.scale**2 * part.allan_variance(tau, axis.sampling)
 
 
 def _limit(estimate: object) -> float:
@@ -117,16 +119,16 @@ def _limit(estimate: object) -> float:
     return 0.0 if interval is None else float(interval[1])
 
 
-def _covering_walk(
-    axis: Axis, N: float, tau: NDArray[np.float64], model: NDArray[np.float64]
-) -> tuple[float, str]:
+def _covering_walk(axis: Axis, N: float) -> tuple[float, str]:
+    tau = axis.taus
+    model = _variance(axis, axis.slow, tau)
     unit = walk(1.0).allan_variance(tau, axis.sampling)
     white = white_noise(N).allan_variance(tau, axis.sampling)
     needed = float(((NEARLY**2 * model - white) / unit).max())
     if needed > 0.0:
         return float(np.sqrt(needed)), (
-            "no random walk in the model: the smallest that keeps the Allan deviation of N and K above 95 % of the"
-            f" model's up to {tau[-1]:.3g} s"
+            "no random walk in the model: the smallest that keeps the Allan deviation of N and K above 95 % of that of"
+            f" its white and slow noise up to {tau[-1]:.3g} s"
         )
     return float(np.sqrt(white[-1] / unit[-1])), (
         f"no slow noise in the model: as large as the white noise at {tau[-1]:.3g} s, a larger one would have been seen"
