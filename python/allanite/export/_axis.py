@@ -113,9 +113,9 @@ class Axis:
 
     @property
     def slow(self) -> Model:
-        """What is left of `broad` without what averages out faster than white noise: no bias stands for quantization."""
+        """What is no line, band or ramp and averages out no faster than white noise: no bias stands for quantization."""
         broad = self.broad
-        kept = [e for e in broad.stochastic if not self._averages_out(e)]
+        kept = [e for e in broad.stochastic if e.occupies is None and not self._averages_out(e)]
         return Model((*kept, *broad.modifiers)) if kept else Model(())
 
     def _averages_out(self, effect: Effect) -> bool:

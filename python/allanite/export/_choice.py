@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from allanite.effects.model import Model
     from allanite.export._axis import Axis
 
-__all__ = ["choose", "choose_lag", "report"]
+__all__ = ["LIMIT", "choose", "choose_lag", "covering", "report"]
 
 #: A slow process that is not in the model is chosen so that the Allan deviation is nowhere below this part of the model's.
 NEARLY = 0.95
-LIMIT = "not detected: this is the 95 % upper limit"
+LIMIT = "not detected, this is the 95 % upper limit"
 
 
 def choose(axis: Axis, *, overbound: bool = False) -> Choice:
@@ -119,19 +119,25 @@ def _limit(estimate: object) -> float:
     return 0.0 if interval is None else float(interval[1])
 
 
-def _covering_walk(axis: Axis, N: float) -> tuple[float, str]:
+def covering(axis: Axis, rest: Model) -> float:
+    """Smallest K that, with the `rest` (SI), is nowhere more than 5 % below the Allan deviation of white and slow noise."""
     tau = axis.taus
-    model = _variance(axis, axis.slow, tau)
-    unit = walk(1.0).allan_variance(tau, axis.sampling)
-    white = white_noise(N).allan_variance(tau, axis.sampling)
-    needed = float(((NEARLY**2 * model - white) / unit).max())
+    missing = NEARLY**2 * _variance(axis, axis.slow, tau) - rest.allan_variance(tau, axis.sampling)
+    needed = float((missing / walk(1.0).allan_variance(tau, axis.sampling)).max())
+    return float(np.sqrt(max(0.0, needed)))
+
+
+def _covering_walk(axis: Axis, N: float) -> tuple[float, str]:
+    last = axis.taus[-1:]
+    needed = covering(axis, Choice(N).model)
     if needed > 0.0:
-        return float(np.sqrt(needed)), (
+        return needed, (
             "no random walk in the model: the smallest that keeps the Allan deviation of N and K above 95 % of that of"
-            f" its white and slow noise up to {tau[-1]:.3g} s"
+            f" its white and slow noise up to {last[0]:.3g} s"
         )
-    return float(np.sqrt(white[-1] / unit[-1])), (
-        f"no slow noise in the model: as large as the white noise at {tau[-1]:.3g} s, a larger one would have been seen"
+    white, unit = (e.allan_variance(last, axis.sampling)[0] for e in (white_noise(N), walk(1.0)))
+    return float(np.sqrt(white / unit)), (
+        f"no slow noise in the model: as large as the white noise at {last[0]:.3g} s, a larger one would have been seen"
     )
 
 

@@ -32,6 +32,8 @@ class Choice:
         Labels of the model's effects that the numbers are those of.
     overbound : bool
         Whether they stand for the whole model instead.
+    B : float
+        Bias instability, of a format that has a place for it; else 0.
     """
 
     N: float
@@ -41,6 +43,7 @@ class Choice:
     remarks: tuple[tuple[str, str], ...] = ()
     holds: tuple[str, ...] = ()
     overbound: bool = False
+    B: float = 0.0
 
     @property
     def sigma(self) -> float:
@@ -55,6 +58,8 @@ class Choice:
     def model(self) -> Model:
         """The numbers as a model in SI."""
         out = white_noise(self.N) + walk(self.K)
+        if self.B:
+            out = out + standard()["B"]().with_values(B=self.B)
         if self.q_c:
             out = out + lag(self.q_c, self.correlation_time)
         return out

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from allanite.effects import Stochastic
 from allanite.export._axis import rate_of, split
-from allanite.export._choice import choose, report
+from allanite.export._choice import LIMIT, choose, covering, report
 from allanite.export._lines import GENERAL
 from allanite.export._text import comments
 from allanite.export._triad import in_xyz
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
+    from allanite.export._held import Choice
 
 __all__ = ["render"]
 
@@ -26,11 +29,10 @@ NOTE = (
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """N as NoiseDensity (declared double-sided), B as BiasInstability, K as RandomWalk, in SI.
 
-    B and K that no model has are not written, and keep MATLAB's default of 0; an axis that lacks what others have has 0.
+    K covers other slow processes. B and K that no axis needs are not written, and keep MATLAB's default of 0; an axis
+    that lacks what others have has 0. With an overbound, B is inside N and K.
     """
     fs = rate_of(axes, rate, "matlab")
-    # With an overbound, B is inside N and K.
-    names = ("N", "K") if overbound else ("N", "B", "K")
     notes = [GENERAL, *NOTE]
     lines = [f"imu = imuSensor('accel-gyro', 'SampleRate', {fs:g});\n"]
     for own, member, maker, unit in zip(
@@ -42,10 +44,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     ):
         if not own:
             continue
-        for a in own:
-            held = ["N", *(name for name in names[1:] if name in a.coefficients)]
-            bound = choose(a, overbound=True) if overbound else None
-            notes += report(a, bound, held)
+        pairs = [(a, choose(a, overbound=True) if overbound else _chosen(a)) for a in own]
+        for axis, choice in pairs:
+            notes += report(axis, choice)
         arguments = ["'NoiseType', 'double-sided'"]
         said: list[str] = []
         for key, name, suffix in (
@@ -53,25 +54,55 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             ("BiasInstability", "B", unit),
             ("RandomWalk", "K", f"({unit})*sqrt(Hz)"),
         ):
-            found = [_value(axis, name, overbound=overbound) for axis in own]
-            if name not in names or all(v is None for v, _ in found):
+            found = [getattr(choice, name) for _, choice in pairs]
+            if not any(found):
                 continue
-            numbers, said = in_xyz(own, [(v or 0.0,) for v, _ in found])
-            remark = next((f"; {r}" for _, r in found if r), "")
-            lines.append(f"% {member} {key} in {suffix}{remark}\n")
+            numbers, said = in_xyz(own, [(v,) for v in found])
+            lines.append(f"% {member} {key} in {suffix}{_remarks(pairs, name)}\n")
             arguments.append(f"'{key}', [{' '.join(f'{v:.6e}' for (v,) in numbers)}]")
         notes += [f"{member} {line}" for line in said]
         lines.append(f"imu.{member} = {maker}( ...\n    " + ", ...\n    ".join(arguments) + ");\n")
     return comments(notes, "%") + "".join(lines)
 
 
-def _value(axis: Axis, name: str, *, overbound: bool) -> tuple[float | None, str]:
-    if overbound or name == "N":
-        choice = choose(axis, overbound=overbound)
-        return getattr(choice, name, None), choice.remark(name)
-    estimate = axis.coefficients.get(name)
-    if estimate is None:
-        return None, ""
-    if estimate.detected or estimate.interval is None:
-        return estimate.value, ""
-    return estimate.interval[1], "not detected: this is the 95 % upper limit"
+def _chosen(axis: Axis) -> Choice:
+    """N, B and K as they were fitted, or their upper limits; a K that covers what these do not hold, where it is larger."""
+    first = choose(axis)
+    remarks = {"N": first.remark("N")}
+    values = {"B": 0.0, "K": 0.0}
+    for name in values.keys() & axis.coefficients.keys():
+        estimate = axis.coefficients[name]
+        limit = not estimate.detected and estimate.interval is not None
+        values[name] = float(estimate.interval[1] if limit and estimate.interval else estimate)
+        remarks[name] = LIMIT if limit else ""
+    holds = [h for h in first.holds if h != "K"]
+    holds += [name for name in values if name in axis.coefficients]
+    choice = replace(first, B=values["B"], K=0.0)
+    needed = covering(axis, choice.model) if _has_others(axis) else 0.0
+    if needed > values["K"]:
+        values["K"] = needed
+        holds = [h for h in holds if h != "K"]
+        remarks["K"] = (
+            "the smallest that keeps the Allan deviation of N, B and K above 95 % of that of white and slow noise"
+            f" up to {axis.taus[-1]:.3g} s"
+        )
+    return replace(choice, K=values["K"], remarks=tuple(remarks.items()), holds=tuple(holds))
+
+
+def _has_others(axis: Axis) -> bool:
+    """Whether the model has a slow process that has no place of its own."""
+    return any(
+        isinstance(e, Stochastic)
+        and not e.white
+        and (e.standard is None or e.standard.name not in "BK")
+        for e in axis.slow
+    )
+
+
+def _remarks(pairs: Sequence[tuple[Axis, Choice]], name: str) -> str:
+    """What is to be said of the numbers of this name, with the axes that it is true of unless it is all of them."""
+    of: dict[str, list[str]] = {}
+    for axis, choice in pairs:
+        of.setdefault(choice.remark(name), []).append(axis.name)
+    said = ((r, names) for r, names in of.items() if r)
+    return "".join(f"; {r}" if len(of) == 1 else f"; {', '.join(n)}: {r}" for r, n in said)

@@ -121,7 +121,7 @@ def test_every_head_says_what_the_numbers_are(target):
     assert "in this file:" in text
     if target != "ros":
         assert "left out, this format cannot hold it:" in text
-    if target not in ("ros", "matlab"):
+    if target != "ros":
         assert "Allan deviation of what is written over the model's" in text
 
 

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
 from allanite.export import export
 from allanite.export._axis import axes_of
@@ -63,8 +64,69 @@ def test_no_lag_stands_for_it_either(fast):
     assert found[0] == pytest.approx(found[1], rel=1e-6)
 
 
+def test_no_random_walk_stands_for_a_resonance_that_is_all_there_is():
+    band = "RES(frequency=9,damping=0.01,rms=0.1)"
+    white = parse_model(band).allan_variance([0.01], 100.0)[0] * 0.01
+    walk = walk_of(export(axes_of([document("gyro_x", band)]), "kalibr"))
+    assert walk == pytest.approx(np.sqrt(3.0 * white) / 100.0, rel=1e-3)
+    assert "RandomWalk" not in export(axes_of([document("gyro_x", band)]), "matlab")
+
+
 def test_quantization_alone_has_the_white_noise_of_one_sample_and_hardly_a_walk():
     text = export(axes_of([document("gyro_x", "Q(Q=2e-4)")]), "kalibr")
     white = np.sqrt(3.0) * 2e-4 * 10.0  # √3 Q/τ0 over √rate
     assert f"gyroscope_noise_density: {white:.6e}" in text
     assert walk_of(text) == pytest.approx(np.sqrt(3.0) * white / 100.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        "N(N=1e-3)+B(B=2e-4)+GM(q_c=5e-4,T=20)",
+        "N(N=1e-3)+PL(exponent=-1.4,level=1e-4)",
+        "N(N=1e-3)+B(B=2e-4)+K(K=1e-6)+GM(q_c=5e-4,T=20)",
+    ],
+)
+def test_the_random_walk_of_matlab_covers_what_its_other_numbers_do_not(model):
+    text = export(axes_of([document("gyro_x", model)]), "matlab")
+    white, walk = (matlab_of(text, key)[0] for key in ("NoiseDensity", "RandomWalk"))
+    flicker = matlab_of(text, "BiasInstability")[0] if "B(" in model else 0.0
+    written = f"N(N={white})+B(B={flicker})+K(K={walk})"
+    found = ratio(written, model)
+    # τ of use are a grid, eight a decade; between them a little less.
+    assert 0.94 < found[0] < 0.96
+    assert ratio_of(text, "gyro_x") == pytest.approx(found, rel=0.01)
+    assert "the smallest that keeps the Allan deviation of N, B and K above 95 %" in text
+
+
+@pytest.mark.parametrize(
+    "model", ["N(N=1e-3)+B(B=2e-4)", "N(N=1e-3)+Q(Q=2e-4)", "N(N=1e-3)+RES(f=9,damping=0.01,rms=1)"]
+)
+def test_matlab_needs_no_random_walk_where_nothing_slow_is_left(model):
+    text = export(axes_of([document("gyro_x", model)]), "matlab")
+    assert "RandomWalk" not in text
+    assert ratio_of(text, "gyro_x")
+
+
+def test_a_comment_on_three_numbers_names_the_axes_that_it_is_true_of():
+    documents = []
+    for letter in "xyz":
+        values = {
+            "angle_random_walk": (
+                "N",
+                Estimate(1e-3, 1e-5, (9e-4, 1.1e-3), "rad/s·s^½", True, "N"),
+            ),
+            "bias_instability": (
+                "B",
+                Estimate(0.0, 1e-5, (0.0, 2e-5), "rad/s", letter == "z", "B"),
+            ),
+            "rate_random_walk": ("K", Estimate(0.0, 1e-7, (0.0, 3e-7), "rad/s/s^½", False, "K")),
+        }
+        effects = [{"kind": k, "parameters": {n: e.to_dict()}} for k, (n, e) in values.items()]
+        recording = {"column": f"gyro_{letter}", "unit": "rad/s", "rate_hz": 100.0}
+        documents.append({"schema": "allanite/fit/1", "recording": recording, "effects": effects})
+    lines = export(axes_of(documents), "matlab").splitlines()
+    (flicker,) = (line for line in lines if line.startswith("% Gyroscope BiasInstability"))
+    assert flicker.endswith("; gyro_x, gyro_y: not detected, this is the 95 % upper limit")
+    (walk,) = (line for line in lines if line.startswith("% Gyroscope RandomWalk"))
+    assert walk.endswith("*sqrt(Hz); not detected, this is the 95 % upper limit")
