@@ -155,6 +155,12 @@ def report(axis: Axis, choice: Choice | None, written: Sequence[str] = ()) -> li
     if choice is not None and choice.overbound:
         inside = "numbers above the model's upper limits in place of all its effects"
         missing = []
+    if choice is not None and choice.others:
+        of: dict[str, list[str]] = {}
+        for name, other in choice.others:
+            of.setdefault(other, []).append(name)
+        donors = ", ".join(f"{' and '.join(names)} of {other}" for other, names in of.items())
+        inside += f" (the largest of the axes: {donors})"
     lines = [f"{axis.name}: {origin}; model {axis.model.name}; in this file: {inside}"]
     if axis.warning:
         lines.append(f"  WARNING: {axis.warning}")

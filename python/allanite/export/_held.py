@@ -34,6 +34,8 @@ class Choice:
         Whether they stand for the whole model instead.
     B : float
         Bias instability, of a format that has a place for it; else 0.
+    others : tuple of (str, str)
+        Numbers that are those of another axis, by name, and that axis: a format may have one number for all of them.
     """
 
     N: float
@@ -44,6 +46,7 @@ class Choice:
     holds: tuple[str, ...] = ()
     overbound: bool = False
     B: float = 0.0
+    others: tuple[tuple[str, str], ...] = ()
 
     @property
     def sigma(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from allanite.export._axis import Axis
     from allanite.export._held import Choice
 
-__all__ = ["chosen", "head", "largest", "value_lines"]
+__all__ = ["chosen", "head", "largest", "shared", "value_lines"]
 
 GENERAL = "Written by allanite. Densities are two-sided: white noise has S(f) = N^2, sigma^2(tau) = N^2/tau."
 
@@ -30,9 +31,27 @@ def head(pairs: Iterable[tuple[Axis, Choice]], convention: Sequence[str]) -> lis
     return [GENERAL, *convention, *(line for a, c in pairs for line in report(a, c))]
 
 
+def shared(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis, Choice]]:
+    """Each axis with the N and K that a format with one number for all of them has: the largest."""
+    if not pairs:
+        return []
+    donors = {name: _donor(pairs, name) for name in ("N", "K")}
+    numbers = {name: getattr(choice, name) for name, (_, choice) in donors.items()}
+    out = []
+    for axis, own in pairs:
+        smaller = [name for name, value in numbers.items() if getattr(own, name) < value]
+        others = tuple((name, donors[name][0].name) for name in smaller)
+        out.append((axis, replace(own, **numbers, others=others)))
+    return out
+
+
+def _donor(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[Axis, Choice]:
+    return max(pairs, key=lambda pair: getattr(pair[1], name))
+
+
 def largest(pairs: Sequence[tuple[Axis, Choice]], name: str) -> tuple[float, str]:
     """Largest N or K of several axes, for a format with one number for all of them; and a remark."""
-    axis, choice = max(pairs, key=lambda pair: getattr(pair[1], name))
+    axis, choice = _donor(pairs, name)
     value = getattr(choice, name)
     if not value > 0.0:
         raise InputError(
@@ -73,7 +92,8 @@ def value_lines(
     """
     gyro, accel = split(axes)
     pairs = {"gyro": chosen(gyro, overbound=overbound), "accel": chosen(accel, overbound=overbound)}
-    lines = [comments(head([*pairs["gyro"], *pairs["accel"]], convention), mark)]
+    held = [pair for own in pairs.values() for pair in shared(own)]
+    lines = [comments(head(held, convention), mark)]
     for sensor, own in pairs.items():
         if not own:
             lines.append(f"{mark} {sensor}: no model was given\n")

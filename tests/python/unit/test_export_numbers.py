@@ -130,3 +130,49 @@ def test_a_comment_on_three_numbers_names_the_axes_that_it_is_true_of():
     assert flicker.endswith("; gyro_x, gyro_y: not detected, this is the 95 % upper limit")
     (walk,) = (line for line in lines if line.startswith("% Gyroscope RandomWalk"))
     assert walk.endswith("*sqrt(Hz); not detected, this is the 95 % upper limit")
+
+
+AXES = {
+    "gyro_x": "N(N=8e-4)+K(K=1e-5)",
+    "gyro_y": "N(N=2e-3)+GM(q_c=5e-5,T=20)",
+    "gyro_z": "N(N=7e-4)+K(K=2e-4)",
+}
+ONE_FOR_THREE = [
+    "kalibr", "vins", "gtsam", "orbslam3", "liosam", "fastlio", "px4", "ardupilot", "airsim",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("target", ONE_FOR_THREE)
+def test_one_number_for_three_axes_is_compared_with_each(target):
+    own = [document(name, text) for name, text in AXES.items()]
+    own += [document("acc_x", "N(N=1e-3)+K(K=1e-5)", "m/s^2")]
+    text = export(axes_of(own), target)
+    written = "N(N=2e-3)+K(K=2e-4)"
+    for name, model in AXES.items():
+        assert ratio_of(text, name) == pytest.approx(ratio(written, model), rel=0.02, abs=0.01)
+    assert "N+K; in this file: N, K (the largest of the axes: N of gyro_y, K of gyro_z)" in text
+    assert "N+GM; in this file: N (the largest of the axes: K of gyro_z)" in text
+    assert "N+K; in this file: N, K (the largest of the axes: N of gyro_y)" in text
+    # What is alone in its place is compared with itself, and not with the other sensor.
+    assert ratio_of(text, "acc_x") == [1.0, 1.0]
+
+
+def test_both_numbers_of_one_axis_are_named_together():
+    own = [document("gyro_x", "N(N=1e-3)+K(K=1e-5)"), document("gyro_y", "N(N=2e-3)+K(K=2e-5)")]
+    text = export(axes_of(own), "kalibr")
+    assert "in this file: N, K (the largest of the axes: N and K of gyro_y)\n" in text
+    assert "in this file: N, K\n" in text
+
+
+def test_numbers_of_their_own_are_compared_with_their_own_axis():
+    own = axes_of([document(name, text) for name, text in AXES.items()])
+    text = export(own, "c-header")
+    assert ratio_of(text, "gyro_x") == ratio_of(text, "gyro_z") == [1.0, 1.0]
+    assert "largest" not in text
+
+
+def test_an_overbound_of_three_axes_is_compared_with_each():
+    own = axes_of([document(name, text) for name, text in AXES.items()])
+    text = export(own, "kalibr", overbound=True)
+    assert ratio_of(text, "gyro_x")[0] > 2.0
+    assert "of all its effects (the largest of the axes: N of gyro_y, K of gyro_z)" in text

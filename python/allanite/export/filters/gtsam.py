@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.export._axis import split
-from allanite.export._lines import chosen, head, largest
+from allanite.export._lines import chosen, head, largest, shared
 from allanite.export._text import comments
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "GTSAM: continuous-time covariances (densities squared): N^2 and K^2, independent of the sampling rate.",
     )
     lines = [
-        comments(head([*gyro, *accel], convention)),
+        comments(head([*shared(gyro), *shared(accel)], convention)),
         "import gtsam\nimport numpy as np\n\n",
         "# Gravity along -z of a frame whose z points up; MakeSharedD for one that points down.\n",
         "parameters = gtsam.PreintegrationCombinedParams.MakeSharedU(9.80665)\n",

@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING
 
 from allanite.export._axis import split
-from allanite.export._lines import chosen, head, largest
+from allanite.export._lines import chosen, head, largest, shared
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +32,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "AirSim: continuous time, two-sided, deviations; it divides by sqrt(dt) itself. K = BiasStability/sqrt(Tau).",
     )
     sensor: dict[str, object] = {"SensorType": 2, "Enabled": True}
-    notes = head([*gyro, *accel], convention)
+    notes = head([*shared(gyro), *shared(accel)], convention)
     degree = math.pi / 180.0
     for own, keys, n_unit, k_unit in (
         (gyro, ("AngularRandomWalk", "GyroBiasStabilityTau", "GyroBiasStability"), degree / 60.0, degree / 3600.0),
