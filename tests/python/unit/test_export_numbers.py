@@ -1,5 +1,6 @@
 """What a file says of its numbers is true of those that are in it; no slow process stands for fast noise."""
 
+import json
 import re
 
 import numpy as np
@@ -176,3 +177,16 @@ def test_an_overbound_of_three_axes_is_compared_with_each():
     text = export(own, "kalibr", overbound=True)
     assert ratio_of(text, "gyro_x")[0] > 2.0
     assert "of all its effects (the largest of the axes: N of gyro_y, K of gyro_z)" in text
+
+
+def test_a_state_space_has_the_fitted_value_of_what_is_not_detected():
+    values = {
+        "angle_random_walk": Estimate(1e-3, 1e-5, (9e-4, 1.1e-3), "rad/s·s^½", True, "N"),
+        "rate_random_walk": Estimate(1e-6, 1e-6, (0.0, 3e-6), "rad/s/s^½", False, "K"),
+    }
+    effects = [{"kind": k, "parameters": {e.name: e.to_dict()}} for k, e in values.items()]
+    recording = {"column": "gyro_x", "unit": "rad/s", "rate_hz": 100.0}
+    whole = axes_of([{"schema": "allanite/fit/1", "recording": recording, "effects": effects}])
+    for overbound, walk in ((False, 1e-6), (True, 3e-6)):
+        (axis,) = json.loads(export(whole, "statespace", overbound=overbound))["axes"]
+        assert np.array(axis["Q"])[0, 0] == pytest.approx(walk**2 / 100.0)
