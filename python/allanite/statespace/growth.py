@@ -68,6 +68,8 @@ class Growth:
         Effects that depend on the time of the record (a step, a temperature, a louder stretch) and are not in it.
     aided : float
         Seconds of aiding before the fix.
+    following : tuple of str
+        Those of `left_out` that follow a column.
 
     Examples
     --------
@@ -86,6 +88,7 @@ class Growth:
     budget: dict[str, Array]
     left_out: tuple[str, ...]
     aided: float
+    following: tuple[str, ...] = ()
 
     @property
     def shown(self) -> tuple[str, float]:
@@ -106,11 +109,23 @@ class Growth:
         ]
         lines += ["".join(f"{v:13.4g}" for v in row) for row in zip(*columns, strict=True)]
         if measured is not None:
-            lines.append(f"measured on {measured.segments} segments")
-        if self.left_out:
-            lines.append(
-                f"not predicted, they happen at times of their own: {', '.join(self.left_out)}"
-            )
+            s = "" if measured.segments == 1 else "s"
+            lines.append(f"measured on {measured.segments} segment{s}")
+        timed = [kind for kind in self.left_out if kind not in self.following]
+        for kinds, one, more in (
+            (timed, "it happens at times of its own", "they happen at times of their own"),
+            (
+                self.following,
+                "it follows a column whose future is not known",
+                "they follow columns whose future is not known",
+            ),
+        ):
+            if kinds:
+                several = len(kinds) > 1
+                line = f"not predicted, {more if several else one}: {', '.join(kinds)}"
+                # The samples of the log are integrated as they are.
+                with_it = f" (measured with {'them' if several else 'it'})"
+                lines.append(line + (with_it if measured is not None else ""))
         return "\n".join(lines)
 
     def __str__(self) -> str:
@@ -223,7 +238,9 @@ def predict(
         )
     if duration is not None:
         model = model.steady((0.0, positive(duration, "duration", "s", "give that of the record")))
-    parts, left_out = _parts(model, fs)
+    parts, left = _parts(model, fs)
+    left_out = tuple(effect.kind for effect in left)
+    following = tuple(effect.kind for effect in left if "column" in effect.values)
     sums = {k: Sums(_variogram(terms, top)) for k, terms in parts.items() if terms}
     out = []
     for quantity, si, order, factor in QUANTITIES[parsed.kind]:
@@ -239,7 +256,9 @@ def predict(
                 budget[label].append(factor * found)
         sizes = {k: parsed.scale * np.array(v) for k, v in budget.items()}
         total = np.sqrt(sum((v**2 for v in sizes.values()), np.zeros(len(ahead))))
-        out.append(Growth(quantity, si, np.array(ahead) / fs, total, sizes, left_out, aided))
+        out.append(
+            Growth(quantity, si, np.array(ahead) / fs, total, sizes, left_out, aided, following)
+        )
     return tuple(out)
 
 
@@ -303,10 +322,10 @@ def _count(seconds: float, rate: float, name: str) -> int:
     return max(1, round(seconds * rate))
 
 
-def _parts(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tuple[str, ...]]:
-    """Terms of each effect that grows by itself; none for a known function that repeats everywhere."""
+def _parts(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tuple[Effect, ...]]:
+    """Terms of each effect that grows by itself, none for a known function that repeats everywhere; what is left out."""
     out: dict[str, tuple[Term, ...]] = {}
-    left_out = []
+    left_out: list[Effect] = []
     for effect, label in zip(model.effects, model.labels, strict=True):
         if isinstance(effect, Stochastic):
             value = getattr(effect, effect.coefficient)
@@ -318,9 +337,9 @@ def _parts(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tupl
             if effect.own_allan_variance(np.ones(1), rate)[0] > 0.0:
                 out[label] = ()
             else:
-                left_out.append(effect.kind)
+                left_out.append(effect)
         elif isinstance(effect, Modifier) and effect.passing:
-            left_out.append(effect.kind)
+            left_out.append(effect)
     return out, tuple(left_out)
 
 

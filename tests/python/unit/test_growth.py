@@ -111,6 +111,21 @@ def test_budget_adds_in_squares_and_names_what_is_left_out():
     assert line.max() < 0.01 * 9.80665e-3 / (2 * np.pi * 0.1) * np.sqrt(2.0) * 1.01
 
 
+def test_what_follows_a_column_is_left_out_for_that_reason():
+    text = "N(N=1)+STEP(t=5,h=1)+COV(column=temp,coefficient=1)+NCOL(column=temp,coefficient=0.1,reference=20)"
+    growth = angle(text, tau=[1.0])
+    steps, columns = growth.table().splitlines()[-2:]
+    assert steps == "not predicted, it happens at times of its own: bias_step"
+    assert columns == (
+        "not predicted, they follow columns whose future is not known: covariate, noise_of_column"
+    )
+    seen = al.measured_growth(parse_model("N(N=1)").simulate(n=600, rate=RATE, unit="rad/s"), growth)
+    lines = growth.table(seen).splitlines()
+    assert lines[-3] == "measured on 1 segment"
+    assert lines[-2].endswith("bias_step (measured with it)")
+    assert lines[-1].endswith("noise_of_column (measured with them)")
+
+
 @pytest.mark.parametrize("quantity", [0, 1, 2])
 def test_simulation_agrees(quantity):
     model = parse_model("Q(Q=1e-4)+N(N=0.01)+B(B=0.02)+K(K=2e-3)+GM(q_c=0.02,T=2)+R(R=1e-3)")

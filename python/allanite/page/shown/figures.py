@@ -194,7 +194,7 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
         marks.append(Line(growth.tau, growth.total, "model", "" if i else "Model, in all", 2.2))
         try:
             seen = measured_growth(tab.log, growth)
-            words = f"Measured, {seen.segments} segments"
+            words = f"Measured, {seen.segments} segment{'' if seen.segments == 1 else 's'}"
             marks.append(Points(seen.tau, seen.rms, "measured", "" if i else words))
         except TooShortError:
             pass
