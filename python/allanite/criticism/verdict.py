@@ -11,6 +11,7 @@ from allanite.common.numbers import tidy
 from allanite.common.showing import brief
 from allanite.criticism import over_frequency, over_tau
 from allanite.criticism.over_time import time_map
+from allanite.fit.curve import FEWEST_EDF
 
 if TYPE_CHECKING:
     from allanite.fit.likelihood.whitened import Whitened
@@ -33,6 +34,8 @@ class Where:
         s, Hz, s.
     largest : (model over measured deviation, τ in s) or None
         The largest ratio of the curve, edf ≥ 10.
+    few : tuple of float
+        τ with fewer degrees of freedom, which the error of a fit leaves out, s.
     """
 
     tau: list[dict[str, Any]]
@@ -42,6 +45,7 @@ class Where:
     worst_frequency: Range
     worst_time: Range
     largest: tuple[float, float] | None = None
+    few: tuple[float, ...] = ()
 
     __repr__ = brief
 
@@ -71,13 +75,19 @@ class Where:
             low, high = self.worst_tau
             inside = [r for r in self.tau if low <= r["tau_s"] <= high]
             peak = max(inside, key=lambda r: abs(np.log(r["ratio"])))
+            # The worst of a fit's summary is another one, and nearer.
+            left_out = f"; fewer than {FEWEST_EDF:g} degrees of freedom, so not in the Allan error"
             out.append(
                 f"over τ: {_factor(1.0 / peak['ratio'])} at {peak['tau_s']:.3g} s"
-                f"{_span(low, high, 's')} (z = {peak['z']:+.1f})"
+                f"{_span(low, high, 's')} (z = {peak['z']:+.1f}"
+                f"{left_out if peak['tau_s'] in self.few else ''})"
             )
             if self.largest is not None and not low <= self.largest[1] <= high:
                 factor, tau = self.largest
-                out.append(f"over τ: {_factor(factor)} at {tau:.3g} s, the most anywhere")
+                out.append(
+                    f"over τ: {_factor(factor)} at {tau:.3g} s, the most where there are"
+                    f" {FEWEST_EDF:g} degrees of freedom or more"
+                )
         if self.worst_frequency is not None:
             low, high = self.worst_frequency
             inside = [r for r in self.frequency if low <= r["low_hz"] and r["high_hz"] <= high]
@@ -127,4 +137,5 @@ def criticise(fit: Fit, whitened: Whitened) -> Where:
         over_frequency.worst(fit),
         times.worst(),
         fit.curve.worst,
+        tuple(fit.curve.tau[~fit.curve.judged].tolist()),
     )

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from allanite.common.numbers import ends_apart, harmonics_text, numbers_text
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed, relative_unit
@@ -85,7 +83,8 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
             f" (expected scatter: {e.chance_rms_percent:.2g} %)"
         )
     if e.adev_worst is not None:
-        line += f", at most ×{np.exp(abs(np.log(e.adev_worst[0]))):.3g} at {e.adev_worst[1]:.3g} s"
+        factor, tau = e.adev_worst
+        line += f", worst where the model is ×{factor:.3g} the measured, at {tau:.3g} s"
     if fit.discrepancy.percent:
         off = fit.discrepancy.percent
         # The scale of what is off, of which a few bins may be by far more.

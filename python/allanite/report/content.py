@@ -184,7 +184,7 @@ def _agreement(fit: dict[str, Any], place: str) -> Cell:
         words += _flat(exact(e["chance_rms_percent"], f"{place}.error.chance_rms_percent", 2))
         words += [" % rms)"]
     if e["adev_worst"] is not None:
-        words += [", the model at most "]
+        words += [", worst where the model is "]
         words += _factor(e["adev_worst"], f"{place}.error.adev_worst")
     if fit["discrepancy"]["percent"]:
         words += [". It is within "]
@@ -209,7 +209,7 @@ def _factor(worst: dict[str, Any], place: str) -> list[str | Number]:
     words: list[str | Number] = [
         "×",
         *_flat(exact(factor, f"{place}.factor", 3)),
-        " the measured at ",
+        " the measured, at ",
     ]
     return [*words, *_flat(exact(worst["tau_s"], f"{place}.tau_s", 3)), " s"]
 

@@ -119,7 +119,9 @@ def test_what_follows_a_column_is_left_out_for_that_reason():
     assert columns == (
         "not predicted, they follow columns whose future is not known: covariate, noise_of_column"
     )
-    seen = al.measured_growth(parse_model("N(N=1)").simulate(n=600, rate=RATE, unit="rad/s"), growth)
+    seen = al.measured_growth(
+        parse_model("N(N=1)").simulate(n=600, rate=RATE, unit="rad/s"), growth
+    )
     lines = growth.table(seen).splitlines()
     assert lines[-3] == "measured on 1 segment"
     assert lines[-2].endswith("bias_step (measured with it)")

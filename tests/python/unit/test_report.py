@@ -189,6 +189,7 @@ def test_markdown_and_its_figures(report, tmp_path):
         assert float(row.split("|")[4]) == pytest.approx(point["deviation"], rel=1e-4)
     assert "`" not in text
     assert report.to_markdown().count("![") == 0
+    assert "worst where the model is ×" in report.to_markdown()
 
 
 def test_interactive_embeds_plotly_once(report, run, log, tmp_path):
