@@ -9,7 +9,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.validation import SEEDS, positive, positive_rate, whole
-from allanite.effects import Model, Moving, parse_model, weights
+from allanite.effects import Model, Moving, as_model, weights
 from allanite.effects.terms import Exponential, White
 from allanite.recording import Recording
 from allanite.recording.samples import covariate_of
@@ -208,10 +208,7 @@ class _Source:
         axis: int,
         replicate: int,
     ) -> None:
-        if isinstance(model, str):
-            model = parse_model(model)
-        if not isinstance(model, Model):
-            model = Model((model,))
+        model = as_model(model)
         self.rate = positive_rate(rate)
         self.n = _length(duration, n, self.rate)
         self.unit = unit

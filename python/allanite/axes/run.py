@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from allanite.axes.characterization import Characterization, common_of
 from allanite.common.errors import AllaniteError
 from allanite.common.threads import side_by_side
+from allanite.common.validation import recorded
 from allanite.fit.likelihood.remembered import give_back
 from allanite.study import LIMIT, improve
 
@@ -66,6 +67,7 @@ def characterize(
     >>> list(found.studies), dict(found.failed)
     (['gx', 'gy'], {})
     """
+    recorded(recording)
     columns = list(recording)
     found = improve_columns(columns, [model] * len(columns), on_progress, limit, tolerance)
     studies: dict[str, Study] = {}

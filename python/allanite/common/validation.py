@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import operator
+from os import PathLike, fspath
 
 from allanite.common.errors import InputError
 
-__all__ = ["LARGEST", "SEEDS", "moment", "positive", "positive_rate", "whole"]
+__all__ = ["LARGEST", "SEEDS", "moment", "positive", "positive_rate", "recorded", "whole"]
 
 #: Seeds are 64 bits of the generator's key.
 SEEDS = 2**64 - 1
@@ -57,6 +58,26 @@ def positive_rate(rate: object) -> float:
             f"the rate must be from {1 / FASTEST:g} to {FASTEST:g} Hz, found {number:g}"
         )
     return number
+
+
+def recorded(given: object) -> None:
+    """What is computed of a recording (or of a summary, its stand-in) is given one.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    if hasattr(given, "columns") and hasattr(given, "rate"):
+        return
+    if isinstance(given, (str, PathLike)):
+        path = fspath(given)
+        raise InputError(f"{path!r} is a path, no recording: give al.read({path!r})")
+    what = "an array" if hasattr(given, "__array__") or isinstance(given, (list, tuple)) else ""
+    raise InputError(
+        f"{what or type(given).__name__} is no recording:"
+        " give al.Recording(x, rate=…, unit=…), or al.read(path)"
+    )
 
 
 def moment(seconds: float, rate: float) -> int:

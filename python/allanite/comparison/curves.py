@@ -133,7 +133,7 @@ def _ratio(value: float | None, reference: float | None, factor: float) -> str:
 
 
 def compare(
-    items: Sequence[tuple[str, Recording | Model, str | None]],
+    items: Sequence[tuple[str, Recording | Model | str, str | None]],
     rate: float | None = None,
     unit: str | None = None,
 ) -> Curves:
@@ -141,7 +141,7 @@ def compare(
 
     Parameters
     ----------
-    items : sequence of (name, Recording of one column or Model, unit or None)
+    items : sequence of (name, Recording of one column, Model or str, unit or None)
         The unit is that of a model's samples.
     rate : float, optional
         Sampling rate of the models, Hz; the first log's if left out.
@@ -156,7 +156,7 @@ def compare(
     Raises
     ------
     InputError
-        Models alone, without a rate.
+        Models alone, without a rate; no list of such items.
 
     Examples
     --------
@@ -165,9 +165,19 @@ def compare(
     >>> print((found.curves[0].deviation / found.curves[1].deviation)[:2])
     [2. 2.]
     """
+    from collections.abc import Sequence
+
     from allanite.deviation import oadev
+    from allanite.effects import as_model
     from allanite.recording import Recording
 
+    if not isinstance(items, Sequence) or any(
+        not isinstance(item, (tuple, list)) or len(item) != 3 for item in items
+    ):
+        raise InputError(
+            "compare takes a list of (name, recording or model, unit or None):"
+            " give [('log', recording, None), ('model', model, None)]"
+        )
     logs = [(name, item) for name, item, _ in items if isinstance(item, Recording)]
     measured = {name: oadev(log) for name, log in logs}
     rate = (logs[0][1].rate if logs else None) if rate is None else positive_rate(rate)
@@ -189,7 +199,7 @@ def compare(
                 )
             )
         else:
-            variance = item.allan_variance(tau, rate=rate)
+            variance = as_model(item).allan_variance(tau, rate=rate)
             deviation: NDArray[np.float64] = np.sqrt(variance).astype(np.float64)
             curves.append(Drawn(name, "model", parse_unit(own or unit).name, tau, deviation))
     return Curves(tuple(curves))

@@ -7,7 +7,7 @@ from allanite.effects._level import Level
 from allanite.effects._limits import limitable
 from allanite.effects._modifier import Modifier
 from allanite.effects._moving import Moving, weights
-from allanite.effects.files import model_from_dict, model_to_dict, parse_model
+from allanite.effects.files import as_model, model_from_dict, model_to_dict, parse_model
 from allanite.effects.model import Model
 from allanite.effects.registry import CATALOGUE, find, register, standard, title_of, white_noise
 
@@ -24,6 +24,7 @@ __all__ = [
     "Periodic",
     "Stochastic",
     "StraightLine",
+    "as_model",
     "find",
     "limitable",
     "model_from_dict",

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from allanite import _kernels
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.files import whole_file
+from allanite.effects._base import Effect
 from allanite.effects.model import Model
 from allanite.effects.registry import find
 from allanite.effects.strings import parse_string
 
-if TYPE_CHECKING:
-    from allanite.effects._base import Effect
-
-__all__ = ["kept_of", "model_from_dict", "model_to_dict", "parse_model", "save_model"]
+__all__ = [
+    "as_model",
+    "kept_of",
+    "model_from_dict",
+    "model_to_dict",
+    "parse_model",
+    "save_model",
+]
 
 SCHEMAS = ("allanite/model/1", "allanite/fit/1", "allanite/check/1", "allanite/check/2")
 
@@ -134,3 +139,21 @@ def save_model(model: Model, path: str | Path) -> None:
     """Write ``allanite/model/1``."""
     with whole_file(path) as draft:
         draft.write_text(json.dumps(model_to_dict(model), indent=1) + "\n", encoding="utf-8")
+
+
+def as_model(given: object) -> Model:
+    """The model of whatever stands for one: a model, a string or file of one, an effect, a fit.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    given = getattr(given, "model", given)
+    if isinstance(given, Effect):
+        return Model((given,))
+    if isinstance(given, (str, Model)):
+        return parse_model(given)
+    raise InputError(
+        f"a model is needed, found {type(given).__name__}: give a string such as 'N+B+K', or al.parse_model(…)"
+    )

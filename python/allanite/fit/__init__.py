@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 from allanite.common.errors import InputError
 from allanite.common.several import by_column
-from allanite.effects import Modifier, Periodic
+from allanite.common.validation import recorded
+from allanite.effects import Modifier, Periodic, as_model
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import prepare
 from allanite.fit.measures import Error, Misfit
@@ -64,13 +65,8 @@ def fit_model(
     >>> bool(low < 0.1 < high)
     True
     """
-    from allanite.effects import Model as _Model
-    from allanite.effects import parse_model
-
-    if isinstance(model, str):
-        model = parse_model(model)
-    if not isinstance(model, _Model):
-        model = _Model((model,))
+    recorded(recording)
+    model = as_model(model)
     if method not in METHODS:
         raise InputError(f"method {method!r} is unknown (known: {', '.join(METHODS)})")
     if isinstance(recording, Summary) and recording.whole:

@@ -20,6 +20,7 @@ from allanite.effects import (
     Modifier,
     Periodic,
     Stochastic,
+    as_model,
     parse_model,
 )
 from allanite.planning import expected as _expected
@@ -214,13 +215,6 @@ def power(
         odds.probability,
         errors,
     )
-
-
-def as_model(model: Model | Effect | str) -> Model:
-    """A model of whatever stands for one."""
-    if isinstance(model, str):
-        model = parse_model(model)
-    return model if isinstance(model, Model) else Model((model,))
 
 
 def as_effect(effect: Effect | str) -> Effect:

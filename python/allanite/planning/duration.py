@@ -10,8 +10,9 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.validation import positive, positive_rate
+from allanite.effects import as_model
 from allanite.planning import expected as _expected
-from allanite.planning.detection import Power, as_effect, as_model, chance_of
+from allanite.planning.detection import Power, as_effect, chance_of
 from allanite.planning.detection import power as power_of
 from allanite.planning.errors import standard_errors
 from allanite.planning.telling import log_odds, two_of

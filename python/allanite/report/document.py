@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.common.files import check_target, whole_file
+from allanite.common.validation import recorded
 
 if TYPE_CHECKING:
     from allanite.axes import Characterization
@@ -228,6 +229,7 @@ def make_report(
     """
     from allanite.study import improve
 
+    recorded(recording)
     asked = {"model": str(getattr(model, "name", model)), **(options or {})}
     if len(recording.columns) > 1:
         from allanite.axes import characterize

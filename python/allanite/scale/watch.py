@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from allanite.common.errors import InputError, about
 from allanite.common.files import whole_file
 from allanite.common.validation import positive_rate
-from allanite.effects import Model
+from allanite.effects import as_model
 from allanite.scale.bets import Bets
 from allanite.summary import Summary
 from allanite.summary.stretch import Stretch
 
 if TYPE_CHECKING:
-    from allanite.effects import Effect
+    from allanite.effects import Effect, Model
 
 __all__ = ["Alarm", "Watch"]
 
@@ -83,7 +83,7 @@ class Watch:
 
     Parameters
     ----------
-    model : Model or Effect
+    model : Model, Effect or str
         With values.
     rate : float
         Hz.
@@ -127,10 +127,13 @@ class Watch:
     """
 
     def __init__(
-        self, model: Model | Effect, rate: float, unit: str = "1", tolerance: float = TOLERANCE
+        self,
+        model: Model | Effect | str,
+        rate: float,
+        unit: str = "1",
+        tolerance: float = TOLERANCE,
     ) -> None:
-        if not isinstance(model, Model):
-            model = Model((model,))
+        model = as_model(model)
         self.model, self.rate, self.unit = model, positive_rate(rate), unit
         self.tolerance = tolerance
         for effect in model.stochastic:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.common.errors import InputError, TooShortError
+from allanite.common.validation import recorded
+from allanite.effects import as_model
 from allanite.effects._known import Periodic
 from allanite.statespace.model import StateSpace, state_space
 
@@ -219,13 +221,8 @@ def innovations(
     >>> print(round(al.innovations(x, al.AngleRandomWalk(N=0.05)).mean_nis))
     4
     """
-    from allanite.effects import Model, parse_model
-
-    model = getattr(model, "model", model)
-    if isinstance(model, str):
-        model = parse_model(model)
-    if not isinstance(model, Model):
-        model = Model((model,))
+    recorded(recording)
+    model = as_model(model)
     samples = np.array(recording.rate_samples(), dtype=np.float64)
     n, rate = samples.size, recording.rate
     for effect in model.modifiers:

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.units import parse_unit
-from allanite.common.validation import positive, positive_rate
-from allanite.effects import Model
+from allanite.common.validation import positive, positive_rate, recorded
+from allanite.effects import Model, as_model
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
 from allanite.effects._modifier import Modifier
@@ -174,7 +174,7 @@ class Measured:
 
 
 def predict(
-    model: Model | Effect | Any,
+    model: Model | Effect | str | Any,
     *,
     aided: float,
     unit: str | None = None,
@@ -186,7 +186,7 @@ def predict(
 
     Parameters
     ----------
-    model : Model, Effect or Fit
+    model : Model, Effect, str or Fit
         Every value given.
     aided : float
         Seconds of aiding before the fix, over which the bias was averaged.
@@ -218,9 +218,7 @@ def predict(
     [0.1]
     """
     recording = getattr(model, "recording", None)
-    model = getattr(model, "model", model)
-    if not isinstance(model, Model):
-        model = Model((model,))
+    model = as_model(model)
     unit = unit or getattr(recording, "unit", None)
     rate = rate or getattr(recording, "rate", None)
     duration = duration or getattr(recording, "duration", None)
@@ -291,6 +289,7 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
     >>> print((seen.rms / angle.total).round(1), seen.segments)
     [1.] 454
     """
+    recorded(recording)
     parsed = parse_unit(recording.unit)
     order, factor = next(
         (order, factor) for q, _, order, factor in QUANTITIES[parsed.kind] if q == growth.quantity

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.errors import InputError
 from allanite.common.validation import positive_rate
-from allanite.effects import Model
+from allanite.effects import Model, as_model
 from allanite.effects._base import Effect, Stochastic
 from allanite.effects._known import Deterministic, Periodic
 from allanite.effects._modifier import Modifier
@@ -205,7 +205,7 @@ class StateSpace:
 
 
 def state_space(
-    model: Model | Effect,
+    model: Model | Effect | str,
     rate: float,
     *,
     states: int | None = None,
@@ -219,7 +219,7 @@ def state_space(
 
     Parameters
     ----------
-    model : Model or Effect
+    model : Model, Effect or str
         Every value given.
     rate : float
         Samples a second, Hz.
@@ -237,8 +237,7 @@ def state_space(
     InputError
         A value is missing, a rate or duration not positive, or fewer states than the model can do with.
     """
-    if not isinstance(model, Model):
-        model = Model((model,))
+    model = as_model(model)
     fs = positive_rate(rate)
     n = RECORD if duration is None else max(16, round(duration * fs))
     if n > 2**40:

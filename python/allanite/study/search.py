@@ -9,6 +9,7 @@ from allanite.common.blas import one_thread
 from allanite.common.errors import TooShortError
 from allanite.common.several import Several, by_column
 from allanite.common.threads import results, side_by_side
+from allanite.common.validation import positive, recorded
 from allanite.effects import Away, Modifier, Stochastic
 from allanite.fit import fit_model
 from allanite.fit.likelihood.remembered import give_back
@@ -93,6 +94,11 @@ def improve(
     >>> study.fit.model.name, study.stopped_because
     ('N+K', 'adequate')
     """
+    recorded(recording)
+    if tolerance is not None:
+        tolerance = positive(
+            tolerance, "tolerance", "%", "give per cent of the deviation, such as 5"
+        )
     if len(recording.columns) > 1:
         tasks = by_column(
             recording, lambda c: lambda: improve(c, model, on_progress, limit, tolerance)
