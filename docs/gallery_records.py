@@ -225,7 +225,7 @@ RECORDS = (
     Record(
         "mtig_gyro_x", "Xsens MTi-G, gyro x, contaminated", "mtig_gyrox_contaminated.npz", "gyro_x", "N+B+K",
         "SMAC-Group/imudata, CC BY-NC-SA 4.0",
-        "A MEMS gyroscope, 100 Hz, 1.4 h, with 1.6 % of outliers up to 0.3 rad/s.", contaminated,
+        "A MEMS gyroscope, 100 Hz, 1.4 h, with outliers up to 0.3 rad/s.", contaminated,
     ),
     Record(
         "hfi_gyro_x", "HandsFree, gyro x", "hfi_10hz.npz", "gyro_x", "N+B+K",
