@@ -40,7 +40,7 @@ def in_common(sensor: Sensor) -> list[str]:
     if sensor.form is None:
         out = ["no one model form holds for all axes"]
     else:
-        out = [f"{sensor.form.model} holds for all axes{_besides(sensor.form)}"]
+        out = [f"every axis shows {sensor.form.model} or cannot exclude it{_besides(sensor.form)}"]
         agree = [_value(n, sensor) for n in sensor.form.numbers if n.pooled.agree]
         apart = [_apart(n, sensor) for n in sensor.form.numbers if not n.pooled.agree]
         if agree:
