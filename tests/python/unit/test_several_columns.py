@@ -53,7 +53,11 @@ def test_fits_of_all_columns(log, tmp_path):
     gyroscope, accelerometer = document["pooled"]
     assert not gyroscope["agree"]
     assert accelerometer["agree"]
-    assert "the recordings differ: N" in str(fits)
+    assert "the columns differ: N (there the last value is a mean over columns, weighted" in str(
+        fits
+    )
+    assert "between columns" in str(fits)
+    assert "recordings" not in str(fits)
     fits.save(tmp_path / "six.json")
     saved = json.loads((tmp_path / "six.json").read_text())
     assert [d["recording"]["column"] for d in saved["columns"]] == list(NAMES)

@@ -11,6 +11,7 @@ GROWTH = al.predict("N(N=1)", aided=1.0, unit="deg/s", rate=10.0)[0]
 
 TAKING = {
     "fit_model": lambda x: al.fit_model(x, "N+K"),
+    "fit_many": lambda x: al.fit_many([x], "N"),
     "fit": lambda x: al.AngleRandomWalk().fit(x),
     "improve": al.improve,
     "characterize": al.characterize,

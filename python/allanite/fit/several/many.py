@@ -14,6 +14,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.parameters import NORMAL
+from allanite.common.validation import recorded
 from allanite.effects import Stochastic
 from allanite.fit.likelihood.whittle import LEVEL, climb
 from allanite.fit.several.many_table import aligned, many_table
@@ -44,7 +45,7 @@ class Pooled:
         ``N``, ``GM.q_c``, …
     unit : str
     value : float
-        The common value where the recordings agree, else the mean over recordings (in logarithms).
+        The common value where the recordings agree, else their mean, weighted by precision (in logarithms).
     interval : (float, float)
         95 %, of that.
     spread : float or None
@@ -104,6 +105,13 @@ class ManyFits:
     def agree(self) -> bool:
         """Whether no number differs between recordings at 5 %, divided by how many there are (Holm's first step)."""
         return min((r.p_value for r in self.pooled), default=1.0) * len(self.pooled) >= DIFFER
+
+    @property
+    def of(self) -> str:
+        """What was fitted, in the plural: ``columns`` of one recording, or ``recordings``."""
+        columns = [fit.recording for fit in self.fits]
+        one = len({c.path for c in columns}) == 1
+        return "columns" if one and len({c.columns[0] for c in columns}) > 1 else "recordings"
 
     def to_dict(self) -> dict[str, Any]:
         """``columns`` of the contract, and ``pooled``, one entry a unit."""
@@ -166,6 +174,8 @@ def fit_many(
     from allanite.recording import Recording
 
     given = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    for one in given:
+        recorded(one)
     columns = [column for recording in given for column in recording]
     if not columns:
         raise InputError("no recordings: give at least one")

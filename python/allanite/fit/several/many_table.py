@@ -21,7 +21,7 @@ __all__ = ["aligned", "many_table"]
 
 
 def many_table(many: ManyFits) -> str:
-    """A row a recording, then what they have in common and whether they agree."""
+    """A row a column, then what they have in common and whether they agree."""
     fit = many.fits[0]
     pooled = [_pooled_in_table(fit, row) for row in many.pooled]
     table = [["", *(row.name for row in pooled)]]
@@ -30,17 +30,17 @@ def many_table(many: ManyFits) -> str:
         table.append([label, *cells])
     table.append(["all", *(_pooled_cell(row) for row in pooled)])
     spreads = ("?" if row.spread is None else f"{100 * row.spread:.2g} %" for row in pooled)
-    table.append(["between recordings", *spreads])
+    table.append([f"between {many.of}", *spreads])
     table.append(["they agree, p", *(f"{row.p_value:.2g}" for row in pooled)])
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in table]
     units = ", ".join(f"{r.name} in {printed(r.unit)}" for r in pooled if r.unit not in ("1", ""))
     verdict = (
-        "the recordings agree: the last value of each number is common to all"
+        f"the {many.of} agree: the last value of each number is common to all"
         if many.agree
-        else "the recordings differ: "
+        else f"the {many.of} differ: "
         + ", ".join(row.name for row in pooled if not row.agree)
-        + " (values are means over recordings)"
+        + f" (there the last value is a mean over {many.of}, weighted by precision)"
     )
     return "\n".join([f"model {fit.model.name}, {units}", "", *lines, "", verdict])
 
