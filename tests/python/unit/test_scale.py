@@ -359,7 +359,7 @@ def test_watch_of_datagrams():
         port = free.getsockname()[1]
     found = []
     reader = threading.Thread(
-        target=lambda: found.extend(_rows(f"udp://127.0.0.1:{port}", 1, 0, follow=False))
+        target=lambda: found.extend(_rows(f"udp://127.0.0.1:{port}", lambda _: 1, 0, follow=False))
     )
     reader.start()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from allanite.cli.pipe import PIPE
+from allanite.cli.pipe import NAME, PIPE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     import numpy as np
     from numpy.typing import NDArray
@@ -22,9 +22,11 @@ ROWS = 4096
 @click.argument("source")
 @click.option("--model", required=True, metavar="MODEL", help="Model with values, or a file.")
 @click.option("--rate", type=float, metavar="HZ", help="Sampling rate; default the model file's.")
-@click.option("--unit", default="1", metavar="UNIT", help="Unit of the samples.")
+@click.option("--unit", metavar="UNIT", help="Unit of the samples; default the model file's.")
 @click.option(
-    "--column", "place", default=0, show_default=True, metavar="N", help="Column, from 0."
+    "--column",
+    metavar="NAME",
+    help="Column, or its number from 0; default the model file's, else the first that is no time.",
 )
 @click.option("--state", metavar="FILE", help="State to go on from, written as it changes.")
 @click.option("--prometheus", metavar="FILE", help="Numbers in the text format of Prometheus.")
@@ -36,8 +38,8 @@ def command(
     source: str,
     model: str,
     rate: float | None,
-    unit: str,
-    place: int,
+    unit: str | None,
+    column: str | None,
     state: str | None,
     prometheus: str | None,
     every: float,
@@ -51,18 +53,25 @@ def command(
     import json
     from pathlib import Path
 
+    from allanite.cli.first_rows import place_of
     from allanite.cli.models import models_of
-    from allanite.common.errors import InputError
+    from allanite.common.errors import InputError, about
     from allanite.common.files import whole_file
+    from allanite.common.units import rate_unit
     from allanite.scale import Watch
 
     models = models_of(model)
-    if len(models) > 1:
-        raise InputError(f"{model} holds the models of {len(models)} columns: watch one at a time")
-    rate = rate if rate is not None else models[0].rate
+    known = [one for one in models if one.column == column] or models
+    if len(known) > 1:
+        names = ", ".join(one.column for one in known)
+        raise InputError(f"{model} holds the models of {names}: name one of them with --column")
+    of = known[0]
+    rate = rate if rate is not None else of.rate
     if rate is None:
         raise InputError("no sampling rate: give --rate HZ beside --model")
-    watch = Watch(models[0].model, rate, unit)
+    with about("--unit"):
+        unit = rate_unit(unit or of.unit or "1", "rate").name
+    watch = Watch(of.model, rate, unit)
     if state is not None and Path(state).is_file():
         watch.restore(state)
     file = source != PIPE and "://" not in source
@@ -76,6 +85,12 @@ def command(
             with whole_file(prometheus) as draft:
                 draft.write_text(watch.prometheus(), encoding="utf-8")
 
+    name = NAME if source == PIPE else source
+
+    def place(first: list[str]) -> int:
+        with about(name):
+            return place_of(first, column, of.column, name)
+
     for rows in _rows(source, place, watch.taken if file else 0, follow):
         raised = watch.update(rows)
         if raised is not None or watch.taken - shown >= every * rate:
@@ -85,14 +100,21 @@ def command(
         tell()
 
 
-def _rows(source: str, place: int, passed: int, follow: bool) -> Iterator[NDArray[np.float64]]:
-    """Samples of a source as they come, without the first `passed`."""
+def _rows(
+    source: str, place: Callable[[list[str]], int], passed: int, follow: bool
+) -> Iterator[NDArray[np.float64]]:
+    """Samples of a source as they come, without the first `passed`; its first lines tell the place of their column."""
+    import itertools
+
     import numpy as np
 
     waiting: list[float] = []
-    for line in _lines(source, follow):
+    lines = _lines(source, follow)
+    first = _first(lines)
+    at = place(first)
+    for line in itertools.chain(first, lines):
         if line is not None:
-            value = _value(line, place)
+            value = _value(line, at)
             if value is None:
                 continue
             if passed > 0:
@@ -106,19 +128,34 @@ def _rows(source: str, place: int, passed: int, follow: bool) -> Iterator[NDArra
         yield np.array(waiting)
 
 
+def _first(lines: Iterator[str | None]) -> list[str]:
+    """Lines with enough rows of numbers to tell the columns by, or all there are."""
+    from allanite.cli.first_rows import ROWS as ENOUGH
+    from allanite.cli.first_rows import has_numbers
+
+    found: list[str] = []
+    rows = 0
+    for line in lines:
+        if line is not None:
+            found.append(line)
+            rows += has_numbers(line)
+            if rows >= ENOUGH:
+                break
+    return found
+
+
 def _value(line: str, place: int) -> float | None:
     """The number at a place of a row; NaN for an empty cell, None for a line of words."""
+    from allanite.cli.first_rows import cells_of
     from allanite.common.errors import InputError
 
-    line = line.strip()
-    if not line or line.startswith("#"):
+    if not line.strip() or line.lstrip().startswith("#"):
         return None
-    mark = next((mark for mark in ";," if mark in line), None)
-    cells = line.split(mark)
+    cells = cells_of(line)
     if place >= len(cells):
         raise InputError(f"a row has {len(cells)} columns: --column {place} is none of them")
+    cell = cells[place]
     try:
-        cell = cells[place].strip()
         return float(cell.replace(",", ".") if cell else "nan")
     except ValueError:
         return None

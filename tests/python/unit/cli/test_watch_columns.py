@@ -1,0 +1,109 @@
+"""Which column a watch takes, and in which unit."""
+
+import json
+
+import numpy as np
+import pytest
+
+import allanite as al
+
+N, RATE = 0.01, 100.0
+RNG = np.random.default_rng(5)
+
+
+@pytest.fixture
+def model(tmp_path):
+    """What `fit --save` writes: with the column, unit and rate of its log."""
+    noisy = al.AngleRandomWalk(N=N)
+    recording = noisy.simulate(duration=200, rate=RATE, seed=1, unit="deg/s")
+    fit = al.fit_model(al.Recording(recording.samples, RATE, unit="deg/s", columns=["gy"]), "N")
+    path = tmp_path / "model.json"
+    fit.save(path)
+    return path
+
+
+def written(path, header, *columns, delimiter=","):
+    """A log of these columns."""
+    table = np.column_stack(columns)
+    np.savetxt(path, table, delimiter=delimiter, fmt="%.9g", header=header, comments="")
+    return path
+
+
+def times(n=3000):
+    return np.arange(n) / RATE
+
+
+def noise(n=3000, factor=1.0):
+    return factor * N * np.sqrt(RATE) * RNG.standard_normal(n)
+
+
+def last(out):
+    return json.loads(out.splitlines()[-1])
+
+
+@pytest.mark.parametrize(
+    ("header", "factors", "options", "holds"),
+    [
+        ("time [s],gx [deg/s],gy [deg/s]", (9, 1), (), True),  # the column that the model names
+        ("time [s],wx,wy", (1, 9), (), True),  # else the first that is no time
+        ("time [s],temperature,wy", (9, 1), (), True),
+        ("time [s],gx,gy", (1, 9), ("--column", "gx"), True),
+        ("time [s],gx,gy", (1, 9), ("--column", "1"), True),
+        ("time [s],gx,gy", (1, 9), ("--column", "gy"), False),
+        ("", (1, 9), (), True),  # without a header time is known by its numbers
+        ("# time [s],gx,gy", (9, 1), (), True),
+        ("time [s]\tgx [deg/s]\tgy [deg/s]", (9, 1), (), True),
+    ],
+)
+def test_the_column_that_is_meant_is_watched(run, tmp_path, model, header, factors, options, holds):
+    columns = (times(), *(noise(factor=factor) for factor in factors))
+    mark = "\t" if "\t" in header else ","
+    log = written(tmp_path / "log.csv", header, *columns, delimiter=mark)
+    code, out, err = run("watch", log, "--model", model, *options)
+    assert (code, last(out)["samples"], last(out)["holds"]) == (0, 3000, holds), err
+
+
+@pytest.mark.parametrize(
+    ("header", "column", "words"),
+    [
+        ("time [s],gx,gy", "0", ["column time", "time stamps", "--column"]),
+        ("time [s],gx,gy", "time", ["column time", "time stamps", "--column"]),
+        ("", "0", ["column x0", "time stamps", "--column"]),
+        ("time [s],gx,gy", "gz", ["unknown column 'gz'", "gx"]),
+        ("time [s],gx,gy", "7", ["unknown column '7'", "gx"]),
+    ],
+)
+def test_a_column_that_cannot_be_watched_is_one_line(run, tmp_path, model, header, column, words):
+    log = written(tmp_path / "log.csv", header, times(500), noise(500), noise(500))
+    code, out, err = run("watch", log, "--model", model, "--column", column)
+    assert (code, out, len(err.splitlines())) == (2, "", 1), err
+    assert all(word in err for word in ["log.csv", *words]), err
+
+
+def test_one_of_several_columns_is_said_unless_it_is_named(run, tmp_path, model):
+    log = written(tmp_path / "log.csv", "time [s],wx,wy", times(200), noise(200), noise(200))
+    assert "wx" in run("watch", log, "--model", model)[2]
+    assert run("watch", log, "--model", model, "--column", "wx")[2] == ""
+
+
+def test_of_a_file_of_several_models_that_of_the_column_is_taken(run, tmp_path, model):
+    one = json.loads(model.read_text())
+    other = json.loads(model.read_text())
+    other["recording"]["column"] = "gz"
+    other["effects"][0]["parameters"]["N"]["value"] *= 9
+    model.write_text(json.dumps({"schema": one["schema"], "columns": [one, other]}))
+    log = written(tmp_path / "log.csv", "gy,gz", noise(), noise(factor=9))
+    code, out, err = run("watch", log, "--model", model, "--column", "gz")
+    assert (code, last(out)["holds"]) == (0, True), err
+    code, _, err = run("watch", log, "--model", model)
+    assert code == 2
+    assert "gy, gz" in err
+    assert "--column" in err
+
+
+def test_the_unit_is_that_of_the_model_file(run, tmp_path, model):
+    log = written(tmp_path / "log.csv", "gy", noise())
+    state = tmp_path / "a.state"
+    assert run("watch", log, "--model", model, "--state", state)[0] == 0
+    assert al.Summary.load(tmp_path / "a.state.summary").units == ("deg/s",)
+    assert "unit" in run("watch", log, "--model", model, "--unit", "furlong")[2]
