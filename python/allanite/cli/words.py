@@ -6,6 +6,7 @@ __all__ = ["WORDS"]
 
 WORDS = {
     "rate": "--rate HZ",
+    "model": "--model",
     "unit": "--unit UNIT",
     "this_unit": "--unit {}",
     "quantity": "--quantity {}",

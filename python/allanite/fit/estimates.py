@@ -14,6 +14,7 @@ from allanite.common.printing import column_unit
 from allanite.common.units import coefficient_unit
 from allanite.effects import Model
 from allanite.fit.covariance import joint_covariance, shape_widening, told
+from allanite.fit.interval_ends import with_ends
 from allanite.fit.likelihood.heavy import widened_by_tails
 from allanite.fit.likelihood.marginal import slow_amplitudes
 from allanite.fit.likelihood.peaks import by_ordinates
@@ -89,21 +90,8 @@ def estimates(
         else:
             out.append(_modifier(own.effect, errors, data, unit, column_units))
     return tuple(
-        _within(own.effect, values) for own, values in zip(solution.effects, out, strict=True)
+        with_ends(own.effect, values) for own, values in zip(solution.effects, out, strict=True)
     )
-
-
-def _within(effect: Effect, values: dict[str, Any]) -> dict[str, Any]:
-    """With intervals that end where the limits of the numbers do."""
-    out = dict(values)
-    for name in effect.limits:
-        value = values[name]
-        if _estimated(value):
-            ends = tuple(effect.limits.clipped(name, end) for end in value.interval)
-            out[name] = Estimate(
-                value.value, value.std_error, ends, value.unit, value.detected, name
-            )
-    return out
 
 
 def _averaged(

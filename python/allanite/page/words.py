@@ -7,6 +7,7 @@ __all__ = ["WORDS"]
 WORDS = {
     "rate": "the rate",
     "unit": "the unit",
+    "model": "the model",
     "this_unit": "the unit {}",
     "quantity": "the quantity {}",
     "column": "the column",

@@ -44,6 +44,9 @@ _RATE = re.compile(
     re.IGNORECASE,
 )
 
+#: How the files begin that a model is read from.
+_DOCUMENT = re.compile(rb'\s*\{\s*"schema":\s*"(allanite/(?:model|fit|check)/\d+)"')
+
 _UNIT = re.compile(r"^[\[(]([^\[\]()]*)[\])]$")
 
 
@@ -62,6 +65,12 @@ def read(path: Path, pick: Picker) -> Table:
         if begin.startswith(b"version https://git-lfs.github.com/spec/"):
             raise InputError(
                 "a pointer of Git LFS, not the log: fetch the log itself (git lfs pull)"
+            )
+        if begin.lstrip().startswith(b"{") and (found := _DOCUMENT.match(begin)):
+            raise InputError(
+                f"not a log but a model file ({found[1].decode()})",
+                missing="model",
+                remedy=": give it to {model}, beside a log",
             )
         if b"\0" in begin:
             from allanite.readers import FORMATS

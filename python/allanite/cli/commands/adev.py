@@ -9,6 +9,7 @@ import click
 
 from allanite.cli.options import LogOptions, is_number, log_options, plot_option
 from allanite.cli.pipe import PIPE
+from allanite.common.errors import InputError
 from allanite.deviation import ESTIMATORS
 
 if TYPE_CHECKING:
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     from allanite.cli.stream import Stream
     from allanite.deviation import Deviation
     from allanite.recording import Recording
+
+#: Averaging times by name.
+GRIDS = ("octave", "decade", "all")
 
 
 @click.command("adev")
@@ -46,6 +50,11 @@ def command(log: str, kind: str, taus: str, plot: str | None, options: LogOption
     from allanite.cli import output
 
     output.check_targets(plot)
+    if not (is_number(taus) or taus in GRIDS):
+        raise InputError(
+            f"--taus {taus}: {', '.join(GRIDS)} or a number of points per decade (seconds are for"
+            " Python: al.oadev(…, taus=[1, 10]))"
+        )
     passing = _streams(log, kind, taus, options)
     results = _stream(log, options, taus) if passing else _whole(log, kind, taus, options)
     if plot is not None and len(results) > 1:

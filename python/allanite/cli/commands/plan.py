@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import click
 
 from allanite.cli.options import json_option
@@ -25,7 +27,7 @@ from allanite.cli.options import json_option
     default="10%",
     show_default=True,
     metavar="SHARE",
-    help="Its standard error as a share of its value.",
+    help="Its standard error as a share of its value: 10% or 0.1.",
 )
 @click.option(
     "--power",
@@ -105,6 +107,14 @@ def _share(text: str) -> float:
     from allanite.common.errors import InputError
 
     try:
-        return float(text.strip().removesuffix("%")) / (100.0 if "%" in text else 1.0)
+        number = float(text.strip().removesuffix("%"))
     except ValueError:
         raise InputError(f"--to {text}: a share such as 10% or 0.1") from None
+    if "%" in text:
+        return number / 100.0
+    if 1.0 <= number < math.inf:
+        # Elsewhere a bare 5 is 5 %: what is meant has to be said.
+        raise InputError(
+            f"--to {text}: {number:g} is {100.0 * number:g} %; write {text.strip()}% or {number / 100.0:g}"
+        )
+    return number

@@ -38,14 +38,18 @@ def command(
     Logs that are done, by their content, are not done again: run it again to go on. Prints what the fleet has in common and
     which units deviate.
     """
+    import sys
+
     from allanite.cli.output import dumps
     from allanite.effects.files import parse_model
     from allanite.scale import fleet, run_fleet
 
     parse_model(model)
 
+    shown = not quiet and sys.stderr.isatty()
+
     def on_done(done: int, total: int, path: str) -> None:
-        if not quiet:
+        if shown:
             click.echo(f"{done}/{total} {plain(path)}", err=True)
 
     rows = run_fleet(

@@ -1,0 +1,37 @@
+"""What a command offers it takes, and what is easily mistaken is asked about."""
+
+import pytest
+
+from command_line import refused
+
+
+@pytest.mark.parametrize("share", ["10", "5.0", "1"])
+def test_a_bare_number_is_no_percentage(run, share):
+    answer = run("plan", "--model", "N(N=1)", "--know", "N", "--to", share)
+    refused(answer, 2, f"--to {share}", f"{share}%", f"{float(share) / 100:g}")
+
+
+@pytest.mark.parametrize("share", ["10%", "0.1", "150%"])
+def test_a_share_is_taken(run, share):
+    assert run("plan", "--model", "N(N=1)", "--know", "N", "--to", share, "--rate", 1)[0] == 0
+
+
+def test_only_what_is_taken_is_offered_of_averaging_times(run, log):
+    answer = run("adev", log, "--taus", "1,10")
+    refused(answer, 2, "--taus", "1,10", "octave, decade, all or a number of points per decade")
+
+
+def test_a_model_file_is_no_log(run, log, tmp_path):
+    saved = tmp_path / "gyro.json"
+    assert run("fit", log, "--model", "N", "--save", saved)[0] == 0
+    for command in ("fit", "adev", "inspect"):
+        refused(run(command, saved), 2, "gyro.json", "a model file", "--model")
+    assert "--model" in run("check", saved, "--model", saved)[2]
+    text = tmp_path / "any.json"
+    text.write_text('{"a": [\n1,\n2\n]}\n')
+    assert "model file" not in run("fit", text, "--rate", 1)[2]
+
+
+def test_progress_of_a_fleet_is_for_a_terminal(run, log, tmp_path):
+    code, _, err = run("fleet", log, "--out", tmp_path / "fleet.csv", "--model", "N")
+    assert (code, err) == (0, "")
