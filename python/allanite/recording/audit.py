@@ -15,6 +15,7 @@ from allanite.common.units import coefficient_unit
 from allanite.recording.at_rest import finding_of
 from allanite.recording.findings import Finding, of_stamps
 from allanite.recording.repeats import longest_run
+from allanite.recording.resolution import step_of, two_codes
 from allanite.recording.tails import CENSORED, outlier_limit, tail_of
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class _Column:
         self.single = x.dtype == np.float32 or _is_single(x)
         self.spread = _blocks(x)
         finite = self.spread[np.isfinite(self.spread)]
-        self.step = _step(finite, self.single)
+        self.step = step_of(finite, self.single)
         low, high = _extremes(x)
         self.low, self.high = low, high
         second = np.diff(self.spread, n=2, axis=1)
@@ -115,25 +116,6 @@ def _extremes(x: NDArray[Any]) -> tuple[float, float]:
     if math.isnan(low) and not np.isnan(x).all():
         low, high = float(np.nanmin(x)), float(np.nanmax(x))
     return low, high
-
-
-def _step(values: NDArray[np.float64], single: bool) -> float:
-    """Step of which all differences of the values are multiples, or 0."""
-    levels = np.unique(values)
-    if levels.size < 2 or levels.size > 0.5 * values.size:
-        return 0.0
-    noise = (2.0**-23 if single else 2.0**-48) * float(np.abs(levels).max())
-    apart = np.diff(levels)
-    levels = levels[np.concatenate(([True], apart > 4 * noise))] - levels[0]
-    if levels.size < 3:
-        return 0.0
-    smallest = float(np.diff(levels).min())
-    for step in (smallest, smallest / 2, smallest / 3):
-        counts = np.rint(levels / step)
-        step = float(levels @ counts / (counts @ counts))
-        if np.all(np.abs(levels - counts * step) < 0.02 * step + 4 * noise) and step > 8 * noise:
-            return step
-    return 0.0
 
 
 def _check_missing(c: _Column) -> Iterator[Finding]:
@@ -245,12 +227,15 @@ def _beside(c: _Column, edge: float) -> int:
 
 
 def _check_step(c: _Column) -> Iterator[Finding]:
-    if not c.step:
+    # The step of two codes is for this check alone: the others judge such a column by its values.
+    two = 0.0 if c.step else two_codes(c.spread, c.single)
+    step = c.step or two
+    if not step:
         return
-    share = c.step**2 / 12 / max(float(np.nanvar(np.diff(c.spread, axis=1))) / 2, c.step**2 / 12)
+    share = step**2 / 12 / max(float(np.nanvar(np.diff(c.spread, axis=1))) / 2, step**2 / 12)
     if share < 1e-3:
         return
-    coarse = share > COARSE
+    coarse = share > COARSE or two > 0.0
     found = (
         "is as large as the noise: the samples rarely change code or flip between two, and the coefficients are deformed"
         if coarse
@@ -260,8 +245,8 @@ def _check_step(c: _Column) -> Iterator[Finding]:
     yield c.finding(
         "quantisation",
         "warning" if coarse else "info",
-        f"resolution (LSB) {c.step:.4g} {c.unit}{' ' if coarse else ': '}{found}",
-        step=c.step,
+        f"resolution (LSB) {step:.4g} {c.unit}{' ' if coarse else ': '}{found}",
+        step=step,
         share=share,
     )
 

@@ -102,6 +102,39 @@ def test_what_rounding_adds_is_said_while_it_is_true(mean):
             assert found or ratio == 8.0
 
 
+@pytest.mark.parametrize(
+    ("mean", "sigma", "offset"), [(0.4, 0.03, 0.0), (0.45, 0.1, 2.0), (0.5, 0.1, 0.013)]
+)
+def test_two_codes_are_a_resolution_too(mean, sigma, offset):
+    x = np.round(mean + sigma * noise()) * 0.0981 + offset
+    assert np.unique(x).size == 2
+    finding = the(Recording(x, 50), "quantisation")
+    assert finding.values["step"] == pytest.approx(0.0981, rel=1e-6)
+    assert finding.severity == "warning"
+    assert "deformed" in finding.message
+
+
+@pytest.mark.parametrize("value", [7.0, 0.0, -999.0])
+@pytest.mark.parametrize("rows", [[500], [77, 5000], range(400, 19_000, 1500)])
+def test_odd_samples_of_a_dead_column_are_no_resolution(value, rows):
+    x = np.full(20_000, 0.24)
+    x[list(rows)] = value
+    several = value == 7.0 and len(rows) > 2  # they may be flips of a coarse sensor
+    assert ("quantisation" in kinds(Recording(x, 50))) == several
+
+
+def test_a_status_is_no_resolution():
+    x = np.repeat(np.random.default_rng(2).integers(0, 2, 100), 200).astype(float)
+    assert "quantisation" not in kinds(Recording(x, 50))
+
+
+def test_two_codes_of_a_real_accelerometer(data):
+    log = data("logs/static.csv")
+    audit = read(log, rate=50, unit="deg/s,g").audit
+    coarse = [f.column for f in audit if f.kind == "quantisation" and f.severity == "warning"]
+    assert coarse == ["acc_x", "acc_y", "acc_z"]
+
+
 def test_clipping():
     finding = the(Recording(np.minimum(noise(), 1.5), 100), "clipping")
     assert finding.values["value"] == 1.5

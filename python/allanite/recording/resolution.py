@@ -1,0 +1,65 @@
+"""The step (LSB) of which samples are multiples."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["step_of", "two_codes"]
+
+#: Times that a column goes to the rarer of two values from which on that is no accident.
+FLIPS = 5
+
+
+def step_of(values: NDArray[np.float64], single: bool) -> float:
+    """Step of which all differences of the values are multiples, or 0."""
+    levels = np.unique(values)
+    if levels.size < 2 or levels.size > 0.5 * values.size:
+        return 0.0
+    noise = _last_digit(levels, single)
+    levels = _told_apart(levels, noise) - levels[0]
+    if levels.size < 3:
+        return 0.0
+    smallest = float(np.diff(levels).min())
+    for step in (smallest, smallest / 2, smallest / 3):
+        counts = np.rint(levels / step)
+        step = float(levels @ counts / (counts @ counts))
+        if np.all(np.abs(levels - counts * step) < 0.02 * step + 4 * noise) and step > 8 * noise:
+            return step
+    return 0.0
+
+
+def _last_digit(levels: NDArray[np.float64], single: bool) -> float:
+    return (2.0**-23 if single else 2.0**-48) * float(np.abs(levels).max())
+
+
+def _told_apart(levels: NDArray[np.float64], noise: float) -> NDArray[np.float64]:
+    """Levels without those that differ by how a number is stored alone."""
+    return levels[np.concatenate(([True], np.diff(levels) > 4 * noise))]
+
+
+def two_codes(spread: NDArray[np.float64], single: bool) -> float:
+    """Distance of the two codes between which blocks of samples flip, or 0: odd samples and a status are no codes."""
+    levels = np.unique(spread[np.isfinite(spread)])
+    if levels.size < 2 or levels.size > 0.5 * spread.size:
+        return 0.0
+    levels = _told_apart(levels, _last_digit(levels, single))
+    if levels.size != 2:
+        return 0.0
+    step = float(levels[1] - levels[0])
+    rare = spread > levels.mean()
+    if rare.mean() > 0.5:
+        rare = spread < levels.mean()
+    value = abs(float(spread[rare][0]))
+    # Noise flips again and again, for a sample or two; a status stays.
+    edges = np.diff(np.pad(rare.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+    starts, ends = (np.argwhere(edges == sign)[:, 1] for sign in (1, -1))
+    lengths = ends - starts
+    # Lost samples are often 0 or -999.
+    fill = value == 0.0 or (value >= 99.0 and value.is_integer() and step > 0.5 * value)
+    few = lengths.size < FLIPS or (fill and rare.mean() < 0.05)
+    return 0.0 if few or float(np.median(lengths)) > 3 else step
