@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from allanite.cli.pipe import NAME, PIPE, log_file, named
-from allanite.cli.words import WORDS
+from allanite.cli.words import words_of
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.printing import ASKED, sample_unit
 from allanite.common.units import units_by_kind
@@ -244,7 +244,7 @@ def _say_motion(recording: Recording, options: LogOptions) -> None:
         left = filter(said_early, recording.told)
         for finding in (*left, *finding_of(recording)):
             mark = "!" if finding.severity == "warning" else "·"
-            click.echo(f"{mark} {finding.worded(WORDS)}", err=True)
+            click.echo(f"{mark} {finding.worded(words_of(options.trim))}", err=True)
 
 
 def _varies(column: Recording) -> bool:

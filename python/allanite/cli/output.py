@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from allanite.cli.words import WORDS
+from allanite.cli.words import words_of
 from allanite.common.errors import InputError
 from allanite.common.files import check_target, whole_file
 from allanite.common.plain import file_name
@@ -112,7 +112,7 @@ def notes(columns: Sequence[Recording | Stream], options: LogOptions) -> None:
     said = merged(found)
     for finding in said:
         mark = "!" if finding.severity == "warning" else "·"
-        click.echo(wrapped(f"{mark} {finding.worded(WORDS)}"))
+        click.echo(wrapped(f"{mark} {finding.worded(words_of(options.trim))}"))
     if said:
         click.echo()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["WORDS"]
+__all__ = ["WORDS", "words_of"]
 
 WORDS = {
     "rate": "--rate HZ",
@@ -20,3 +20,8 @@ WORDS = {
     "this_span": "--trim {}",
     "quiet": "--trim quiet",
 }
+
+
+def words_of(trim: str | None) -> dict[str, str]:
+    """The same for a log of which a part is used: its seconds are not those that --trim takes."""
+    return WORDS if trim is None else {**WORDS, "this_span": WORDS["trim"]}

@@ -240,13 +240,15 @@ def inspect(path: Any, **options: Any) -> Inspection:
         rate, duration = recording.rate, recording.duration
         if request.unit is not None:
             given = dict(zip(recording.columns, recording.units, strict=True))
+        moves = _moves(recording)
+        # Of columns that motion is said which `moves` does not know; what is said of units stands by them.
         findings = (
-            *_moves(recording),
-            # What is said of units stands by the columns.
+            *moves,
             *(
                 f
                 for f in recording.audit
-                if f.column is None and f.kind not in ("no_unit", "moving")
+                if (f.column is None and f.kind not in ("no_unit", "moving"))
+                or (f.kind == "not_static" and not moves)
             ),
         )
     except AllaniteError as error:

@@ -32,6 +32,8 @@ __all__ = ["Finding", "audit"]
 #: 2.5 σ, 31 % at 3 σ and 72 % at 4 σ. The samples' own deviation tells 2 σ (at most 1.76) from 2.5 σ (1.90 at least, and
 #: 2 where they flip between two codes).
 COARSE = 0.3
+#: Averages that make a curve, at least.
+FEWEST = 100
 CHUNK = 1 << 18  # samples worked on at a time: stays in the cache, bounds the memory
 
 
@@ -128,7 +130,10 @@ def _check_missing(c: _Column) -> Iterator[Finding]:
         few = remedy = ""
         if apart < c.n / 8:
             few = f". The plain Allan deviation has few terms beyond {apart / c.rate:.2g} s"
-            remedy = f"; for its curve use {{decimate:{_coarser(apart, missing / runs)}}}"
+            coarser = _coarser(apart, missing / runs)
+            # Fewer averages make no curve: of a long pause there is none to be had this way.
+            if coarser <= c.n / FEWEST:
+                remedy = f"; for its curve use {{decimate:{coarser}}}"
         yield c.finding(
             "missing",
             "warning",
@@ -329,11 +334,25 @@ def _check_static(c: _Column) -> Iterator[Finding]:
             if loud.size > last - first + 1
             else ""
         ),
-        remedy="; {trim} leaves it out",
+        remedy=_without(loud, span, blocks, c),
         start_s=float(first * span),
         end_s=float((last + 1) * span),
         share=float(loud.size / blocks.shape[0]),
     )
+
+
+def _without(loud: NDArray[np.int64], span: float, blocks: NDArray[np.float64], c: _Column) -> str:
+    """The remedy that takes the longest stretch without a loud block; none where that is short."""
+    count = blocks.shape[0]
+    quiet = np.setdiff1d(np.arange(count), loud)
+    longest = max(np.split(quiet, np.flatnonzero(np.diff(quiet) > 1) + 1), key=len)
+    first, last = int(longest[0]), int(longest[-1])
+    # A block beside a loud one may hold a few samples of the same motion.
+    start = 0.0 if first == 0 else first * span + blocks.shape[1] / c.rate
+    end = c.n / c.rate if last == count - 1 else last * span
+    if end - start < 0.1 * c.n / c.rate:
+        return ""
+    return f"; {{this_span:{start:.6g}:{end:.6g}}} leaves {'it' if loud[-1] - loud[0] < loud.size else 'them'} out"
 
 
 CHECKS: tuple[Callable[[_Column], Iterator[Finding]], ...] = (

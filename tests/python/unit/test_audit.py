@@ -1,5 +1,7 @@
 """The audit finds what was put in, nothing in clean noise, and on real logs what is visible."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -167,6 +169,37 @@ def test_a_stretch_that_is_not_static():
     finding = the(Recording(x, 100), "not_static")
     assert finding.values["start_s"] == pytest.approx(300, abs=5)
     assert finding.values["end_s"] == pytest.approx(330, abs=5)
+
+
+@pytest.mark.parametrize(
+    ("loud", "kept"),
+    [
+        ([(0, 10_050)], (100.5, 1000)),
+        ([(90_000, 100_000)], (0, 900)),
+        ([(30_000, 33_000), (90_000, 91_000)], (330, 900)),
+    ],
+)
+def test_the_remedy_for_motion_is_the_longest_stretch_without(loud, kept):
+    x = noise(100_000)
+    for first, last in loud:
+        x[first:last] *= 100
+    recording = Recording(x, 100)
+    remedy = re.search(r"\.trim\(([\d.]+):([\d.]+)\)", the(recording, "not_static").message)
+    start, end = map(float, remedy.groups())
+    assert kept[0] <= start <= kept[0] + 6
+    assert kept[1] - 6 <= end <= kept[1]
+    left = recording.trim(start, end)
+    assert "not_static" not in kinds(left)
+    # Nothing of the motion is left at the ends.
+    assert np.abs(left.samples).max() < 6
+
+
+def test_a_remedy_that_would_be_refused_is_not_given():
+    x = noise(190_000)
+    x[1000:189_000] = np.nan
+    told = the(Recording(x, 100), "missing").message
+    assert "few terms beyond" in told
+    assert "decimate" not in told
 
 
 def test_it_is_found_once():

@@ -10,7 +10,7 @@ import click
 
 from allanite.cli.commands.improve import Percent
 from allanite.cli.options import LogOptions, log_options, model_option, plot_option
-from allanite.cli.words import WORDS
+from allanite.cli.words import words_of
 from allanite.common.plain import plain
 from allanite.export import ANY_SENSOR, TARGETS
 
@@ -82,7 +82,7 @@ def command(
     if options.as_json:
         click.echo(out.dumps(found.to_dict()))
         return
-    click.echo(found.table(out.width(), WORDS))
+    click.echo(found.table(out.width(), words_of(options.trim)))
     if written and not options.quiet:
         click.echo(f"\nwritten: {plain(', '.join(written))}")
 
