@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from allanite.common.errors import InputError
+from allanite.common.errors import MOST, InputError
+from allanite.common.plain import plain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,7 +53,7 @@ def place_of(lines: Sequence[str], asked: str | None, named: str, source: str) -
     Raises
     ------
     InputError
-        An unknown column, or one of time stamps.
+        An unknown column, one of time stamps, or binary data.
     """
     from allanite.readers import looks_like_time
     from allanite.readers._choice import Request, choose
@@ -61,6 +62,8 @@ def place_of(lines: Sequence[str], asked: str | None, named: str, source: str) -
     from allanite.readers.understand import understand
     from allanite.recording import find_column
 
+    if any("\0" in line for line in lines):
+        raise InputError("binary data: rows of text are watched, one number or more in a line")
     table = _table(lines)
     if table is None:
         return 0
@@ -79,15 +82,18 @@ def place_of(lines: Sequence[str], asked: str | None, named: str, source: str) -
     request = Request(None, None, None, (), (), None)
     choice = choose(names, units, request, time_at=0 if stamped else None)
     choice, _ = understand(table, choice, request)
-    # Names of frames and the like are no numbers.
-    sensors = [i for i in choice.samples if not np.isnan(table[i]).all()] or [choice.samples[0]]
+    # Names of frames and the like are no numbers; without names what never changes may be anything.
+    sensors = [i for i in choice.samples if _may_be_one(table, i)] or [choice.samples[0]]
     if len(sensors) > 1:
+        said = f"column {names[sensors[0]]} is watched (--column NAME takes another)"
         several = ", ".join(names[i] for i in sensors)
-        click.echo(
-            f"· {source}: column {names[sensors[0]]} of {several} (--column NAME takes another)",
-            err=True,
-        )
+        click.echo(plain(f"· {source}: {said}, of {several}", MOST), err=True)
     return sensors[0]
+
+
+def _may_be_one(table: Table, at: int) -> bool:
+    numbers = table[at][~np.isnan(table[at])]
+    return numbers.size > 0 and (table.named or bool(numbers.min() < numbers.max()))
 
 
 def _table(lines: Sequence[str]) -> Table | None:

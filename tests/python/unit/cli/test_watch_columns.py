@@ -107,3 +107,21 @@ def test_the_unit_is_that_of_the_model_file(run, tmp_path, model):
     assert run("watch", log, "--model", model, "--state", state)[0] == 0
     assert al.Summary.load(tmp_path / "a.state.summary").units == ("deg/s",)
     assert "unit" in run("watch", log, "--model", model, "--unit", "furlong")[2]
+
+
+def test_a_row_of_many_cells_is_said_in_one_line(run, tmp_path, model):
+    """As `ros2 topic echo --csv` prints them: the first that varies, of a list that is cut."""
+    rest = [np.zeros(200)] * 14 + [noise(200)] * 24
+    log = written(tmp_path / "ros.csv", "", np.ones(200), *rest)
+    code, out, err = run("watch", log, "--model", model)
+    assert (code, last(out)["samples"], len(err.splitlines())) == (0, 200, 1)
+    assert "column x15" in err
+    assert len(err) < 400
+
+
+def test_a_binary_log_is_refused(run, tmp_path, model):
+    np.savez(tmp_path / "log.npz", data=noise(500))
+    code, out, err = run("watch", tmp_path / "log.npz", "--model", model)
+    assert (code, out, len(err.splitlines())) == (2, "", 1)
+    assert "binary" in err
+    assert "log.npz" in err
