@@ -33,8 +33,8 @@ mod _core {
     // spectrum
     #[pymodule_export]
     use super::spectrum::{
-        PyLapped, add_rows, best_courses, best_pair, chirp_heights, cosine_transform, inverse_cosine_transform,
-        padded_periodogram, squares, steps,
+        PyLapped, add_rows, best_courses, best_pair, chirp_heights, cosine_transform,
+        inverse_cosine_transform, padded_periodogram, squares, steps,
     };
 
     // ranks

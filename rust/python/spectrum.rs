@@ -5,8 +5,8 @@ use pyo3::prelude::*;
 
 use super::gil::{run, run_short};
 use crate::machine::processor::Width;
-use crate::spectrum::lapped::{Lapped, Sums, add_row};
 use crate::spectrum::courses::Courses;
+use crate::spectrum::lapped::{Lapped, Sums, add_row};
 use crate::spectrum::{self, chirps, halving, spans};
 
 /// `spectrum::cosine_transform`.

@@ -87,7 +87,8 @@ impl Courses<'_> {
 fn add_moved(total: &mut [f32], row: &[f32], away: i64) {
     let by = usize::try_from(away.unsigned_abs()).unwrap_or(usize::MAX).min(row.len());
     let kept = row.len() - by;
-    let (into, from) = if away < 0 { (&mut total[by..], &row[..kept]) } else { (&mut total[..kept], &row[by..]) };
+    let (into, from) =
+        if away < 0 { (&mut total[by..], &row[..kept]) } else { (&mut total[..kept], &row[by..]) };
     into.iter_mut().zip(from).for_each(|(sum, power)| *sum += power);
 }
 
