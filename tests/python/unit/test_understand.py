@@ -2,7 +2,6 @@
 
 import gzip
 import json
-import re
 
 import numpy as np
 import pytest
@@ -162,25 +161,6 @@ def test_inspect_says_that_it_does_not_trim(tmp_path, capsys):
     said = capsys.readouterr()
     assert f"{N} rows" in said.out
     assert "this is of the whole log: --trim is for what computes" in said.err
-
-
-def test_inspect_says_that_a_sensor_was_shaken(tmp_path, capsys):
-    x = np.random.default_rng(3).standard_normal(90_000)
-    x[:10_000] *= 100
-    path = tmp_path / "gyro.csv"
-    np.savetxt(path, x, fmt="%.4g", header="gx [deg/s]", comments="")
-    shown = (["inspect", str(path), "--rate", "100"], ["adev", str(path), "--rate", "100"])
-    for arguments in shown:
-        with pytest.raises(SystemExit):
-            main(arguments)
-        out = " ".join(capsys.readouterr().out.split())
-        assert re.search(
-            r"gx: not at rest: activity .* around 0–\d+.*; --trim 10\d\S*:900 leaves", out
-        )
-    with pytest.raises(SystemExit):
-        main(["adev", str(path), "--rate", "100", "--trim", "50:"])
-    # Seconds are those of the part that is used: as numbers of --trim they would be wrong.
-    assert "; --trim START:END leaves it out" in " ".join(capsys.readouterr().out.split())
 
 
 def test_one_unit_leaves_the_other_kind_out_and_says_so(tmp_path):

@@ -1,7 +1,11 @@
 """What a command offers it takes, and what is easily mistaken is asked about."""
 
+import re
+
+import numpy as np
 import pytest
 
+from allanite.cli import main
 from command_line import refused
 
 
@@ -35,3 +39,22 @@ def test_a_model_file_is_no_log(run, log, tmp_path):
 def test_progress_of_a_fleet_is_for_a_terminal(run, log, tmp_path):
     code, _, err = run("fleet", log, "--out", tmp_path / "fleet.csv", "--model", "N")
     assert (code, err) == (0, "")
+
+
+def test_inspect_says_that_a_sensor_was_shaken(tmp_path, capsys):
+    x = np.random.default_rng(3).standard_normal(90_000)
+    x[:10_000] *= 100
+    path = tmp_path / "gyro.csv"
+    np.savetxt(path, x, fmt="%.4g", header="gx [deg/s]", comments="")
+    shown = (["inspect", str(path), "--rate", "100"], ["adev", str(path), "--rate", "100"])
+    for arguments in shown:
+        with pytest.raises(SystemExit):
+            main(arguments)
+        out = " ".join(capsys.readouterr().out.split())
+        assert re.search(
+            r"gx: not at rest: activity .* around 0–\d+.*; --trim 10\d\S*:900 leaves", out
+        )
+    with pytest.raises(SystemExit):
+        main(["adev", str(path), "--rate", "100", "--trim", "50:"])
+    # Seconds are those of the part that is used: as numbers of --trim they would be wrong.
+    assert "; --trim START:END leaves it out" in " ".join(capsys.readouterr().out.split())
