@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.effects import Model
+from allanite.effects import CATALOGUE, Deterministic, Model
 from allanite.effects.files import model_from_dict
 from allanite.recording import Recording
 from allanite.simulate import simulate
@@ -143,11 +143,8 @@ def twin(
 
 def _shared(common: Mapping[str, Any]) -> list[str]:
     """What the noise of several axes has in common; lines of all axes keep their phases and are none of it."""
-    lines = {
-        line["frequency_hz"]
-        for line in common.get("lines", ())
-        if set(line["kinds"]) == {"sinusoid"}
-    }
+    steady = {cls.kind for cls in CATALOGUE if issubclass(cls, Deterministic)}
+    lines = {line["frequency_hz"] for line in common.get("lines", ()) if steady >= {*line["kinds"]}}
     return [
         f"noise that {', '.join(one['columns'])} share at {one['low_hz']:.3g}–{one['high_hz']:.3g} Hz"
         f" (coherence {one['coherence']:.2f}): each axis has noise of its own"

@@ -238,7 +238,7 @@ def predict(
         model = model.steady((0.0, positive(duration, "duration", "s", "give that of the record")))
     parts, left = _parts(model, fs)
     left_out = tuple(effect.kind for effect in left)
-    following = tuple(effect.kind for effect in left if "column" in effect.values)
+    following = tuple(effect.kind for effect in left if effect.follows is not None)
     sums = {k: Sums(_variogram(terms, top)) for k, terms in parts.items() if terms}
     out = []
     for quantity, si, order, factor in QUANTITIES[parsed.kind]:
