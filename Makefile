@@ -64,7 +64,6 @@ lint: $(VENV)/.developed ## formatting, spelling, style, types, stubs, layers, c
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/codespell *.md docs python rust tests benches examples
-	$(BIN)/proselint check *.md docs/*.md docs/howto/*.md
 	$(BIN)/mypy
 	$(BIN)/mypy --config-file benches/mypy.ini benches/*/*.py docs/*.py examples/*.py
 	$(BIN)/python -m mypy.stubtest allanite._core --mypy-config-file pyproject.toml --allowlist stubtest-allowlist.txt

@@ -54,10 +54,9 @@ def test_the_first_page_says_which_number_goes_where():
     assert not missing, f"docs/start.md, a row of that table each: {missing}"
 
 
-def test_readme_is_one_page_and_its_links_lead_somewhere():
+def test_links_of_the_readme_lead_somewhere():
     root = DOCS.parent
     text = (root / "README.md").read_text(encoding="utf-8")
-    assert len(text.splitlines()) <= 70
     links = re.findall(r"\]\(([^)]+)\)", text)
     assert [link for link in links if not (root / link).exists()] == []
 
