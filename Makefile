@@ -24,7 +24,7 @@ $(VENV)/.installed: $(VENV)/.made $(RUST) $(PYTHON_FILES) pyproject.toml
 
 $(VENV)/.developed: $(VENV)/.made $(RUST) pyproject.toml
 	$(BIN)/python -m pip install --quiet --group test --group lint
-	$(BIN)/python -m pip install --quiet 'matplotlib>=3.9' 'plotly>=6.0' 'starlette>=0.46' 'uvicorn>=0.34' 'python-multipart>=0.0.20' 'h5py>=3.12.1' 'rosbags>=0.11' 'pyulog>=1.2' 'pyarrow>=18' 'pymavlink>=2.4.40' 'dask>=2024.12' 'distributed>=2024.12' 'numpy>=2.2' 'scipy>=1.15' 'click>=8.2' 'threadpoolctl>=3.5'
+	$(BIN)/python -m pip install --quiet 'matplotlib>=3.9' 'plotly>=6.0' 'starlette>=0.46' 'uvicorn>=0.34' 'python-multipart>=0.0.20' 'h5py>=3.12.1' 'rosbags>=0.11' 'pyulog>=1.2' 'pyarrow>=18' 'pymavlink>=2.4.40' 'dask>=2024.12' 'distributed>=2024.12' 'numpy>=2.2' 'scipy>=1.15' 'click>=8.2' 'threadpoolctl>=3.5' 'pyyaml>=6'
 	$(BIN)/maturin develop --release --quiet --locked
 	touch $@ $(VENV)/.installed
 

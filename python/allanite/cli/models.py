@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
+from allanite.common.units import conversion
 
 if TYPE_CHECKING:
-    from allanite.effects import Model
+    from allanite.effects import Effect, Model
 
-__all__ = ["NamedModel", "for_column", "is_model_file", "models_of"]
-
-
-#: PATH_MAX of Linux: longer text is no path, and the system would refuse to look it up.
-LONGEST = 4096
+__all__ = ["NamedModel", "for_column", "models_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,28 +24,53 @@ class NamedModel:
     rate: float | None = None
     column: str = ""
 
+    def in_unit(self, unit: str) -> Model:
+        """The model with its coefficients converted to samples in `unit`, if its own unit is known.
 
-def is_model_file(text: str) -> bool:
-    """Tell a file from a sum of effects."""
-    return text.endswith(".json") or (len(text) < LONGEST and Path(text).is_file())
+        Raises
+        ------
+        InputError
+            The unit of another kind of sensor.
+        """
+        if self.unit is None or self.unit == unit:
+            return self.model
+        factor = conversion(self.unit, unit)
+        return type(self.model)(tuple(_scaled(effect, factor) for effect in self.model))
 
 
-def models_of(text: str) -> list[NamedModel]:
-    """Read a model string, or the models of a file, one a column."""
-    from allanite.effects.files import model_from_dict, parse_model
-    from allanite.export._axis import documents_of
+def _scaled(effect: Effect, factor: float) -> Effect:
+    """The effect with everything that is in the unit of the samples times a factor."""
+    names = {p.name for p in effect.parameters if not isinstance(p.unit, str)}
+    values = {k: v for k, v in effect.values.items() if k in names and v is not None}
+    scaled = {
+        k: tuple(factor * one for one in v) if isinstance(v, tuple) else factor * v
+        for k, v in values.items()
+    }
+    ends = {
+        k: (low * factor, high * factor) for k, (low, high) in effect.limits.items() if k in names
+    }
+    return effect.with_values(**scaled, limits={**effect.limits, **ends})
 
-    if not is_model_file(text):
-        return [NamedModel(text, parse_model(text))]
+
+def models_of(
+    text: str,
+    unit: str | None = None,
+    rate: float | None = None,
+    record_length: float | None = None,
+) -> list[NamedModel]:
+    """Models of a source (`allanite.sources.documents_of`): a model string, or those of a file, one an axis."""
+    from allanite.effects.files import model_from_dict
+    from allanite.sources import documents_of
+
     found = []
-    documents = documents_of(text)
+    documents = documents_of(text, unit, rate, record_length)
     for document in documents:
         recording = document.get("recording") or {}
         column = str(recording.get("column") or "")
         name = text if len(documents) == 1 else f"{text} {column}"
         model = model_from_dict(document, text)
-        unit, rate = recording.get("unit"), recording.get("rate_hz")
-        found.append(NamedModel(name, model, unit, rate, column))
+        own = recording.get("unit"), recording.get("rate_hz")
+        found.append(NamedModel(name, model, *own, column))
     return found
 
 

@@ -19,6 +19,7 @@ WORDS = {
     "trim": "--trim START:END",
     "this_span": "--trim {}",
     "quiet": "--trim quiet",
+    "record_length": "--record-length SECONDS",
 }
 
 

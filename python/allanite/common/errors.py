@@ -30,6 +30,7 @@ CALL: Mapping[str, str] = {
     "trim": ".trim()",
     "this_span": ".trim({})",
     "quiet": ".quiet()",
+    "record_length": "record_length=",
 }
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
-from allanite.comparison.sheet import MINIMUM, DataSheet, Quoted, read_datasheet
-from allanite.comparison.slips import slip
+from allanite.sources.datasheet import MINIMUM, DataSheet, Quoted, read_datasheet
+from allanite.sources.slips import slip
 
 __all__ = ["Comparison", "DataSheet", "Quoted", "compare_datasheet", "read_datasheet"]
 

@@ -1,4 +1,4 @@
-"""Model strings: ``N+B+K``, ``Q+GM(T=30)+SIN(f=7.3!)``, ``N(N=[,0.2])+GM(T=30[10,100])``."""
+"""Model strings: ``N+B+K``, ``Q+GM(T=30)+SIN(f=7.3!)``, ``N(N=[,0.2])+GM(T=30[10,100])``, ``N(N=0.3 deg/sqrt(h))``."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
+from allanite.common.units import coefficient_unit, conversion
 from allanite.effects._limits import NONE
 from allanite.effects.model import Model
 from allanite.effects.registry import CATALOGUE, find
 
 if TYPE_CHECKING:
-    from allanite.effects._base import Effect
+    from allanite.effects._base import Effect, Parameter
 
-__all__ = ["parse_string"]
+__all__ = ["parse_string", "parse_with_units"]
+
+#: SI units of samples: the first in which every coefficient of a string with units can be written is its own.
+SI_UNITS = ("rad/s", "m/s^2", "1")
 
 _TOKEN = re.compile(r"\s*(?:(?P<name>[^\W\d]\w*)|(?P<sign>[+(),=!]))")
 _NUMBER = re.compile(r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")
@@ -21,8 +25,13 @@ _WORD = re.compile(r"\s*(?P<word>[\w.\-/°]+)")
 
 
 class _Reader:
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, unit: str | None = None) -> None:
         self.text, self.at = text, 0
+        #: Unit of the samples: as given, or that of the first value with a unit.
+        self.unit = unit
+        self.has_units = False
+        #: The first coefficient that has a value without a unit, and its place.
+        self.bare: tuple[str, int] | None = None
 
     def fail(self, what: str, at: int | None = None) -> InputError:
         place = self.at if at is None else at
@@ -73,6 +82,46 @@ class _Reader:
     def value(self, *, text: bool) -> float | str:
         return self.matched(_WORD, "a value") if text else self.number()
 
+    def unit_text(self) -> str:
+        """Text up to the next ``,`` ``)`` ``!`` or ``[`` outside parentheses: the unit of a value, or nothing."""
+        self.skip()
+        start, depth = self.at, 0
+        while self.at < len(self.text):
+            letter = self.text[self.at]
+            if depth == 0 and letter in ",)![":
+                break
+            depth += (letter == "(") - (letter == ")")
+            self.at += 1
+        return self.text[start : self.at].strip()
+
+    def factor(self, parameter: Parameter, place: int) -> float:
+        """Factor from the unit that follows to the parameter's own; 1 where no unit follows."""
+        start = self.at
+        own = self.unit_text()
+        is_coefficient = not isinstance(parameter.unit, str)
+        if not own:
+            if is_coefficient and self.bare is None:
+                self.bare = (parameter.name, place)
+            return 1.0
+        if isinstance(parameter.unit, str):
+            if parameter.unit == "text":
+                raise self.fail("expected , or )", start)
+            try:
+                return conversion(own, parameter.unit)
+            except InputError as error:
+                raise self.fail(f"{parameter.name} in {own}: {error}", place) from None
+        self.has_units = True
+        problem: InputError | None = None
+        for sample_unit in SI_UNITS if self.unit is None else (self.unit,):
+            try:
+                factor = conversion(own, coefficient_unit(sample_unit, parameter.unit))
+            except InputError as error:
+                problem = problem or error
+                continue
+            self.unit = sample_unit
+            return factor
+        raise self.fail(f"{parameter.name} in {own}: {problem}", place)
+
     def matched(self, pattern: re.Pattern[str], what: str) -> str:
         match = pattern.match(self.text, self.at)
         if match is None:
@@ -81,23 +130,59 @@ class _Reader:
         return match[1]
 
 
-def parse_string(text: str) -> Model:
-    """The model of a string.
+def parse_string(text: str, unit: str | None = None) -> Model:
+    """The model of a string, with coefficients for samples in `unit`.
 
     Raises
     ------
     InputError
-        Unknown effect or parameter, or bad syntax; the message points at the character.
+        Unknown effect or parameter, or bad syntax; the message points at the character. Values with units of a sensor,
+        and no unit of the samples.
     """
-    reader = _Reader(text)
+    model, own = parse_with_units(text, unit)
+    if unit is None and own is not None:
+        raise InputError(
+            f"model {text!r}: its values have units, so the unit of the samples is needed",
+            missing="unit",
+            remedy=": give {unit}",
+        )
+    return model
+
+
+def parse_with_units(text: str, unit: str | None = None) -> tuple[Model, str | None]:
+    """The model of a string, and the unit of the samples for which its coefficients hold.
+
+    Parameters
+    ----------
+    text : str
+        A model string. Values may have units: ``N(N=0.3 deg/sqrt(h))+GM(T=10 min)``.
+    unit : str, optional
+        Unit of the samples. If left out, coefficients with units are converted to the SI unit of their kind of sensor.
+
+    Returns
+    -------
+    model : Model
+    unit : str or None
+        `unit`, or the SI unit (``rad/s``, ``m/s^2``, ``1``); None where neither is known.
+
+    Raises
+    ------
+    InputError
+        As `parse_string`; units of two kinds of sensor; some coefficients with a unit and some without.
+    """
+    reader = _Reader(text, unit)
     effects: list[Effect] = []
     while True:
         effects.append(_effect(reader))
         reader.skip()
         if reader.at == len(text):
-            return Model(tuple(effects))
+            break
         if reader.sign("+") is None:
             raise reader.fail("expected + or the end")
+    if reader.has_units and reader.bare is not None and unit is None:
+        name, place = reader.bare
+        raise reader.fail(f"{name} has no unit, other values have: give a unit to each", place)
+    return Model(tuple(effects)), reader.unit
 
 
 def _effect(reader: _Reader) -> Effect:
@@ -127,14 +212,24 @@ def _effect(reader: _Reader) -> Effect:
             if several and reader.follows("["):
                 told = f"{parameter.name} of {cls.kind} may be a list in Python and in a model file"
                 raise reader.fail(f"{told}, here it is one number", place)
+            factor: float | None = None
             if not reader.follows("["):
                 value = reader.value(text=parameter.unit == "text" and not several)
+                if isinstance(value, float):
+                    factor = reader.factor(parameter, place)
+                    value *= factor
                 values[parameter.name] = (value,) if several else value
                 if reader.sign("!"):
                     held.append(parameter.name)
             ends = reader.limits()
             if ends is not None:
-                limits[parameter.name] = ends
+                # The unit of the value is that of the limits; limits alone have a unit behind them.
+                factor = reader.factor(parameter, place) if factor is None else factor
+                low, high = ends
+                limits[parameter.name] = (
+                    None if low is None else low * factor,
+                    None if high is None else high * factor,
+                )
             sign = reader.sign(",)")
             if sign is None:
                 raise reader.fail("expected , or )")

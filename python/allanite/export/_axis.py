@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from itertools import product
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,7 +25,7 @@ if TYPE_CHECKING:
 
     from allanite.effects import Effect, Parameter
 
-__all__ = ["Axis", "axes_of", "documents_of", "rate_of", "split", "warning_of"]
+__all__ = ["Axis", "axes_of", "rate_of", "split", "warning_of"]
 
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
 #: τ of use and rate where nothing says them: s, Hz.
@@ -66,6 +64,8 @@ class Axis:
         The effects as they were read.
     warning : str
         Why the numbers are not to be trusted: the fit was not adequate. Empty where nothing speaks against them.
+    assumptions : tuple of str
+        What was assumed where the numbers came from no log: a data sheet, another tool's file.
     """
 
     name: str
@@ -82,6 +82,7 @@ class Axis:
     source: str
     document: Mapping[str, Any]
     warning: str = ""
+    assumptions: tuple[str, ...] = ()
 
     @property
     def sampling(self) -> float:
@@ -145,29 +146,6 @@ class Axis:
         for forms in self.corners:
             total = total + np.maximum.reduce([curve(form.steady(self.span)) for form in forms])
         return total
-
-
-def documents_of(path: str | Path) -> list[dict[str, Any]]:
-    """Fit, check, improve or model documents of a JSON file, one a column."""
-    try:
-        document = json.loads(Path(path).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not a model file ({error})") from None
-    if not isinstance(document, dict) or not str(document.get("schema")).startswith("allanite/"):
-        raise InputError(f"{path}: not a model file: no allanite schema in it")
-    documents = document.get("columns", [document])
-    if not isinstance(documents, list) or not all(isinstance(one, dict) for one in documents):
-        raise InputError(f"{path}: its columns are not as fit, improve or characterize write them")
-    return [_last_rung(document) for document in documents]
-
-
-def _last_rung(document: dict[str, Any]) -> dict[str, Any]:
-    ladder = document.get("ladder")
-    if not ladder:
-        return document
-    return {**ladder[-1], "recording": document.get("recording"), "schema": "allanite/fit/1"}
 
 
 def axes_of(
@@ -242,6 +220,7 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         plain(recording.get("path") or source),
         {"effects": effects},
         warning_of(document),
+        tuple(plain(line) for line in document.get("assumptions", ())),
     )
 
 

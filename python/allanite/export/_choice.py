@@ -144,6 +144,8 @@ def _covering_walk(axis: Axis, N: float) -> tuple[float, str]:
 def report(axis: Axis, choice: Choice | None, written: Sequence[str] = ()) -> list[str]:
     """Lines that say what of an axis is in the file, what is not, and how much that is."""
     origin = f"fitted to {axis.source}" if axis.source != axis.name else "as given"
+    if axis.assumptions:
+        origin = f"from {axis.source}, no log"
     held = tuple(written) if choice is None else choice.holds
     labels = axis.model.labels
     missing = [
@@ -164,6 +166,7 @@ def report(axis: Axis, choice: Choice | None, written: Sequence[str] = ()) -> li
     lines = [f"{axis.name}: {origin}; model {axis.model.name}; in this file: {inside}"]
     if axis.warning:
         lines.append(f"  WARNING: {axis.warning}")
+    lines += [f"  assumed: {assumption}" for assumption in axis.assumptions]
     if missing:
         lines.append(f"  left out, this format cannot hold it: {', '.join(missing)}")
     if choice is not None:

@@ -19,4 +19,5 @@ WORDS = {
     "trim": "trimming",
     "this_span": "trimming to {} s",
     "quiet": "trimming to it",
+    "record_length": "the length of the record",
 }

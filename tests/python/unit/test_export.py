@@ -11,7 +11,8 @@ from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.effects.files import model_to_dict, parse_model
 from allanite.export import TARGETS, export
-from allanite.export._axis import _last_rung, axes_of, documents_of
+from allanite.export._axis import axes_of
+from allanite.sources import _last_step, documents_of
 
 N, B, K = 0.01, 1e-3, 1e-4  # deg/s·s^½, deg/s, deg/s/s^½
 RAD = math.pi / 180
@@ -291,4 +292,4 @@ def test_a_fit_that_is_not_adequate_is_a_warning_in_every_file(target):
     # The same of the last step of a ladder.
     rung = {"effects": good["effects"], "adequate": False, "error": error}
     path_less = {"ladder": [rung], "recording": good["recording"]}
-    assert _last_rung(path_less)["error"] == error
+    assert _last_step(path_less)["error"] == error

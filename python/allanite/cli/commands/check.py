@@ -25,7 +25,9 @@ def command(
     models = models_of(model)
     columns = columns_of(log, options)
     output.check_targets(plot)
-    starts = [for_column(models, column.columns[0], model).model for column in columns]
+    starts = [
+        for_column(models, column.columns[0], model).in_unit(column.unit) for column in columns
+    ]
     checks = []
     for column, own in zip(columns, starts, strict=True):
         with output.progress(column.columns[0], options) as on_progress:

@@ -19,7 +19,9 @@ from allanite.export import TARGETS
     help="Target.",
 )
 @click.option(
-    "--unit", metavar="UNIT", help="Unit of the samples, for a model without a recording."
+    "--unit",
+    metavar="UNIT",
+    help="Unit of the samples, for sources that do not state it; of a table, one for each column: rad/s,m/s^2.",
 )
 @click.option("--rate", type=float, metavar="HZ", help="Sampling rate, where the target needs one.")
 @click.option(
@@ -29,6 +31,12 @@ from allanite.export import TARGETS
 )
 @click.option(
     "--until", type=float, metavar="SECONDS", help="Longest τ of use (default: a tenth of the log)."
+)
+@click.option(
+    "--record-length",
+    type=float,
+    metavar="SECONDS",
+    help="Length of the record behind a table of Allan deviations.",
 )
 @click.option(
     "--column", multiple=True, metavar="NAME", help="Axis of a file of several; repeatable."
@@ -41,26 +49,31 @@ def command(
     rate: float | None,
     overbound: bool,
     until: float | None,
+    record_length: float | None,
     column: tuple[str, ...],
     output: str | None,
 ) -> None:
-    """Write the coefficients of MODELs (saved fits, or sums with values) for another program.
+    """Write a parameter file for a filter or simulator.
 
-    Several models are several axes: three of a gyroscope, three of an accelerometer.
+    MODEL is a saved fit, or a source without a log: a data sheet (TOML, see docs/howto/data-sheet.md), a YAML file of
+    Kalibr or imu_utils, a MATLAB script with gyroparams, a table of Allan deviations, or a model string with units such
+    as "N(N=0.3 deg/sqrt(h))+B(B=5 deg/h)". Several models are several axes: three of a gyroscope, three of an
+    accelerometer.
     """
-    from pathlib import Path
-
     from allanite.common.files import whole_file
-    from allanite.effects.files import model_to_dict, parse_model
+    from allanite.common.validation import positive
     from allanite.export import export
-    from allanite.export._axis import axes_of, documents_of
+    from allanite.export._axis import axes_of
     from allanite.recording.samples import find_column
+    from allanite.sources import documents_of
 
+    if record_length is not None:
+        positive(
+            record_length, "--record-length", "s", "the length must be a positive number of seconds"
+        )
     axes = []
     for model in models:
-        is_file = model.endswith(".json") or Path(model).is_file()
-        documents = documents_of(model) if is_file else [model_to_dict(parse_model(model))]
-        axes += axes_of(documents, unit, model)
+        axes += axes_of(documents_of(model, unit, rate, record_length), unit, model)
     if column:
         names = [axis.name for axis in axes]
         axes = [axes[find_column(name, names)] for name in column]

@@ -45,7 +45,9 @@ def command(
     models = models_of(model)
     columns = [column for log in logs for column in columns_of(log, options)]
     output.check_targets(plot, save)
-    starts = [for_column(models, column.columns[0], model).model for column in columns]
+    starts = [
+        for_column(models, column.columns[0], model).in_unit(column.unit) for column in columns
+    ]
     fits = [m.fit(column, method=method) for m, column in zip(starts, columns, strict=True)]
     if save is not None:
         output.save_fits(fits, save)

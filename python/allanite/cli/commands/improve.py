@@ -58,7 +58,9 @@ def command(
 
     models = models_of(model)
     columns = columns_of(log, options)
-    starts = [for_column(models, column.columns[0], model).model for column in columns]
+    starts = [
+        for_column(models, column.columns[0], model).in_unit(column.unit) for column in columns
+    ]
     output.check_targets(plot, save)
     if len(columns) == 1:
         with output.progress(columns[0].columns[0], options) as on_progress:

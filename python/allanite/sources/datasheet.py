@@ -1,15 +1,17 @@
 """Data sheets: a sensor's figures in their own units.
 
-A sheet is a small TOML or JSON file::
+A sheet is a small TOML or JSON file. The figures of one sensor stand in ``[figures]``, those of an IMU in
+``[gyroscope]`` and ``[accelerometer]``::
 
     name = "MEMS gyroscope"
+    temperature = "25 degC"                      # at which the figures hold
     [figures]
     noise_density = "0.03 deg/s/sqrt(Hz)"        # one-sided unless it says "two-sided"
-    angle_random_walk = "1.27 deg/sqrt(h)"
+    angle_random_walk = "1.27 deg/sqrt(h)"       # velocity_random_walk of an accelerometer
     bias_instability = "18 deg/h"                # the coefficient B of IEEE 952
     in_run_bias_stability = "12 deg/h"           # the minimum of the Allan deviation
     rate_random_walk = { value = 1.0, unit = "deg/h^1.5" }
-    bandwidth = "330 Hz"                         # −3 dB; tells a log whose samples were skipped
+    bandwidth = "330 Hz"                         # -3 dB; tells a log whose samples were skipped
     sample_rate = "2000 Hz"                      # of the sensor itself, not of the log
 """
 
@@ -20,17 +22,44 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from allanite.common.errors import InputError, about
-from allanite.common.units import coefficient_unit, conversion
-from allanite.comparison.slips import slip
+from allanite.common.units import (
+    ACCELERATION,
+    ANGULAR_RATE,
+    FREQUENCY,
+    coefficient_unit,
+    conversion,
+)
 from allanite.effects import CATALOGUE
+from allanite.sources.documents import PLATEAU, model_document
+from allanite.sources.slips import slip
 
-__all__ = ["MINIMUM", "DataSheet", "Quoted", "known_figures", "read_datasheet"]
+__all__ = [
+    "MINIMUM",
+    "SI_OF_KIND",
+    "TABLES",
+    "DataSheet",
+    "Quoted",
+    "datasheet_of",
+    "documents_of_sheet",
+    "known_figures",
+    "read_datasheet",
+]
 
 MINIMUM = "minimum"
+#: Tables of a sheet, each with the kind of sensor of its figures. Those of ``figures`` have the kind of their unit.
+TABLES = {
+    "figures": None,
+    "gyroscope": ANGULAR_RATE,
+    "accelerometer": ACCELERATION,
+    "clock": FREQUENCY,
+}
+#: SI unit of the samples of each kind of sensor.
+SI_OF_KIND = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", FREQUENCY: "1"}
 
 # What is read off the Allan curve itself, with other spellings.
 OF_THE_CURVE = {"in_run_bias_stability": ("bias_stability", "allan_minimum")}
@@ -79,6 +108,26 @@ class Quoted:
     unit: str
 
     @property
+    def kind(self) -> str:
+        """Kind of sensor that the figure's unit belongs to.
+
+        Raises
+        ------
+        InputError
+            The unit belongs to no kind of sensor.
+        """
+        problem: InputError | None = None
+        for kind, unit in SI_OF_KIND.items():
+            try:
+                self.in_unit(unit)
+            except InputError as error:
+                problem = problem or error
+            else:
+                return kind
+        assert problem is not None
+        raise problem
+
+    @property
     def coefficient(self) -> str:
         """What the figure speaks of: Q, N, B, K, R, or the minimum of the Allan deviation."""
         return known_figures()[self.name][0]
@@ -114,6 +163,11 @@ class DataSheet:
     figures: tuple[Quoted, ...]
     bandwidth: float | None = None
     sample_rate: float | None = None
+    temperature: str = ""
+
+    def of_kind(self, kind: str) -> DataSheet:
+        """The sheet with the figures of one kind of sensor (``"angular rate"``, ``"acceleration"``, …)."""
+        return replace(self, figures=tuple(f for f in self.figures if f.kind == kind))
 
     def folded(self, rate: float) -> tuple[float, float] | None:
         """By how much N rises, at least and at most, where samples at `rate` Hz are taken without averaging.
@@ -131,10 +185,13 @@ class DataSheet:
 
     def remarks(self) -> list[str]:
         """Contradictions inside the sheet: a density and a random walk that are not the same N."""
-        found = [figure for figure in self.figures if figure.coefficient == "N"]
         remarks = []
-        for other in found[1:]:
-            first = found[0]
+        density = [figure for figure in self.figures if figure.coefficient == "N"]
+        first_of = {figure.kind: figure for figure in reversed(density)}
+        for other in density:
+            first = first_of[other.kind]
+            if other is first:
+                continue
             ratio = other.value * conversion(other.unit, first.unit) / first.value
             said = slip("N", ratio, 0.02)
             if said:
@@ -185,16 +242,43 @@ def _read(path: Path) -> DataSheet:
         raise InputError(f"cannot be read ({error.strerror or error})") from None
     except ValueError as error:
         raise InputError(f"not a data sheet in TOML or JSON ({error})") from None
-    figures = parsed.get("figures") if isinstance(parsed, dict) else None
+    return datasheet_of(parsed, path.stem)
+
+
+def datasheet_of(parsed: object, name: str) -> DataSheet:
+    """The sheet of a parsed TOML or JSON document; `name` stands where the document has none.
+
+    Raises
+    ------
+    InputError
+        No figures, an unknown one, or one in the table of another kind of sensor.
+    """
+    tables = parsed if isinstance(parsed, dict) else {}
+    given = {t: tables[t] for t in TABLES if isinstance(tables.get(t), Mapping) and tables[t]}
     known = ", ".join(known_figures())
-    if not isinstance(figures, Mapping) or not figures:
+    if not given:
         raise InputError(f"a data sheet needs a table [figures], with {known}")
-    found = [_figure(str(name), given) for name, given in figures.items()]
+    found: list[Quoted] = []
+    for table, figures in given.items():
+        for key, value in figures.items():
+            figure = _figure(str(key), value)
+            kind = TABLES[table]
+            if kind is not None and figure.name not in FREQUENCIES and figure.kind != kind:
+                raise InputError(
+                    f"[{table}] {figure.name} = {figure.value:g} {figure.unit}: the unit is that of"
+                    f" {figure.kind}, the table that of {kind}"
+                )
+            found.append(figure)
     hertz = {f.name: f.value * conversion(f.unit, "Hz") for f in found if f.name in FREQUENCIES}
     noise = tuple(f for f in found if f.name not in FREQUENCIES)
     if not noise:
         raise InputError(f"no figure to compare: add one of {known}")
-    return DataSheet(str(parsed.get("name", path.stem)), noise, **hertz)
+    return DataSheet(
+        str(tables.get("name", name)),
+        noise,
+        **hertz,
+        temperature=str(tables.get("temperature", "")),
+    )
 
 
 def _figure(name: str, given: object) -> Quoted:
@@ -221,3 +305,92 @@ def _figure(name: str, given: object) -> Quoted:
         unit += " one-sided"
     conversion(unit, unit)
     return Quoted(key, number, unit)
+
+
+def documents_of_sheet(sheet: DataSheet, source: str) -> list[dict[str, Any]]:
+    """Model documents of a data sheet, one for each kind of sensor, with what is assumed.
+
+    Parameters
+    ----------
+    sheet : DataSheet
+    source : str
+        Name of the file, for messages.
+
+    Returns
+    -------
+    list of dict
+        ``allanite/fit/1`` without intervals; ``"assumptions"`` is a list of sentences.
+
+    Raises
+    ------
+    InputError
+        A sensor without a noise density or random walk.
+    """
+    return [
+        _document(sheet.of_kind(kind), kind, source)
+        for kind in dict.fromkeys(figure.kind for figure in sheet.figures)
+    ]
+
+
+def _document(sheet: DataSheet, kind: str, source: str) -> dict[str, Any]:
+    unit = SI_OF_KIND[kind]
+    table = next(t for t, k in TABLES.items() if k == kind)
+    by_coefficient: dict[str, Quoted] = {}
+    for figure in sorted(sheet.figures, key=lambda f: f.in_unit(unit)):
+        by_coefficient[figure.coefficient] = figure
+    values = {name: figure.in_unit(unit) for name, figure in by_coefficient.items()}
+    if "N" not in values:
+        raise InputError(
+            f"{source}: no noise density or random walk of the {table}: add"
+            ' e.g. noise_density = "0.01 deg/s/sqrt(Hz)"'
+        )
+    assumptions = [f"data sheet {sheet.name}, {table}: figures as printed, not measured"]
+    density = by_coefficient["N"]
+    if density.name == "noise_density":
+        side = "two-sided" if "two" in density.unit or "double" in density.unit else "one-sided"
+        rule = "N = value" if side == "two-sided" else "N = value / sqrt(2)"
+        assumptions.append(
+            f"noise density {density.value:g} {_bare(density.unit)} is {side}: {rule}"
+        )
+    others = [f for f in sheet.figures if f.coefficient == "N" and f is not density]
+    for other in others:
+        ratio = other.in_unit(unit) / values["N"]
+        if ratio < 0.98:
+            assumptions.append(
+                f"N is that of {density.name}; {other.name} gives {ratio:.2f} of it, and the larger is used"
+            )
+    assumptions.append(
+        f"the figures hold at {sheet.temperature}"
+        if sheet.temperature
+        else "the figures hold at the temperature of the sheet (not stated; usually 25 degC)"
+    )
+    minimum = values.pop(MINIMUM, None)
+    if "B" not in values and minimum is not None:
+        values["B"] = minimum / PLATEAU
+        assumptions.append(
+            "in-run bias stability is the minimum of the Allan deviation: B = value / 0.664"
+        )
+    if "K" not in values:
+        assumptions.append(_about_walk(values, unit))
+    assumptions += sheet.remarks()
+    return model_document(table, unit, values, source, sheet.sample_rate, assumptions)
+
+
+def _about_walk(values: Mapping[str, float], unit: str) -> str:
+    """What is said of a random walk that the sheet does not give.
+
+    Of N and K the Allan deviation is lowest at tau = sqrt(3) N/K, where its square is 2 N K/sqrt(3). A floor of s
+    therefore allows K up to sqrt(3) s^2/(2 N): the largest, where nothing else makes the floor.
+    """
+    if "B" not in values:
+        return "the sheet has neither a bias instability nor a random walk K: the slow noise in this file is a guess"
+    floor = PLATEAU * values["B"]
+    largest = math.sqrt(3.0) * floor**2 / (2.0 * values["N"])
+    return (
+        f"the sheet has no random walk K: slow noise follows the bias instability B; any K from 0 to {largest:.2g}"
+        f" {coefficient_unit(unit, -0.5).replace('½', '0.5')} agrees with the sheet (sqrt(3) sigma_min^2 / (2 N))"
+    )
+
+
+def _bare(unit: str) -> str:
+    return re.sub(r"\s*\b(one|two|single|double)[\s-]?sided\b", "", unit)

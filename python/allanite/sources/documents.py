@@ -1,0 +1,74 @@
+"""The common result of every source: a model document (``allanite/fit/1``) with the assumptions made."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from allanite.common.units import coefficient_unit
+from allanite.effects import CATALOGUE
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+__all__ = ["PLATEAU", "model_document"]
+
+#: Plateau of the Allan deviation over the coefficient B (IEEE 952: sqrt(2 ln 2 / pi)).
+PLATEAU = math.sqrt(2.0 * math.log(2.0) / math.pi)
+
+
+def model_document(
+    axis: str,
+    unit: str,
+    values: Mapping[str, float],
+    source: str,
+    rate: object = None,
+    assumptions: Sequence[str] = (),
+    intervals: Mapping[str, tuple[float, float]] | None = None,
+) -> dict[str, Any]:
+    """Document of one axis with standard coefficients.
+
+    Parameters
+    ----------
+    axis : str
+        Name of the axis or sensor.
+    unit : str
+        Unit of the samples.
+    values : mapping of str to float
+        Q, N, B, K, R in their canonical units for samples in `unit`.
+    source : str
+        File or text that the values came from.
+    rate : float, optional
+        Sampling rate in Hz; anything that is no positive number counts as unknown.
+    assumptions : sequence of str
+        Sentences that a filter file repeats.
+    intervals : mapping of str to (float, float), optional
+        95 % intervals; a lower end of 0 means not detected.
+    """
+    effects = []
+    for effect in CATALOGUE:
+        parameter = next((p for p in effect.parameters if p.name == effect.short), None)
+        if parameter is None or parameter.name not in values:
+            continue
+        assert not isinstance(parameter.unit, str)
+        name = parameter.name
+        given: dict[str, Any] = {
+            "value": values[name],
+            "unit": coefficient_unit(unit, parameter.unit),
+        }
+        if intervals is not None:
+            given["interval"] = list(intervals[name])
+            given["detected"] = intervals[name][0] > 0.0
+        effects.append({"kind": effect.kind, "parameters": {name: given}})
+    known = isinstance(rate, (int, float)) and 0.0 < rate < math.inf
+    return {
+        "schema": "allanite/fit/1",
+        "effects": effects,
+        "recording": {
+            "column": axis,
+            "path": source,
+            "unit": unit,
+            "rate_hz": float(rate) if known else None,  # type: ignore[arg-type]
+        },
+        "assumptions": list(assumptions),
+    }

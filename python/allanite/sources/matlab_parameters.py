@@ -1,0 +1,116 @@
+"""Noise parameters of MATLAB's imuSensor: a script with gyroparams/accelparams, or a loadparams JSON file.
+
+MATLAB documentation, imuSensor, gyroparams: ``NoiseDensity`` in (rad/s)/sqrt(Hz), one-sided unless ``NoiseType`` is
+"double-sided"; ``BiasInstability`` in rad/s; ``RandomWalk`` in (rad/s)*sqrt(Hz). One number stands for three axes.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING, Any
+
+from allanite.common.errors import InputError
+from allanite.sources.documents import model_document
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+__all__ = ["documents_of_matlab_json", "documents_of_script", "is_matlab_json"]
+
+SENSORS = (("Gyroscope", "gyroparams", "rad/s"), ("Accelerometer", "accelparams", "m/s^2"))
+FIELDS = (("NoiseDensity", "N"), ("BiasInstability", "B"), ("RandomWalk", "K"))
+_NUMBERS = r"\[[^\]]*\]|[-+.\deE]+"
+
+
+def documents_of_script(text: str, source: str) -> list[dict[str, Any]]:
+    """Documents of a MATLAB script: name-value pairs in gyroparams(…), or assignments ``imu.Gyroscope.NoiseDensity = …``.
+
+    Raises
+    ------
+    InputError
+        No noise density in it, or a value that is no list of numbers.
+    """
+    text = re.sub(r"%.*", "", text).replace("...", " ")
+    rate = re.search(r"SampleRate['\"]?\s*[,=]\s*([\d.eE+-]+)", text)
+    found = []
+    for sensor, maker, unit in SENSORS:
+        value = rf"({_NUMBERS}|['\"][\w-]+['\"])"
+        call = re.search(rf"\b{maker}\s*\((.*?)\)\s*;?", text, re.DOTALL)
+        pairs = re.findall(rf"['\"](\w+)['\"]\s*,\s*{value}", call[1]) if call else []
+        given = dict([*pairs, *re.findall(rf"\b{sensor}\.(\w+)\s*=\s*{value}", text)])
+        if given:
+            parts = {key: value.strip("'\"[] ").replace(",", " ") for key, value in given.items()}
+            found += _axes(parts, sensor, unit, source, None if rate is None else rate[1])
+    if not found:
+        raise InputError(
+            f"{source}: no gyroparams(…) or accelparams(…) with a NoiseDensity in this MATLAB script"
+        )
+    return found
+
+
+def is_matlab_json(tree: object) -> bool:
+    """Whether a parsed JSON document is a file of loadparams: parts with a Gyroscope or an Accelerometer."""
+    return isinstance(tree, dict) and any(_is_part(part) for part in (tree, *tree.values()))
+
+
+def _is_part(part: object) -> bool:
+    return isinstance(part, dict) and any(isinstance(part.get(s), dict) for s, _, _ in SENSORS)
+
+
+def documents_of_matlab_json(tree: Mapping[str, Any], source: str) -> list[dict[str, Any]]:
+    """Documents of a loadparams file with one part."""
+    parts = [part for part in (tree, *tree.values()) if _is_part(part)]
+    if len(parts) > 1:
+        raise InputError(f"{source}: holds {len(parts)} parts: keep the one that is meant")
+    found = []
+    for sensor, _, unit in SENSORS:
+        own = parts[0].get(sensor)
+        if isinstance(own, dict):
+            texts = {
+                key: " ".join(map(str, value)) if isinstance(value, list) else str(value)
+                for key, value in own.items()
+            }
+            found += _axes(texts, sensor, unit, source, None)
+    return found
+
+
+def _axes(
+    given: Mapping[str, str], sensor: str, unit: str, source: str, rate: str | None
+) -> list[dict[str, Any]]:
+    numbers = {letter: _numbers(given[key], key, source) for key, letter in FIELDS if key in given}
+    if not any(numbers.get("N", ())):
+        raise InputError(f"{source}: {sensor} has no NoiseDensity above 0")
+    two_sided = given.get("NoiseType", "").lower() in ("double-sided", "two-sided")
+    if not two_sided:
+        numbers["N"] = [n / math.sqrt(2.0) for n in numbers["N"]]
+    side = (
+        "NoiseType double-sided: N = NoiseDensity"
+        if two_sided
+        else "NoiseDensity is one-sided (MATLAB's default): N = NoiseDensity / sqrt(2)"
+    )
+    count = max(len(values) for values in numbers.values())
+    names = [f"{sensor.lower()} {axis}" for axis in "xyz"] if count == 3 else [sensor.lower()]
+    return [
+        model_document(
+            name,
+            unit,
+            {k: v[i if len(v) > 1 else 0] for k, v in numbers.items() if any(v)},
+            source,
+            None if rate is None else float(rate),
+            [side],
+        )
+        for i, name in enumerate(names)
+    ]
+
+
+def _numbers(text: str, key: str, source: str) -> list[float]:
+    try:
+        found = [float(word) for word in text.split()]
+    except ValueError:
+        found = []
+    if len(found) not in (1, 3) or not all(0.0 <= v < math.inf for v in found):
+        raise InputError(
+            f"{source}: {key} = {text[:60]!r}: give one number or three, none negative"
+        )
+    return found

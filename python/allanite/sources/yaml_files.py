@@ -1,0 +1,125 @@
+"""Results of other tools in YAML: Kalibr's imu.yaml and imu_utils' imu_param.yaml.
+
+Kalibr (wiki "IMU Noise Model"): continuous-time, two-sided densities N and K in SI units.
+imu_utils (src/gyr_lib/fitallan_gyr.cpp at 2cdda91): ``gyr_n`` is sqrt(rate) times the Allan deviation at 1 s, the
+deviation of a sample; ``gyr_w`` is the minimum of the Allan deviation, a bias stability and no random walk.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from allanite.common.errors import InputError
+from allanite.sources.documents import PLATEAU, model_document
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+__all__ = ["documents_of_yaml"]
+
+SENSORS = (("gyroscope", "gyr", "rad/s"), ("accelerometer", "acc", "m/s^2"))
+KALIBR = ("noise_density", "random_walk")
+#: Longest YAML file, bytes: the files of both tools have a few hundred.
+LARGEST = 1_000_000
+
+
+def documents_of_yaml(path: Path, rate: float | None) -> list[dict[str, Any]]:
+    """Model documents of a Kalibr or imu_utils file.
+
+    Parameters
+    ----------
+    path : Path
+    rate : float or None
+        Sampling rate in Hz of the log that imu_utils analyzed: its file does not state it.
+
+    Raises
+    ------
+    InputError
+        Neither kind of file, a value that is no positive number, or no rate for imu_utils.
+    """
+    if path.stat().st_size > LARGEST:
+        raise InputError(f"{path}: too large for a YAML file of Kalibr or imu_utils")
+    # OpenCV writes "%YAML:1.0", which is no directive of YAML.
+    text = re.sub(r"\A%YAML:[\d.]+", "", path.read_text(encoding="utf-8", errors="replace"))
+    try:
+        tree = yaml.safe_load(text)
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        place = getattr(error, "problem_mark", None)
+        row = f" (line {place.line + 1})" if place is not None else ""
+        raise InputError(f"{path}: not a YAML file{row}") from None
+    nodes = _nodes(tree)
+    kalibr = [n for n in nodes if any(f"{s}_{KALIBR[0]}" in n for s, _, _ in SENSORS)]
+    if kalibr:
+        return [d for node in kalibr for d in _kalibr(node, str(path), len(kalibr) > 1)]
+    if isinstance(tree, dict) and ("Gyr" in tree or "Acc" in tree):
+        return _imu_utils(tree, str(path), rate)
+    raise InputError(
+        f"{path}: neither a Kalibr file (gyroscope_noise_density) nor one of imu_utils (Gyr, Acc)"
+    )
+
+
+def _nodes(tree: Any) -> list[dict[str, Any]]:
+    """The document and the mappings directly in it (``imu0:``)."""
+    if not isinstance(tree, dict):
+        return []
+    return [tree, *(value for value in tree.values() if isinstance(value, dict))]
+
+
+def _kalibr(node: Mapping[str, Any], source: str, several: bool) -> list[dict[str, Any]]:
+    rate = node.get("update_rate")
+    found = []
+    for sensor, _, unit in SENSORS:
+        if f"{sensor}_{KALIBR[0]}" not in node:
+            continue
+        N, K = (_positive(node, f"{sensor}_{key}", source) for key in KALIBR)
+        name = f"{node.get('rostopic', sensor)} {sensor}" if several else sensor
+        assumptions = [
+            "Kalibr file: continuous-time, two-sided N and K, as another tool wrote them"
+        ]
+        found.append(model_document(name, unit, {"N": N, "K": K}, source, rate, assumptions))
+    return found
+
+
+def _imu_utils(tree: Mapping[str, Any], source: str, rate: float | None) -> list[dict[str, Any]]:
+    if rate is None:
+        raise InputError(
+            f"{source}: imu_utils writes the noise of a sample and not the rate of its log",
+            missing="rate",
+            remedy=": give the rate of that log with {rate}",
+        )
+    found = []
+    for sensor, short, unit in SENSORS:
+        node = tree.get(short.capitalize())
+        if not isinstance(node, dict):
+            continue
+        axes = [a for a in ("x-axis", "y-axis", "z-axis") if isinstance(node.get(a), dict)]
+        for axis in axes if len(axes) == 3 else ["avg-axis"]:
+            part = node.get(axis)
+            if not isinstance(part, dict):
+                raise InputError(f"{source}: {short.capitalize()} has no {axis}")
+            noise = _positive(part, f"{short}_n", source)
+            floor = _positive(part, f"{short}_w", source)
+            values = {"N": noise / math.sqrt(rate), "B": floor / PLATEAU}
+            white = f"imu_utils file, log at {rate:g} Hz: {short}_n is the noise of a sample, N = {short}_n / sqrt(rate)"
+            slow = f"{short}_w is the minimum of the Allan deviation, not a random walk: B = {short}_w / 0.664"
+            assumptions = [white, slow]
+            name = f"{sensor} {axis}"
+            found.append(model_document(name, unit, values, source, rate, assumptions))
+    return found
+
+
+def _positive(node: Mapping[str, Any], key: str, source: str) -> float:
+    try:
+        value = float(node[key])
+    except KeyError:
+        raise InputError(f"{source}: {key} is missing") from None
+    except (TypeError, ValueError):
+        raise InputError(f"{source}: {key} = {node[key]!r} is not a number") from None
+    if not 0.0 < value < math.inf:
+        raise InputError(f"{source}: {key} = {value:g} must be positive")
+    return value
