@@ -12,7 +12,17 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from functools import _lru_cache_wrapper
 
-__all__ = ["VARIABLE", "budget", "forget", "free_memory", "released", "require"]
+__all__ = [
+    "VARIABLE",
+    "budget",
+    "forget",
+    "free_memory",
+    "over_budget",
+    "released",
+    "require",
+    "shown_bytes",
+    "source_of_budget",
+]
 
 Kept = TypeVar("Kept", bound="_lru_cache_wrapper[Any]")
 
@@ -67,12 +77,25 @@ def require(size: float, what: str) -> None:
     """
     most = budget()
     if size > most:
-        said = os.environ.get(VARIABLE)
-        of = "half of what is free" if said is None else f"{VARIABLE}={said}"
         raise InputError(
-            f"{what} needs {_shown(size)} of memory, more than {_shown(most)} ({of}):"
+            f"{what} needs {shown_bytes(size)} of memory, more than {shown_bytes(most)} ({source_of_budget()}):"
             f" set {VARIABLE}={math.ceil(size / 1e9)}G to allow it"
         )
+
+
+def source_of_budget() -> str:
+    """Return where the budget comes from, for a message: the environment variable, or the free memory."""
+    said = os.environ.get(VARIABLE)
+    return "half of what is free" if said is None else f"{VARIABLE}={said}"
+
+
+def over_budget(what: str) -> InputError:
+    """Return the error for memory that could not be had although nobody knew before how much is needed."""
+    most = budget()
+    twice = f", or set {VARIABLE}={math.ceil(2 * most / 1e9)}G" if math.isfinite(most) else ""
+    return InputError(
+        f"{what} needs more memory than {shown_bytes(most)} ({source_of_budget()}): take fewer columns{twice}"
+    )
 
 
 def _bytes(text: str) -> float:
@@ -89,5 +112,6 @@ def _bytes(text: str) -> float:
     return found
 
 
-def _shown(size: float) -> str:
+def shown_bytes(size: float) -> str:
+    """Return a number of bytes with its unit."""
     return f"{size / 1e9:.3g} GB" if size >= 1e8 else f"{size / 1e6:.3g} MB"

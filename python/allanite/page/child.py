@@ -1,158 +1,136 @@
-"""Logs are read in a process of their own: a damaged one, or one that would fill the memory, takes only that with it."""
+"""Logs are read in a child process: a damaged log, or one larger than the memory, ends the child and not the page."""
 
 from __future__ import annotations
 
-import json
-import os
-import pickle
-import shutil
-import subprocess
-import sys
-import tempfile
-import threading
-import time
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import AllaniteError, InputError, TooShortError
-from allanite.common.memory import free_memory
+from allanite.common.errors import AllaniteError
+from allanite.common.isolation import LOOK, Limits, call_isolated
+from allanite.recording.findings import Finding
+from allanite.recording.recording import of_fields
+from allanite.recording.timebase import Stamps
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from allanite.readers._table import Table
+    from allanite.recording import Recording
 
-__all__ = ["LOOK", "ask"]
+__all__ = ["LOOK", "inspect_in_child", "read_in_child"]
 
-#: Of the free memory, what a reader may take.
-SHARE = 0.7
 #: Stretches of a spark line.
 SPARK = 60
-#: Seconds between looks at a reader.
-LOOK = 0.02
+#: Processor time for any log and for each byte of it, s. The slowest reader needs 1.4 s for a megabyte on a fast machine,
+#: and an inspection reads a log up to three times.
+SECONDS, SECONDS_PER_BYTE = 60.0, 40e-6
+#: Seconds of the clock for each second of processor time: a busy machine or a slow disk is no damage.
+PATIENCE = 12.0
 
 
-def ask(
-    what: str, path: Path, options: dict[str, Any], watch: Callable[[], None] | None = None
-) -> Any:
-    """Have a process read a log.
+def read_in_child(
+    path: Path, options: dict[str, Any], watch: Callable[[], None] | None = None
+) -> Recording:
+    """Return the recording of a log.
 
     Parameters
     ----------
-    what : {"read", "inspect"}
-        A recording, or what is understood of each column with a spark line of it.
     path : Path
         The log.
     options : dict
-        Arguments of `allanite.read`.
+        Arguments of `allanite.read`, and ``units``: units of single columns.
     watch : callable, optional
-        Called again and again; what it raises ends the reader.
+        Called every 20 ms; what it raises ends the reading.
 
     Raises
     ------
     InputError
-        The log cannot be used, or its reader stopped.
+        The log cannot be used, or its reader crashed or reached a limit.
     """
-    with tempfile.TemporaryDirectory(prefix="allanite-read-") as folder:
-        target = Path(folder) / "found"
-        order = json.dumps(
-            {"what": what, "path": str(path), "options": options, "target": str(target)}
-        )
-        paths = os.pathsep.join(p for p in sys.path if p)
-        with subprocess.Popen(
-            [sys.executable, "-m", "allanite.page.child", order],
-            # Closed by the system when this process ends, in whatever way: the reader ends then.
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": paths},
-        ) as process:
-            try:
-                while process.poll() is None:
-                    if watch is not None:
-                        watch()
-                    time.sleep(LOOK)
-            finally:
-                process.kill()
-        if not target.exists():
-            raise InputError(
-                f"the reader stopped (code {process.returncode}): the file is damaged,"
-                " or larger than the memory"
-            )
-        with target.open("rb") as file:
-            found = pickle.load(file)
-    if isinstance(found, dict) and "error" in found:
-        raise _error(found["error"])
+    return _restored(_called("read_log", path, options, watch))
+
+
+def inspect_in_child(path: Path, options: dict[str, Any]) -> dict[str, Any]:
+    """Return what is understood of each column of a log, with a spark line of each; errors as of `read_in_child`."""
+    found: dict[str, Any] = _called("inspect_log", path, options, None)
     return found
 
 
-def _error(said: dict[str, Any]) -> AllaniteError:
-    kind = TooShortError if said["short"] else InputError
-    error = kind(said["found"], missing=said["missing"], remedy=said["remedy"])
-    error.where = said["where"]
-    return error
-
-
-def main(text: str) -> None:
-    """The process: read, and leave what was found, or why not."""
-    order = json.loads(text)
-    target = Path(order["target"])
-    threading.Thread(target=_end_with_parent, args=(target.parent,), daemon=True).start()
-    _bound()
+def _called(
+    function: str, path: Path, options: dict[str, Any], watch: Callable[[], None] | None
+) -> Any:
     try:
-        found = _DO[order["what"]](Path(order["path"]), order["options"])
-    except AllaniteError as error:
-        names = ("found", "missing", "remedy", "where")
-        said = {name: getattr(error, name) for name in names}
-        found = {"error": {**said, "short": isinstance(error, TooShortError)}}
-    except MemoryError:
-        needs = "more memory than is free: average it down first, or take fewer columns"
-        said = {"found": needs, "missing": None, "remedy": "", "where": order["path"]}
-        found = {"error": {**said, "short": False}}
-    part = target.with_suffix(".part")
-    with part.open("wb") as file:
-        pickle.dump(found, file, protocol=5)
-    part.rename(target)
+        seconds = SECONDS + SECONDS_PER_BYTE * path.stat().st_size
+    except OSError:
+        seconds = SECONDS  # the reader says what is wrong with the file
+    return call_isolated(
+        f"{__name__}:{function}",
+        {"path": str(path), "options": options},
+        Limits(cpu=seconds, wall=PATIENCE * seconds),
+        worker="the reader",
+        libraries=["allanite.readers.inspection"],
+        watch=watch,
+    )
 
 
-def _end_with_parent(folder: Path) -> None:
-    """Wait until the input is closed: then its parent is gone, and with it the use of what is read."""
-    sys.stdin.buffer.read()
-    shutil.rmtree(folder, ignore_errors=True)
-    os._exit(1)
-
-
-def _bound() -> None:
-    """Leave memory to the others."""
-    try:
-        import resource
-    except ModuleNotFoundError:  # not on this system
-        return
-    free = free_memory()
-    if free < 1e15:
-        own = resource.getpagesize() * int(Path("/proc/self/statm").read_text().split()[0])
-        most = own + int(SHARE * free)
-        resource.setrlimit(resource.RLIMIT_AS, (most, most))
-
-
-def _read(path: Path, options: dict[str, Any]) -> Any:
+def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
+    """Read a log and return the fields of its recording. Called in the child process."""
     from allanite.readers import read
 
     units = options.pop("units", None) or {}
-    recording = read(path, **options)
+    recording = read(Path(path), **options)
     own = dict(zip(recording.columns, recording.units, strict=True))
-    return recording.in_units({k: u for k, u in units.items() if u and own.get(k) not in (None, u)})
+    recording = recording.in_units(
+        {k: u for k, u in units.items() if u and own.get(k) not in (None, u)}
+    )
+    return {
+        **{name: getattr(recording, name) for name in KEPT},
+        "covariates": dict(recording.covariates),
+        "covariate_units": dict(recording.covariate_units),
+        "stamps": None if recording.stamps is None else _fields(recording.stamps),
+        "told": [{**_fields(one), "values": dict(one.values)} for one in recording.told],
+    }
 
 
-def _inspect(path: Path, options: dict[str, Any]) -> dict[str, Any]:
+#: Fields of a recording that are transferred as they are.
+KEPT = ("samples", "rate", "units", "quantity", "columns", "path")
+
+
+def _fields(record: Any) -> dict[str, Any]:
+    return {field.name: getattr(record, field.name) for field in fields(record)}
+
+
+def _restored(found: dict[str, Any]) -> Recording:
+    """Build the recording from its fields, which were checked in the child process."""
+    stamps = found["stamps"]
+    return of_fields(
+        {
+            **found,
+            "units": tuple(found["units"]),
+            "columns": tuple(found["columns"]),
+            "stamps": None
+            if stamps is None
+            else Stamps(**{k: _tuples(v) for k, v in stamps.items()}),
+            "told": tuple(Finding(**one) for one in found["told"]),
+        }
+    )
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
+    """Return what is understood of a log. Called in the child process."""
     from allanite.page.words import WORDS
     from allanite.readers import read_table
     from allanite.readers.inspection import inspect
 
     options.pop("units", None)
-    seen = inspect(path, **options)
+    seen = inspect(Path(path), **options)
     found = seen.to_dict()
     for told, finding in zip(found["findings"], seen.findings, strict=True):
         told["message"] = finding.worded(WORDS)
@@ -162,7 +140,7 @@ def _inspect(path: Path, options: dict[str, Any]) -> dict[str, Any]:
         return [i for i, name in enumerate(every) if name in names]
 
     try:
-        table = read_table(path, pick)
+        table = read_table(Path(path), pick)
     except AllaniteError:
         return found
     sparks = {name: _spark(table, i) for i, name in enumerate(table.names)}
@@ -186,9 +164,3 @@ def _spark(table: Table, at: int) -> list[list[float | None]] | None:
         [round(float(v - bottom) / span, 3) if np.isfinite(v) else None for v in pair]
         for pair in zip(low, high, strict=True)
     ]
-
-
-_DO: dict[str, Callable[[Path, dict[str, Any]], Any]] = {"read": _read, "inspect": _inspect}
-
-if __name__ == "__main__":
-    main(sys.argv[1])

@@ -15,7 +15,7 @@ import numpy as np
 
 from allanite.common.errors import InputError, about
 from allanite.effects import Model
-from allanite.page.child import LOOK, ask
+from allanite.page.child import LOOK, inspect_in_child, read_in_child
 from allanite.readers import FORMATS
 from allanite.recording import Recording
 
@@ -137,8 +137,9 @@ class Source:
             assert self.path is not None
 
             def read() -> Recording:
-                found: Recording = self._ask("read", reading, watch)
-                return found.called(self.name)
+                assert self.path is not None
+                with about(self.name, instead=self.path):
+                    return read_in_child(self.path, reading.options(), watch).called(self.name)
 
             same = reading == self.reading
             recording = self.shared.get(self.path, read, watch) if same else read()
@@ -148,7 +149,8 @@ class Source:
         """What is understood of each column, as `allanite.readers.inspection` says it, with spark lines."""
         if self.path is None:
             raise InputError(f"{self.name} was passed as a recording: there is no file to inspect")
-        found: dict[str, Any] = self._ask("inspect", reading, None)
+        with about(self.name, instead=self.path):
+            found = inspect_in_child(self.path, reading.options())
         text = str(self.path)
         problem = found["problem"]
         return {
@@ -156,11 +158,6 @@ class Source:
             "path": self.name,
             "problem": problem and problem.replace(text, self.name),
         }
-
-    def _ask(self, what: str, reading: Reading, watch: Watch) -> Any:
-        assert self.path is not None
-        with about(self.name, instead=self.path):
-            return ask(what, self.path, reading.options(), watch)
 
     def with_reading(self, reading: Reading) -> Source:
         """The same log, to be read otherwise."""

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import AllaniteError, InputError, TooShortError, about
+from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.plain import plain
 from allanite.readers import npy, npz, parquet, sentences, text
 from allanite.readers._choice import Request, choose, unit_of
+from allanite.readers._isolated import one_line
 from allanite.readers._split_time import is_split, joined
 from allanite.readers._table import time_unit_of
 from allanite.readers.arrays import hdf5, matlab
@@ -28,7 +28,7 @@ from allanite.recording.findings import Finding
 from allanite.recording.samples import locked
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -222,23 +222,7 @@ def _time_of(table: Table, choice: Choice, request: Request) -> tuple[Any, str |
     return table[at], time_unit_of(table.names[at], table.units[at])
 
 
-@contextmanager
-def _one_line() -> Iterator[None]:
-    """The one place where what a reader or a foreign library raises becomes one line."""
-    try:
-        yield
-    except (AllaniteError, ModuleNotFoundError):
-        raise
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror or error})") from None
-    except MemoryError:
-        raise InputError("does not fit into memory") from None
-    except Exception as error:  # damaged bytes lead libraries to anything
-        what = f"{type(error).__name__}: {plain(error, 100)}"
-        raise InputError(f"damaged, or not what its name says ({what})") from None
-
-
-@_one_line()
+@one_line()
 def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     """Read the columns of a log that are picked, by the reader of its format.
 

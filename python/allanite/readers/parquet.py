@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require
+from allanite.readers._isolated import isolated
 from allanite.readers.frame import table_of
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["read"]
 
 
+@isolated("pyarrow", 0.02, ["pyarrow.parquet", "pyarrow.feather"])
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """Read the numeric columns; one of date-times is the time.
 

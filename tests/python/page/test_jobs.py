@@ -166,11 +166,11 @@ def test_tabs_read_a_log_once_and_again_when_it_has_changed(tmp_path, monkeypatc
     np.savez(path, data=np.arange(200.0), rate_hz=10.0, unit="rad/s")
     asked = []
 
-    def ask(*order):
+    def read_in_child(*order):
         asked.append(order)
-        return child.ask(*order)
+        return child.read_in_child(*order)
 
-    monkeypatch.setattr(source, "ask", ask)
+    monkeypatch.setattr(source, "read_in_child", read_in_child)
     log = Source("log", path)
     with ThreadPoolExecutor(4) as pool:
         found = list(pool.map(lambda _: log.read(log.reading), range(4)))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.common import child_process
 from allanite.page import child
 from allanite.page import sessions as sessions_module
 from allanite.page.ladder import Work
@@ -72,13 +73,11 @@ def test_views_and_parts_refuse_nonsense(looked):
 def test_a_reader_that_dies_takes_nothing_with_it(client, sessions, monkeypatch, tmp_path):
     """A process that aborts in the middle of a file says nothing: the page does."""
     tab, before = opened(client, checked=False)
-    broken = tmp_path / "allanite_page_child_dies.py"
-    broken.write_text("import os; os.abort()")
     # A stand-in for the interpreter, which dies as a crash in a C library would.
     stand_in = tmp_path / "python"
     stand_in.write_text("#!/bin/sh\nkill -SEGV $$\n")
     stand_in.chmod(0o755)
-    monkeypatch.setattr(child.sys, "executable", str(stand_in))
+    monkeypatch.setattr(child_process.sys, "executable", str(stand_in))
     answer = send(client, tab, "crash.mat", b"MATLAB 5.0")
     assert answer.status_code == 400
     assert "crash.mat" in answer.json()["error"]
@@ -107,7 +106,7 @@ def test_a_reader_can_be_ended(tmp_path):
         raise Enough
 
     with pytest.raises(Enough):
-        child.ask("read", path, {}, watch)
+        child.read_in_child(path, {}, watch)
 
 
 def test_a_page_that_is_loaded_again_goes_on(client, sessions):

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.memory import require
-from allanite.readers.arrays._trial import tried
+from allanite.readers._isolated import isolated
+from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
 from allanite.readers.arrays.matlab import RATES, assemble
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ _SINCE = {
 }  # fmt: skip
 
 
+@isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """Read the numeric arrays of the longest common length; groups are walked into.
 
@@ -62,36 +63,30 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
 def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
     import h5py
 
-    tried(path)
     found: dict[str, NDArray[Any]] = {}
     attributes: dict[str, dict[str, Any]] = {}
-    size = 0
 
-    def visit(name: str, item: Any) -> None:
-        nonlocal size
-        key = name.replace("/", ".")
-        attributes[key] = dict(item.attrs)
-        if isinstance(item, h5py.Dataset):
-            # A packed file can be a thousandth of what it holds.
-            size += item.size * item.dtype.itemsize
-            require(size, "it unpacked")
-        if (
-            not isinstance(item, h5py.Dataset)
-            or item.attrs.get("NAME", b"")[:20] == b"This is a netCDF dim"
-        ):
-            return
-        if item.dtype.kind in "iufb":
-            found[key] = np.squeeze(item[()])
-        elif item.dtype.names:  # a table: its fields are columns
-            table = item[()]
-            for field in item.dtype.names:
-                if table[field].dtype.kind in "iufb" and table[field].ndim == 1:
-                    found[f"{key}.{field}"] = table[field]
+    def note_attributes(name: str, item: Any) -> None:
+        attributes[name.replace("/", ".")] = dict(item.attrs)
 
     try:
         with h5py.File(path, "r") as file:
+            every = datasets(file)
             attributes[""] = dict(file.attrs)
-            file.visititems(visit)
+            file.visititems(note_attributes)
+            for name, item in every:
+                key = name.replace("/", ".")
+                if bytes(attributes[key].get("NAME", b""))[:20] == b"This is a netCDF dim":
+                    continue
+                values = numbers(item)
+                if values.dtype.names is None:
+                    found[key] = np.squeeze(values)
+                else:  # a table: its fields are columns
+                    found |= {
+                        f"{key}.{f}": values[f]
+                        for f in values.dtype.names
+                        if values.ndim == 1 and values[f].ndim == 1
+                    }
     except InputError:
         raise
     except (OSError, RuntimeError, ValueError, KeyError) as error:

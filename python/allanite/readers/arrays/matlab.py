@@ -10,9 +10,10 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.memory import require
 from allanite.readers import text
+from allanite.readers._isolated import isolated
 from allanite.readers._table import Table, columns_of
+from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
 from allanite.readers.arrays._mat5 import arrays
-from allanite.readers.arrays._trial import tried
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -51,8 +52,7 @@ def read(path: Path, pick: Picker) -> Table:
         begin = stream.read(1024)
     if begin.lstrip()[:1].isdigit() or begin.lstrip()[:1] in (b"-", b"+"):
         return text.read(path, pick)  # written by save -ascii
-    found = dict(_v73(path) if _is_hdf5(path) else _v5(path))
-    return assemble(found)
+    return read_v73(path, pick) if _is_hdf5(path) else assemble(dict(_v5(path)))
 
 
 def assemble(found: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> Table:
@@ -130,25 +130,21 @@ def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     yield from found
 
 
-def _v73(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
+@isolated("the HDF5 library", SECONDS_PER_MEGABYTE, ["h5py"])
+def read_v73(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+    """Read a file of version 7.3, which is HDF5."""
     import h5py
-
-    tried(path)
-    found: list[tuple[str, NDArray[Any]]] = []
-    size = 0
-
-    def visit(name: str, item: object) -> None:
-        nonlocal size
-        if isinstance(item, h5py.Dataset):
-            size += item.size * item.dtype.itemsize
-            require(size, "it unpacked")
-        if isinstance(item, h5py.Dataset) and item.dtype.kind in "iufb" and "#refs#" not in name:
-            # HDF5 stores MATLAB's columns as rows.
-            found.append((name.replace("/", "."), np.squeeze(item[()]).T))
 
     try:
         with h5py.File(path, "r") as file:
-            file.visititems(visit)
-    except OSError as error:
+            # HDF5 stores MATLAB's columns as rows. What cells refer to lies in #refs#.
+            found = {
+                name.replace("/", "."): np.squeeze(numbers(item)).T
+                for name, item in datasets(file)
+                if item.dtype.names is None and "#refs#" not in name
+            }
+    except InputError:
+        raise
+    except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise InputError(f"damaged MATLAB 7.3 file ({error})") from None
-    yield from found
+    return assemble(found)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.readers._isolated import isolated
 from allanite.readers._table import Table
 from allanite.readers.topics._quiet import quiet
 
@@ -27,6 +28,7 @@ FIELDS |= {f"Acc{axis.upper()}": (f"acc_{axis}", "m/s^2") for axis in "xyz"}
 FIELDS |= {"T": ("temperature", "degC")}
 
 
+@isolated("pymavlink", 1.4, ["pymavlink.DFReader"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """Read ``IMU`` messages of the first instance, or those asked for; ``IMU.1`` is the second instance.
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.readers._isolated import isolated
 from allanite.readers._table import Table
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ AXES = {
 }
 
 
+@isolated("rosbags", 0.07, ["rosbags.highlevel", "rosbags.typesys"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """Read a topic, stamped by its headers: the first of type ``sensor_msgs/msg/Imu``, or those asked for.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.readers._isolated import isolated
 from allanite.readers._table import Table
 from allanite.readers.topics._quiet import quiet
 
@@ -28,6 +29,7 @@ FIELDS = {
 }
 
 
+@isolated("pyulog", 0.1, ["pyulog.core"])
 def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa: ARG001 - all are at hand
     """Read one topic: ``sensor_combined``, or else ``sensor_gyro``, ``sensor_accel``, …, or that asked for.
 

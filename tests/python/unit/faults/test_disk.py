@@ -104,7 +104,7 @@ def one_line(code, said):
 def test_everything_that_writes_is_whole():
     """Files are opened for writing by `whole_file` alone; the others are temporary or say themselves what is lost."""
     known = {
-        "cli/pipe.py", "cli/unexpected.py", "page/child.py", "page/server.py", "readers/packed.py",
+        "cli/pipe.py", "cli/unexpected.py", "page/server.py", "readers/packed.py",
         "cli/commands/simulate.py",  # standard output, or a draft under another name
         "scale/logs.py",  # the journal, a line a log
     }  # fmt: skip

@@ -1,0 +1,370 @@
+"""Call a function in a child process that has limits on memory, processor time and time.
+
+A library that crashes, never ends or fills the memory ends the child only. The parent raises one `InputError`.
+Arguments and results are plain values and arrays (`transfer`); nothing is pickled.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+from allanite.common.child_process import child_environment, python_command
+from allanite.common.errors import AllaniteError, InputError, TooShortError
+from allanite.common.memory import budget, over_budget, shown_bytes
+from allanite.common.plain import plain
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+__all__ = ["LOOK", "ChildError", "Limits", "call_isolated", "serve_order"]
+
+#: Seconds between looks at a child.
+LOOK = 0.02
+#: Seconds that a child gets beyond its own deadline before its parent ends it: it may be unable to end itself.
+GRACE = 5.0
+#: Address space beyond the budget, bytes: stacks and arenas of threads, buffers of the library, of which little is used.
+#: 200 MB is the least with which every reader reads a log of one megabyte (measured with h5py, pyarrow, rosbags, pyulog).
+OVERHEAD = 200e6
+#: Libraries start a thread for each processor, and each thread reserves address space: a child uses one.
+ONE_THREAD = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "ARROW_IO_THREADS": "1",
+    "ARROW_DEFAULT_MEMORY_POOL": "system",  # the others reserve a gigabyte of address space at once
+    "MALLOC_ARENA_MAX": "2",
+}
+#: First lines of a child. The package comes from where the parent has it; other folders of the parent come last, so that
+#: a file there never takes the place of a module of the standard library.
+START = """
+import sys, __future__, importlib, typing
+root, *paths = sys.argv[1:]
+sys.path.insert(0, root)
+import allanite
+sys.path.remove(root)
+sys.path += [path for path in (root, *paths) if path not in sys.path]
+from allanite.common.isolation import main
+main()
+"""
+
+
+class ChildError(RuntimeError):
+    """The function raised an error that is none of allanite's: a bug, reported like one of this process."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a child may use.
+
+    Attributes
+    ----------
+    cpu : float
+        Processor time, s. It does not depend on how busy the machine is.
+    wall : float
+        Time of the clock, s, for a child that waits for ever.
+    memory : float, optional
+        Bytes of memory beyond the interpreter and the libraries; by default the budget (``ALLANITE_MEMORY``).
+    """
+
+    cpu: float = math.inf
+    wall: float = math.inf
+    memory: float | None = None
+
+
+#: Whether this process is such a child: a call inside it starts no other one.
+_is_child = False
+
+
+def call_isolated(
+    function: str,
+    arguments: dict[str, Any],
+    limits: Limits,
+    *,
+    worker: str,
+    libraries: Sequence[str] = (),
+    watch: Callable[[], None] | None = None,
+) -> Any:
+    """Call a function in a child process and return its result.
+
+    Inside such a child the function is called directly, and only its processor time is limited anew.
+
+    Parameters
+    ----------
+    function : str
+        ``"package.module:function"``.
+    arguments : dict
+        Keyword arguments, as JSON can hold them.
+    limits : Limits
+        What the child may use.
+    worker : str
+        What works in the child, for messages: "the HDF5 library".
+    libraries : sequence of str
+        Modules that the function needs. They are imported before the memory is limited, so that their own size does
+        not count.
+    watch : callable, optional
+        Called every 20 ms; what it raises ends the child.
+
+    Raises
+    ------
+    InputError
+        The child crashed, reached a limit, or cannot be started; or what the function raised.
+    ChildError
+        The function raised an error that is not one of allanite's.
+    """
+    if _is_child or not sys.executable or sys.platform == "emscripten":
+        with _cpu_limited(limits.cpu):
+            return _resolved(function)(**arguments)
+    memory = budget() if limits.memory is None else limits.memory
+    order = {
+        "function": function,
+        "arguments": arguments,
+        "libraries": list(libraries),
+        # JSON has no infinity: no limit is None.
+        "cpu": limits.cpu if math.isfinite(limits.cpu) else None,
+        "wall": limits.wall if math.isfinite(limits.wall) else None,
+        "memory": memory if math.isfinite(memory) else None,
+    }
+    # The file has no name: nothing is left behind, however this process ends.
+    with tempfile.TemporaryFile(prefix="allanite-") as results:
+        code = run_child(order, results, watch)
+        try:
+            from allanite.common.transfer import read_value
+
+            found = read_value(results)
+        except (ValueError, TypeError, OSError):
+            raise _failure(code, worker, limits, memory) from None
+    if "result" in found:
+        return found["result"]
+    raise _error(found["error"], worker)
+
+
+def run_child(order: dict[str, Any], results: IO[bytes], watch: Callable[[], None] | None) -> int:
+    """Run an order in a new process, which writes to `results`; return its exit code."""
+    end = math.inf if order["wall"] is None else time.monotonic() + order["wall"] + GRACE
+    root = str(Path(__file__).resolve().parents[2])
+    here = str(Path.cwd())
+    paths = [path for path in sys.path if Path(path).is_absolute() and path not in (here, root)]
+    try:
+        process = subprocess.Popen(
+            python_command("-c", START, root, *paths),
+            # Closed by the system when this process ends, in whatever way: the child ends then.
+            stdin=subprocess.PIPE,
+            stdout=results,
+            stderr=subprocess.DEVNULL,
+            env={**child_environment(), **ONE_THREAD},
+        )
+    except OSError as error:
+        raise InputError(f"no process can be started to read it ({error.strerror})") from None
+    assert process.stdin is not None
+    try:
+        with suppress(BrokenPipeError):
+            process.stdin.write(json.dumps(order).encode("ascii") + b"\n")
+            process.stdin.flush()
+        while True:
+            try:
+                return process.wait(LOOK)
+            except subprocess.TimeoutExpired:
+                if watch is not None:
+                    watch()
+                if time.monotonic() > end:
+                    return -signal.SIGALRM if os.name == "posix" else 1
+    finally:
+        process.kill()
+        with suppress(OSError):
+            process.stdin.close()
+        # A process that waits for a disk cannot be killed at once.
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(1.0)
+
+
+def _failure(code: int, worker: str, limits: Limits, memory: float) -> InputError:
+    """Error for a child that left no result, by its exit code."""
+    name = signal.Signals(-code).name if -code in set(signal.Signals) else f"code {code}"
+    if name == "SIGXCPU":
+        return InputError(
+            f"damaged: {worker} does not end reading it (stopped after {limits.cpu:.3g} s of processor time)"
+        )
+    if name == "SIGALRM" or (os.name != "posix" and code == 1):
+        return InputError(
+            f"damaged: {worker} does not end reading it (stopped after {limits.wall:.3g} s)"
+        )
+    if name == "SIGKILL":
+        return InputError(f"{worker} was killed (SIGKILL): the system has too little memory for it")
+    if code < 0 or code > 255:
+        return InputError(
+            f"damaged, or larger than the memory ({shown_bytes(memory)}): {worker} crashes on this file ({name})"
+        )
+    return InputError(
+        f"no process could be started for {worker} ({name}): too little memory is free"
+    )
+
+
+def _error(said: dict[str, Any], worker: str) -> Exception:
+    """Rebuild the error that the function raised."""
+    kind = said["kind"]
+    if kind == "memory":
+        return over_budget(worker)
+    if kind == "missing module":
+        return ModuleNotFoundError(said["found"], name=said["name"])
+    if kind == "unexpected":
+        return ChildError(said["found"])
+    error = (TooShortError if kind == "too short" else InputError)(
+        said["found"], missing=said["missing"], remedy=said["remedy"]
+    )
+    error.where = said["where"]
+    return error
+
+
+# -- in the child ---------------------------------------------------------------------------------
+
+
+def main() -> None:
+    """Read an order from standard input, and leave its result in the file that is standard output."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    order = json.loads(_line(0))
+    results = os.fdopen(os.dup(1), "wb")
+    # What libraries print belongs to nobody, and not into the result.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    _end_with_parent()
+    serve_order(order, results)
+    # Without the interpreter's own end, which waits for the thread that reads standard input.
+    os._exit(0)
+
+
+def serve_order(order: dict[str, Any], results: IO[bytes]) -> None:
+    """Call the function of an order within its limits, and write the result, or the error, to `results`."""
+    global _is_child
+    _is_child = True
+    found: dict[str, Any]
+    said: dict[str, Any]
+    try:
+        for library in order["libraries"]:
+            import_module(library)
+        function = _resolved(order["function"])
+        _limit(order)
+        found = {"result": function(**order["arguments"])}
+    except AllaniteError as error:
+        kind = "too short" if isinstance(error, TooShortError) else "input"
+        said = {name: getattr(error, name) for name in ("found", "missing", "remedy", "where")}
+        found = {"error": {"kind": kind, **said}}
+    except MemoryError:
+        found = {"error": {"kind": "memory"}}
+    except ModuleNotFoundError as error:
+        found = {"error": {"kind": "missing module", "found": str(error), "name": error.name}}
+    except Exception as error:
+        found = {"error": {"kind": "unexpected", "found": _traced(error)}}
+    from allanite.common.transfer import write_value
+
+    try:
+        write_value(found, results)
+    except Exception as error:
+        said = {"kind": "unexpected", "found": _traced(error)}
+        if isinstance(error, (OSError, MemoryError)):
+            full = f"the samples do not fit into the folder of temporary files ({error})"
+            said = {"kind": "input", "found": full, "missing": None, "where": None}
+            said["remedy"] = "; set TMPDIR to a larger one"
+        results.seek(0)
+        results.truncate()
+        write_value({"error": said}, results)
+
+
+def _resolved(name: str) -> Callable[..., Any]:
+    module, _, attribute = name.partition(":")
+    function: Callable[..., Any] = getattr(import_module(module), attribute)
+    return function
+
+
+def _traced(error: Exception) -> str:
+    """Kind, message and place of an error."""
+    frame = error.__traceback__
+    while frame is not None and frame.tb_next is not None:
+        frame = frame.tb_next
+    place = "" if frame is None else f"{frame.tb_frame.f_code.co_filename}:{frame.tb_lineno}"
+    return f"{type(error).__name__}: {plain(error, 200)} ({place})"
+
+
+def _line(descriptor: int) -> bytes:
+    line = b""
+    while not line.endswith(b"\n"):
+        piece = os.read(descriptor, 1 << 16)
+        if not piece:
+            os._exit(1)
+        line += piece
+    return line
+
+
+def _end_with_parent() -> None:
+    """End this process when its standard input is closed: then the parent is gone, and nobody wants the result."""
+    import _thread
+
+    def wait() -> None:
+        # Not sys.stdin: a buffer that a thread holds at the interpreter's end aborts the process.
+        while os.read(0, 1 << 16):
+            pass
+        os._exit(1)
+
+    # Without memory for a thread the limits alone end an orphan.
+    with suppress(RuntimeError):
+        _thread.start_new_thread(wait, ())
+
+
+def _limit(order: dict[str, Any]) -> None:
+    """Limit what this process may use; where the system sets smaller limits, those stay."""
+    if order["wall"] is not None and hasattr(signal, "setitimer"):
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.setitimer(signal.ITIMER_REAL, order["wall"])
+    try:
+        import resource
+    except ModuleNotFoundError:  # Windows: the parent's deadline alone
+        return
+    _lower(resource.RLIMIT_CORE, 0)
+    if order["cpu"] is not None:
+        _lower(resource.RLIMIT_CPU, math.ceil(time.process_time() + order["cpu"]))
+    if order["memory"] is not None:
+        # A result is not larger than the memory that held it.
+        _lower(resource.RLIMIT_FSIZE, int(order["memory"] + OVERHEAD))
+        with suppress(OSError, ValueError, IndexError):
+            pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
+            taken = pages * resource.getpagesize()
+            _lower(resource.RLIMIT_AS, int(taken + order["memory"] + OVERHEAD))
+
+
+def _lower(which: int, most: int) -> None:
+    """Lower a soft limit to `most`; never raise it."""
+    import resource
+
+    soft, hard = resource.getrlimit(which)
+    smallest = min([most, *(limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY)])
+    with suppress(OSError, ValueError):  # macOS does not know all of them
+        resource.setrlimit(which, (smallest, hard))
+
+
+@contextmanager
+def _cpu_limited(seconds: float) -> Iterator[None]:
+    """Limit the processor time of a block in a child; the signal ends the child."""
+    if not _is_child or not math.isfinite(seconds):
+        yield
+        return
+    try:
+        import resource
+    except ModuleNotFoundError:
+        yield
+        return
+    before = resource.getrlimit(resource.RLIMIT_CPU)
+    _lower(resource.RLIMIT_CPU, math.ceil(time.process_time() + seconds))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_CPU, before)

@@ -1,0 +1,133 @@
+"""Write a value with its arrays to a file, and read it back, without pickling: a value read from a file runs no code."""
+
+from __future__ import annotations
+
+import json
+import math
+import mmap
+import struct
+from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["read_value", "write_value"]
+
+MAGIC = b"allanite"
+#: Last bytes of the file: length of the JSON text before them, and the magic bytes.
+TRAILER = struct.Struct("<Q8s")
+#: Arrays begin at multiples of this many bytes: a cache line, which suits every dtype.
+ALIGNMENT = 64
+#: Bytes from which the file is mapped instead of read. Below, one read is faster than page faults.
+MAPPED = 1 << 22
+#: Elements that are written at a time: a strided column is copied in blocks, not as a whole.
+BLOCK = 1 << 18
+#: Kinds of dtype that are transferred: numbers, truth values, date-times and text. Objects are refused.
+KINDS = "biufcmMSU"
+
+
+def write_value(value: Any, file: IO[bytes]) -> None:
+    """Write a value made of None, bool, int, float, str, list, tuple, dict (keys: str) and arrays.
+
+    Raises
+    ------
+    TypeError
+        The value holds something else, for example an array of objects.
+    """
+    text = json.dumps(_packed(value, file)).encode("ascii")
+    file.write(text)
+    file.write(TRAILER.pack(len(text), MAGIC))
+    file.flush()
+
+
+def read_value(file: IO[bytes]) -> Any:
+    """Return the value that `write_value` wrote. Tuples come back as lists; arrays of large files are memory-mapped.
+
+    Raises
+    ------
+    ValueError
+        The file is incomplete or damaged.
+    """
+    size = file.seek(0, 2)
+    if size < TRAILER.size:
+        raise ValueError("the file is incomplete")
+    file.seek(size - TRAILER.size)
+    length, magic = TRAILER.unpack(file.read(TRAILER.size))
+    if magic != MAGIC or length > size - TRAILER.size:
+        raise ValueError("the file is incomplete")
+    file.seek(size - TRAILER.size - length)
+    document = json.loads(file.read(length))
+    return _unpacked(document, _content(file, size - TRAILER.size - length))
+
+
+def _content(file: IO[bytes], size: int) -> Any:
+    """Bytes of the arrays: a private map of a large file, a copy of a small one."""
+    if size > MAPPED:
+        return mmap.mmap(file.fileno(), size, access=mmap.ACCESS_COPY)
+    file.seek(0)
+    # An array of NumPy is aligned, which a bytes object need not be.
+    content = np.empty(size, dtype=np.uint8)
+    content[:] = np.frombuffer(file.read(size), dtype=np.uint8)
+    return content
+
+
+def _packed(value: Any, file: IO[bytes]) -> Any:
+    """JSON form of a value; each list is tagged with its kind, so that no text can pass for an array."""
+    if isinstance(value, np.ndarray):
+        if value.dtype.kind not in KINDS:
+            raise TypeError(f"an array of {value.dtype} cannot be transferred")
+        return ["array", value.dtype.str, list(value.shape), _write_array(value, file)]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, dict):
+        return ["dict", [[_key(key), _packed(item, file)] for key, item in value.items()]]
+    if isinstance(value, (list, tuple)):
+        return ["list", [_packed(item, file) for item in value]]
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    raise TypeError(f"a {type(value).__name__} cannot be transferred")
+
+
+def _key(key: Any) -> str:
+    if not isinstance(key, str):
+        raise TypeError(f"a dict with a key of {type(key).__name__} cannot be transferred")
+    return key
+
+
+def _write_array(array: NDArray[Any], file: IO[bytes]) -> int:
+    """Write the elements in C order and return the byte at which they begin."""
+    begin = file.tell()
+    file.write(bytes(-begin % ALIGNMENT))
+    begin = file.tell()
+    if array.size == 0:
+        return begin
+    if array.ndim == 0:
+        array = array.reshape(1)
+    rows = max(1, BLOCK // max(1, math.prod(array.shape[1:])))
+    for first in range(0, len(array), rows):
+        # View as bytes: date-times have no buffer of their own.
+        block = np.ascontiguousarray(array[first : first + rows])
+        file.write(block.reshape(-1).view(np.uint8).data)
+    return begin
+
+
+def _unpacked(value: Any, content: Any) -> Any:
+    if not isinstance(value, list):
+        return value
+    kind, *rest = value
+    if kind == "array":
+        text, shape, begin = rest
+        dtype = np.dtype(text)
+        if dtype.kind not in KINDS:
+            raise ValueError(f"an array of {dtype} is not read")
+        count = math.prod(shape)
+        if count == 0 or dtype.itemsize == 0:
+            return np.zeros(shape, dtype)
+        return np.frombuffer(content, dtype, count, begin).reshape(shape)
+    if kind == "dict":
+        return {key: _unpacked(item, content) for key, item in rest[0]}
+    if kind == "list":
+        return [_unpacked(item, content) for item in rest[0]]
+    raise ValueError(f"a value of kind {kind} is not read")

@@ -1,0 +1,119 @@
+"""Run the readers that use a library of others in a child process, which may crash, hang or run out of memory."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from functools import wraps
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.common.errors import AllaniteError, InputError
+from allanite.common.isolation import ChildError, Limits, call_isolated
+from allanite.common.memory import over_budget
+from allanite.common.plain import plain
+from allanite.readers._table import Table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from allanite.readers._table import Picker
+
+    Reader = Callable[..., Table]
+
+__all__ = ["isolated", "one_line"]
+
+#: Seconds of processor time for a log of any size: it covers what a damaged log of a few kilobytes may need.
+SECONDS = 5.0
+#: A log may take this many times the measured processor time: an old single-board computer is about five times slower than
+#: the 2 GHz server core on which the readers were measured.
+MARGIN = 8.0
+#: Seconds of the clock for each second of processor time: a busy machine or a slow disk is no damage.
+PATIENCE = 12.0
+
+
+def isolated(
+    worker: str, seconds_per_megabyte: float, libraries: Sequence[str]
+) -> Callable[[Reader], Reader]:
+    """Return a decorator for a reader: it then runs in a child process.
+
+    Parameters
+    ----------
+    worker : str
+        The library, for messages: "the HDF5 library".
+    seconds_per_megabyte : float
+        Measured processor time of the reader for each megabyte of the slowest kind of log.
+    libraries : sequence of str
+        Modules that the reader imports.
+    """
+
+    def decorator(read: Reader) -> Reader:
+        name = f"{read.__module__}:{read.__name__}"
+
+        @wraps(read)
+        def in_child(path: Path, _pick: Picker, topics: Sequence[str] = ()) -> Table:
+            seconds = SECONDS + MARGIN * seconds_per_megabyte * _size(path) / 1e6
+            found = call_isolated(
+                f"{__name__}:serve_reader",
+                {"reader": name, "path": str(path), "topics": list(topics)},
+                Limits(cpu=seconds, wall=PATIENCE * seconds),
+                worker=worker,
+                libraries=libraries,
+            )
+            return Table(
+                tuple(found["names"]),
+                tuple(found["columns"]),
+                tuple(found["units"]),
+                found["rate"],
+                found["time"],
+                found["named"],
+                tuple(found["notes"]),
+            )
+
+        return in_child
+
+    return decorator
+
+
+def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
+    """Call a decorated reader in the child process and return the fields of its table."""
+    module, _, attribute = reader.partition(":")
+    read = getattr(import_module(module), attribute).__wrapped__
+    with one_line():
+        table = read(Path(path), _all, *([topics] if topics else []))
+    return {
+        "names": table.names,
+        "columns": table.columns,
+        "units": table.units,
+        "rate": None if table.rate is None else float(table.rate),
+        "time": table.time,
+        "named": table.named,
+        "notes": table.notes,
+    }
+
+
+def _all(names: Sequence[str], _units: Sequence[str | None]) -> list[int]:
+    return list(range(len(names)))
+
+
+def _size(path: Path) -> int:
+    """Bytes of a log; of a folder those of the files in it."""
+    if path.is_dir():
+        return sum(file.stat().st_size for file in path.iterdir() if file.is_file())
+    return path.stat().st_size
+
+
+@contextmanager
+def one_line() -> Iterator[None]:
+    """Turn what a reader or a library of others raises into an error of one line."""
+    try:
+        yield
+    except (AllaniteError, ModuleNotFoundError, ChildError):
+        raise
+    except MemoryError:
+        raise over_budget("reading it") from None
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror or error})") from None
+    except Exception as error:  # damaged bytes lead libraries to anything
+        what = f"{type(error).__name__}: {plain(error, 100)}"
+        raise InputError(f"damaged, or not what its name says ({what})") from None
