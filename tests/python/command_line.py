@@ -41,10 +41,14 @@ def piped(data, *arguments):
     return done.returncode, done.stdout.decode(), done.stderr.decode()
 
 
+#: A shell ignores SIGINT in what it starts in the background, and children inherit that: they ask for it again.
+HEARS_INTERRUPT = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+
+
 @contextmanager
 def started(*arguments, code="from allanite.cli import main; main()", **options):
-    """A command that runs beside the test and is ended with it."""
-    command = [sys.executable, "-c", code, *map(str, arguments)]
+    """A command that runs beside the test, hears SIGINT and is ended with the test."""
+    command = [sys.executable, "-c", HEARS_INTERRUPT + code, *map(str, arguments)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
     process = subprocess.Popen(command, **pipes)
     try:

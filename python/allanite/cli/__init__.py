@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import suppress
-from typing import TYPE_CHECKING
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -20,7 +20,7 @@ from allanite.common.errors import AllaniteError, TooShortError
 from allanite.common.plain import plain
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
 __all__ = ["main"]
 
@@ -49,8 +49,32 @@ COMMANDS = {
 CUT = "allanite: a log became shorter while it was read, or its disk failed\n"
 
 
+class _ReaderGoneError(Exception):
+    """The reader of standard output ended, as in ``allanite simulate … | head``."""
+
+
+@contextmanager
+def _reader_gone() -> Iterator[None]:
+    """Raise `_ReaderGoneError` for a broken pipe before click sees it.
+
+    Versions of click differ in what they make of a broken pipe: an exit with code 1, in different places.
+    """
+    try:
+        yield
+    except BrokenPipeError as error:
+        raise _ReaderGoneError from error
+
+
 class _Commands(click.Group):
     """A group that imports a command's module when the command runs."""
+
+    def make_context(self, *arguments: Any, **options: Any) -> click.Context:
+        with _reader_gone():  # --help and --version are written here
+            return super().make_context(*arguments, **options)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        with _reader_gone():
+            return super().invoke(ctx)
 
     def list_commands(self, _ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -143,7 +167,8 @@ def _run(arguments: Sequence[str] | None) -> int:
                 _kernels.end_with_line(CUT, 2)
                 _kernels.few_arenas()
             code = cli.main(args=arguments, prog_name="allanite", standalone_mode=False)
-            sys.stdout.flush()
+            with _reader_gone():
+                sys.stdout.flush()
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.ctx.get_help() if error.ctx else str(error))
         return 0
@@ -155,13 +180,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         return _fail(error.worded(WORDS), 2)
     except (KeyboardInterrupt, click.Abort):
         return _fail("interrupted", 130)
-    except BrokenPipeError:
-        _abandon_output()
-        return 0
-    except SystemExit as error:
-        if not isinstance(error.__context__, BrokenPipeError):
-            raise
-        # What click makes of it.
+    except _ReaderGoneError:
         _abandon_output()
         return 0
     except MemoryError:
@@ -171,7 +190,10 @@ def _run(arguments: Sequence[str] | None) -> int:
             # Files name themselves (`whole_file`): what could not be written is the output.
             _abandon_output()
         return _fail(f"{error.filename or 'standard output'}: {error.strerror or error}", 2)
-    except Exception as error:
+    except BaseException as error:
+        # A panic of the core outside of its watched calls is no Exception.
+        if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
+            raise
         if isinstance(error, ModuleNotFoundError) and not (error.name or "allanite").startswith(
             "allanite"
         ):

@@ -11,7 +11,7 @@ from pathlib import Path
 __all__ = ["told"]
 
 
-def told(error: Exception) -> str:
+def told(error: BaseException) -> str:
     """Describe an error of allanite itself; where it happened is written to a temporary file."""
     what = f"{type(error).__name__}: {str(error)[:120]}"
     try:
@@ -40,7 +40,7 @@ def _version() -> str:
     return version()
 
 
-def _details(error: Exception) -> str:
+def _details(error: BaseException) -> str:
     where = "".join(traceback.format_exception(error))
     return (
         f"allanite {_version()}, Python {platform.python_version()}, {platform.platform()}\n"

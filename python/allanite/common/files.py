@@ -1,4 +1,7 @@
-"""Files that are there whole or not at all: a full disk, a kill or an error leaves what was there before."""
+"""Files that are there whole or not at all, and temporary folders that outlive no process for long.
+
+A full disk, a kill or an error leaves what was there before.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,8 @@ import re
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
+from shutil import rmtree
+from tempfile import TemporaryDirectory, gettempdir
 from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
@@ -14,7 +19,7 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["check_target", "whole_file"]
+__all__ = ["OwnedFolder", "check_target", "whole_file"]
 
 
 def check_target(path: str | Path) -> None:
@@ -60,6 +65,74 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     finally:
         if draft != target:
             draft.unlink(missing_ok=True)
+
+
+class OwnedFolder:
+    """A temporary folder, removed when it is closed, or by `remove_abandoned` after its process was killed.
+
+    The folder holds a locked file as long as its process lives. A number of a process would not do: it is given
+    again, and names another process in another container.
+    """
+
+    LOCK = ".owned"
+
+    def __init__(self, kind: str) -> None:
+        self._folder = TemporaryDirectory(prefix=_prefix(kind))
+        self.path = Path(self._folder.name)
+        new = self.path / f"{self.LOCK}-new"
+        new.touch()
+        self._lock = new.open("rb")
+        _lock(self._lock.fileno())
+        new.rename(self.path / self.LOCK)  # under its name it has always been locked
+
+    def __enter__(self) -> Path:
+        return self.path
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Remove the folder."""
+        self._lock.close()
+        self._folder.cleanup()
+
+    @classmethod
+    def remove_abandoned(cls, kind: str) -> None:
+        """Remove the folders of this kind and user whose processes were killed."""
+        for folder in Path(gettempdir()).glob(f"{_prefix(kind)}*"):
+            with suppress(OSError):
+                if folder.is_symlink() or not _is_own(folder):
+                    continue
+                lock = folder / cls.LOCK
+                if os.name == "posix":
+                    with lock.open("rb") as file:
+                        _lock(file.fileno())
+                        rmtree(folder)
+                else:
+                    lock.unlink()  # fails as long as its process has it open
+                    rmtree(folder)
+
+
+def _prefix(kind: str) -> str:
+    return f"allanite-{kind}-"
+
+
+def _is_own(path: Path) -> bool:
+    return os.name != "posix" or path.stat().st_uid == os.getuid()
+
+
+def _lock(file: int) -> None:
+    """Lock a file for as long as it is open; where a file that is open cannot be removed, nothing is needed.
+
+    Raises
+    ------
+    OSError
+        Another process has locked it.
+    """
+    if os.name == "posix":
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def _sweep(target: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tempfile
 import threading
 import weakref
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from allanite.common.errors import InputError, about
+from allanite.common.files import OwnedFolder
 from allanite.effects import Model
 from allanite.page.child import LOOK, inspect_in_child, read_in_child
 from allanite.readers import FORMATS
@@ -181,28 +181,31 @@ def check_name(name: str) -> str:
 
 
 class Uploads:
-    """A private folder of uploaded logs, gone with the server."""
+    """A private folder of uploaded logs, gone with the server; those of a server that was killed go with the next."""
+
+    KIND = "page"
 
     def __init__(self) -> None:
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._folder: OwnedFolder | None = None
         self._count = 0
+        OwnedFolder.remove_abandoned(self.KIND)
 
     def place(self, name: str) -> Path:
         """A new path; of the browser's name only a known suffix is kept."""
         if self._folder is None:
-            self._folder = tempfile.TemporaryDirectory(prefix="allanite-page-")
+            self._folder = OwnedFolder(self.KIND)
         self._count += 1
         suffix = Path(name).suffix.lower()
-        return Path(self._folder.name) / f"{self._count:04d}{suffix if suffix in KNOWN else '.csv'}"
+        return self._folder.path / f"{self._count:04d}{suffix if suffix in KNOWN else '.csv'}"
 
     def files(self) -> Sequence[Path]:
-        """What lies in the folder."""
-        return [] if self._folder is None else sorted(Path(self._folder.name).iterdir())
+        """The uploaded logs."""
+        return [] if self._folder is None else sorted(self._folder.path.glob("[0-9]*"))
 
     def close(self) -> None:
         """Delete everything."""
         if self._folder is not None:
-            self._folder.cleanup()
+            self._folder.close()
             self._folder = None
 
 

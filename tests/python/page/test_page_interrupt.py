@@ -55,11 +55,7 @@ def test_nothing_goes_on_reading(tmp_path, number):
     temporary.mkdir()
     environment = {**os.environ, "TMPDIR": str(temporary)}
     words = ("explore", "--no-browser", "--rate", "10", log)
-    code = (
-        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "from allanite.cli import main; main()"
-    )
-    with started(*words, code=code, env=environment) as process:
+    with started(*words, env=environment) as process:
         address = process.stdout.readline().decode().strip()
         tab = urllib.request.Request(f"{address}tabs", data=b"{}", method="POST")
         with urllib.request.urlopen(tab, timeout=60) as answer:
@@ -77,12 +73,8 @@ def test_nothing_goes_on_reading(tmp_path, number):
 def test_eight_gigabytes_hold_nothing_up(tmp_path):
     """Processor time of the server from the signal on: a busy machine makes it wait, and that is not ours."""
     path = endless_log(tmp_path / "x.npy")
-    code = (
-        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "from allanite.cli import main; main()"
-    )
     words = ("explore", "--no-browser", "--rate", "10", path)
-    with started(*words, code=code, stderr=None) as process:
+    with started(*words, stderr=None) as process:
         address = process.stdout.readline().decode().strip()
         tab = urllib.request.Request(f"{address}tabs", data=b"{}", method="POST")
         with urllib.request.urlopen(tab, timeout=60):

@@ -20,8 +20,6 @@ pytestmark = pytest.mark.skipif(
 #: Seconds of processor time. An item of work takes some milliseconds; waiting and ending add little.
 ALLOWED = 1.0
 
-# A shell that starts the tests in the background lets its children ignore the signal.
-HEARS = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 CALL = """
 import time
 import numpy as np
@@ -56,7 +54,7 @@ CALLS = {
 @pytest.mark.parametrize("name", CALLS)
 def test_core_hears_an_interrupt(name):
     thousands, call = CALLS[name]
-    with started(code=HEARS + CALL.format(thousands=thousands, call=call)) as process:
+    with started(code=CALL.format(thousands=thousands, call=call)) as process:
         assert process.stdout.readline() == b"begun\n"
         # Beyond what comes before the core: it is at work then, however busy the machine is.
         before = spent(process)
@@ -92,7 +90,7 @@ except KeyboardInterrupt:
 
 
 def test_a_sort_does_not_hold_an_interrupt_up():
-    with started(code=HEARS + SORT, stderr=None) as process:
+    with started(code=SORT, stderr=None) as process:
         assert process.stdout.readline() == b"begun\n"
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=60)

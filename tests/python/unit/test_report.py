@@ -1,5 +1,7 @@
 """The report: its numbers are those of the other commands, and the file stands by itself."""
 
+import base64
+import hashlib
 import json
 import re
 import subprocess
@@ -147,6 +149,9 @@ def test_page_stands_by_itself(page):
     assert all(link.startswith("#") for link in links)
     assert len(seen.ids) == len(set(seen.ids))
     assert {link[1:] for link in links} <= set(seen.ids)
+    (policy,) = [g["content"] for tag, g in seen.tags if "http-equiv" in g]
+    assert "default-src 'none'" in policy
+    assert "script-src 'none'" in policy
     drawings = [g for tag, g in seen.tags if tag == "svg"]
     assert len(drawings) >= 5
     assert all(g["role"] == "img" and g["aria-label"] for g in drawings)
@@ -203,6 +208,11 @@ def test_interactive_embeds_plotly_once(report, run, log, tmp_path):
         assert light["data"]
         assert light["layout"]["paper_bgcolor"] != dark["layout"]["paper_bgcolor"]
     assert len(re.findall(r"<script[ >]", text)) == len(figures) + 2
+    programs = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    hashed = [base64.b64encode(hashlib.sha256(p.encode()).digest()).decode() for p in programs]
+    sources = " ".join(f"'sha256-{digest}'" for digest in hashed)
+    policy = re.search(r'http-equiv="Content-Security-Policy" content="([^"]+)"', text)[1]
+    assert f"script-src {sources}" in policy
     assert not re.search(r"<(script|link|img)[^>]+(src|href)=", text)
     # A rule for the drawings of plotly too would cover them.
     assert ".allanite figure svg" not in text

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import json
 import re
-import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import AllaniteError, InputError, about
+from allanite.common.files import OwnedFolder
 from allanite.common.numbers import number
 from allanite.common.units import parse_unit
 from allanite.page.shown.tables import csv_of
 from allanite.page.shown.views import VIEWS, figure_of
-from allanite.page.source import Reading
+from allanite.page.source import Reading, Uploads
 from allanite.page.studies import study
 from allanite.page.words import WORDS
 from allanite.plots.words import unit_text
@@ -192,8 +192,8 @@ def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = No
         if path.suffix == ".csv":
             body = csv_of(figure).encode()
         else:
-            with tempfile.TemporaryDirectory(prefix="allanite-page-") as folder:
-                target = Path(folder) / f"figure{path.suffix}"
+            with OwnedFolder(Uploads.KIND) as folder:
+                target = folder / f"figure{path.suffix}"
                 figure.save(target, theme)
                 body = target.read_bytes()
         return Made(body, KINDS[path.suffix], f"{_stem(tab, tab.log.columns[0])}-{name}")
