@@ -13,8 +13,13 @@ if TYPE_CHECKING:
     from allanite.axes import Characterization, characterize
     from allanite.common.errors import AllaniteError, InputError, TooShortError
     from allanite.common.parameters import Estimate
-    from allanite.comparison import Curves, compare
-    from allanite.comparison.datasheet import DataSheet, compare_datasheet, read_datasheet
+    from allanite.comparison import Acceptance, Curves, accept, compare
+    from allanite.comparison.datasheet import (
+        DataSheet,
+        Quoted,
+        compare_datasheet,
+        read_datasheet,
+    )
     from allanite.deviation import (
         Deviation,
         adev,
@@ -107,9 +112,12 @@ _HOME = {
     "theo1": "allanite.deviation",
     "theoh": "allanite.deviation",
     "Accumulator": "allanite.deviation",
+    "Acceptance": "allanite.comparison",
+    "accept": "allanite.comparison",
     "compare": "allanite.comparison",
     "Curves": "allanite.comparison",
     "DataSheet": "allanite.comparison.datasheet",
+    "Quoted": "allanite.comparison.datasheet",
     "compare_datasheet": "allanite.comparison.datasheet",
     "read_datasheet": "allanite.comparison.datasheet",
     "CATALOGUE": "allanite.effects",
@@ -191,6 +199,7 @@ _HOME = {
 
 __all__ = [
     "CATALOGUE",
+    "Acceptance",
     "Accumulator",
     "AllaniteError",
     "AngleRandomWalk",
@@ -234,6 +243,7 @@ __all__ = [
     "Power",
     "PowerLaw",
     "Quantization",
+    "Quoted",
     "RateOfChange",
     "RateRamp",
     "RateRandomWalk",
@@ -254,6 +264,7 @@ __all__ = [
     "WarmUp",
     "Watch",
     "__version__",
+    "accept",
     "adev",
     "characterize",
     "compare",

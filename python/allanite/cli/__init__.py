@@ -33,6 +33,7 @@ COMMANDS = {
     "improve": "Add the missing effects one by one until nothing helps; prints the ladder.",
     "characterize": "Every axis at once: one table, what the axes share, figure, report, exports.",
     "report": "One file to hand on: record, model, where it fails, the ladder, what is left.",
+    "accept": "Acceptance test: each figure of a data sheet against the measured interval.",
     "compare": "Logs, models and data sheets in one table and one figure.",
     "explore": "A local page: see the curves, add what is missing, watch the error fall.",
     "export": "Parameters of a model for a filter or simulator.",
@@ -102,6 +103,8 @@ def _command(name: str) -> click.Command | None:
             from allanite.cli.commands.characterize import command
         case "report":
             from allanite.cli.commands.report import command
+        case "accept":
+            from allanite.cli.commands.accept import command
         case "compare":
             from allanite.cli.commands.compare import command
         case "explore":

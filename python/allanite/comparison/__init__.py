@@ -1,8 +1,27 @@
-"""Logs, models and data sheets side by side."""
+"""Logs, models and data sheets side by side, and the acceptance test of a part.
+
+In go recordings, models and a data sheet; out come tables of ratios and verdicts, and figures.
+"""
 
 from __future__ import annotations
 
+from allanite.comparison.acceptance import Acceptance, accept
 from allanite.comparison.curves import Curves, Drawn, compare
-from allanite.comparison.datasheet import DataSheet, compare_datasheet, read_datasheet
+from allanite.comparison.datasheet import (
+    DataSheet,
+    Quoted,
+    compare_datasheet,
+    read_datasheet,
+)
 
-__all__ = ["Curves", "DataSheet", "Drawn", "compare", "compare_datasheet", "read_datasheet"]
+__all__ = [
+    "Acceptance",
+    "Curves",
+    "DataSheet",
+    "Drawn",
+    "Quoted",
+    "accept",
+    "compare",
+    "compare_datasheet",
+    "read_datasheet",
+]

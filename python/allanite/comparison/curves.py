@@ -133,7 +133,7 @@ def _ratio(value: float | None, reference: float | None, factor: float) -> str:
 
 
 def compare(
-    items: Sequence[tuple[str, Recording | Model | str, str | None]],
+    items: Sequence[tuple[str, Recording | Model | str | Drawn, str | None]],
     rate: float | None = None,
     unit: str | None = None,
 ) -> Curves:
@@ -141,8 +141,8 @@ def compare(
 
     Parameters
     ----------
-    items : sequence of (name, Recording of one column, Model or str, unit or None)
-        The unit is that of a model's samples.
+    items : sequence of (name, Recording of one column, Model, str or Drawn, unit or None)
+        The unit is that of a model's samples. A `Drawn` is a curve of its own, such as a table of deviations.
     rate : float, optional
         Sampling rate of the models, Hz; the first log's if left out.
     unit : str, optional
@@ -191,7 +191,9 @@ def compare(
     )
     curves = []
     for name, item, own in items:
-        if isinstance(item, Recording):
+        if isinstance(item, Drawn):
+            curves.append(item)
+        elif isinstance(item, Recording):
             found = measured[name]
             curves.append(
                 Drawn(

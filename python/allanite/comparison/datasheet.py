@@ -6,12 +6,23 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
+from allanite.effects import Model, Stochastic, find
 from allanite.sources.datasheet import MINIMUM, DataSheet, Quoted, read_datasheet
 from allanite.sources.slips import slip
 
-__all__ = ["Comparison", "DataSheet", "Quoted", "compare_datasheet", "read_datasheet"]
+__all__ = [
+    "Comparison",
+    "DataSheet",
+    "Quoted",
+    "compare_datasheet",
+    "minimum_of",
+    "read_datasheet",
+    "with_figures",
+]
 
 SOLID = 10  # degrees of freedom from which a point of the Allan curve may be its minimum
 
@@ -125,7 +136,7 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
         expected = figure.in_unit(unit)
         try:
             minimal = figure.coefficient == MINIMUM
-            measured = _minimum(fit.recording) if minimal else fit[figure.coefficient]
+            measured = minimum_of(fit) if minimal else fit[figure.coefficient]
         except KeyError:
             missing.append(figure.name)
             continue
@@ -150,23 +161,77 @@ def compare_datasheet(fit: Any, sheet: DataSheet) -> Comparison:
     return Comparison(sheet, fit.recording.columns[0], tuple(rows), tuple(remarks))
 
 
+def with_figures(model: Model, sheet: DataSheet) -> Model:
+    """The model with an effect for every coefficient that the sheet names and the model lacks."""
+    present = {effect.kind for effect in model}
+    for name in dict.fromkeys(figure.coefficient for figure in sheet.figures):
+        effect = find(name.partition(".")[0])
+        if effect is not None and effect.kind not in present:
+            model = model + effect()
+            present.add(effect.kind)
+    return model
+
+
 def _scaled(interval: tuple[float, float] | None, factor: float) -> tuple[float, float] | None:
     return None if interval is None else (interval[0] * factor, interval[1] * factor)
 
 
-def _minimum(recording: Any) -> Estimate:
-    """Lowest point of the Allan deviation among those that are well known."""
+def minimum_of(fit: Any, edf: float = SOLID) -> Estimate:
+    """The minimum of the Allan deviation with its 95 % interval, in the unit of the recording.
+
+    The minimum is at most the deviation at any averaging time. The upper end is that of the measured point at which the
+    fitted model is lowest, among points with at least `edf` degrees of freedom. The lower end is the minimum over all
+    averaging times of the detected effects at the lower ends of their intervals. If no slow noise was detected, the
+    curve still falls at the end of the record: the lower end is 0 and the minimum counts as not detected.
+
+    Parameters
+    ----------
+    fit : Fit
+    edf : float
+        Fewest degrees of freedom of a point that is used.
+
+    Returns
+    -------
+    Estimate
+        Value, interval, and whether the record shows the minimum at all.
+    """
     from allanite.deviation import oadev
 
+    recording = fit.recording
     curve = oadev(recording, taus=12)
-    at = min(
-        (i for i in range(len(curve.tau)) if curve.edf[i] >= SOLID),
-        key=lambda i: curve.deviation[i],
-        default=0,
+    solid = curve.edf >= min(edf, float(curve.edf.max()))
+    tau = curve.tau[solid]
+    model = fit.model.allan_variance(tau, rate=recording.rate)
+    at = int(np.argmin(model))
+    value, high = float(curve.deviation[solid][at]), float(curve.high[solid][at])
+    low = _least(fit)
+    shown = low > 0.0
+    return Estimate(
+        value, (high - low) / 4 if shown else None, (low, high), recording.unit, shown, MINIMUM
     )
-    low, high = float(curve.low[at]), float(curve.high[at])
-    value = float(curve.deviation[at])
-    return Estimate(value, (high - low) / 4, (low, high), recording.unit, name=MINIMUM)
+
+
+def _least(fit: Any) -> float:
+    """Lowest Allan deviation, over all averaging times, of the random effects at the lower ends of their intervals."""
+    effects = []
+    for effect, estimates in zip(fit.model, fit.estimates, strict=True):
+        if isinstance(effect, Stochastic):
+            own = estimates[effect.coefficient]
+            if own.detected and own.interval is not None and own.interval[0] > 0.0:
+                effects.append(effect.with_values(**{effect.coefficient: own.interval[0]}))
+    rate = fit.recording.rate
+    # Flicker stays level and white noise falls without end: a thousand records are long enough to tell.
+    tau = np.geomspace(1.0 / rate, 1000.0 * fit.recording.duration, 400)
+    m = np.unique(np.round(tau * rate))
+    if not effects:
+        return 0.0
+    variance = Model(tuple(effects)).allan_variance(m / rate, rate=rate)
+    at = int(np.argmin(variance))
+    return (
+        0.0
+        if at == len(m) - 1 and variance[-2] > 1.001 * variance[-1]
+        else float(np.sqrt(variance[at]))
+    )
 
 
 def _remark(figure: Quoted, ratio: Estimate) -> str:

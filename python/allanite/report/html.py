@@ -26,9 +26,11 @@ from allanite.report.svg import inline
 from allanite.report.words import many
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from allanite.report.document import Report
 
-__all__ = ["body", "page"]
+__all__ = ["blocks_html", "body", "page", "skeleton"]
 
 #: Only of a page that is the report's own: a notebook has sheets of its own.
 SHEETS = (
@@ -51,7 +53,12 @@ def page(report: Report, interactive: bool = False) -> str:
     plots = PlotlyFigures() if interactive else None
     content = _content(report, plots)
     scripts = "" if plots is None else plots.scripts()
-    policy = POLICY.format(scripts="'none'" if plots is None else plots.sources())
+    return skeleton(title, content, scripts, "'none'" if plots is None else plots.sources())
+
+
+def skeleton(title: str, content: str, scripts: str = "", sources: str = "'none'") -> str:
+    """A whole page with the style of reports around some content; `sources` lists the digests of its scripts."""
+    policy = POLICY.format(scripts=sources)
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
@@ -61,6 +68,11 @@ def page(report: Report, interactive: bool = False) -> str:
         f"<title>{escape(title)}</title>\n{_style()}\n{SHEETS}\n</head>\n"
         f'<body class="allanite">\n<main>\n{content}\n</main>\n{scripts}</body>\n</html>\n'
     )
+
+
+def blocks_html(blocks: Sequence[Block], prefix: str) -> str:
+    """HTML of some blocks; `prefix` keeps the names inside figures apart."""
+    return "\n".join(_block(block, f"{prefix}{k}-", None) for k, block in enumerate(blocks))
 
 
 def body(report: Report) -> str:

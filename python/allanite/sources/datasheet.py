@@ -101,6 +101,12 @@ class Quoted:
         The number as printed.
     unit : str
         Its unit as printed, with "one-sided" where that applies.
+
+    Examples
+    --------
+    >>> walk = al.Quoted("angle_random_walk", 0.3, "deg/sqrt(h)")
+    >>> walk.kind, walk.coefficient, round(walk.in_unit("deg/s"), 6)
+    ('angular rate', 'N', 0.005)
     """
 
     name: str
@@ -157,6 +163,8 @@ class DataSheet:
     >>> sheet = al.DataSheet("MEMS", (), bandwidth=100.0)
     >>> print(*np.round(sheet.folded(50.0), 3), sheet.remarks())  # 200 to 314 Hz of noise in 50 Hz
     2.0 2.507 []
+    >>> len(sheet.of_kind("acceleration").figures)
+    0
     """
 
     name: str
@@ -290,7 +298,7 @@ def _figure(name: str, given: object) -> Quoted:
     if isinstance(given, Mapping):
         value, unit = given.get("value"), given.get("unit")
     else:
-        match = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S.*)", str(given))
+        match = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([^\s\d.].*)", str(given))
         value, unit = (match.group(1), match.group(2)) if match else (given, None)
     try:
         number = float(value)  # type: ignore[arg-type]

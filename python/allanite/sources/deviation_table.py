@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["documents_of_table", "is_deviation_table"]
+__all__ = ["curves_of_table", "documents_of_table", "is_deviation_table"]
 
 #: Points of a decade that are fitted: neighboring points of an overlapping estimate are nearly the same number.
 PER_DECADE = 8
@@ -121,6 +121,17 @@ def documents_of_table(
             said.append(f"Q+N+B+K does not describe the curve: chi2/dof = {fit.chi2 / fit.dof:.1f}")
         found.append(model_document(name, own, values, str(path), fs, said, ends))
     return found
+
+
+def curves_of_table(
+    path: Path, unit: str | None
+) -> list[tuple[str, str, NDArray[np.float64], NDArray[np.float64]]]:
+    """Name, unit, averaging times and deviations of each column of a table."""
+    header, numbers = _read(path)
+    names = header[1:] if header else [f"deviation {i + 1}" for i in range(numbers.shape[1] - 1)]
+    units = _units(unit, names, str(path))
+    columns = zip(names, units, numbers[:, 1:].T, strict=True)
+    return [(name, own, numbers[:, 0], column) for name, own, column in columns]
 
 
 def _factors(

@@ -2,7 +2,6 @@
 
 import json
 import math
-import sys
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
@@ -138,21 +137,20 @@ def test_every_figure_in_its_own_unit(tmp_path):
     assert s.name == "Table 2"
 
 
-def test_in_run_stability_is_the_minimum_of_the_allan_deviation(tmp_path, monkeypatch):
-    curve = SimpleNamespace(
-        tau=[1, 2, 4, 8],
-        deviation=[3.0, 2.0, 2.5, 1.0],
-        edf=[90, 40, 20, 3],
-        low=[2.9, 1.8, 2, 0.2],
-        high=[3.1, 2.2, 3, 9],
-    )
-    module = SimpleNamespace(oadev=lambda recording, taus: curve)
-    monkeypatch.setitem(sys.modules, "allanite.deviation", module)
-    s = sheet(tmp_path, '[figures]\nin_run_bias_stability = "2 deg/s"')
-    row = only(compare_datasheet(fit(1.0), s))
-    # The lowest point at 3 degrees of freedom is chance.
-    assert row.measured == 2.0
-    assert row.ratio.interval == pytest.approx((0.9, 1.1))
+def test_in_run_stability_is_the_minimum_of_the_allan_deviation(tmp_path):
+    """White noise and a random walk: the minimum, sqrt(2 N K / sqrt(3)), is inside its interval."""
+    truth = al.parse_model("N(N=0.1)+K(K=0.01)")
+    lowest = math.sqrt(2 * 0.1 * 0.01 / math.sqrt(3))
+    s = sheet(tmp_path, f'[figures]\nin_run_bias_stability = "{lowest} deg/s"')
+    inside = 0
+    for seed in range(8):
+        log = truth.simulate(duration=4000, rate=5, seed=seed, unit="deg/s")
+        row = only(compare_datasheet(al.fit_model(log, "N+K"), s))
+        assert row.measured.detected
+        low, high = row.ratio.interval
+        inside += low < 1.0 < high
+    # Of 8 intervals of at least 95 %, fewer than 6 contain the truth with a probability of 0.006.
+    assert inside >= 6
 
 
 def test_json_and_undetected(tmp_path):

@@ -22,42 +22,91 @@ from allanite.cli.options import LogOptions, log_options, model_option, plot_opt
 def command(
     items: tuple[str, ...], datasheet: str | None, model: str, plot: str | None, options: LogOptions
 ) -> None:
-    """Compare logs, models (sums with values, or files) and a data sheet.
+    """Compare logs, models and data sheets.
 
-    The first item is the reference of the ratios. With --datasheet, MODEL is fitted to each log.
-    """
+    An item is a log, a model (a string or a file), a data sheet, a YAML file of Kalibr or imu_utils, or a table of Allan
+    deviations. The first item is the reference of the ratios. With --datasheet, MODEL is fitted to each log, and each
+    figure of the sheet is compared with its coefficient.
+
+    A data sheet is a TOML file: figures with units in a table [figures], or in [gyroscope] and [accelerometer].
+
+    \b
+      name = "MEMS gyroscope"
+      [figures]
+      noise_density = "0.03 deg/s/sqrt(Hz)"   one-sided unless it says "two-sided"
+      angle_random_walk = "1.27 deg/sqrt(h)"
+      bias_instability = "18 deg/h"           the coefficient B
+      in_run_bias_stability = "12 deg/h"      the minimum of the Allan deviation
+      rate_random_walk = "1 deg/h^1.5"
+    """  # noqa: D301
+    from pathlib import Path
+
     from allanite.cli import output
     from allanite.cli.models import models_of
     from allanite.cli.options import columns_of
-    from allanite.comparison import compare
+    from allanite.comparison.curves import Drawn, compare
+    from allanite.sources.deviation_table import curves_of_table
 
     output.check_targets(plot)
     named: list[tuple[str, Any, str | None]] = []
     columns = []
     for item in items:
-        if _is_log(item):
+        if _is_table(item):
+            for name, unit, tau, deviation in curves_of_table(Path(item), options.unit):
+                curve = Drawn(f"{item} {name}", "recording", unit, tau, deviation)
+                named.append((curve.name, curve, unit))
+        elif _is_log(item):
             for column in columns_of(item, options):
                 columns.append(column)
                 named.append((f"{item} {column.columns[0]}", column, None))
         else:
-            named += [(m.name, m.model, m.unit) for m in models_of(item)]
+            named += [(m.name, m.model, m.unit) for m in models_of(item, None, options.rate)]
     results: list[Any] = []
+    unit_of_models = options.output_unit or options.unit
     if datasheet is not None:
         results += _against_sheet(columns, datasheet, model)
-    if len(named) > 1 or datasheet is None:
-        curves = compare(named, rate=options.rate, unit=options.output_unit or options.unit)
-        results.append(curves)
-        if plot is not None:
-            output.plot([curves], [""], plot)
+    if datasheet is None or len(named) > 1:
+        results.append(compare(named, rate=options.rate, unit=unit_of_models))
+    if plot is not None:
+        if datasheet is not None:
+            named += [(m.name, m.model, m.unit) for m in _models_of_sheet(datasheet, columns)]
+        output.plot([compare(named, rate=options.rate, unit=unit_of_models)], [""], plot)
     output.notes(columns, options)
     output.show(results, options)
+
+
+def _is_table(item: str) -> bool:
+    from pathlib import Path
+
+    from allanite.sources.deviation_table import is_deviation_table
+
+    path = Path(item)
+    return (
+        path.suffix.lower() in {".csv", ".txt", ".dat", ".tsv"}
+        and path.is_file()
+        and is_deviation_table(path)
+    )
+
+
+def _models_of_sheet(datasheet: str, columns: list[Any]) -> list[Any]:
+    """Curves of the sheet for the kinds of sensor that were compared; none without a noise density."""
+    from allanite.cli.models import models_of
+    from allanite.common.errors import InputError
+    from allanite.common.units import parse_unit
+
+    kinds = {parse_unit(column.unit).kind for column in columns}
+    try:
+        found = models_of(datasheet)
+    except InputError:
+        return []
+    return [m for m in found if m.unit is not None and parse_unit(m.unit).kind in kinds]
 
 
 def _is_log(item: str) -> bool:
     """Tell a log from a model; what looks like neither is left to the model parser."""
     from pathlib import Path
 
-    if item.endswith(".json"):
+    if item.lower().endswith((".json", ".toml", ".yaml", ".yml", ".m")):
         return False
     return Path(item).exists() or Path(item).suffix.lower() in {
         ".csv",
@@ -70,29 +119,28 @@ def _is_log(item: str) -> bool:
 
 def _against_sheet(columns: list[Any], datasheet: str, model: str) -> list[Any]:
     from allanite.common.errors import InputError
-    from allanite.comparison.datasheet import compare_datasheet, read_datasheet
-    from allanite.effects import find
+    from allanite.common.units import parse_unit
+    from allanite.comparison.datasheet import compare_datasheet, read_datasheet, with_figures
     from allanite.effects.files import parse_model
 
     sheet = read_datasheet(datasheet)
-    parsed = parse_model(model)
-    present = {effect.kind for effect in parsed}
-    for name in dict.fromkeys(figure.coefficient for figure in sheet.figures):
-        effect = find(name.partition(".")[0])
-        if effect is not None and effect.kind not in present:
-            parsed = parsed + effect()
+    parsed = with_figures(parse_model(model), sheet)
     fitting = [c for c in columns if _fits(sheet, c)]
     if not fitting:
         raise InputError(f"{datasheet}: no log given is of the kind of sensor of its figures")
-    return [compare_datasheet(parsed.fit(column), sheet) for column in fitting]
+    return [
+        compare_datasheet(parsed.fit(column), sheet.of_kind(parse_unit(column.unit).kind))
+        for column in fitting
+    ]
 
 
 def _fits(sheet: Any, column: Any) -> bool:
-    """Tell whether the sheet speaks of this column's kind of sensor."""
+    """Whether the sheet has figures for this column's kind of sensor."""
     from allanite.common.errors import InputError
+    from allanite.common.units import parse_unit
 
     try:
-        sheet.figures[0].in_unit(column.unit)
+        kind = parse_unit(column.unit).kind
     except InputError:
         return False
-    return True
+    return bool(sheet.of_kind(kind).figures)

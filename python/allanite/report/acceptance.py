@@ -1,0 +1,142 @@
+"""The acceptance report: one page with the part, the record, every figure with its limit, and a plot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.files import whole_file
+from allanite.common.numbers import tidy
+from allanite.common.plain import plain
+from allanite.comparison.acceptance import DOES_NOT_MEET, MEETS, spoken
+from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
+from allanite.report.html import blocks_html, skeleton
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.comparison.acceptance import Acceptance, FigureVerdict
+
+__all__ = ["acceptance_page", "save_acceptance"]
+
+#: Height of the one plot, inches: the page stays one page of A4.
+PLOT_HEIGHT = 3.6
+
+
+def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "") -> str:
+    """HTML of the report on all axes of a part.
+
+    Parameters
+    ----------
+    found : sequence of Acceptance
+        One for each axis.
+    serial, date : str
+        Serial number of the part and date of the test, as the user gave them.
+    """
+    first = found[0]
+    verdict = overall(found)
+    sheet = first.sheet.name
+    title = f"Acceptance test: {sheet}" + (f", serial number {serial}" if serial else "")
+    tone = {MEETS: "good", DOES_NOT_MEET: "bad"}.get(verdict, "plain")
+    words = f"The part {verdict} the data sheet."
+    if verdict not in (MEETS, DOES_NOT_MEET):
+        needs = max((a.needs for a in found if a.needs is not None), default=None)
+        words = "Undecided." + (
+            f" A record of {spoken(needs)} would probably decide." if needs else ""
+        )
+    blocks: list[Block] = [
+        Paragraph(words, tone),
+        Table((), tuple(_about(found, serial, date))),
+        Heading("Figures"),
+        Table(
+            ("axis", "figure", "data sheet", "limit", "measured", "95 % interval", "verdict"),
+            tuple(
+                (
+                    a.recording.columns[0],
+                    f.figure.name.replace("_", " "),
+                    f"{f.figure.value:.4g} {f.unit}",
+                    f"{f.limit:.4g}",
+                    "not detected" if f.measured is None else f"{f.measured:.4g}",
+                    _interval(f),
+                    f.verdict,
+                )
+                for a in found
+                for f in a.figures
+            ),
+            (3, 4),
+        ),
+    ]
+    remarks = [
+        f"{a.recording.columns[0]}, {f.figure.name.replace('_', ' ')}: {f.remark}"
+        for a in found
+        for f in a.figures
+        if f.remark
+    ]
+    remarks += [f"{a.recording.columns[0]}: {r}" for a in found for r in a.remarks]
+    if remarks:
+        blocks.append(Bullets(tuple(dict.fromkeys(remarks))))
+    worst = next((a for a in found if a.verdict == verdict), first)
+    caption = (
+        f"Allan deviation of {worst.recording.columns[0]} with the fitted model {worst.study.fit.model.name}"
+        " and the limits of the data sheet."
+    )
+    figure = replace(worst.plot(), title="", subtitle="")
+    blocks.append(Picture(figure, caption, "acceptance", PLOT_HEIGHT))
+    content = f"<header>\n<h1>{escape(title)}</h1>\n</header>\n" + blocks_html(blocks, "accept-")
+    return skeleton(title, content)
+
+
+def save_acceptance(
+    found: Sequence[Acceptance], path: str | Path, serial: str = "", date: str = ""
+) -> None:
+    """Write the page; the file is whole or absent."""
+    with whole_file(path) as draft:
+        draft.write_text(acceptance_page(found, serial, date), encoding="utf-8")
+
+
+def overall(found: Sequence[Acceptance]) -> str:
+    """Verdict on all axes: the worst one."""
+    verdicts = {a.verdict for a in found}
+    if DOES_NOT_MEET in verdicts:
+        return DOES_NOT_MEET
+    return MEETS if verdicts == {MEETS} else "undecided"
+
+
+def _about(found: Sequence[Acceptance], serial: str, date: str) -> list[tuple[str, str]]:
+    first = found[0]
+    recording = first.recording
+    rows = [
+        ("data sheet", first.sheet.name),
+        ("serial number", serial or "not given"),
+        ("date", date or "not given"),
+        ("log", Path(recording.path).name if recording.path else "recording"),
+        ("record", f"{spoken(recording.duration)} at {recording.rate:.6g} Hz"),
+        ("temperature", _temperature(first)),
+    ]
+    if first.sheet.temperature:
+        rows.append(("temperature of the sheet", first.sheet.temperature))
+    if first.margin:
+        rows.append(("margin", f"{100 * first.margin:g} % above the printed figures"))
+    warnings = [tidy(str(f.message)) for f in recording.audit if f.severity == "warning"]
+    return [(name, plain(text)) for name, text in rows] + [("note", w) for w in warnings[:2]]
+
+
+def _temperature(found: Acceptance) -> str:
+    """Range of the logged temperature, where the log has one."""
+    recording = found.recording
+    for name, values in recording.covariates.items():
+        if "temp" in name.lower():
+            low, high = np.nanmin(values), np.nanmax(values)
+            unit = recording.covariate_units.get(name) or ""
+            return f"{low:.1f} to {high:.1f} {unit}".strip()
+    return "not logged"
+
+
+def _interval(figure: FigureVerdict) -> str:
+    if figure.low > 0.0:
+        return f"{figure.low:.4g} … {figure.high:.4g}"
+    return f"below {figure.high:.4g}" if np.isfinite(figure.high) else "none"
