@@ -180,6 +180,8 @@ def characterization_export(
     rate: float | None = None,
     *,
     overbound: bool = False,
+    as_fitted: bool = False,
+    horizon: float | None = None,
     until: float | None = None,
 ) -> str:
     """Text of a parameter file for a filter or simulator with every axis in it.
@@ -191,9 +193,14 @@ def characterization_export(
     rate : float, optional
         Sampling rate in Hz for targets whose numbers are per sample; else the recording's.
     overbound : bool
-        Whether N and K are the smallest that are above the models' upper limits at every τ of use.
+        Whether N and K are the smallest that are above the models' upper limits up to the horizon. By default they follow
+        the whole model.
+    as_fitted : bool
+        Whether the coefficients are written as they were fitted, without the other effects.
+    horizon : float, optional
+        Longest time without aiding, s; else 100 s, or a tenth of the recording if that is shorter.
     until : float, optional
-        Longest τ of use, s; else a tenth of the recording.
+        Former name of `horizon`.
 
     Raises
     ------
@@ -204,11 +211,23 @@ def characterization_export(
     from allanite.export._axis import axes_of
 
     documents = (
-        {"schema": "allanite/fit/1", "recording": s.recording.describe(), **s.fit.body()}
+        {
+            "schema": "allanite/fit/1",
+            "recording": s.recording.describe(),
+            **s.ladder[-1].to_dict(s.misfit_left[-1], over_rivals=s.undecided),
+        }
         for s in self.studies.values()
     )
     axes = axes_of(documents, source="recording")
-    return export(axes, target, rate, overbound=overbound, until=until)
+    return export(
+        axes,
+        target,
+        rate,
+        overbound=overbound,
+        as_fitted=as_fitted,
+        horizon=horizon,
+        until=until,
+    )
 
 
 def figure_to_plotly(self: Figure, theme: str = "light") -> dict[str, Any]:

@@ -58,6 +58,8 @@ TARGETS: dict[str, Render] = {
 ANY_SENSOR = ("json", "c-header", "statespace")
 #: Targets whose numbers hold for the rate of the filter, not of the sensor.
 OWN_RATE = ("px4", "ardupilot")
+#: Simulators, the state space and the variance of a sample: right over a tenth of the recording unless a horizon is given.
+WHOLE_RECORD = ("gazebo", "airsim", "gnss-ins-sim", "matlab", "statespace", "ros")
 
 
 def export(
@@ -66,6 +68,8 @@ def export(
     rate: float | None = None,
     *,
     overbound: bool = False,
+    as_fitted: bool = False,
+    horizon: float | None = None,
     until: float | None = None,
 ) -> str:
     """Text of a parameter file.
@@ -80,20 +84,36 @@ def export(
         Sampling rate in Hz for targets whose numbers are per sample; else the recording's.
     overbound : bool
         Whether N and K (or N and a lag) are the smallest whose density and Allan variance are above the model's upper
-        limits at every τ of use.
+        limits up to the horizon. By default they follow the whole model.
+    as_fitted : bool
+        Whether the coefficients are written as they were fitted, without the other effects.
+    horizon : float, optional
+        Longest time without aiding, s. Else 100 s, or a tenth of the recording if that is shorter; for a simulator and for
+        the state space always a tenth of the recording.
     until : float, optional
-        Longest τ of use, s; else a tenth of the recording.
+        Former name of `horizon`.
 
     Raises
     ------
     InputError
-        Unknown target, or the model lacks what the target needs: any noise, say.
+        Unknown target, options that exclude each other, or a model that lacks what the target needs: any noise, say.
     """
     if target not in TARGETS:
         raise InputError(f"unknown export format {target!r}: one of {', '.join(TARGETS)}")
     from allanite.export._axis import used
 
-    own = [used(axis, None if target in OWN_RATE else rate, until) for axis in axes]
+    if overbound and as_fitted:
+        raise InputError("overbound and as_fitted exclude each other: give one")
+    own = [
+        used(
+            axis,
+            None if target in OWN_RATE else rate,
+            until if horizon is None else horizon,
+            whole_record=target in WHOLE_RECORD,
+            as_fitted=as_fitted,
+        )
+        for axis in axes
+    ]
     for axis in own:
         if target not in ANY_SENSOR and not axis.has_noise:
             raise InputError(

@@ -30,6 +30,11 @@ __all__ = ["Axis", "axes_of", "rate_of", "split", "warning_of"]
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
 #: τ of use and rate where nothing says them: s, Hz.
 UNTIL, RATE = 1000.0, 100.0
+#: Horizon of a filter where none is given: seconds without aiding that its numbers have to be right for.
+HORIZON = 100.0
+#: Expected square of a coefficient that was not detected, over the square of its 95 % upper limit: the square of a
+#: deviation at its lower bound has a half-normal distribution, of mean 0.798 σ and 95 % point 1.960 σ.
+EXPECTED_SQUARE = 0.798 / 1.960
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +56,7 @@ class Axis:
     coefficients : mapping of str to Estimate
         Q, N, B, K, R as far as the model has them, in SI units (densities two-sided).
     model, limits : Model
-        The model, and the same with every random coefficient at its upper limit; values in `scale` SI units.
+        The model, the same with every random coefficient at its upper limit; values in `scale` SI units.
     corners : tuple of tuple of Model
         For each random process of `limits` alone, its forms at the ends of the intervals of its shapes and of the filters'.
     span : (float, float)
@@ -62,6 +67,12 @@ class Axis:
         Where the numbers came from.
     document : mapping
         The effects as they were read.
+    expected : Model
+        The model with every coefficient that was not detected at the root of its expected square.
+    horizon : float
+        Longest time without aiding, and longest τ, at which the numbers of a file have to be right, s.
+    as_fitted : bool
+        Whether a file has the coefficients as they were fitted, which leaves out every other effect.
     warning : str
         Why the numbers are not to be trusted: the fit was not adequate. Empty where nothing speaks against them.
     assumptions : tuple of str
@@ -81,6 +92,9 @@ class Axis:
     scale: float
     source: str
     document: Mapping[str, Any]
+    expected: Model
+    horizon: float = HORIZON
+    as_fitted: bool = False
     warning: str = ""
     assumptions: tuple[str, ...] = ()
 
@@ -91,14 +105,19 @@ class Axis:
 
     @property
     def taus(self) -> NDArray[np.float64]:
-        """Averaging times of use, eight a decade, s."""
-        low, high = 1.0 / self.sampling, max(self.until, 10.0 / self.sampling)
+        """Averaging times up to the horizon, eight a decade, s."""
+        low, high = 1.0 / self.sampling, max(self.horizon, 10.0 / self.sampling)
         m = np.geomspace(1.0, high / low, int(8 * np.log10(high / low)) + 2)
         return np.unique(np.round(m)) / self.sampling
 
     def steady(self, *, upper: bool = False) -> Model:
         """The model, or its `limits`, with the mean level of its white noise."""
         return (self.limits if upper else self.model).steady(self.span)
+
+    @property
+    def expected_steady(self) -> Model:
+        """The `expected` model with the mean level of its white noise."""
+        return self.expected.steady(self.span)
 
     @property
     def has_noise(self) -> bool:
@@ -108,7 +127,7 @@ class Axis:
     @property
     def broad(self) -> Model:
         """What is no line, no ramp and no narrow band: what a bias may stand for; all noise where that is nothing."""
-        whole = self.steady()
+        whole = self.expected_steady
         wide = [e for e in whole.stochastic if e.occupies is None]
         return Model((*(wide or whole.stochastic), *whole.modifiers))
 
@@ -185,7 +204,7 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
     parsed = parse_unit(own)
     model = model_from_dict({**document, "schema": "allanite/model/1"}, source)
     coefficients: dict[str, Estimate] = {}
-    limits, forms = [], []
+    limits, forms, expected = [], [], []
     for effect, entry in zip(model.effects, effects, strict=True):
         given = entry.get("parameters", {})
         for parameter in effect.parameters:
@@ -198,19 +217,27 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         if effect.standard is not None:
             one = effect.parameter(effect.standard.name)
             coefficients[one.name] = _estimate(given[one.name], one, parsed.name, SI[parsed.kind])
+        expected.append(effect)
         if isinstance(effect, Stochastic):
             interval = given[effect.coefficient].get("interval") or [None, None]
             if interval[1] is not None:
-                effect = effect.with_values(**{effect.coefficient: float(interval[1])})
+                upper = float(interval[1])
+                if given[effect.coefficient].get("detected") is False:
+                    square = EXPECTED_SQUARE * upper**2
+                    expected[-1] = effect.with_values(
+                        **{effect.coefficient: float(np.sqrt(square))}
+                    )
+                effect = effect.with_values(**{effect.coefficient: upper})
         limits.append(effect)
         forms.append(_ends(effect, given))
     duration = recording.get("duration_s")
+    until = UNTIL if not duration else 0.1 * float(duration)
     return Axis(
         plain(recording.get("column") or source),
         parsed.kind,
         SI[parsed.kind],
         recording.get("rate_hz"),
-        UNTIL if not duration else 0.1 * float(duration),
+        until,
         coefficients,
         model,
         Model(tuple(limits)),
@@ -219,8 +246,10 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         parsed.scale,
         plain(recording.get("path") or source),
         {"effects": effects},
-        warning_of(document),
-        tuple(plain(line) for line in document.get("assumptions", ())),
+        Model(tuple(expected)),
+        min(HORIZON, until),
+        warning=warning_of(document),
+        assumptions=tuple(plain(line) for line in document.get("assumptions", ())),
     )
 
 
@@ -302,12 +331,34 @@ def rate_of(axes: Iterable[Axis], rate: float | None, target: str) -> float:
     return positive_rate(rates.pop())
 
 
-def used(axis: Axis, rate: float | None, until: float | None) -> Axis:
-    """The axis at another rate, or up to another τ of use."""
-    if until is not None and not until > 0.0:
-        raise InputError(f"until = {until:g} s: give a positive number of seconds")
+def used(
+    axis: Axis,
+    rate: float | None,
+    horizon: float | None,
+    *,
+    whole_record: bool = False,
+    as_fitted: bool = False,
+) -> Axis:
+    """The axis at another rate, up to another horizon.
+
+    Parameters
+    ----------
+    axis : Axis
+    rate : float, optional
+        Samples a second, Hz; else the recording's.
+    horizon : float, optional
+        Longest time without aiding, s; else 100 s or a tenth of the recording, whichever is shorter.
+    whole_record : bool
+        Whether the horizon, where none is given, is a tenth of the recording.
+    as_fitted : bool
+        See `Axis`.
+    """
+    if horizon is not None and not 0.0 < horizon < np.inf:
+        raise InputError(f"horizon = {horizon:g} s: give a positive number of seconds")
+    found = axis.until if whole_record else axis.horizon
     return replace(
         axis,
         rate=axis.rate if rate is None else positive_rate(rate),
-        until=axis.until if until is None else until,
+        horizon=found if horizon is None else horizon,
+        as_fitted=as_fitted,
     )

@@ -28,10 +28,10 @@ class Choice:
         Gauss-Markov process; 0 where there is none.
     remarks : dict of str to str
         Remark on a number, by its name.
-    holds : tuple of str
-        Labels of the model's effects that the numbers are those of.
+    holds : tuple of str or None
+        Labels of the model's effects that the numbers are those of, as fitted; None where they follow the whole model.
     overbound : bool
-        Whether they stand for the whole model instead.
+        Whether the numbers cover the model's upper limits.
     B : float
         Bias instability, of a format that has a place for it; else 0.
     others : tuple of (str, str)
@@ -43,7 +43,7 @@ class Choice:
     q_c: float = 0.0
     correlation_time: float = 0.0
     remarks: tuple[tuple[str, str], ...] = ()
-    holds: tuple[str, ...] = ()
+    holds: tuple[str, ...] | None = None
     overbound: bool = False
     B: float = 0.0
     others: tuple[tuple[str, str], ...] = ()

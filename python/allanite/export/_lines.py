@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.export._axis import split
-from allanite.export._choice import choose, report
+from allanite.export._choice import choose
+from allanite.export._head import head
 from allanite.export._text import comments
 
 if TYPE_CHECKING:
@@ -16,19 +17,14 @@ if TYPE_CHECKING:
     from allanite.export._axis import Axis
     from allanite.export._held import Choice
 
-__all__ = ["chosen", "head", "largest", "shared", "value_lines"]
-
-GENERAL = "Written by allanite. Densities are two-sided: white noise has S(f) = N^2, sigma^2(tau) = N^2/tau."
+__all__ = ["chosen", "largest", "shared", "value_lines"]
 
 
-def chosen(axes: Iterable[Axis], *, overbound: bool) -> list[tuple[Axis, Choice]]:
+def chosen(
+    axes: Iterable[Axis], *, overbound: bool, simulator: bool = False
+) -> list[tuple[Axis, Choice]]:
     """Each axis with its N and K."""
-    return [(axis, choose(axis, overbound=overbound)) for axis in axes]
-
-
-def head(pairs: Iterable[tuple[Axis, Choice]], convention: Sequence[str]) -> list[str]:
-    """First lines of a file: the convention, and what of each axis is in it."""
-    return [GENERAL, *convention, *(line for a, c in pairs for line in report(a, c))]
+    return [(axis, choose(axis, overbound=overbound, simulator=simulator)) for axis in axes]
 
 
 def shared(pairs: Sequence[tuple[Axis, Choice]]) -> list[tuple[Axis, Choice]]:

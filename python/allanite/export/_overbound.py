@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import InputError
 from allanite.effects import white_noise
+from allanite.export._follow import LITTLE, small_walk
 from allanite.export._held import Choice, lag, walk
 
 if TYPE_CHECKING:
@@ -21,8 +22,6 @@ __all__ = ["overbound_lag", "overbound_walk"]
 
 #: Tried time constants a decade; points of both curves a decade, and within each band of the model.
 PER_DECADE, DENSE, BAND = 12, 48, 65
-#: A K that is not needed is as small as adds this much of the variance at the longest τ: no filter accepts 0.
-LITTLE = 0.01
 
 
 def overbound_walk(axis: Axis) -> Choice:
@@ -31,15 +30,9 @@ def overbound_walk(axis: Axis) -> Choice:
     white, slow = limits.smallest(walk(1.0))[0]
     if slow > 0.0:
         return Choice(float(np.sqrt(white)), float(np.sqrt(slow)), overbound=True)
-    last = axis.taus[-1:]
-    one, unit = (e.allan_variance(last, axis.sampling)[0] for e in (white_noise(1.0), walk(1.0)))
-    remark = f"0 would do: this adds {LITTLE:.0%} to the Allan variance at {last[0]:.3g} s"
-    return Choice(
-        float(np.sqrt(white)),
-        float(np.sqrt(LITTLE * white * one / unit)),
-        remarks=(("K", remark),),
-        overbound=True,
-    )
+    N = float(np.sqrt(white))
+    remark = f"0 would do: this adds {LITTLE:.0%} to the Allan variance at {axis.horizon:.3g} s"
+    return Choice(N, small_walk(N, axis), remarks=(("K", remark),), overbound=True)
 
 
 def overbound_lag(axis: Axis, time: float | None = None) -> Choice:
@@ -63,7 +56,8 @@ class _Limits:
         count = int(DENSE * np.log10(last * fs)) + 2
         factors = np.unique(np.round(np.geomspace(1.0, last * fs, count)))
         self.tau = np.asarray(factors / fs, dtype=np.float64)
-        self.f = np.geomspace(1.0 / last, 0.4999 * fs, count)
+        # Aiding of three horizons and coasting of one: a filter looks down to a quarter of one over the horizon.
+        self.f = np.geomspace(0.25 / last, 0.4999 * fs, count)
         self.in_bands = np.concatenate([np.zeros(0), *_bands(axis)])
         f = np.concatenate([self.f, self.in_bands])
         self.limit = np.concatenate([axis.allan(self.tau, upper=True), axis.psd(f, upper=True)])

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.export._lines import chosen, head
+from allanite.export._head import head
+from allanite.export._lines import chosen
 from allanite.export._text import comments
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from allanite.effects import Stochastic
 from allanite.export._axis import rate_of, split
-from allanite.export._choice import LIMIT, choose, covering, report
-from allanite.export._lines import GENERAL
+from allanite.export._choice import LIMIT, choose, covering
+from allanite.export._head import head
 from allanite.export._text import comments
 from allanite.export._triad import in_xyz
 
@@ -26,6 +26,10 @@ NOTE = (
 )
 
 
+#: Kasdin's filter of n poles is 1/f down to one over n samples; the default of one pole is none (MATLAB from R2023b on).
+MEMORY = "fractalcoef(n, 1) remembers n samples, here the horizon; the default, one pole, has no flicker noise."
+
+
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """N as NoiseDensity (declared double-sided), B as BiasInstability, K as RandomWalk, in SI.
 
@@ -33,7 +37,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     that lacks what others have has 0. With an overbound, B is inside N and K.
     """
     fs = rate_of(axes, rate, "matlab")
-    notes = [GENERAL, *NOTE]
+    convention = [*NOTE]
+    everything: list[tuple[Axis, Choice]] = []
     lines = [f"imu = imuSensor('accel-gyro', 'SampleRate', {fs:g});\n"]
     for own, member, maker, unit in zip(
         split(axes),
@@ -45,8 +50,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         if not own:
             continue
         pairs = [(a, choose(a, overbound=True) if overbound else _chosen(a)) for a in own]
-        for axis, choice in pairs:
-            notes += report(axis, choice)
+        everything += pairs
         arguments = ["'NoiseType', 'double-sided'"]
         said: list[str] = []
         for key, name, suffix in (
@@ -60,33 +64,41 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             numbers, said = in_xyz(own, [(v,) for v in found])
             lines.append(f"% {member} {key} in {suffix}{_remarks(pairs, name)}\n")
             arguments.append(f"'{key}', [{' '.join(f'{v:.6e}' for (v,) in numbers)}]")
-        notes += [f"{member} {line}" for line in said]
+            if name == "B":
+                poles = max(1, round(max(a.horizon for a in own) * fs))
+                lines.append(f"% {MEMORY}\n")
+                arguments.append(f"'BiasInstabilityCoefficients', fractalcoef({poles}, 1)")
+        convention += [f"{member} {line}" for line in said]
         lines.append(f"imu.{member} = {maker}( ...\n    " + ", ...\n    ".join(arguments) + ");\n")
-    return comments(notes, "%") + "".join(lines)
+    return comments(head(everything, convention, simulator=True), "%") + "".join(lines)
 
 
 def _chosen(axis: Axis) -> Choice:
     """N, B and K as they were fitted, or their upper limits; a K that covers what these do not hold, where it is larger."""
-    first = choose(axis)
-    remarks = {"N": first.remark("N")}
+    first = choose(axis, simulator=True) if axis.as_fitted else _white(axis)
     values = {"B": 0.0, "K": 0.0}
+    remarks = {"N": first.remark("N")}
     for name in values.keys() & axis.coefficients.keys():
         estimate = axis.coefficients[name]
         limit = not estimate.detected and estimate.interval is not None
         values[name] = float(estimate.interval[1] if limit and estimate.interval else estimate)
         remarks[name] = LIMIT if limit else ""
-    holds = [h for h in first.holds if h != "K"]
-    holds += [name for name in values if name in axis.coefficients]
     choice = replace(first, B=values["B"], K=0.0)
-    needed = covering(axis, choice.model) if _has_others(axis) else 0.0
+    needed = covering(axis, choice.model) if _has_others(axis) and not axis.as_fitted else 0.0
     if needed > values["K"]:
         values["K"] = needed
-        holds = [h for h in holds if h != "K"]
         remarks["K"] = (
-            "the smallest that keeps the Allan deviation of N, B and K above 95 % of that of white and slow noise"
+            "the smallest that keeps the Allan deviation of N, B and K above 98 % of that of white and slow noise"
             f" up to {axis.taus[-1]:.3g} s"
         )
-    return replace(choice, K=values["K"], remarks=tuple(remarks.items()), holds=tuple(holds))
+    holds = tuple(name for name in "NBK" if name in axis.coefficients) if axis.as_fitted else None
+    return replace(choice, K=values["K"], remarks=tuple(remarks.items()), holds=holds)
+
+
+def _white(axis: Axis) -> Choice:
+    """N as it was fitted, without a slow process; where the model has none, of the Allan deviation at one sample."""
+    fitted = replace(axis, as_fitted=True)
+    return replace(choose(fitted), K=0.0, holds=None)
 
 
 def _has_others(axis: Axis) -> bool:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from allanite.effects._known import Periodic
 from allanite.export._axis import rate_of, split
-from allanite.export._choice import report
-from allanite.export._lines import GENERAL
+from allanite.export._follow import small_walk
+from allanite.export._head import head
+from allanite.export._held import Choice
 from allanite.export._text import comments
 from allanite.export._triad import in_xyz
 
@@ -24,23 +28,22 @@ __all__ = ["render"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """Variance of one sample: the integral of the fitted density over the band, row-major 3 × 3.
+    """Variance of one sample, row-major 3 × 3: N²·rate, and what lines, bands and slow noise add to each sample.
 
-    The band begins at one over the longest τ of use; a fitted low-pass filter counts.
+    The filters that read the message take samples as independent of each other. White noise that a low-pass filter has
+    narrowed counts as if it had not, as it averages as slowly as the white noise; the variance in the band is a comment.
     """
     fs = rate_of(axes, rate, "ros")
-    pairs = split(axes)
-    band = f"{1.0 / max(a.until for a in axes):.3g} Hz to {fs / 2:g} Hz"
-    lines = [
-        GENERAL,
-        f"sensor_msgs/Imu, robot_localization: per sample at {fs:g} Hz, variances: the density integrated, {band}.",
-        "The filter takes samples as independent of each other: slow noise averages less than it thinks.",
-        *(line for own in pairs for axis in own for line in report(axis, None, _noise(axis))),
+    sensors = split(axes)
+    low = 1.0 / max(a.horizon for a in axes)
+    convention = [
+        f"sensor_msgs/Imu, robot_localization: variances per sample at {fs:g} Hz: N^2*rate of the white noise, and the",
+        f"variance of lines, bands and slow noise above {low:.3g} Hz. The filter takes samples as independent.",
     ]
-    rows = []
+    rows, pairs = [], []
     for key, own, unit in zip(
         ("angular_velocity_covariance", "linear_acceleration_covariance"),
-        pairs,
+        sensors,
         ("(rad/s)^2", "(m/s^2)^2"),
         strict=True,
     ):
@@ -48,34 +51,55 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             continue
         found = [(variance(axis, fs, upper=overbound),) for axis in own]
         ((x,), (y,), (z,)), said = in_xyz(own, found)
-        lines += [f"{key} {line}" for line in said]
+        convention += [f"{key} {line}" for line in said]
+        for axis, (one,) in zip(own, found, strict=True):
+            inside = variance(axis, fs, upper=overbound, in_band=True)
+            if inside < 0.99 * one:
+                convention.append(
+                    f"{axis.name}: a sample varies by {inside:.3e} {unit} within the filter's band"
+                )
+            small = Choice(math.sqrt(one / fs))
+            pairs.append((axis, replace(small, K=small_walk(small.N, axis), overbound=overbound)))
         note = f"{unit}; {'from the upper limits' if overbound else 'as fitted'}"
         rows.append(f"{key}: [{x:.6e}, 0, 0, 0, {y:.6e}, 0, 0, 0, {z:.6e}]  # {note}\n")
-    return comments(lines) + "".join(rows)
+    return comments(head(pairs, convention, samples=True)) + "".join(rows)
 
 
-def _noise(axis: Axis) -> list[str]:
-    model = axis.model
-    kept = (*model.stochastic, *model.modifiers)
-    return [n for n, e in zip(model.labels, model.effects, strict=True) if e in kept]
+def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = False) -> float:
+    """Variance of a sample in SI, without what is slower than the horizon.
 
-
-def variance(axis: Axis, rate: float, *, upper: bool = False) -> float:
-    """Variance of a sample in SI, without what is slower than the longest τ of use."""
-    low = 2.0 * np.pi / (max(axis.until, 10.0 / rate) * rate)
+    Parameters
+    ----------
+    axis : Axis
+    rate : float
+        Samples a second, Hz.
+    upper : bool
+        Whether every coefficient is at its upper limit.
+    in_band : bool
+        Whether white noise counts as a bandwidth has left it; else with N²·rate.
+    """
+    low = 2.0 * np.pi / (max(axis.horizon, 10.0 / rate) * rate)
     w = np.geomspace(low, np.pi, 4000)
     slower = np.geomspace(1e-9 * low, low, 2000)
+    steady = axis.steady(upper=upper)
     total = 0.0
-    for term in axis.steady(upper=upper).terms(rate):
-        if term.power is None:
-            total += _within(term, w)
-        else:
-            # All of it is known exactly, a narrow band too; below the first frequency its density is that there.
-            total += (
-                term.power
-                - _within(term, slower)
-                - float(term.spectrum(slower[:1])[0]) * slower[0] / np.pi
-            )
+    for effect in steady.stochastic:
+        size = float(getattr(effect, effect.coefficient)) ** 2
+        whole = effect.unit_terms(rate) if effect.white and not in_band else None
+        for unit_term in whole or steady.unit_terms(effect, rate):
+            term = unit_term.scaled(size)
+            if term.power is None:
+                total += _within(term, w)
+            else:
+                # All of it is known exactly, a narrow band too; below the first frequency its density is that there.
+                total += (
+                    term.power
+                    - _within(term, slower)
+                    - float(term.spectrum(slower[:1])[0]) * slower[0] / np.pi
+                )
+    for line in steady.deterministic:
+        if isinstance(line, Periodic):
+            total += sum(0.5 * amplitude**2 for _, amplitude, _ in line.lines)
     return axis.scale**2 * total
 
 

@@ -166,7 +166,7 @@ def test_gazebo():
         tag: float(re.search(rf"<{tag}>(\S+?)</{tag}>", text).group(1))
         for tag in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
     }
-    assert "in this file: N, GM" in text
+    assert "in this file: numbers that cover N, GM" in text
     dt, tau = 1 / RATE, values["dynamic_bias_correlation_time"]
     step = values["dynamic_bias_stddev"] ** 2 * -tau / 2 * math.expm1(-2 * dt / tau)
     found = propagate(dt, (dt * values["stddev"]) ** 2, step, phi=math.exp(-dt / tau))
@@ -246,15 +246,28 @@ def test_gtsam():
         assert P[12, 12] == pytest.approx(K**2 * t, rel=1e-2)
 
 
-def test_ros_is_the_variance_that_samples_have():
+def test_ros_takes_samples_as_independent():
+    # robot_localization adds each sample's variance as if the next sample had an error of its own: the error of the sum
+    # is right with N²·rate. The variance of a filtered sample itself, which is smaller, is a comment.
     text = export(axes(gyro=f"N(N={N})+BW(cutoff=20,order=2,design=digital)"), "ros", RATE)
     first = float(re.search(r"angular_velocity_covariance: \[(\S+),", text).group(1))
+    inside = float(re.search(r"a sample varies by (\S+) \(rad/s\)\^2", text).group(1))
     samples = parse_model(f"N(N={N})+BW(cutoff=20,order=2,design=digital)").simulate(
         n=200_000, rate=RATE, seed=1, unit="rad/s"
     )
-    # 200 000 samples of which every fifth is new: √(2·5/200000) = 0.7 %; N²·rate would be 4.5 times as much.
-    assert first == pytest.approx(np.var(samples.samples), rel=0.03)
-    assert first < 0.3 * N**2 * RATE
+    # 200 000 samples of which every fifth is new: √(2·5/200000) = 0.7 %.
+    assert inside == pytest.approx(np.var(samples.samples), rel=0.03)
+    assert first == pytest.approx(N**2 * RATE, rel=1e-3)
+    sums = samples.samples.reshape(-1, 1000).sum(axis=1)
+    # 200 sums: √(2/200) = 10 %.
+    assert 1000 * first == pytest.approx(np.var(sums), rel=0.4)
+
+
+def test_ros_counts_the_lines_that_every_sample_contains():
+    text = export(axes(gyro=f"N(N={N})+SIN(frequency=31,amplitude=0.05)"), "ros", RATE)
+    first = float(re.search(r"angular_velocity_covariance: \[(\S+),", text).group(1))
+    assert first == pytest.approx(N**2 * RATE + 0.05**2 / 2, rel=1e-3)
+    assert "variance of lines, bands and slow noise" in text
 
 
 def test_c_header_and_state_space(tmp_path):

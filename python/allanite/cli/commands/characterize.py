@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -38,7 +38,20 @@ if TYPE_CHECKING:
 )
 @click.option("--output", metavar="FILE", help="Where --export writes: a file; of all, a folder.")
 @click.option(
-    "--overbound", is_flag=True, help="Of --export: the smallest numbers above the models' limits."
+    "--overbound",
+    is_flag=True,
+    help="With --export: smallest N and K that cover the 95 % limits of the models.",
+)
+@click.option(
+    "--as-fitted",
+    is_flag=True,
+    help="With --export: the fitted coefficients alone, without B, lags and lines.",
+)
+@click.option(
+    "--horizon",
+    type=float,
+    metavar="SECONDS",
+    help="With --export: longest time without aiding (default: 100 s, or a tenth of the log).",
 )
 @log_options
 def command(
@@ -51,6 +64,8 @@ def command(
     target: str | None,
     output: str | None,
     overbound: bool,
+    as_fitted: bool,
+    horizon: float | None,
     options: LogOptions,
 ) -> None:
     """Improve a model of every axis of LOG: one table, what the axes share, figure, report and exports."""
@@ -78,7 +93,8 @@ def command(
             draft.write_text(out.dumps(found.to_dict()) + "\n", encoding="utf-8")
         written.append(save)
     if target is not None and output is not None:
-        written += _export(found, target, Path(output), overbound)
+        how = {"overbound": overbound, "as_fitted": as_fitted, "horizon": horizon}
+        written += _export(found, target, Path(output), how)
     if options.as_json:
         click.echo(out.dumps(found.to_dict()))
         return
@@ -143,7 +159,7 @@ def _refuse(target: str, recording: Recording) -> None:
     export(axes_of(tried), target)
 
 
-def _export(found: Characterization, target: str, output: Path, overbound: bool) -> list[str]:
+def _export(found: Characterization, target: str, output: Path, how: dict[str, Any]) -> list[str]:
     """Write one target, or all that have a place for these axes."""
     from allanite.common.errors import InputError
     from allanite.common.files import whole_file
@@ -156,12 +172,12 @@ def _export(found: Characterization, target: str, output: Path, overbound: bool)
 
     if target != "all":
         with whole_file(output) as draft:
-            draft.write_text(found.export(target, overbound=overbound), encoding="utf-8")
+            draft.write_text(found.export(target, **how), encoding="utf-8")
         return [str(output)]
     written = []
     for name in TARGETS:
         try:
-            text = found.export(name, overbound=overbound)
+            text = found.export(name, **how)
         except InputError as error:
             click.echo(f"! {name}: {error}", err=True)
             continue

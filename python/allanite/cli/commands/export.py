@@ -27,10 +27,19 @@ from allanite.export import TARGETS
 @click.option(
     "--overbound",
     is_flag=True,
-    help="The smallest numbers above the model's upper limits at every τ, in place of those fitted.",
+    help="Smallest N and K that cover the 95 % limits of the model and its alternatives.",
 )
 @click.option(
-    "--until", type=float, metavar="SECONDS", help="Longest τ of use (default: a tenth of the log)."
+    "--as-fitted",
+    is_flag=True,
+    help="The fitted coefficients alone: B, lags and lines are left out.",
+)
+@click.option(
+    "--horizon",
+    "--until",
+    type=float,
+    metavar="SECONDS",
+    help="Longest time without aiding (default: 100 s, or a tenth of the log if shorter).",
 )
 @click.option(
     "--record-length",
@@ -48,12 +57,15 @@ def command(
     unit: str | None,
     rate: float | None,
     overbound: bool,
-    until: float | None,
+    as_fitted: bool,
+    horizon: float | None,
     record_length: float | None,
     column: tuple[str, ...],
     output: str | None,
 ) -> None:
     """Write a parameter file for a filter or simulator.
+
+    By default N and K follow the whole model up to the horizon: a bias filter with them is not overconfident.
 
     MODEL is a saved fit, or a source without a log: a data sheet (TOML, see docs/howto/data-sheet.md), a YAML file of
     Kalibr or imu_utils, a MATLAB script with gyroparams, a table of Allan deviations, or a model string with units such
@@ -77,7 +89,7 @@ def command(
     if column:
         names = [axis.name for axis in axes]
         axes = [axes[find_column(name, names)] for name in column]
-    text = export(axes, target, rate, overbound=overbound, until=until)
+    text = export(axes, target, rate, overbound=overbound, as_fitted=as_fitted, horizon=horizon)
     for axis in axes:
         if axis.warning:
             click.echo(plain(f"! {axis.name}: {axis.warning}; improve the model first"), err=True)

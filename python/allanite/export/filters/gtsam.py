@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.export._axis import split
-from allanite.export._lines import chosen, head, largest, shared
+from allanite.export._head import head
+from allanite.export._lines import chosen, largest, shared
 from allanite.export._text import comments
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.export._axis import split
-from allanite.export._choice import choose_lag, report
-from allanite.export._lines import GENERAL
+from allanite.export._choice import choose_lag
+from allanite.export._follow import shared_lag
+from allanite.export._head import head
 from allanite.export._text import comments
 from allanite.export._triad import in_xyz
 
@@ -31,35 +32,31 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         raise InputError(
             "kfgins needs a model of a gyroscope and one of an accelerometer: give both"
         )
-    # The lags that fit each axis best share their geometric mean.
-    own = [choose_lag(axis, overbound=overbound).correlation_time for axis in (*gyro, *accel)]
-    time = float(np.exp(np.mean(np.log(own))))
-    if len(set(own)) == 1:
-        time = own[0]
-    chosen = {id(axis): choose_lag(axis, time, overbound=overbound) for axis in (*gyro, *accel)}
-    notes = [
-        GENERAL,
+    axes = [*gyro, *accel]
+    if overbound:
+        # The lags that suit each axis best share their geometric mean.
+        own = [choose_lag(axis, overbound=True).correlation_time for axis in axes]
+        time = float(np.exp(np.mean(np.log(own))))
+    else:
+        time = shared_lag(axes)
+    chosen = [(axis, choose_lag(axis, time, overbound=overbound)) for axis in axes]
+    convention = [
         "KF-GINS, OB_GINS: continuous time, two-sided, deviations; sigma (not density) of the Gauss-Markov biases.",
-        *(line for axis in (*gyro, *accel) for line in report(axis, chosen[id(axis)])),
-        *(
-            f"{a.name}: lag {chosen[id(a)].remark('lag')}"
-            for a in (*gyro, *accel)
-            if chosen[id(a)].remark("lag")
-        ),
         "Scale factors are no noise: gsstd and asstd are yours.",
     ]
-
     rows = []
-    for sensor, name in ((gyro, "gyroscope"), (accel, "accelerometer")):
-        held = [chosen[id(axis)] for axis in sensor]
-        places, said = in_xyz(sensor, [(c.N, c.sigma) for c in held])
-        notes += [f"{name} {line}" for line in said]
+    for sensor, pairs in (
+        ("gyroscope", chosen[: len(gyro)]),
+        ("accelerometer", chosen[len(gyro) :]),
+    ):
+        places, said = in_xyz([a for a, _ in pairs], [(c.N, c.sigma) for _, c in pairs])
+        convention += [f"{sensor} {line}" for line in said]
         rows.append(places)
 
     def row(places: list[tuple[float, ...]], number: int, unit: float) -> str:
         return "[" + ", ".join(f"{place[number] / unit:.6e}" for place in places) + "]"
 
-    return comments(notes) + (
+    return comments(head(chosen, convention)) + (
         "imunoise:\n"
         f"  arw: {row(rows[0], 0, DEGREE / 60)}  # deg/sqrt(hr)\n"
         f"  vrw: {row(rows[1], 0, 1 / 60)}  # m/s/sqrt(hr)\n"

@@ -7,7 +7,8 @@ import math
 from typing import TYPE_CHECKING
 
 from allanite.export._axis import split
-from allanite.export._lines import chosen, head, largest, shared
+from allanite.export._head import head
+from allanite.export._lines import chosen, largest, shared
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,12 +28,12 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     Its ``VelocityRandomWalk`` is in mg (per √Hz), ``AngularRandomWalk`` in °/√h.
     """
-    gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
+    gyro, accel = (chosen(own, overbound=overbound, simulator=True) for own in split(axes))
     convention = (
         "AirSim: continuous time, two-sided, deviations; it divides by sqrt(dt) itself. K = BiasStability/sqrt(Tau).",
     )
     sensor: dict[str, object] = {"SensorType": 2, "Enabled": True}
-    notes = head([*shared(gyro), *shared(accel)], convention)
+    notes = head([*shared(gyro), *shared(accel)], convention, simulator=True)
     degree = math.pi / 180.0
     for own, keys, n_unit, k_unit in (
         (gyro, ("AngularRandomWalk", "GyroBiasStabilityTau", "GyroBiasStability"), degree / 60.0, degree / 3600.0),

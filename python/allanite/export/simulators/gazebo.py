@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from allanite.export._axis import rate_of, split
-from allanite.export._choice import choose_lag, report
-from allanite.export._lines import GENERAL
+from allanite.export._choice import choose_lag
+from allanite.export._head import head
 from allanite.export._text import block
 from allanite.export._triad import in_xyz
 
@@ -22,20 +22,20 @@ __all__ = ["render"]
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
     """``stddev`` is N·√rate of a sample; ``dynamic_bias_stddev`` is the density q_c that drives the bias, not its σ."""
     fs = rate_of(axes, rate, "gazebo")
-    notes = [
-        GENERAL,
+    pairs = []
+    convention = [
         f"Gazebo: stddev is a deviation per sample at {fs:g} Hz, N*sqrt(rate); set update_rate to it.",
         "dynamic_bias_stddev is a continuous-time density q_c, sigma = q_c*sqrt(T/2), T the correlation time.",
+        "bias_stddev draws the constant bias of a run; sigma makes the bias stationary from the first sample.",
     ]
     body = []
     for own, tag in zip(split(axes), ("angular_velocity", "linear_acceleration"), strict=True):
         if not own:
             continue
-        chosen = [(axis, choose_lag(axis, overbound=overbound)) for axis in own]
-        notes += [line for a, c in chosen for line in report(a, c)]
-        notes += [f"{a.name}: lag {c.remark('lag')}" for a, c in chosen if c.remark("lag")]
+        chosen = [(a, choose_lag(a, overbound=overbound, simulator=True)) for a in own]
+        pairs += chosen
         places, said = in_xyz(own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen])
-        notes += [f"{tag} {line}" for line in said]
+        convention += [f"{tag} {line}" for line in said]
         body.append(f"  <{tag}>\n")
         for letter, (white, q_c, time) in zip("xyz", places, strict=True):
             body.append(
@@ -46,4 +46,5 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
                 f"</noise></{letter}>\n"
             )
         body.append(f"  </{tag}>\n")
+    notes = head(pairs, convention, simulator=True)
     return block(notes) + "<imu>\n" + "".join(body) + "</imu>\n"

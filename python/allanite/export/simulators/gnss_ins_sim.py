@@ -6,9 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 from allanite.export._axis import split
-from allanite.export._choice import choose_lag, report
+from allanite.export._choice import choose_lag
+from allanite.export._head import head
 from allanite.export._held import Choice
-from allanite.export._lines import GENERAL
 from allanite.export._text import comments
 from allanite.export._triad import in_xyz
 
@@ -28,22 +28,22 @@ SENSORS = (
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """N in °/√h and m/s/√h; σ and correlation time of the Gauss-Markov bias, which begins at 0."""
-    notes = [
-        GENERAL,
+    pairs = []
+    convention = [
         "gnss-ins-sim: continuous time, two-sided; b_stability is sigma of a Gauss-Markov bias, b_corr its time.",
     ]
     lines = []
     for own, (sensor, rows) in zip(split(axes), SENSORS, strict=True):
         if not own:
             continue
-        chosen = [(axis, choose_lag(axis, overbound=overbound)) for axis in own]
-        notes += [line for a, c in chosen for line in report(a, c)]
-        notes += [f"{a.name}: lag {c.remark('lag')}" for a, c in chosen if c.remark("lag")]
+        chosen = [(a, choose_lag(a, overbound=overbound, simulator=True)) for a in own]
+        pairs += chosen
         places, said = in_xyz(own, [(c.N, c.q_c, c.correlation_time) for _, c in chosen])
-        notes += [f"{sensor} {line}" for line in said]
+        convention += [f"{sensor} {line}" for line in said]
         held = [Choice(N, 0.0, q_c, time) for N, q_c, time in places]
         lines.append(f'    "{sensor}_b": np.zeros(3),\n')
         for key, name, unit, spelled in (*rows, ("b_corr", "correlation_time", 1.0, "s")):
             values = ", ".join(f"{getattr(c, name) / unit:.6e}" for c in held)
             lines.append(f'    "{sensor}_{key}": np.array([{values}]),  # {spelled}\n')
+    notes = head(pairs, convention, simulator=True)
     return comments(notes) + "import numpy as np\n\nimu_err = {\n" + "".join(lines) + "}\n"

@@ -1,0 +1,289 @@
+"""How consistent a bias filter is when the noise of its sensor is not what it assumes.
+
+The filter integrates a sensor (an angle from a rate, a velocity from an acceleration) and estimates the sensor's bias. Its
+model of the sensor is white noise N and a bias, either a random walk K or a Gauss-Markov process. It is aided at fixed
+intervals by a fix of the integral, then it coasts. Every estimate is a weighted sum of samples, so that the variance of the
+true error follows exactly from the variogram of the true noise. NEES, the normalized estimation error squared, is that
+variance over the variance which the filter predicts: 1 is consistent, above 1 is overconfident.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.common.errors import InputError
+from allanite.effects._known import Deterministic, Periodic
+from allanite.effects.terms import Exponential
+
+if TYPE_CHECKING:
+    from allanite.effects import Model
+    from allanite.effects.terms import Term
+
+__all__ = ["Errors", "Mission", "coast", "mission_of", "true_variance"]
+
+Array = NDArray[np.float64]
+#: Seconds of aiding before the filter coasts; at least three times the horizon.
+AIDED = 300.0
+#: Steps of the longest coasting: each is the interval between two fixes. One second where that gives 10 to 200 steps.
+FEWEST_STEPS, MOST_STEPS = 10, 200
+#: Steps of aiding at most, which bounds the work of a short horizon.
+MOST_AIDED_STEPS = 1000
+#: Coasting times within a decade.
+PER_DECADE = 5
+#: Variance of the bias of a random walk before aiding, over N² per second: nothing is known.
+UNKNOWN = 1e6
+#: Length of the stretch before aiding whose mean is the bias that a forgetful filter falls back to, in horizons. The white
+#: noise of that mean adds 1/30 to the variance; a longer stretch would add the walk since its beginning.
+LEVEL_HORIZONS = 30
+#: Samples of the variogram at most, 32 MB; the stretch before aiding is shortened to that.
+MOST_SAMPLES = 2**22
+#: Samples of aiding and coasting at most.
+LONGEST = 2**24
+
+
+@dataclass(frozen=True, eq=False)
+class Mission:
+    """Aiding with a fix at each step, then coasting.
+
+    Attributes
+    ----------
+    step : float
+        Seconds between fixes.
+    aided : int
+        Steps of aiding.
+    coasting : ndarray of int, shape (t,)
+        Steps of coasting after which the error is compared; the last is the horizon.
+    """
+
+    step: float
+    aided: int
+    coasting: NDArray[np.int64]
+
+    @property
+    def times(self) -> Array:
+        """Seconds of coasting, shape (t,)."""
+        return np.asarray(self.coasting * self.step)
+
+    @property
+    def steps(self) -> int:
+        """Steps of aiding and of the longest coasting."""
+        return self.aided + int(self.coasting[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """Error of the integral after coasting, for c filters and t coasting times; N of each filter is 1.
+
+    Attributes
+    ----------
+    weights : ndarray, shape (c, t, steps)
+        Weight of the sensor's integral over each step.
+    fixes : ndarray, shape (c, t, aided)
+        Weight of the error of each fix.
+    predicted : ndarray, shape (c, t)
+        Variance that the filter predicts.
+    """
+
+    weights: Array
+    fixes: Array
+    predicted: Array
+
+
+@lru_cache(maxsize=64)
+def mission_of(horizon: float, rate: float) -> Mission:
+    """Aiding and coasting for a filter horizon, with fixes at whole numbers of samples.
+
+    Parameters
+    ----------
+    horizon : float
+        Longest coasting, s.
+    rate : float
+        Samples a second, Hz.
+
+    Returns
+    -------
+    Mission
+    """
+    step = float(np.clip(1.0, horizon / MOST_STEPS, horizon / FEWEST_STEPS))
+    step = max(1, round(step * rate)) / rate
+    last = max(1, round(horizon / step))
+    count = max(2, int(PER_DECADE * np.log10(last)) + 2)
+    coasting = np.unique(np.round(np.geomspace(1, last, count)).astype(np.int64))
+    aided = min(MOST_AIDED_STEPS, round(max(AIDED, 3.0 * horizon) / step))
+    return Mission(step, max(1, aided), coasting)
+
+
+def coast(
+    mission: Mission, walk: ArrayLike, correlation_time: ArrayLike = np.inf, fix: float = 0.0
+) -> Errors:
+    """Weights and predicted variance of bias filters with N = 1.
+
+    Parameters
+    ----------
+    mission : Mission
+    walk : array_like, shape (c,)
+        K over N, or q_c over N of a Gauss-Markov bias, 1/s.
+    correlation_time : array_like, shape (c,)
+        Of the Gauss-Markov bias, s; infinite for a random walk.
+    fix : float
+        Variance of a fix over N² and a second.
+
+    Returns
+    -------
+    Errors
+    """
+    q, T = np.broadcast_arrays(np.atleast_1d(np.asarray(walk, float)), correlation_time)
+    F, Q, start = _discrete(q, np.asarray(T, float), mission.step)
+    gains, P = _aid(F, Q, start, mission.aided, fix)
+    size, last = q.size, int(mission.coasting[-1])
+    rows = np.zeros((size, mission.coasting.size, 2))
+    predicted = np.zeros(rows.shape[:2])
+    weights = np.zeros((*rows.shape[:2], mission.steps))
+    fixes = np.zeros((*rows.shape[:2], mission.aided))
+    whole = np.broadcast_to(np.eye(2), F.shape)
+    for k in range(1, last + 1):
+        whole = F @ whole
+        P = F @ P @ F.swapaxes(1, 2) + Q
+        for place in np.flatnonzero(mission.coasting == k):
+            predicted[:, place] = P[:, 0, 0]
+            rows[:, place] = whole[:, 0]
+            weights[:, place, mission.aided : mission.aided + k] = 1.0
+    # Back from the last fix: a row of the error's transition, through each update and each step.
+    for k in range(mission.aided - 1, -1, -1):
+        fixes[:, :, k] = (rows * gains[k][:, None, :]).sum(axis=2)
+        rows[:, :, 0] -= fixes[:, :, k]
+        weights[:, :, k] = rows[:, :, 0]
+        rows = rows @ F
+    return Errors(weights, fixes, predicted)
+
+
+def _discrete(q: Array, T: Array, step: float) -> tuple[Array, Array, Array]:
+    """Transition and noise of (integral, bias) over a step, shape (c, 2, 2), and the covariance at the beginning."""
+    x = step / T
+    # Integrals of exponentials; of nearly constant ones the first terms of their series.
+    small = x < 1e-3
+    safe = np.where(small, 1.0, x)
+    phi = np.exp(-x)
+    lever = step * np.where(small, 1 - x / 2 + x**2 / 6, -np.expm1(-safe) / safe)
+    bias = step * np.where(small, 1 - x + 2 * x**2 / 3, -np.expm1(-2 * safe) / (2 * safe))
+    both = 0.5 * lever**2
+    integral = np.where(
+        small,
+        step**3 / 3 * (1 - 0.75 * x),
+        (step - 2 * lever + bias) * (step / safe) ** 2,
+    )
+    zero, one = np.zeros_like(x), np.ones_like(x)
+    F = np.array([[one, -lever], [zero, phi]]).transpose(2, 0, 1)
+    Q = np.array([[q**2 * integral + step, -(q**2) * both], [-(q**2) * both, q**2 * bias]])
+    start = np.zeros_like(F)
+    lasting = np.isinf(T)
+    start[:, 1, 1] = np.where(
+        lasting, UNKNOWN * (1.0 + 1e3 * q**2), 0.5 * q**2 * np.where(lasting, 1.0, T)
+    )
+    return F, Q.transpose(2, 0, 1), start
+
+
+def _aid(F: Array, Q: Array, P: Array, count: int, fix: float) -> tuple[Array, Array]:
+    """Kalman gains of each fix, shape (count, c, 2), and the covariance after the last."""
+    gains = np.zeros((count, len(F), 2))
+    for k in range(count):
+        P = F @ P @ F.swapaxes(1, 2) + Q
+        total = P[:, 0, 0] + fix
+        gains[k] = P[:, :, 0] / total[:, None]
+        P = P - gains[k][:, :, None] * P[:, None, 0, :]
+        # An exact fix leaves nothing of the integral's error, which rounding would turn negative.
+        P[:, 0, 0] = fix * gains[k][:, 0]
+        P[:, 0, 1] = P[:, 1, 0]
+    return gains, P
+
+
+def true_variance(model: Model, rate: float, mission: Mission, errors: Errors) -> Array:
+    """Variance of the error that the noise of a model makes, shape (c, t), in U² s²; the fixes are exact.
+
+    Lines count with a random phase; a ramp counts with its square. Steps, warm-ups and what follows a column do not count:
+    a filter has to subtract them. A filter that forgets its bias falls back to the mean of the model where the model has
+    one, else to the mean over a stretch before aiding.
+
+    Parameters
+    ----------
+    model : Model
+        Every value given.
+    rate : float
+        Samples a second, Hz.
+    mission : Mission
+    errors : Errors
+        Of the filters.
+    """
+    m = round(mission.step * rate)
+    if mission.steps * m > LONGEST:
+        raise InputError(
+            f"a horizon of {mission.times[-1]:g} s at {rate:g} Hz needs more than {LONGEST} samples: give a shorter horizon"
+        )
+    terms = (*model.terms(rate), *_lines(model, rate))
+    flat = errors.weights.reshape(-1, mission.steps)
+    loose = flat.sum(axis=1)
+    forgets = bool(np.abs(loose).max() > 1e-6 * np.abs(flat).max())
+    has_mean = all(term.power is not None for term in terms)
+    before = 0
+    if forgets and not has_mean:
+        most = max(MOST_SAMPLES // m - mission.steps, int(mission.coasting[-1]))
+        before = min(most, round(LEVEL_HORIZONS * mission.coasting[-1]))
+    gamma, left_out = _of_steps(terms, rate, m, mission.steps + before)
+    places = np.arange(mission.steps)
+    apart = np.abs(np.subtract.outer(places, places))
+    found = -((flat @ gamma[apart]) * flat).sum(axis=1)
+    if before:
+        share = -loose / before
+        summed = np.concatenate([[0.0], np.cumsum(gamma)])
+        across = summed[places + before + 1] - summed[places + 1]
+        h = np.arange(1, before)
+        within = before * gamma[0] + 2.0 * float((before - h) @ gamma[1:before])
+        found -= 2.0 * share * (flat @ across) + share**2 * within
+    elif forgets:
+        power = sum(term.power or 0.0 for term in terms)
+        found += loose**2 * (power - left_out) * mission.step**2
+    for effect in model.deterministic:
+        if (
+            not isinstance(effect, Periodic)
+            and effect.own_allan_variance(np.ones(1), rate)[0] > 0.0
+        ):
+            found += _of_signal(effect, rate, mission, flat) ** 2
+    return np.asarray(np.maximum(found, 0.0).reshape(errors.predicted.shape))
+
+
+def _of_signal(effect: Deterministic, rate: float, mission: Mission, weights: Array) -> Array:
+    """Error by a known function of time."""
+    m = round(mission.step * rate)
+    signal = effect.signal(np.arange(m * mission.steps) / rate, {})
+    return np.asarray(weights @ (signal.reshape(-1, m).sum(axis=1) / rate))
+
+
+@lru_cache(maxsize=64)
+def _of_steps(terms: tuple[Term, ...], rate: float, m: int, count: int) -> tuple[Array, float]:
+    """½ E(u(k+h) − u(k))² of the integrals u over m samples, h = 0 … count − 1, and the constant that is not in it."""
+    top = m * (count + 1)
+    g = np.zeros(top + 1)
+    for term in terms:
+        g += term.variogram(top + 1)
+    # Weights that add up to zero leave out a constant; without it little is left to cancel.
+    last = float(g[-1])
+    g -= last
+    # The second difference of `total` is g, an even function.
+    total = np.concatenate([[0.0], np.cumsum(np.cumsum(g))]) - 0.5 * g[0] * np.arange(g.size + 1)
+    h = m * np.arange(count)
+    return (total[h + m] - 2.0 * total[h] + total[np.abs(h - m)]) / rate**2, last
+
+
+def _lines(model: Model, rate: float) -> list[Term]:
+    """Lines of a model as processes of random phase."""
+    return [
+        Exponential(0.5 * amplitude**2, complex(np.exp(2j * np.pi * multiple * (e.frequency or 0.0) / rate)))
+        for e in model.deterministic
+        if isinstance(e, Periodic)
+        for multiple, amplitude, _ in e.lines
+    ]  # fmt: skip
