@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError, about
+from allanite.common.memory import require
 from allanite.common.plain import plain
 from allanite.readers import npy, npz, parquet, sentences, text
 from allanite.readers._choice import Request, choose, unit_of
@@ -250,16 +251,21 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
         raise InputError("no such file") from None
     except OSError as error:
         raise InputError(f"{error.strerror or error}") from None
-    if size == 0 and path.is_file():
+    if not path.is_file():
+        raise InputError(
+            "is a pipe or a device, not a file: a log is read more than once."
+            " Pipe it into the command, with - as the name of the log"
+        )
+    if size == 0:
         raise InputError("the file is empty")
-    if path.is_file() and path.suffix.lower() == ".zip":
+    if path.suffix.lower() == ".zip":
         with member(path, topics) as inner:
             return read_table(inner, pick)
-    if path.is_file() and is_packed(path):
+    if is_packed(path):
         with unpacked(path) as inner:
             return read_table(inner, pick, topics)
     reader = FORMATS.get(path.suffix.lower(), text.read)
-    if reader is text.read and path.is_file() and sentences.is_sentences(path):
+    if reader is text.read and sentences.is_sentences(path):
         reader = sentences.read
     table = _reader(reader, topics)(path, pick)
     if table.n == 0 and any(column is not None for column in table.columns):
@@ -328,6 +334,8 @@ def _end(column: NDArray[Any]) -> int:
 def _take(table: Table, columns: Sequence[int]) -> NDArray[Any]:
     """Stack the samples of some columns; a single one is used where it is, if it can be."""
     if len(columns) > 1:
+        size = sum(table[i].nbytes for i in columns)
+        require(size, f"a table of {len(columns)} columns, beside the columns themselves,")
         return locked(np.column_stack([table[i] for i in columns]))
     column = table[columns[0]]
     return locked(np.ascontiguousarray(column)) if column.flags.owndata else column

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from contextlib import contextmanager
 from functools import wraps
 from importlib import import_module
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     Reader = Callable[..., Table]
 
-__all__ = ["isolated", "one_line"]
+__all__ = ["isolated", "one_line", "refused_as"]
 
 #: Seconds of processor time for a log of any size: it covers what a damaged log of a few kilobytes may need.
 SECONDS = 5.0
@@ -104,6 +105,19 @@ def _size(path: Path) -> int:
 
 
 @contextmanager
+def refused_as(what: str) -> Iterator[None]:
+    """Turn any error of a library of others, but a lack of memory, into "damaged or not …"."""
+    try:
+        yield
+    except (AllaniteError, ModuleNotFoundError, MemoryError):
+        raise
+    except Exception as error:  # damaged bytes lead libraries to anything
+        if isinstance(error, OSError) and error.errno == errno.ENOMEM:
+            raise MemoryError from None
+        raise InputError(f"damaged or not {what} ({plain(error, 200)})") from None
+
+
+@contextmanager
 def one_line() -> Iterator[None]:
     """Turn what a reader or a library of others raises into an error of one line."""
     try:
@@ -113,6 +127,8 @@ def one_line() -> Iterator[None]:
     except MemoryError:
         raise over_budget("reading it") from None
     except OSError as error:
+        if error.errno == errno.ENOMEM:
+            raise over_budget("reading it") from None
         raise InputError(f"cannot be read ({error.strerror or error})") from None
     except Exception as error:  # damaged bytes lead libraries to anything
         what = f"{type(error).__name__}: {plain(error, 100)}"

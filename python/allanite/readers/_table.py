@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from allanite.common.errors import InputError, TooShortError
 from allanite.common.plain import plain
 from allanite.readers.unit_names import unit_in_name
 from allanite.recording.samples import distinct
@@ -15,7 +16,7 @@ from allanite.recording.timebase import TIME_UNITS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Picker", "Table", "columns_of", "split_unit", "time_unit_of"]
+__all__ = ["Picker", "Table", "check_shape", "columns_of", "split_unit", "time_unit_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +68,34 @@ class Table:
     def n(self) -> int:
         """Number of rows."""
         return next((len(c) for c in self.columns if c is not None), 0)
+
+
+#: More columns than this, and fewer samples than columns, is an array whose samples run along the rows.
+MOST_COLUMNS = 10_000
+
+
+def check_shape(shape: tuple[int, ...]) -> None:
+    """Refuse an array without samples, and one with so many columns that their names alone would fill the memory.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        ``(n,)`` or ``(n, columns)``.
+
+    Raises
+    ------
+    TooShortError
+        No row, or no column.
+    InputError
+        Thousands of columns, and more of them than samples.
+    """
+    rows, columns = shape if len(shape) == 2 else (*shape, 1)
+    if rows < 1 or columns < 1:
+        raise TooShortError(f"no row in it: its shape is {shape}")
+    if columns > max(MOST_COLUMNS, rows):
+        raise InputError(
+            f"an array of {rows} samples in {columns} columns: samples run down the rows, so transpose it"
+        )
 
 
 def columns_of(data: NDArray[Any]) -> tuple[NDArray[Any], ...]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import InputError
-from allanite.readers._table import Table, columns_of
+from allanite.common.errors import AllaniteError, InputError
+from allanite.readers._table import Table, check_shape, columns_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,24 +23,53 @@ MAPPED = 1 << 26  # bytes above which a file is mapped, not read
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     """Read an array of shape (n,) or (n, columns); pickled objects are never loaded."""
     try:
-        # A large array stays in its file, and need not fit into memory.
-        if path.stat().st_size > MAPPED:
-            data = np.load(path, mmap_mode="r", allow_pickle=False)
-        else:
-            with path.open("rb") as stream:
+        with path.open("rb") as stream:
+            shape, dtype = _header(stream)
+            there = path.stat().st_size - stream.tell()
+            _check(shape, dtype, there)
+            # A large array stays in its file, and need not fit into memory.
+            if there <= MAPPED:
+                stream.seek(0)
                 data = np.load(stream, allow_pickle=False)
+            else:
+                data = np.load(path, mmap_mode="r", allow_pickle=False)
+    except AllaniteError:
+        raise
     except (ValueError, EOFError) as error:
         raise InputError(
             f"damaged or truncated NPY file, or pickled objects, which are never loaded ({error}):"
             " save a plain array"
         ) from None
-    if data.ndim == 1:
-        data = data[:, np.newaxis]
-    if data.ndim != 2 or data.dtype.kind not in "iufb":
-        raise InputError(
-            f"samples must be numbers of shape (n,) or (n, columns), found {data.dtype} of"
-            f" shape {data.shape}"
-        )
+    data = data.reshape(len(data), -1)
     k = data.shape[1]
     names = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
     return Table(names, columns_of(data), (None,) * k, named=False)
+
+
+def _header(stream: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and dtype of the array that follows in the file."""
+    version = np.lib.format.read_magic(stream)
+    # Version 3 is for names of fields, which an array of numbers has none of.
+    readers = {
+        (1, 0): np.lib.format.read_array_header_1_0,
+        (2, 0): np.lib.format.read_array_header_2_0,
+    }
+    if version not in readers:
+        raise ValueError(f"version {version[0]}.{version[1]} of the format")
+    shape, _, dtype = readers[version](stream)
+    return shape, dtype
+
+
+def _check(shape: tuple[int, ...], dtype: np.dtype[Any], there: int) -> None:
+    """Compare a header with the bytes that follow it, before memory is taken for what it promises."""
+    if len(shape) not in (1, 2) or dtype.kind not in "iufb":
+        pickled = (
+            ": pickled objects are never loaded, save a plain array" if dtype.hasobject else ""
+        )
+        raise InputError(
+            f"samples must be numbers of shape (n,) or (n, columns), found {dtype} of shape {shape}{pickled}"
+        )
+    needed = math.prod(shape) * dtype.itemsize
+    if needed > there:
+        raise ValueError(f"shape {shape} of {dtype} needs {needed} bytes, the file has {there}")
+    check_shape(shape)

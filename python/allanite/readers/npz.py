@@ -10,7 +10,7 @@ import numpy as np
 
 from allanite.common.errors import InputError
 from allanite.common.memory import require
-from allanite.readers._table import Table, columns_of
+from allanite.readers._table import Table, check_shape, columns_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -44,6 +44,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             f"'data' must be numbers of shape (n,) or (n, channels), found {data.dtype} of"
             f" shape {data.shape}"
         )
+    check_shape(data.shape)
     n, k = data.shape
     names = _texts(found, "channels", k)
     units = _texts(found, "unit", k)
@@ -81,6 +82,8 @@ def _load(path: Path) -> dict[str, NDArray[Any]]:
                 else:
                     found.setdefault(key, np.empty(0))
             return found
+    except InputError:
+        raise
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
         raise InputError(f"damaged or truncated NPZ file ({error})") from None
     except ValueError as error:

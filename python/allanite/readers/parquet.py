@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.errors import InputError
 from allanite.common.memory import require
 from allanite.readers._isolated import isolated
+from allanite.readers._table import split_unit
 from allanite.readers.frame import table_of
+from allanite.readers.sensor_names import role_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,7 +21,7 @@ __all__ = ["read"]
 
 @isolated("pyarrow", 0.02, ["pyarrow.parquet", "pyarrow.feather"])
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
-    """Read the numeric columns; one of date-times is the time.
+    """Read the numeric columns; one of date-times is the time. Columns of text and of lists are not read.
 
     Raises
     ------
@@ -33,7 +35,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
             first = stream.read(6)
         read = _parquet if first[:4] == b"PAR1" else _arrow if first == b"ARROW1" else _feather
         table = read(path)
-        # Offsets of a damaged column of text may ask for gigabytes.
+        # Offsets of a damaged column may point anywhere.
         table.validate(full=True)
     except (pa.ArrowException, OSError) as error:
         text = " ".join(str(error).split())[:200]
@@ -41,39 +43,87 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     return table_of(table)
 
 
+def _wanted(schema: Any) -> list[int]:
+    """Places of the columns that are numbers, truth values or times, or text that is called a time.
+
+    Raises
+    ------
+    InputError
+        There is no column of numbers.
+    """
+    import pyarrow as pa
+
+    types = pa.types
+    number = (types.is_integer, types.is_floating, types.is_boolean)
+    moment = (types.is_timestamp, types.is_date, types.is_time, types.is_duration)
+    found, numbers = [], 0
+    for place, field in enumerate(schema):
+        kind = field.type.value_type if types.is_dictionary(field.type) else field.type
+        is_number = any(is_a(kind) for is_a in number)
+        numbers += is_number
+        is_time = any(is_a(kind) for is_a in moment)
+        if is_number or is_time or (_is_text(kind) and role_of(*split_unit(field.name)) == "time"):
+            found.append(place)
+    if not numbers:
+        raise InputError(f"no column of numbers among {', '.join(schema.names) or 'none at all'}")
+    return found
+
+
+def _is_text(kind: Any) -> bool:
+    import pyarrow as pa
+
+    return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
+
+
+def _require(schema: Any, rows: int) -> None:
+    """Refuse columns that are larger than the memory once they are unpacked."""
+    require(rows * sum(_bytes(field.type) for field in schema), "it unpacked")
+
+
+def _bytes(kind: Any) -> float:
+    """Bytes of a value; of text those of its offset."""
+    try:
+        return float(kind.bit_width) / 8.0
+    except ValueError:
+        return 4.0
+
+
 def _parquet(path: Path) -> Any:
-    """A packed file can be a thousandth of what it holds: its rows are counted before they are read."""
+    """Read the wanted columns. A packed file can be a thousandth of what it holds: its rows are counted first."""
+    import pyarrow as pa
     from pyarrow import parquet
 
     with parquet.ParquetFile(path) as file:
-        widths = [_bits(column.type) for column in file.schema_arrow]
-        require(file.metadata.num_rows * sum(widths) / 8, "it unpacked")
-    return parquet.read_table(path)
-
-
-def _bits(kind: Any) -> int:
-    """Bits of a value; of text and lists those of its place alone."""
-    try:
-        return int(kind.bit_width)
-    except ValueError:
-        return 32
+        schema = file.schema_arrow
+        names = [schema.names[place] for place in _wanted(schema)]
+        if len(set(schema.names)) < len(schema.names):
+            raise InputError("two of its columns have the same name: rename one of them")
+        _require(pa.schema([schema.field(name) for name in names]), file.metadata.num_rows)
+        # A name with a dot would otherwise be taken for the path of a nested column.
+        leaves = [file.schema.column(k) for k in range(len(file.schema))]
+        return file.read(
+            columns=[leaf.path for leaf in leaves if leaf.name in names], use_threads=False
+        )
 
 
 def _arrow(path: Path) -> Any:
-    """One piece after the other: none says how large it is before it is unpacked."""
+    """Read the wanted columns one batch after the other: none says how large it is before it is unpacked."""
     import pyarrow as pa
 
-    size, pieces = 0, []
+    size, batches = 0, []
     with pa.OSFile(str(path)) as stream, pa.ipc.open_file(stream) as file:
+        wanted = _wanted(file.schema)
+    options = pa.ipc.IpcReadOptions(included_fields=wanted, use_threads=False)
+    with pa.OSFile(str(path)) as stream, pa.ipc.open_file(stream, options=options) as file:
         for number in range(file.num_record_batches):
-            pieces.append(file.get_batch(number))
-            size += pieces[-1].nbytes
+            batches.append(file.get_batch(number))
+            size += batches[-1].nbytes
             require(size, "it unpacked")
-        return pa.Table.from_batches(pieces, file.schema)
+        return pa.Table.from_batches(batches, file.schema)
 
 
 def _feather(path: Path) -> Any:
-    """The first version of the format, which packs nothing."""
+    """Read the first version of the format, which packs nothing."""
     from pyarrow import feather
 
-    return feather.read_table(str(path))
+    return feather.read_table(str(path), use_threads=False)

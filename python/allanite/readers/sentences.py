@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.memory import require, shown_bytes
+from allanite.readers._lines import lines_of
 from allanite.readers._table import Table
 from allanite.recording.timebase import read_stamps
 
@@ -30,6 +32,8 @@ _FIRST = re.compile(
     rb"|[#%](?:RAWIMUS?X?|CORRIMUDATAS?|IMURATECORRIMUS?)A,)",
     re.MULTILINE,
 )
+#: Bytes of memory for each byte of a log while its fields are held (measured: 6 for VectorNav, 7 for NovAtel).
+MEMORY_PER_BYTE = 8.0
 #: Share of damaged lines above which a log is not used.
 DAMAGED = 0.05
 
@@ -107,8 +111,10 @@ def _rows(
     rows: list[list[bytes] | None] = []
     damaged = at = 0
     width = None
-    with path.open("rb") as lines:
-        for number, line in enumerate(lines, start=1):
+    size = path.stat().st_size
+    require(MEMORY_PER_BYTE * size, f"a log of {shown_bytes(size)}")
+    with path.open("rb") as stream:
+        for number, line in enumerate(lines_of(stream), start=1):
             text = line.strip()
             if not text.startswith(start):
                 continue

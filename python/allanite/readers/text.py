@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from allanite import _kernels
 from allanite.common.errors import AllaniteError, InputError
+from allanite.common.memory import require
 from allanite.common.plain import plain
 from allanite.readers._table import Table, split_unit
 
@@ -47,6 +48,9 @@ _RATE = re.compile(
 #: How the files begin that a model is read from.
 _DOCUMENT = re.compile(rb'\s*\{\s*"schema":\s*"(allanite/(?:model|fit|check)/\d+)"')
 
+#: Bytes of memory for each cell while a text log is read: a float64, and a fifth more for what rows to come are given.
+MEMORY_PER_CELL = 1.2 * 8.0
+
 _UNIT = re.compile(r"^[\[(]([^\[\]()]*)[\])]$")
 
 
@@ -84,11 +88,13 @@ def read(path: Path, pick: Picker) -> Table:
 
 def _read(path: Path, pick: Picker) -> Table:
     delimiter = None
-    header = _kernels.TextReader(str(path)).header
+    opened = _kernels.TextReader(str(path))
+    header, width = opened.header, opened.width
     if header is not None and len(header) == 1 and "," in header[0]:
         # One column of decimal commas under a header with commas: whole numbers, comma-separated.
         delimiter = ","
-        header = _kernels.TextReader(str(path), delimiter=delimiter).header
+        opened = _kernels.TextReader(str(path), delimiter=delimiter)
+        header, width = opened.header, opened.width
     wanted = None
     if header is not None:
         names, units = split_header(header)
@@ -97,6 +103,8 @@ def _read(path: Path, pick: Picker) -> Table:
         if not any(units):
             units = units_below(path, len(names)) or units
         wanted = sorted(set(pick(names, units)))
+    count = width if wanted is None else len(wanted)
+    require(MEMORY_PER_CELL * count * _rows_expected(path), f"a log with {count} columns")
     _, columns, _ = _kernels.read_text(str(path), delimiter=delimiter, columns=wanted, finite=True)
     rate = stated_rate(path)
     if header is None or wanted is None:
@@ -104,6 +112,13 @@ def _read(path: Path, pick: Picker) -> Table:
         return Table(names, tuple(columns), (None,) * len(columns), rate=rate, named=False)
     found = dict(zip(wanted, columns, strict=True))
     return Table(names, tuple(found.get(i) for i in range(len(names))), units, rate=rate)
+
+
+def _rows_expected(path: Path) -> float:
+    """Rows of a log, from the length of its first lines."""
+    with path.open("rb") as stream:
+        begin = stream.read(1 << 16)
+    return path.stat().st_size * begin.count(b"\n") / len(begin) if begin else 0.0
 
 
 def stated_rate(path: Path) -> float | None:

@@ -30,21 +30,22 @@ def datasets(file: Any) -> list[tuple[str, Dataset]]:
     """
     import h5py
 
-    def check_link(name: bytes, info: Any) -> None:
-        if info.type not in (h5py.h5l.TYPE_HARD, h5py.h5l.TYPE_SOFT):
-            raise InputError(_refusal("link", name.decode("utf-8", "replace"), "an external link"))
+    def is_external(name: bytes, info: Any) -> bytes | None:
+        return None if info.type in (h5py.h5l.TYPE_HARD, h5py.h5l.TYPE_SOFT) else name
 
-    # Looks at links without following them.
-    file.id.links.visit(check_link, info=True)
+    # Looks at links without following them. An error raised inside would be lost in the library.
+    external = file.id.links.visit(is_external, info=True)
+    if external is not None:
+        raise InputError(_refusal("link", external.decode("utf-8", "replace"), "is external"))
     found: list[tuple[str, Dataset]] = []
 
     def check_object(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset):
             layout = item.id.get_create_plist()
             if layout.get_layout() == h5py.h5d.VIRTUAL:
-                raise InputError(_refusal("dataset", name, "virtual"))
+                raise InputError(_refusal("dataset", name, "is virtual"))
             if layout.get_external_count() > 0:
-                raise InputError(_refusal("dataset", name, "external storage"))
+                raise InputError(_refusal("dataset", name, "has external storage"))
             if item.shape is not None and _numeric_fields(item.dtype) is not None:
                 found.append((name, item))
 
@@ -62,8 +63,8 @@ def numbers(item: Dataset) -> NDArray[Any]:
 
 def _refusal(what: str, name: str, kind: str) -> str:
     return (
-        f"{what} {plain(name, 60)} is {kind}, which reads another file:"
-        " copy the samples into one file (h5repack, or h5py)"
+        f"{what} {plain(name, 60)} {kind}, which reads another file:"
+        " copy the samples into one file that has no such links (by h5py)"
     )
 
 

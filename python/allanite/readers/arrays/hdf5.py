@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.errors import InputError
-from allanite.readers._isolated import isolated
+from allanite.readers._isolated import isolated, refused_as
 from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
 from allanite.readers.arrays.matlab import RATES, assemble
 
@@ -69,45 +68,36 @@ def _hdf5(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]
     def note_attributes(name: str, item: Any) -> None:
         attributes[name.replace("/", ".")] = dict(item.attrs)
 
-    try:
-        with h5py.File(path, "r") as file:
-            every = datasets(file)
-            attributes[""] = dict(file.attrs)
-            file.visititems(note_attributes)
-            for name, item in every:
-                key = name.replace("/", ".")
-                if bytes(attributes[key].get("NAME", b""))[:20] == b"This is a netCDF dim":
-                    continue
-                values = numbers(item)
-                if values.dtype.names is None:
-                    found[key] = np.squeeze(values)
-                else:  # a table: its fields are columns
-                    found |= {
-                        f"{key}.{f}": values[f]
-                        for f in values.dtype.names
-                        if values.ndim == 1 and values[f].ndim == 1
-                    }
-    except InputError:
-        raise
-    except (OSError, RuntimeError, ValueError, KeyError) as error:
-        raise InputError(f"damaged or not an HDF5 file ({error})") from None
+    with refused_as("an HDF5 file"), h5py.File(path, "r") as file:
+        every = datasets(file)
+        attributes[""] = dict(file.attrs)
+        file.visititems(note_attributes)
+        for name, item in every:
+            key = name.replace("/", ".")
+            said = attributes[key].get("NAME")
+            if isinstance(said, bytes) and said.startswith(b"This is a netCDF dim"):
+                continue
+            values = numbers(item)
+            if values.dtype.names is None:
+                found[key] = np.squeeze(values)
+            elif values.ndim == 1:  # a table: its fields are columns
+                found |= {
+                    f"{key}.{f}": values[f] for f in values.dtype.names if values[f].ndim == 1
+                }
     return found, attributes
 
 
 def _classic(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
     from scipy.io import netcdf_file
 
-    try:
-        with netcdf_file(str(path), "r", mmap=False) as file:
-            found = {
-                name: np.array(var.data, dtype=var.data.dtype.newbyteorder("="))
-                for name, var in file.variables.items()
-                if var.data.dtype.kind in "iuf"
-            }
-            attributes = {
-                name: dict(getattr(var, "_attributes", {})) for name, var in file.variables.items()
-            }
-            attributes[""] = dict(getattr(file, "_attributes", {}))
-    except Exception as error:  # scipy raises whatever the bytes lead it to
-        raise InputError(f"damaged or not a netCDF file ({error})") from None
+    with refused_as("a netCDF file"), netcdf_file(str(path), "r", mmap=False) as file:
+        found = {
+            name: np.array(var.data, dtype=var.data.dtype.newbyteorder("="))
+            for name, var in file.variables.items()
+            if var.data.dtype.kind in "iuf"
+        }
+        attributes = {
+            name: dict(getattr(var, "_attributes", {})) for name, var in file.variables.items()
+        }
+        attributes[""] = dict(getattr(file, "_attributes", {}))
     return found, attributes

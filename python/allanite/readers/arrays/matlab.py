@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.common.memory import require
+from allanite.common.memory import require, shown_bytes
 from allanite.readers import text
-from allanite.readers._isolated import isolated
+from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._table import Table, columns_of
 from allanite.readers.arrays._hdf5_datasets import SECONDS_PER_MEGABYTE, datasets, numbers
 from allanite.readers.arrays._mat5 import arrays
@@ -119,10 +119,16 @@ def _is_hdf5(path: Path) -> bool:
 
 def _v5(path: Path) -> Iterator[tuple[str, NDArray[Any]]]:
     size = path.stat().st_size
-    require(2.0 * size, f"a file of {size / 1e6:.3g} MB")
+    require(2.0 * size, f"a file of {shown_bytes(size)}")
     try:
         # A file that became shorter since then is damaged, not an error of the system.
-        found = [(name, a) for name, a in arrays(path.read_bytes()) if not name.startswith("__")]
+        found, unpacked = [], 0
+        for name, a in arrays(path.read_bytes()):
+            unpacked += a.nbytes
+            # Each array is checked before it is unpacked, and here all of them together.
+            require(size + unpacked, "it unpacked")
+            if not name.startswith("__"):
+                found.append((name, a))
     except (ValueError, struct.error) as error:
         if isinstance(error, InputError):
             raise
@@ -135,16 +141,11 @@ def read_v73(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at ha
     """Read a file of version 7.3, which is HDF5."""
     import h5py
 
-    try:
-        with h5py.File(path, "r") as file:
-            # HDF5 stores MATLAB's columns as rows. What cells refer to lies in #refs#.
-            found = {
-                name.replace("/", "."): np.squeeze(numbers(item)).T
-                for name, item in datasets(file)
-                if item.dtype.names is None and "#refs#" not in name
-            }
-    except InputError:
-        raise
-    except (OSError, RuntimeError, ValueError, KeyError) as error:
-        raise InputError(f"damaged MATLAB 7.3 file ({error})") from None
+    with refused_as("a MATLAB 7.3 file"), h5py.File(path, "r") as file:
+        # HDF5 stores MATLAB's columns as rows. What cells refer to lies in #refs#.
+        found = {
+            name.replace("/", "."): np.squeeze(numbers(item)).T
+            for name, item in datasets(file)
+            if item.dtype.names is None and "#refs#" not in name
+        }
     return assemble(found)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from array import array
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.readers._table import Table
+from allanite.common.memory import require
+from allanite.readers._lines import lines_of
+from allanite.readers._table import Table, check_shape
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -30,32 +33,39 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     -----
     RINEX Extensions to Handle Clock Information, version 3.04: records AR (receiver) and AS (satellite).
     """
-    clocks: dict[str, dict[np.datetime64, float]] = {}
+    clocks: dict[str, tuple[array[int], array[float]]] = {}
     body = False
-    with path.open(encoding="ascii", errors="replace") as lines:
-        for number, line in enumerate(lines, start=1):
+    with path.open("rb") as stream:
+        for number, line in enumerate(lines_of(stream), start=1):
             if not body:
-                body = "END OF HEADER" in line
-            elif line[:3] in ("AR ", "AS "):
-                cells = line.split()
+                body = b"END OF HEADER" in line
+            elif line[:3] in (b"AR ", b"AS "):
+                cells = line.decode("ascii", "replace").split()
                 try:
                     year, month, day, hour, minute = (int(cell) for cell in cells[2:7])
                     date = f"{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}"
                     fraction = round(float(cells[7]) * 1e6)
                     offset = float(cells[9].replace("D", "E").replace("d", "e"))
                     when = np.datetime64(date, "us") + np.timedelta64(fraction, "us")
-                except (ValueError, IndexError):
-                    raise InputError(
-                        f"line {number}: not a clock record: {line.strip()[:60]!r}"
-                    ) from None
-                clocks.setdefault(cells[1], {})[when] = offset
+                except (ValueError, OverflowError, IndexError):
+                    said = line.decode("ascii", "replace").strip()[:60]
+                    raise InputError(f"line {number}: not a clock record: {said!r}") from None
+                epochs, offsets = clocks.setdefault(cells[1], (array("q"), array("d")))
+                epochs.append(int(when.astype(np.int64)))
+                offsets.append(offset)
     if not clocks:
         raise InputError(
             "no clock in it (records AS and AR after END OF HEADER): damaged, or not RINEX CLK"
         )
-    epochs = np.array(sorted(set().union(*clocks.values())))
-    columns = tuple(
-        np.array([offsets.get(epoch, math.nan) for epoch in epochs.tolist()])
-        for offsets in ({k.item(): v for k, v in own.items()} for own in clocks.values())
+    times = np.unique(np.concatenate([epochs for epochs, _ in clocks.values()]))
+    check_shape((times.size, len(clocks)))
+    require(8.0 * times.size * len(clocks), f"{len(clocks)} clocks at {times.size} epochs")
+    columns = []
+    for epochs, offsets in clocks.values():
+        column = np.full(times.size, math.nan)
+        # Of a repeated epoch the last offset stays.
+        column[np.searchsorted(times, epochs)] = offsets
+        columns.append(column)
+    return Table(
+        tuple(clocks), tuple(columns), ("s",) * len(clocks), time=times.astype("datetime64[us]")
     )
-    return Table(tuple(clocks), columns, ("s",) * len(clocks), time=epochs)

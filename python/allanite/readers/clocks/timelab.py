@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.readers._table import Table
+from allanite.common.memory import require
+from allanite.readers._table import Table, check_shape
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from numpy.typing import NDArray
+
     from allanite.readers._table import Picker
 
 __all__ = ["read"]
+
+#: Bytes in which the block of time errors begins; what TimeLab writes before it are some hundred lines.
+HEAD = 1 << 20
+#: Bytes read at a time, and the longest text of one number.
+BLOCK, LONGEST_NUMBER = 1 << 22, 400
 
 _BLOCK = re.compile(rb"^TIC[ \t]+(\d+)[ \t]+(\d+)[ \t]*\r?$", re.MULTILINE)
 
@@ -28,22 +36,49 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
     InputError
         No such block, or one that ends before its last row.
     """
-    content = path.read_bytes()
-    found = _BLOCK.search(content)
-    if found is None:
+    with path.open("rb") as stream:
+        head = stream.read(HEAD)
+        found = _BLOCK.search(head)
+        if found is None:
+            raise InputError(
+                "no block of time errors (TIC) in it: not a TimeLab file, or one of another version;"
+                " export ASCII phase data in TimeLab and read that"
+            )
+        rows, columns = int(found[1]), int(found[2])
+        stream.seek(found.end())
+        values = _numbers(stream, rows * columns)
+    if columns < 1 or values.size < rows * columns:
         raise InputError(
-            "no block of time errors (TIC) in it: not a TimeLab file, or one of another version;"
-            " export ASCII phase data in TimeLab and read that"
+            f"the block of time errors ends after {values.size} of {rows} × {columns} numbers: cut off"
         )
-    rows, columns = int(found[1]), int(found[2])
-    cells = content[found.end() :].split(maxsplit=rows * columns)[: rows * columns]
-    if columns < 1 or len(cells) < rows * columns:
-        raise InputError(
-            f"the block of time errors ends after {len(cells)} of {rows} × {columns} numbers: cut off"
-        )
-    try:
-        values = np.array(cells, dtype=np.float64).reshape(rows, columns)
-    except ValueError as error:
-        raise InputError(f"the block of time errors holds text ({error})") from None
+    check_shape((rows, columns))
+    values = values.reshape(rows, columns)
     names = ("phase",) if columns == 1 else tuple(f"phase_{k}" for k in range(1, columns + 1))
     return Table(names, tuple(values.T), ("s",) * columns)
+
+
+def _numbers(stream: IO[bytes], count: int) -> NDArray[np.float64]:
+    """The next numbers of an open text file, `count` or as many as there are."""
+    found: list[NDArray[np.float64]] = []
+    missing, rest = count, b""
+    while missing > 0 and (block := stream.read(BLOCK)):
+        # The last cell may go on in the next block; a line end is its end in the last one.
+        cells = (rest + block).split()
+        rest = b"" if block[-1:].isspace() else cells.pop() if cells else b""
+        if len(rest) > LONGEST_NUMBER:
+            raise InputError("the block of time errors holds text, or binary data")
+        missing -= _append(found, cells[:missing])
+    # A last cell without a line end is whole only if nothing else is missing.
+    if missing == 1 and rest:
+        _append(found, [rest])
+    return np.concatenate(found) if found else np.empty(0)
+
+
+def _append(found: list[NDArray[np.float64]], cells: list[bytes]) -> int:
+    try:
+        found.append(np.array(cells, dtype=np.float64))
+    except ValueError as error:
+        raise InputError(f"the block of time errors holds text ({error})") from None
+    # Once in blocks, and once as a whole.
+    require(2.0 * sum(block.nbytes for block in found), "the time errors")
+    return len(cells)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.readers._isolated import isolated
+from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._table import Table
 from allanite.readers.topics._quiet import quiet
 
@@ -49,7 +49,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     wanted = topics[0].partition(".")[0] if topics else None
     log = None
     try:
-        with quiet(DFReader):
+        with refused_as("an ArduPilot log"), quiet(DFReader):
             log = _forward(DFReader.DFReader_binary)(str(path), zero_time_base=True)
             known = [name for name in log.name_to_id if name != "FMT"]
             kinds = [wanted] if wanted else [name for name in TOPICS if name in known]
@@ -59,8 +59,6 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
                 values = tuple(_number(getattr(message, field)) for field in names[kind])
                 at = names[kind].index("I") if "I" in names[kind] else None
                 rows.setdefault((kind, 0 if at is None else int(values[at])), []).append(values)
-    except Exception as error:  # pymavlink raises whatever the bytes lead it to
-        raise InputError(f"damaged or not an ArduPilot log ({error})") from None
     finally:
         if log is not None and hasattr(log, "close"):
             log.close()

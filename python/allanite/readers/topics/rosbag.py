@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.readers._isolated import isolated
+from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._table import Table
 
 if TYPE_CHECKING:
@@ -52,13 +52,13 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     folder = (
         path.parent if path.suffix in (".db3", ".mcap") and _has_metadata(path.parent) else path
     )
-    try:
-        with AnyReader([folder], default_typestore=get_typestore(Stores.LATEST)) as bag:
-            return _table(bag, topics)
-    except InputError:
-        raise
-    except Exception as error:  # rosbags raises whatever the bytes lead it to
-        raise InputError(f"damaged or not a ROS bag ({error})") from None
+    if folder.is_dir() and not all(file.is_file() or file.is_dir() for file in folder.iterdir()):
+        raise InputError("a pipe or a device lies in the folder of the bag: remove it")
+    with (
+        refused_as("a ROS bag"),
+        AnyReader([folder], default_typestore=get_typestore(Stores.LATEST)) as bag,
+    ):
+        return _table(bag, topics)
 
 
 def _has_metadata(folder: Path) -> bool:

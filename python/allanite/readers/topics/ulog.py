@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
-from allanite.readers._isolated import isolated
+from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._table import Table
 from allanite.readers.topics._quiet import quiet
 
@@ -43,12 +43,9 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
     """
     from pyulog import core
 
-    try:
-        # Opened here, because pyulog leaves a damaged file open.
-        with path.open("rb") as stream, quiet(core):
-            log = core.ULog(stream)
-    except Exception as error:  # pyulog raises whatever the bytes lead it to
-        raise InputError(f"damaged or not a ULog file ({error})") from None
+    # Opened here, because pyulog leaves a damaged file open.
+    with refused_as("a ULog file"), path.open("rb") as stream, quiet(core):
+        log = core.ULog(stream)
     found = {f"{data.name}.{data.multi_id}": data.data for data in log.data_list}
     shown = ", ".join(sorted(name.removesuffix(".0") for name in found)) or "none at all"
     if len(topics) > 1:

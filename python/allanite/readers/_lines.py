@@ -1,0 +1,31 @@
+"""Lines of a text log, none of which can fill the memory."""
+
+from __future__ import annotations
+
+from typing import IO, TYPE_CHECKING
+
+from allanite.common.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+__all__ = ["LONGEST_LINE", "lines_of"]
+
+#: Bytes of the longest line of a text log that is read line by line. Lines of RINEX have 80, of NovAtel some 500.
+LONGEST_LINE = 1 << 16
+
+
+def lines_of(stream: IO[bytes]) -> Iterator[bytes]:
+    """Yield the lines of an open file.
+
+    Raises
+    ------
+    InputError
+        A line of more than 64 kB: the file is damaged, or not text.
+    """
+    number = 0
+    while line := stream.readline(LONGEST_LINE + 1):
+        number += 1
+        if len(line) > LONGEST_LINE:
+            raise InputError(f"line {number} is longer than 64 kB: damaged, or not a text log")
+        yield line
