@@ -23,6 +23,7 @@ use std::sync::atomic::AtomicBool;
 
 use dialect::Dialect;
 use rows::Rows;
+pub use rows::Sample;
 use source::Source;
 
 use crate::parallel::pooled;
@@ -73,6 +74,9 @@ pub struct Table {
     pub meta: Meta,
 }
 
+/// Bytes at the beginning of a log that a sample is taken of.
+const SAMPLED: usize = 2 << 20;
+
 /// A log that is read in bounded chunks.
 pub struct Reader {
     source: Source,
@@ -117,6 +121,22 @@ impl Reader {
             return Err(Error::Input(format!("{}: rows were read already", self.source.name())));
         }
         self.rows.select(columns)
+    }
+
+    /// Up to `most` first rows of all columns, before the first rows are read; they are still read afterwards.
+    pub fn sample(&mut self, most: usize, stop: &AtomicBool) -> Result<Sample> {
+        let Some(mut first) = self.first.take() else {
+            return Err(Error::Input(format!("{}: rows were read already", self.source.name())));
+        };
+        while first.len() < SAMPLED
+            && let Some(more) = self.source.chunk(stop)?
+        {
+            first.extend_from_slice(&more);
+            self.source.give_back(more);
+        }
+        let sample = self.rows.sample(&first, most);
+        self.first = Some(first);
+        Ok(sample)
     }
 
     /// The next chunk of whole lines and how they parse.

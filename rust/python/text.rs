@@ -44,6 +44,7 @@ fn dictionary<'py>(py: Python<'py>, meta: &Meta) -> PyResult<Bound<'py, PyDict>>
     Ok(found)
 }
 
+type Sampled<'py> = (Vec<Bound<'py, PyArray1<f64>>>, Vec<usize>, Vec<String>);
 type Read<'py> = (Option<Vec<String>>, Vec<Bound<'py, PyArray1<f64>>>, Bound<'py, PyDict>);
 
 /// All columns of a log.
@@ -108,6 +109,13 @@ impl TextReader {
     /// Asks for some columns only; before the first rows.
     fn select(&self, columns: Vec<usize>) -> PyResult<()> {
         self.with(|reader| reader.select(columns)).map_err(super::errors::to_python)
+    }
+
+    /// Up to `rows` first rows of all columns, the cells of each that are text, and one cell of each.
+    fn sample<'py>(&self, py: Python<'py>, rows: usize) -> PyResult<Sampled<'py>> {
+        let found = run(py, |stop: &AtomicBool| self.with(|reader| reader.sample(rows, stop)))?;
+        let columns = found.columns.into_iter().map(|column| column.into_pyarray(py)).collect();
+        Ok((columns, found.words, found.cells))
     }
 
     /// What was found so far.

@@ -3,26 +3,71 @@
 /// Seconds since 1970 (UTC) of a date-time or a date, or seconds since midnight of a time of the day.
 ///
 /// 2026-01-31T12:00:00.5Z, 2026-01-31 12:00:00,5+01:00, 2026/01/31 12:00:00, 31.01.2026 12:00:00, 2026-01-31,
-/// 12:00:00.25. Without an offset it is taken as UTC: only differences matter.
+/// 12:00:00.25, 01/31/2026 12:00:00.000000000, 1/31/2026 2:00:00 PM. Without an offset it is taken as UTC: only
+/// differences matter. The date of a/b/2026 has the month first unless a is above 12; the caller compares both orders.
 pub(super) fn moment(cell: &[u8]) -> Option<f64> {
     // The cheapest test that a number does not pass comes first.
     let dated = cell.len() >= 8 && matches!(cell[4], b'-' | b'/') && matches!(cell[7], b'-' | b'/');
     let day_first = !dated && cell.len() >= 10 && cell[2] == b'.' && cell[5] == b'.';
     if !dated && !day_first {
-        return if cell.get(2) == Some(&b':') { time(cell) } else { None };
+        return match cell {
+            [_, b'/', ..] | [_, _, b'/', ..] => slashed(cell),
+            [_, _, b':', ..] => time(cell),
+            _ => None,
+        };
     }
     let (year, month, day) = if day_first { (6..10, 3..5, 0..2) } else { (0..4, 5..7, 8..10) };
     let (year, month, day) = (digits(cell.get(year)?)?, digits(cell.get(month)?)?, digits(cell.get(day)?)?);
     if !(1..=12).contains(&month) || !(1..=31).contains(&day) {
         return None;
     }
-    let midnight = 86_400.0 * days(year, month, day) as f64;
-    let rest = &cell[10..];
+    at_day(days(year, month, day), &cell[10..])
+}
+
+/// Seconds of a day and what stands behind its date.
+fn at_day(day: i64, rest: &[u8]) -> Option<f64> {
+    let midnight = 86_400.0 * day as f64;
     match rest.first() {
         None => Some(midnight),
         Some(b'T' | b't' | b' ' | b'_') => Some(midnight + time(rest[1..].trim_ascii())?),
         _ => None,
     }
+}
+
+/// Date-times such as 05/03/2026 14:00:00.000000000 and 5/3/2026 2:00:00 PM.
+fn slashed(cell: &[u8]) -> Option<f64> {
+    let end = cell.iter().position(|byte| matches!(byte, b' ' | b'T' | b'_')).unwrap_or(cell.len());
+    let mut parts = cell[..end].split(|byte| *byte == b'/');
+    let (one, two, year) = (parts.next()?, parts.next()?, parts.next()?);
+    if parts.next().is_some() || one.len() > 2 || two.len() > 2 || year.len() != 4 {
+        return None;
+    }
+    let (one, two, year) = (digits(one)?, digits(two)?, digits(year)?);
+    let (month, day) = if one > 12 { (two, one) } else { (one, two) };
+    if !(1..=12).contains(&month) || !(1..=31).contains(&day) {
+        return None;
+    }
+    let day = days(year, month, day);
+    let rest = &cell[end..];
+    // An hour of one digit and a half of the day need a spelling that `time` knows.
+    let clock = rest.get(1..).unwrap_or_default().trim_ascii();
+    let half = clock.len().checked_sub(2).map(|at| clock[at..].to_ascii_uppercase());
+    let (clock, half) = match half.as_deref() {
+        Some(b"AM") => (clock[..clock.len() - 2].trim_ascii(), Some(0.0)),
+        Some(b"PM") => (clock[..clock.len() - 2].trim_ascii(), Some(43_200.0)),
+        _ => (clock, None),
+    };
+    let padded = if clock.get(1) == Some(&b':') { [b"0", clock].concat() } else { clock.to_vec() };
+    if padded.is_empty() {
+        return at_day(day, rest);
+    }
+    let seconds = time(&padded)?;
+    let seconds = match half {
+        Some(later) if (3_600.0..46_800.0).contains(&seconds) => seconds % 43_200.0 + later,
+        Some(_) => return None,
+        None => seconds,
+    };
+    Some(86_400.0 * day as f64 + seconds)
 }
 
 /// Seconds of hh:mm:ss, hh:mm:ss.fff with Z or an offset.
@@ -95,6 +140,11 @@ mod tests {
             ("31.01.2026", 1_769_817_600.0),
             ("2026-01-31T12:00:00.500000-0000", 1_769_860_800.5),
             ("12:00:01.25", 43_201.25),
+            ("01/31/2026 12:00:00.500000000", 1_769_860_800.5),
+            ("31/01/2026 12:00:00,5", 1_769_860_800.5),
+            ("1/31/2026 1:00:00.5 PM", 1_769_864_400.5),
+            ("1/31/2026 12:00:00 am", 1_769_817_600.0),
+            ("1/31/2026", 1_769_817_600.0),
             ("1969-12-31T23:59:59", -1.0),
         ] {
             assert_eq!(moment(text.as_bytes()), Some(seconds), "{text}");
@@ -110,6 +160,11 @@ mod tests {
             "1-2-3",
             "2026-01-31T",
             "12:0a:00",
+            "13/13/2026",
+            "1/2",
+            "1/2/26",
+            "1/31/2026 13:00:00 PM",
+            "1/2/2026/3",
         ] {
             assert_eq!(moment(text.as_bytes()), None, "{text}");
         }

@@ -38,6 +38,17 @@ enum Bad {
     Count(usize),
 }
 
+/// The first rows of all columns of a log, whatever their cells hold.
+#[derive(Debug, Clone, Default)]
+pub struct Sample {
+    /// One vector a column; NaN where a cell holds no number.
+    pub columns: Vec<Vec<f64>>,
+    /// Cells of each column that hold other text than a number or a word for nothing.
+    pub words: Vec<usize>,
+    /// A cell of each column: the first of these, else that of the first row.
+    pub cells: Vec<String>,
+}
+
 /// Turns lines into the wanted columns.
 pub(super) struct Rows {
     name: String,
@@ -170,6 +181,46 @@ impl Rows {
         }
         block.columns = self.wanted.iter().map(|&j| std::mem::take(&mut all[j])).collect();
         block
+    }
+
+    /// Up to `most` rows at the beginning of a log; lines with another number of cells are left out.
+    pub fn sample(&self, bytes: &[u8], most: usize) -> Sample {
+        let (count, dialect) = (self.dialect.count, &self.dialect);
+        let mut found = Sample {
+            columns: vec![Vec::new(); count],
+            words: vec![0; count],
+            cells: vec![String::new(); count],
+        };
+        let lines = bytes.split(|byte| *byte == dialect.terminator).skip(dialect.preamble);
+        for line in lines {
+            if found.columns[0].len() == most {
+                break;
+            }
+            let line = line.strip_suffix(b"\r").unwrap_or(line);
+            let trimmed = line.trim_ascii();
+            if is_comment(trimmed) || trimmed.is_empty() {
+                continue;
+            }
+            let cells_of = |line| {
+                let mut cells = split(line, dialect.delimiter);
+                if dialect.trailing && cells.len() == count + 1 {
+                    cells.pop();
+                }
+                (cells.len() == count).then_some(cells)
+            };
+            let Some(cells) = cells_of(line).or_else(|| before_comment(line).and_then(cells_of)) else {
+                continue;
+            };
+            for (j, cell) in cells.into_iter().enumerate() {
+                let value = number(cell, dialect.decimal_comma);
+                if found.columns[j].is_empty() || (value.is_none() && found.words[j] == 0) {
+                    found.cells[j] = shown(cell);
+                }
+                found.words[j] += usize::from(value.is_none());
+                found.columns[j].push(value.unwrap_or(f64::NAN));
+            }
+        }
+        found
     }
 
     /// A line that is not as simple as most: quotes, words for nothing, an empty last cell, a comment at its end, or

@@ -55,11 +55,7 @@ def place_of(lines: Sequence[str], asked: str | None, named: str, source: str) -
     InputError
         An unknown column, one of time stamps, or binary data.
     """
-    from allanite.readers import looks_like_time
-    from allanite.readers._choice import Request, choose
-    from allanite.readers._split_time import seconds_and_rest
-    from allanite.readers.sensor_names import role_of
-    from allanite.readers.understand import understand
+    from allanite.readers.columns import Request, choose, roles_of
     from allanite.recording import find_column
 
     if any("\0" in line for line in lines):
@@ -67,23 +63,20 @@ def place_of(lines: Sequence[str], asked: str | None, named: str, source: str) -
     table = _table(lines)
     if table is None:
         return 0
-    names, units = table.names, table.units
-    stamped = not table.named and looks_like_time(table)
+    names = table.names
+    request = Request()
+    roles = roles_of(table, request)
     if asked is not None or named in names:
         at = find_column(named if asked is None else asked, names)
-        pair = seconds_and_rest(names) if table.named else None
-        clock = table.named and role_of(names[at], units[at]) == "time"
-        if clock or at in (pair or ()) or (stamped and at == 0):
+        if at in roles.clocks or roles.roles[at] == "time":
             raise InputError(
                 f"column {names[at]} holds time stamps: name that of the sensor with --column"
                 f" ({', '.join(names)})"
             )
         return at
-    request = Request(None, None, None, (), (), None)
-    choice = choose(names, units, request, time_at=0 if stamped else None)
-    choice, _ = understand(table, choice, request)
+    samples = choose(table, roles, request).samples
     # Names of frames and the like are no numbers; without names what never changes may be anything.
-    sensors = [i for i in choice.samples if _may_be_one(table, i)] or [choice.samples[0]]
+    sensors = [i for i in samples if _may_be_one(table, i)] or [samples[0]]
     if len(sensors) > 1:
         said = f"column {names[sensors[0]]} is watched (--column NAME takes another)"
         several = ", ".join(names[i] for i in sensors)
@@ -98,8 +91,7 @@ def _may_be_one(table: Table, at: int) -> bool:
 
 def _table(lines: Sequence[str]) -> Table | None:
     """The first rows as a table with the names of the header, or made-up ones."""
-    from allanite.readers._table import Table
-    from allanite.readers.text import split_header
+    from allanite.readers._table import Table, split_header
 
     first = next((i for i, line in enumerate(lines) if has_numbers(line)), None)
     if first is None:

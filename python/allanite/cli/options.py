@@ -26,6 +26,7 @@ __all__ = [
     "DEFAULT_MODEL",
     "SEED",
     "LogOptions",
+    "RateType",
     "columns_of",
     "is_number",
     "json_option",
@@ -50,8 +51,31 @@ SEED = click.IntRange(0, SEEDS)
 json_option = click.option("--json", "as_json", is_flag=True, help="JSON on stdout, nothing else.")
 plot_option = click.option("--plot", metavar="FILE", help="Figure: SVG, PNG or PDF.")
 
+
+class RateType(click.ParamType[float | str]):
+    """A rate in Hz, kept as text where it ends in an exclamation mark."""
+
+    name = "rate"
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float | str:
+        """Return a float, or the text of a rate that is insisted on."""
+        text = str(value).strip()
+        try:
+            number = float(text.removesuffix("!"))
+        except ValueError:
+            self.fail(f"{value!r} is not a number of Hz, as 100 or 100! is", param, ctx)
+        return text if text.endswith("!") else number
+
+
 _LOG_OPTIONS = (
-    click.option("--rate", type=float, metavar="HZ", help="Sampling rate."),
+    click.option(
+        "--rate",
+        type=RateType(),
+        metavar="HZ",
+        help="Sampling rate; 100! insists where the log says otherwise.",
+    ),
     click.option(
         "--unit",
         metavar="UNIT",
@@ -93,7 +117,7 @@ _LOG_OPTIONS = (
 class LogOptions:
     """The shared options as given."""
 
-    rate: float | None
+    rate: float | str | None
     unit: str | None
     quantity: str | None
     column: tuple[str, ...]
@@ -107,6 +131,11 @@ class LogOptions:
     seed: int | None
     as_json: bool
     quiet: bool
+
+    @property
+    def rate_hz(self) -> float | None:
+        """The rate as a number of Hz."""
+        return float(self.rate.removesuffix("!")) if isinstance(self.rate, str) else self.rate
 
     @property
     def later(self) -> tuple[str, ...]:
@@ -232,7 +261,7 @@ def said_early(finding: Finding) -> bool:
 
     That nothing says the unit of a column which may be a clock's is a remark among others.
     """
-    kinds = ("other_kind", "quiet_stretch", "moving")
+    kinds = ("not_used", "quiet_stretch", "moving")
     return finding.kind in kinds or (finding.kind, finding.severity) == ("no_unit", "warning")
 
 

@@ -17,17 +17,18 @@ from allanite.common.memory import SHARE, free_memory
 from allanite.common.plain import plain
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from allanite.cli.options import LogOptions
     from allanite.deviation import Deviation
     from allanite.deviation.accumulator import Accumulator
-    from allanite.readers._choice import Request
+    from allanite.readers._table import Table
+    from allanite.readers.columns import Layout
+    from allanite.readers.time_parts import TimeParts
     from allanite.recording.findings import Finding
 
-    _Header = tuple[tuple[str, ...], tuple[str | None, ...]]
     _Rows = Callable[[list[int]], Iterator[NDArray[Any]]]
 
 __all__ = ["Stream", "deviations", "too_large"]
@@ -109,50 +110,33 @@ def deviations(options: LogOptions, taus: str, log: str = PIPE) -> list[tuple[St
 def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, Deviation]]:
     from allanite.cli.clock import Clock
     from allanite.deviation.averaging import positive_rate
-    from allanite.readers import looks_like_time
-    from allanite.readers._choice import Request, choose
-    from allanite.readers._split_time import in_one, is_split
-    from allanite.readers._table import Table, time_unit_of
-    from allanite.readers.unit_names import unit_in_name, unitless
+    from allanite.readers import contradicted, request_of
+    from allanite.readers.columns import understand
+    from allanite.readers.unit_names import unitless
     from allanite.recording.findings import of_stamps
-    from allanite.recording.samples import distinct, factors_to
+    from allanite.recording.samples import factors_to
 
-    request = Request(
-        options.rate,
-        options.unit,
-        options.quantity,
-        options.column,
-        options.covariate,
-        options.time_column,
-    )
+    request = request_of(**{**options.reading(), "piece": None, "topic": None})
     name = NAME if log == PIPE else log
-    (names, units), named, rows = _opened(log)
-    units = tuple(unit or unit_in_name(name) for name, unit in zip(names, units, strict=True))
-    names = distinct(names)
-    wanted = list(range(len(names)))
-    choice = None
-    if named:
-        choice = choose(names, units, request)
-        # Columns that are not asked for may hold any text, and infinities.
-        time = {at for at in (choice.time, choice.rest) if at is not None}
-        wanted = sorted({*choice.samples, *time})
+    table, rows = _opened(log)
+    layout = understand(table, request)
+    names, units = table.names, table.units
+    # Columns that are not asked for may hold any text, and infinities.
+    wanted = sorted({*layout.samples, *layout.clocks})
     chunks = rows(wanted)
     first = next(chunks, None)
     if first is None or len(first) < 3:
         raise TooShortError("too few rows of numbers")
-    if choice is None:
-        stamped = looks_like_time(Table(names, tuple(first.T), units, named=False))
-        choice = choose(names, units, request, time_at=0 if stamped else None)
     clock = None
     all_rows: Iterable[NDArray[Any]] = itertools.chain((first,), chunks)
-    if choice.time is not None:
-        at = choice.time
-        unit = time_unit_of(names[at], units[at])
-        if choice.rest is not None:
-            places, rest = (wanted.index(at), wanted.index(choice.rest)), names[choice.rest]
-            if is_split(first[:, places[0]], first[:, places[1]], rest):
-                all_rows, unit = in_one(all_rows, places, rest), "s"
-        clock = Clock(wanted.index(at), unit, request.rate)
+    if layout.time is not None:
+        unit = layout.time_unit
+        if layout.parts is not None:
+            all_rows, unit = (
+                _in_one(all_rows, [wanted.index(i) for i in layout.clocks], layout.parts),
+                "s",
+            )
+        clock = Clock(wanted.index(layout.time), unit, request.rate)
     if request.rate is not None:
         positive_rate(request.rate)
     elif clock is None:
@@ -160,8 +144,8 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
             "no sampling rate", missing="rate", remedy=": give {rate} or a time column"
         )
     columns = [
-        _Column(names[i], units[i], wanted.index(i), request, taus, options.output_units, name)
-        for i in choice.samples
+        _Column(names[i], unit, layout, i, wanted.index(i), taus, options.output_units, name)
+        for i, unit in zip(layout.samples, layout.units, strict=True)
     ]
     if options.output_units:
         # Of several columns those of the kind are converted; of none is an error.
@@ -171,53 +155,69 @@ def _deviations(options: LogOptions, taus: str, log: str) -> list[tuple[Stream, 
             column.take(chunk)
     stamps = None if clock is None else clock.stamps()
     rate = request.rate or (stamps.rate if stamps else 0.0)
-    audit = tuple(of_stamps(stamps, rate)) if stamps else ()
-    if request.unit is None and columns[0].quantity == "rate":
-        audit += tuple(unitless([names[i] for i in choice.samples if units[i] is None]))
+    contradicted(request, None, stamps)
+    audit = (*layout.findings, *(of_stamps(stamps, rate) if stamps else ()))
+    if request.unit is None and layout.quantity == "rate":
+        audit += tuple(unitless([names[i] for i in layout.samples if units[i] is None]))
     return [column.result(rate, audit) for column in columns]
 
 
-def _nameless(k: int) -> _Header:
-    return ("x",) if k == 1 else tuple(f"x{i}" for i in range(k)), (None,) * k
+def _in_one(
+    chunks: Iterable[NDArray[np.float64]], places: Sequence[int], parts: TimeParts
+) -> Iterator[NDArray[np.float64]]:
+    """The chunks, shape (rows, columns), with the seconds since the first row in the first place of the time."""
+    origin: list[float] | None = None
+    for chunk in chunks:
+        arrays = [chunk[:, place] for place in places]
+        origin = [float(x[0]) for x in arrays] if origin is None else origin
+        out = chunk.copy()
+        out[:, places[0]] = parts.joined(arrays, origin)
+        yield out
 
 
-def _opened(log: str) -> tuple[_Header, bool, _Rows]:
-    """Names and units, whether they are the log's, and what gives the rows of some columns a chunk at a time."""
+def _opened(log: str) -> tuple[Table, _Rows]:
+    """The first rows of a log, and what gives the rows of some columns a chunk at a time."""
     from allanite._kernels import TextReader
-    from allanite.readers.text import split_header
+    from allanite.readers._table import split_header
+    from allanite.readers.text import first_rows
 
     if log != PIPE:
         with Path(log).open("rb") as stream:
             if stream.read(len(NPY)) == NPY:
                 return _mapped(log)
     reader = TextReader(log, finite=True)
-    header = _nameless(reader.width) if reader.header is None else split_header(reader.header)
+    names, units = ((), ()) if reader.header is None else split_header(reader.header)
+    table, _ = first_rows(reader, names, units)
 
     def rows(wanted: list[int]) -> Iterator[NDArray[Any]]:
         reader.select(wanted)
         while (chunk := reader.next(ROWS)) is not None:
             yield chunk
 
-    return header, reader.header is not None, rows
+    return table, rows
 
 
-def _mapped(log: str) -> tuple[_Header, bool, _Rows]:
+def _mapped(log: str) -> tuple[Table, _Rows]:
     """Rows of an array that stays in its file."""
+    from allanite.readers._table import Table
+
     data = np.load(log, mmap_mode="r", allow_pickle=False)
     if data.ndim not in (1, 2) or data.dtype.kind not in "iufb":
         raise InputError(
             f"samples must be numbers of shape (n,) or (n, columns), found {data.dtype} of"
             f" shape {data.shape}"
         )
-    table = data if data.ndim == 2 else data[:, np.newaxis]
+    array = data if data.ndim == 2 else data[:, np.newaxis]
 
     def rows(wanted: list[int]) -> Iterator[NDArray[Any]]:
-        for at in range(0, len(table), ROWS):
-            part = np.asarray(table[at : at + ROWS])
+        for at in range(0, len(array), ROWS):
+            part = np.asarray(array[at : at + ROWS])
             # Integers as they are: doubles do not hold all of them.
             yield (part if part.dtype.kind in "iu" else part.astype(np.float64))[:, wanted]
 
-    return _nameless(table.shape[1]), False, rows
+    k = array.shape[1]
+    names = ("x",) if k == 1 else tuple(f"x{i}" for i in range(k))
+    return Table(names, tuple(np.asarray(array[:ROWS]).T), (None,) * k, named=False), rows
 
 
 class _Column:
@@ -226,26 +226,25 @@ class _Column:
     def __init__(
         self,
         name: str,
-        own: str | None,
+        unit: str,
+        layout: Layout,
+        column: int,
         at: int,
-        request: Request,
         taus: str,
         output_units: Mapping[str, str],
         log: str,
     ) -> None:
         from allanite.common.units import conversion, parse_unit, rate_unit
         from allanite.deviation.accumulator import Accumulator
-        from allanite.readers._choice import unit_of
 
-        quantity = request.quantity or ("angle" if own == "s" else "rate")
-        said = unit_of(name, own, request, quantity)
         self.log = plain(log)
-        self.name, self.at, self.quantity = name, at, quantity
-        self.unit = rate_unit(said, quantity).name
-        self.factor = 1.0
+        self.name, self.at, self.quantity = name, at, layout.quantity
+        quantity = layout.quantity
+        self.unit = rate_unit(unit, quantity).name
+        self.factor = layout.columns[column].scale
         target = output_units.get(parse_unit(self.unit).kind)
         if target is not None:
-            self.factor, self.unit = conversion(self.unit, target), target
+            self.factor, self.unit = self.factor * conversion(self.unit, target), target
         self.rows = self.gaps = 0
         self.last: NDArray[Any] = np.empty(0)
         self.hole = False

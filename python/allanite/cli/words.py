@@ -6,6 +6,7 @@ __all__ = ["WORDS", "words_of"]
 
 WORDS = {
     "rate": "--rate HZ",
+    "this_rate": "--rate {}!",
     "model": "--model",
     "unit": "--unit UNIT",
     "this_unit": "--unit {}",

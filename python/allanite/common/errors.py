@@ -17,6 +17,7 @@ __all__ = ["CALL", "AllaniteError", "InputError", "TooShortError", "about", "wor
 #: Parameters as a remedy names them to who calls the library; a number of it stands for ``{}``.
 CALL: Mapping[str, str] = {
     "rate": "rate=",
+    "this_rate": "rate='{}!'",
     "model": "model=",
     "unit": "unit=",
     "this_unit": "unit='{}'",

@@ -6,9 +6,15 @@ from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
-__all__ = ["Several", "by_column"]
+from allanite.common.errors import InputError
+
+__all__ = ["NoColumnError", "Several", "by_column"]
 
 T = TypeVar("T")
+
+
+class NoColumnError(InputError, KeyError):
+    """There is no result of this name."""
 
 
 class Several(Mapping[str, T], Generic[T]):
@@ -24,7 +30,13 @@ class Several(Mapping[str, T], Generic[T]):
         self._results = MappingProxyType(dict(results))
 
     def __getitem__(self, column: str) -> T:
+        if column not in self._results:
+            raise NoColumnError(self._missing(column))
         return self._results[column]
+
+    def _missing(self, name: str) -> str:
+        """What is said of a name that is no column."""
+        return f"no column {name!r}: there are {', '.join(self)}"
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._results)

@@ -15,7 +15,7 @@ from allanite.recording.recording import of_fields
 from allanite.recording.timebase import Stamps
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from allanite.readers._table import Table
     from allanite.recording import Recording
@@ -128,19 +128,16 @@ def inspect_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
     from allanite.page.words import WORDS
     from allanite.readers import read_table
     from allanite.readers.inspection import inspect
+    from allanite.readers.text import all_numbers
 
     options.pop("units", None)
     seen = inspect(Path(path), **options)
     found = seen.to_dict()
     for told, finding in zip(found["findings"], seen.findings, strict=True):
         told["message"] = finding.worded(WORDS)
-    names = [c["name"] for c in found["columns"] if c["role"] != "text"]
-
-    def pick(every: Sequence[str], _: Sequence[str | None]) -> list[int]:
-        return [i for i, name in enumerate(every) if name in names]
 
     try:
-        table = read_table(Path(path), pick)
+        table = read_table(Path(path), all_numbers)
     except AllaniteError:
         return found
     sparks = {name: _spark(table, i) for i, name in enumerate(table.names)}

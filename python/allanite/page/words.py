@@ -6,6 +6,7 @@ __all__ = ["WORDS"]
 
 WORDS = {
     "rate": "the rate",
+    "this_rate": "the rate {} Hz and no time column",
     "unit": "the unit",
     "model": "the model",
     "this_unit": "the unit {}",

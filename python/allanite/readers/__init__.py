@@ -12,18 +12,15 @@ from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.memory import require
 from allanite.common.plain import plain
 from allanite.readers import npy, npz, parquet, sentences, text
-from allanite.readers._choice import Request, choose, unit_of
 from allanite.readers._isolated import one_line
-from allanite.readers._split_time import is_split, joined
-from allanite.readers._table import time_unit_of
 from allanite.readers.arrays import hdf5, matlab
 from allanite.readers.clocks import rinex, stable32, timelab
+from allanite.readers.columns import Layout, Request, understand
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
 from allanite.readers.sensor_names import kind_of_sensor, sensor_kind
 from allanite.readers.topics import ardupilot, rosbag, ulog
-from allanite.readers.understand import understand
-from allanite.readers.unit_names import not_understood, unitless
+from allanite.readers.unit_names import unitless
 from allanite.recording import Recording
 from allanite.recording.findings import Finding
 from allanite.recording.samples import locked
@@ -33,8 +30,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from allanite.readers._choice import Choice
     from allanite.readers._table import Picker, Table
+    from allanite.recording.log_column import LogColumn
+    from allanite.recording.timebase import Stamps
 
 __all__ = ["FORMATS", "kind_of_sensor", "read", "read_table", "sensor_kind"]
 
@@ -69,7 +67,7 @@ TOPICAL = (rosbag.read, ulog.read, ardupilot.read)
 
 def read(
     path: Any,
-    rate: float | None = None,
+    rate: float | str | None = None,
     unit: str | None = None,
     quantity: str | None = None,
     column: str | int | Sequence[str | int] | None = None,
@@ -85,8 +83,9 @@ def read(
     path : str, Path or data frame
         A file: text (any delimiter, header or not, also packed by gzip), or a format of `FORMATS`. Or an
         object of pandas, polars, xarray or Arrow, whose index or column of date-times is the time.
-    rate : float, optional
-        Sampling rate in Hz; else what the file states, else from the time column.
+    rate : float or str, optional
+        Sampling rate in Hz; else what the file states, else from the time column. ``"100!"`` insists on 100 Hz where
+        the file says otherwise.
     unit : str, optional
         Unit of the samples; else what the file states, else ``"1"``. Of gyroscopes and accelerometers in one file that of
         one kind leaves the other out; ``"deg/s,m/s^2"`` takes both.
@@ -121,7 +120,44 @@ def read(
     >>> al.read("gyro.csv")
     Recording(gx: 200 samples at 100 Hz (2 s) in deg/s; covariates temp)
     """
-    request = Request(
+    request = request_of(rate, unit, quantity, column, covariate, time_column, piece, topic)
+    if is_frame(path):
+        table = table_of(path)
+        return _recording(None, request, table, understand(table, request))
+    path = Path(path)
+    with about(path):
+        decided: list[Layout] = []
+
+        def pick(first_rows: Table) -> Sequence[int]:
+            decided.append(understand(first_rows, request))
+            return decided[0].used
+
+        table = read_table(path, pick, request.topics)
+        return _recording(
+            path, request, table, decided[0] if decided else understand(table, request)
+        )
+
+
+def request_of(
+    rate: float | str | None = None,
+    unit: str | None = None,
+    quantity: str | None = None,
+    column: str | int | Sequence[str | int] | None = None,
+    covariate: str | Sequence[str] | None = None,
+    time_column: str | int | None = None,
+    piece: int | None = None,
+    topic: str | Sequence[str] | None = None,
+) -> Request:
+    """Return the options of `read` as one record."""
+    insists = isinstance(rate, str) and rate.strip().endswith("!")
+    if isinstance(rate, str):
+        try:
+            rate = float(rate.strip().removesuffix("!"))
+        except ValueError:
+            raise InputError(
+                f"the rate {rate!r} is no number of Hz, as 100 is, or 100! to insist"
+            ) from None
+    return Request(
         rate,
         unit,
         quantity,
@@ -130,97 +166,97 @@ def read(
         time_column,
         piece,
         (topic,) if isinstance(topic, str) else tuple(topic or ()),
+        insists,
     )
-    if is_frame(path):
-        return _recording(None, request, table_of(path))
-    path = Path(path)
-    with about(path):
-
-        def pick(names: Sequence[str], units: Sequence[str | None]) -> list[int]:
-            choice = choose(names, units, request)
-            # Of columns without names any may be the time.
-            nameless = all(name == f"x{i}" for i, name in enumerate(names))
-            sought = nameless and choice.time is None and request.rate is None
-            return list(range(len(names))) if sought and not request.timeless else choice.all
-
-        table = read_table(path, pick, request.topics)
-        return _recording(path, request, table)
 
 
-def _recording(path: Path | None, request: Request, table: Table) -> Recording:
-    choice = choose(
-        table.names,
-        table.units,
-        request,
-        stamped=table.time is not None,
-        time_at=0 if not table.named and looks_like_time(table) else None,
-    )
-    choice, told = understand(table, choice, request)
-    told += _of_other_kinds(table, choice, request)
-    told += [Finding("reader", "info", note) for note in table.notes]
-    if not request.columns:
-        told += not_understood(table.names, table.units)
-    own = [table.units[i] for i in choice.samples]
-    quantity = request.quantity
-    if quantity is None:
-        phases = all(unit == "s" for unit in own) and request.unit is None
-        quantity = "angle" if phases else "rate"
-    units = [
-        unit_of(table.names[i], unit, request, quantity)
-        for i, unit in zip(choice.samples, own, strict=True)
-    ]
-    if request.unit is None and quantity == "rate":
-        told += unitless([table.names[i] for i in choice.samples if table.units[i] is None])
-    choice, dead = _with_values(table, choice)
+def _recording(path: Path | None, request: Request, table: Table, layout: Layout) -> Recording:
+    contradicted(request, table.rate, None)
+    told = [*layout.findings, *(Finding("reader", "info", note) for note in table.notes)]
+    if request.unit is None and layout.quantity == "rate":
+        told += unitless([table.names[i] for i in layout.samples if table.units[i] is None])
+    covariates, dead = _with_values(table, layout)
     told += dead
-    time, time_unit = _time_of(table, choice, request)
+    time, time_unit = _time_of(table, layout, request)
     recording = Recording(
-        _take(table, choice.samples),
+        _take(table, layout),
         request.rate if request.rate is not None else table.rate,
         time=time,
-        unit=units,
-        quantity=quantity,
-        columns=[table.names[i] for i in choice.samples],
-        covariates={table.names[i]: table[i] for i in choice.covariates},
+        unit=list(layout.units),
+        quantity=layout.quantity,
+        columns=[table.names[i] for i in layout.samples],
+        covariates={table.names[i]: table[i] for i in covariates},
         path=None if path is None else plain(path),
         # One unit for all columns is the samples': it says nothing of a temperature beside them.
         covariate_units={
             table.names[i]: (len(set(table.units)) > 1 and table.units[i]) or "1"
-            for i in choice.covariates
+            for i in covariates
         },
         time_unit=time_unit,
         piece=request.piece,
     )
-    return recording.told_of(told)
+    contradicted(request, None, recording.stamps)
+    return recording.told_of(told, _with_rates(recording, request, table, layout))
 
 
-def _of_other_kinds(table: Table, choice: Choice, request: Request) -> list[Finding]:
-    """Tell which sensors a unit of one kind leaves out."""
-    if not request.kinds or request.columns:
-        return []
-    left = [
-        name
-        for i, name in enumerate(table.names)
-        if i not in choice.all
-        and (sensor_kind(name) or next(iter(request.kinds))) not in request.kinds
+#: Relative difference of two rates that is no contradiction: it changes a white noise level by 0.05 %, and the crystals
+#: that time a log differ by less.
+SAME_RATE = 1e-3
+
+
+def contradicted(request: Request, stated: float | None, stamps: Stamps | None) -> None:
+    """Refuse a rate that contradicts the one of the file, unless the caller insists.
+
+    The rate is the number of intervals over the time between two stamps, so that its relative standard error is the
+    jitter of an interval over the length of the record; stamps that many rows share add their resolution. Stamps whose
+    unit is a guess contradict nothing.
+    """
+    rate = request.rate
+    if rate is None or request.insists or not 0.0 < rate < np.inf:
+        return
+    if stamps is not None and not stamps.guessed:
+        error = stamps.jitter + (stamps.resolution if stamps.coarse else 0.0)
+        uncertain = 3 * error * stamps.rate / stamps.n
+        found, who, most = stamps.rate, "the time column", max(SAME_RATE, uncertain)
+    elif stated is not None:
+        found, who, most = stated, "the file", SAME_RATE
+    else:
+        return
+    if abs(found / rate - 1) > most:
+        raise InputError(
+            f"{who} says {found:.6g} Hz, not {rate:g} Hz",
+            missing="rate",
+            remedy=f": leave the rate out, or insist with {{this_rate:{rate:g}}}",
+        )
+
+
+def _with_rates(
+    recording: Recording, request: Request, table: Table, layout: Layout
+) -> list[LogColumn]:
+    """Return the columns of a log with the sampling rate of those that are used, and its source."""
+    stamps = recording.stamps
+    if request.rate is not None:
+        source = "option"
+    elif table.rate is not None:
+        source = "file"
+    else:
+        guessed = stamps is None or stamps.why in ("size", "usual", "epoch")
+        source = "guess" if guessed else "header" if layout.time is not None else "file"
+    return [
+        replace(column, rate=recording.rate, sources={**column.sources, "rate": source})
+        if column.used
+        else column
+        for column in layout.columns
     ]
-    if not left:
-        return []
-    found = (
-        f"left out, as {request.unit} is no unit of them: {', '.join(left)};"
-        " two units, as deg/s,m/s^2, take both kinds"
-    )
-    return [Finding("other_kind", "warning", found, values={"count": len(left)})]
 
 
-def _time_of(table: Table, choice: Choice, request: Request) -> tuple[Any, str | None]:
-    """Stamps and their unit; those in two columns as one."""
-    at, rest = choice.time, choice.rest
-    if at is None:
+def _time_of(table: Table, layout: Layout, request: Request) -> tuple[Any, str | None]:
+    """Stamps and their unit; those in several columns as one, in seconds."""
+    if layout.parts is not None:
+        return layout.parts.joined([table[i] for i in layout.parts.columns]), "s"
+    if layout.time is None:
         return None if request.timeless else table.time, None
-    if rest is not None and is_split(table[at], table[rest], table.names[rest]):
-        return joined(table[at], table[rest], table.names[rest]), "ns"
-    return table[at], time_unit_of(table.names[at], table.units[at])
+    return table[layout.time], layout.time_unit
 
 
 @one_line()
@@ -232,7 +268,8 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
     path : Path
         The log.
     pick : callable
-        From names and units of all columns to the indices of those wanted.
+        From a table of the first rows of all columns to the indices of the columns that are wanted. A reader that has
+        all columns at hand does not call it.
     topics : sequence of str
         Topics of a log that has several.
     """
@@ -284,22 +321,20 @@ def _reader(read: Any, topics: Sequence[str]) -> Callable[[Path, Picker], Table]
     return lambda path, pick: read(path, pick, topics)
 
 
-def looks_like_time(table: Table) -> bool:
-    """Whether the first of several nameless columns advances in every row, as no sensor does."""
-    if len(table.names) < 2 or table.n < 100:
-        return False
-    with np.errstate(invalid="ignore"):  # infinities and NaN are no time
-        steps = np.diff(table[0])
-    return bool(np.all(steps > 0) and np.median(np.abs(steps / np.median(steps) - 1)) < 0.5)
-
-
-def _with_values(table: Table, choice: Choice) -> tuple[Choice, list[Finding]]:
+def _with_values(table: Table, layout: Layout) -> tuple[list[int], list[Finding]]:
     """Refuse a column that ends well before the others: of another rate, and filled up to their length.
 
     Taken as one of theirs it would have their rate. A tail of a hundredth of the rows is a gap like any other, and
     what ends within the first hundredth never worked: of a sensor its own axis says so, a covariate is left out.
+
+    Returns
+    -------
+    covariates : list of int
+        Those that have values.
+    told : list of Finding
+        Those that have none.
     """
-    ends = {i: _end(table[i]) for i in (*choice.samples, *choice.covariates)}
+    ends = {i: _end(table[i]) for i in (*layout.samples, *layout.covariates)}
     longest = max(ends.values())
     hundredth = longest // 100
     for i, end in ends.items():
@@ -310,7 +345,7 @@ def _with_values(table: Table, choice: Choice) -> tuple[Choice, list[Finding]]:
                 missing="column",
                 remedy="; read it by itself, or the others, with {column}, or cut the file",
             )
-    dead = [i for i in choice.covariates if ends[i] <= hundredth]
+    dead = [i for i in layout.covariates if ends[i] <= hundredth]
     told = [
         Finding(
             "no_values",
@@ -320,7 +355,7 @@ def _with_values(table: Table, choice: Choice) -> tuple[Choice, list[Finding]]:
         )
         for i in dead
     ]
-    return replace(choice, covariates=tuple(i for i in choice.covariates if i not in dead)), told
+    return [i for i in layout.covariates if i not in dead], told
 
 
 def _end(column: NDArray[Any]) -> int:
@@ -331,11 +366,15 @@ def _end(column: NDArray[Any]) -> int:
     return int(there[-1]) + 1 if there.size else 0
 
 
-def _take(table: Table, columns: Sequence[int]) -> NDArray[Any]:
-    """Stack the samples of some columns; a single one is used where it is, if it can be."""
-    if len(columns) > 1:
-        size = sum(table[i].nbytes for i in columns)
-        require(size, f"a table of {len(columns)} columns, beside the columns themselves,")
-        return locked(np.column_stack([table[i] for i in columns]))
-    column = table[columns[0]]
-    return locked(np.ascontiguousarray(column)) if column.flags.owndata else column
+def _take(table: Table, layout: Layout) -> NDArray[Any]:
+    """Stack the samples; a single column without a scale is used where it is, if it can be."""
+    factors = [layout.columns[i].scale for i in layout.samples]
+    taken = [
+        table[i] if factor == 1.0 else table[i] * factor
+        for i, factor in zip(layout.samples, factors, strict=True)
+    ]
+    if len(taken) > 1:
+        size = sum(column.nbytes for column in taken)
+        require(size, f"a table of {len(taken)} columns, beside the columns themselves,")
+        return locked(np.column_stack(taken))
+    return locked(np.ascontiguousarray(taken[0])) if taken[0].flags.owndata else taken[0]

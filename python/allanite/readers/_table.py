@@ -1,22 +1,25 @@
-"""What every reader returns: columns of numbers with what the file says about them."""
+"""Table that every reader returns: columns of numbers with what the file states about them."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.plain import plain
+from allanite.readers.sensor_names import sensor_kind, words_in
+from allanite.readers.unit_kinds import time_unit
 from allanite.readers.unit_names import unit_in_name
 from allanite.recording.samples import distinct
-from allanite.recording.timebase import TIME_UNITS
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
-__all__ = ["Picker", "Table", "check_shape", "columns_of", "split_unit", "time_unit_of"]
+__all__ = ["Picker", "Table", "check_shape", "columns_of", "split_header", "split_unit", "time_unit_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +42,12 @@ class Table:
         Whether the names come from the file (else they are made up: x0, x1, …).
     notes : tuple of str
         What the reader has to tell.
+    texts : mapping of int to str
+        Columns that hold text, by their index, with one of their cells.
+    dates : frozenset of int
+        Columns whose date-times were turned into seconds.
+    source : str
+        Where names and units come from: ``"header"``, or ``"file"`` for a format that fixes them.
     """
 
     names: tuple[str, ...]
@@ -48,6 +57,9 @@ class Table:
     time: NDArray[Any] | None = None
     named: bool = True
     notes: tuple[str, ...] = ()
+    texts: Mapping[int, str] = field(default_factory=dict)
+    dates: frozenset[int] = frozenset()
+    source: str = "file"
 
     def __post_init__(self) -> None:
         # Names and units are a stranger's text.
@@ -103,33 +115,77 @@ def columns_of(data: NDArray[Any]) -> tuple[NDArray[Any], ...]:
     return (data,) if data.ndim == 1 else tuple(data[:, i] for i in range(data.shape[1]))
 
 
-# From names and units of all columns to the indices of those that will be used.
-Picker = Callable[[Sequence[str], Sequence[str | None]], Sequence[int]]
+# From a table of the first rows of all columns to the indices of the columns that will be used.
+Picker = Callable[["Table"], Sequence[int]]
 
 _WITH_UNIT = re.compile(
     r"^\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$"
 )
+#: Text in brackets that tells columns apart and is no unit: an index, an axis, what an axis is of.
+_APART = re.compile(
+    r"\d+|[xyz]|[ijk]|roll|pitch|yaw|left|right|raw|filtered|calibrated|uncalibrated", re.IGNORECASE
+)
 
 
 def split_unit(cell: str) -> tuple[str, str | None]:
-    """``"gyro x [deg/s]"`` → name and unit; a bracket without a unit stays part of the name."""
+    """Split ``"gyro x [deg/s]"`` into name and unit; an index such as ``gyro[0]`` stays part of the name."""
     match = _WITH_UNIT.match(cell)
     if match is None or not match["name"]:
         return cell.strip(), None
-    return match["name"], match["unit"].strip() or None
+    unit = match["unit"].strip()
+    # [1] is a unit of a clock; of a gyroscope it is an index.
+    dimensionless = unit == "1" and sensor_kind(match["name"]) is None
+    if _APART.fullmatch(unit) and not dimensionless:
+        name, inner = split_unit(match["name"])
+        return cell.strip() if inner is None else f"{name} {unit}", inner
+    return match["name"], unit or None
+
+
+def split_header(cells: Sequence[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
+    """Split the cells of a header into names and units."""
+    pairs = [split_unit(cell) for cell in cells]
+    # y[0], y[1], y[2]: the 1 is an index like the others.
+    indexed = {
+        cell[: cell.index("[")].strip()
+        for cell in cells
+        if re.search(r"\[(0|[2-9]|\d\d+)\]\s*$", cell)
+    }
+    pairs = [
+        (cell.strip(), None) if unit == "1" and name in indexed else (name, unit)
+        for cell, (name, unit) in zip(cells, pairs, strict=True)
+    ]
+    return tuple(plain(name) for name, _ in pairs), tuple(unit and plain(unit) for _, unit in pairs)
+
+
+#: Words of a name that state the unit of its time anywhere, and those that state it at the end only.
+_LONG = re.compile(
+    r"(^|_)(milli|micro|nano)?(sec|secs|second|seconds)(_|$)|(^|_)(millis|micros|nanos|msec|usec|nsec)(_|$)"
+)
+_LAST = re.compile(
+    r"(?:^|_)(s|ms|us|µs|ns|min|mins|minutes?|h|hrs?|hours?|d|days?|m?jd|yr|years?)$"
+)
+_DAYS = re.compile(r"^(doy|day_?of_?year|julian_da(y|te))$")
+_YEARS = re.compile(
+    r"^((dec(imal)?_?|frac(tional)?_?)?year(_?(dec(imal)?|frac))?|decyear|yyyy\w*)$"
+)
 
 
 def time_unit_of(name: str, unit: str | None) -> str | None:
-    """Return the unit of a time column, if its header says it: ``time [ms]``, ``timestamp_us``."""
-    if unit in TIME_UNITS:
-        return unit
-    if name.strip().lower() == "sampletimefine":  # Xsens: a counter of 10 kHz
+    """Return the unit of a time column, if its header states it: ``time [ms]``, ``timestamp_us``, ``MJD``."""
+    stated = time_unit(unit)
+    if stated is not None:
+        return stated
+    words = words_in(name)
+    if words.replace("_", "") == "sampletimefine":  # Xsens: a counter of 10 kHz
         return "100us"
-    match = re.search(
-        r"_?(ns|nsec|nanos?|us|usec|micros?|ms|msec|millis?|_s|_sec)$", name.strip().lower()
-    )
-    if match is None:
-        return "us" if unit == "µs" else None
-    return {"n": "ns", "u": "us", "mic": "us", "ms": "ms", "mil": "ms", "_": "s"}[
-        next(k for k in ("n", "u", "mic", "ms", "mil", "_") if match.group(1).startswith(k))
-    ]
+    if _DAYS.match(words):
+        return "d"
+    if _YEARS.match(words):
+        return "y"
+    words = re.sub(r"_(of|since|from|after)_(the_)?(day|week|year|midnight|start|boot)", "", words)
+    joined = re.search(r"time(?:stamp)?(ns|us|ms)$", words)
+    last = joined or _LAST.search(words)
+    if last is not None:
+        return time_unit(last[1])
+    found = _LONG.search(words)
+    return None if found is None else time_unit(found[0].strip("_"))

@@ -11,17 +11,18 @@ import numpy as np
 from allanite.common.errors import CALL, AllaniteError, InputError, about, worded
 from allanite.common.plain import plain
 from allanite.common.units import FREQUENCY, parse_unit
-from allanite.readers._choice import Request, choose
+from allanite.readers._table import time_unit_of
+from allanite.readers.columns import Layout, Request, Roles, choose, roles_of
 from allanite.readers.frame import is_frame, table_of
-from allanite.readers.sensor_names import role_of
-from allanite.readers.understand import falls, kind_of, understand
+from allanite.readers.text import all_numbers
 from allanite.readers.unit_names import remedy_of, usual_units
 from allanite.recording import Recording
 from allanite.recording.at_rest import finding_of
+from allanite.recording.log_column import LogColumn
 from allanite.recording.timebase import read_stamps
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
@@ -47,19 +48,27 @@ class Column:
     name : str
         As the log has it; x0, x1, … where it has none.
     role : str
-        ``sensor``, ``time``, ``temperature``, ``index``, ``counter``, ``other`` or ``text``.
+        ``sensor``, ``time``, ``temperature`` or ``other``.
     used : bool
-        Whether it is read as a sensor, time or covariate by default.
+        Whether it is read as a sensor, time or covariate.
     unit : str or None
         As the log says it; of a sensor that is used, as it was given.
     rate : float or None
-        Of a clock, Hz.
+        Rate of the stamps of a time column, else the sampling rate of a column that is used; Hz.
     first : tuple of float
         Its first values.
     low, high : float
         Its extremes; NaN of text.
     doubts : tuple of str
         What to look at before trusting it.
+    scale : float
+        Factor that is applied to the numbers of the log.
+    source : str
+        The least certain source of role, unit and scale: ``header``, ``file``, ``option`` or ``guess``.
+    sources : mapping of str to str
+        Source of the name, the role, the unit, the scale and the rate.
+    reason : str
+        Why the column is not used.
     """
 
     name: str
@@ -71,11 +80,16 @@ class Column:
     low: float
     high: float
     doubts: tuple[str, ...]
+    scale: float = 1.0
+    source: str = "file"
+    sources: Mapping[str, str] = field(default_factory=dict)
+    reason: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON form."""
-        shown = {name: getattr(self, name) for name in self.__slots__}
-        return {**shown, "first": list(self.first), "doubts": list(self.doubts)}
+        shown = {name: getattr(self, name) for name in self.__slots__ if name != "source"}
+        lists = {"first": list(self.first), "doubts": list(self.doubts)}
+        return {**shown, **lists, "from": self.source, "sources": dict(self.sources)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,12 +147,14 @@ class Inspection:
             "rate not known" if self.rate is None else f"{self.rate:.6g} Hz, {self.duration:.6g} s"
         )
         lines = [f"{self.path} · {self.n} rows · {rate}"]
-        head = ("column", "role", "unit", "first values", "range")
+        head = ("column", "role", "unit", "from", "first values", "range")
         rows = [
             (
                 ("" if c.used else "–") + (c.name or "(no name)"),
-                c.role + (f" {c.rate:.5g} Hz" if c.rate else ""),
-                c.unit or "?" * (c.role == "sensor"),
+                c.role + (f" {c.rate:.5g} Hz" if c.rate and c.role == "time" else ""),
+                (c.unit or "?" * (c.role == "sensor"))
+                + (f" × {c.scale:g}" if c.scale != 1.0 else ""),
+                c.source,
                 " ".join(f"{v:.6g}" for v in c.first),
                 "" if c.low != c.low else f"{c.low:.4g} … {c.high:.4g}",
             )
@@ -202,44 +218,23 @@ def inspect(path: Any, **options: Any) -> Inspection:
     >>> [(c.name, c.role, c.unit) for c in seen.columns]
     [('time', 'time', 's'), ('gx', 'sensor', None)]
     """
-    from allanite.readers import read, read_table
+    from allanite.readers import read, request_of
 
-    table, texts = (
-        (table_of(path), {}) if is_frame(path) else _whole(path, read_table, options.get("topic"))
-    )
-    asked = options.get("column")
-    columns = () if asked is None else (asked,) if isinstance(asked, str | int) else tuple(asked)
-    covariates = options.get("covariate") or ()
-    request = Request(
-        options.get("rate"),
-        options.get("unit"),
-        options.get("quantity"),
-        columns,
-        (covariates,) if isinstance(covariates, str) else tuple(covariates),
-        options.get("time_column"),
-        options.get("piece"),
-    )
+    request = request_of(**options)
+    table, seen = _whole(path, request)
     with about(None if is_frame(path) else path):
         # What is no unit says nothing of the log.
         _ = request.kinds
-    used: set[int] = set()
-    time: set[int | None] = set()
     # What is refused still has the rate that it states.
     stated = table.rate if request.rate is None else request.rate
     rate = stated if stated is not None and 0.0 < stated < np.inf else None
     refused, duration = None, None if rate is None else table.n / rate
-    given: dict[str, str] = {}
     findings: tuple[Finding, ...] = ()
+    known = seen.columns if isinstance(seen, Layout) else _unused(table, seen)
     try:
-        choice = choose(table.names, table.units, request, stamped=table.time is not None)
-        choice, _ = understand(table, choice, request)
-        used, time = {*choice.samples, *choice.covariates}, {choice.time, choice.rest}
-        if texts and not columns:
-            options["column"] = [table.names[i] for i in choice.samples]
         recording = read(path, **options)
         rate, duration = recording.rate, recording.duration
-        if request.unit is not None:
-            given = dict(zip(recording.columns, recording.units, strict=True))
+        known = recording.log_columns
         moves = _moves(recording)
         # Of columns that motion is said which `moves` does not know; what is said of units stands by them.
         findings = (
@@ -253,16 +248,10 @@ def inspect(path: Any, **options: Any) -> Inspection:
         )
     except AllaniteError as error:
         refused = error
-    views = [
-        _column(table, i, given, used=i in used or i in time, time=i in time)
-        for i in range(len(table.names))
-    ]
+    joined = sum(column.used and column.role == "time" for column in known) > 1
+    views = [_column(table, i, column, joined=joined) for i, column in enumerate(known)]
     if table.time is not None:
         views.insert(0, _stamps(table.time))
-    views += [
-        Column(name, "text", False, None, None, (), np.nan, np.nan, (doubt,))
-        for name, doubt in texts.items()
-    ]
     shown = type(path).__name__ if is_frame(path) else plain(path)
     problem = None if refused is None else str(refused)
     return Inspection(shown, table.n, rate, duration, problem, tuple(views), findings, refused)
@@ -280,76 +269,108 @@ def _moves(recording: Recording) -> list[Finding]:
     return [replace(one, found=f"if in {usual}: {one.found}") for one in found]
 
 
-def _whole(
-    path: Any, read_table: Any, topic: str | Sequence[str] | None
-) -> tuple[Table, dict[str, str]]:
-    """All columns of a file; those that hold text are left out, and why, by name."""
+def _whole(path: Any, request: Request) -> tuple[Table, Layout | Roles]:
+    """All columns of a log that hold numbers, and what is decided by its first rows."""
+    from allanite.readers import read_table
+
+    decided: list[Layout | Roles] = []
+
+    def everything(first_rows: Table) -> list[int]:
+        decided.append(_decided(first_rows, request))
+        return all_numbers(first_rows)
+
+    if is_frame(path):
+        table = table_of(path)
+        return table, _decided(table, request)
     path = Path(path)
-    topics = (topic,) if isinstance(topic, str) else tuple(topic or ())
-    found: list[str] = []
-    texts: dict[int, str] = {}
-
-    def everything(names: Sequence[str], _: Sequence[str | None]) -> list[int]:
-        found[:] = names
-        return list(range(len(names)))
-
     with about(path):
         try:
-            return _kept(read_table(path, everything, topics)), {}
+            table = read_table(path, everything, request.topics)
         except InputError:
-            for at in range(len(found)):
-                try:
-                    read_table(path, lambda *_, at=at: [at], topics)
-                except InputError as error:
-                    texts[at] = error.found
-            if not 0 < len(texts) < len(found):
+            # A damaged cell in a column that is not used does not matter.
+            if not decided or not isinstance(decided[0], Layout):
                 raise
-        numeric = [at for at in range(len(found)) if at not in texts]
-        table = _kept(read_table(path, lambda *_: numeric, topics))
-        return table, {found[at]: why for at, why in texts.items()}
+            used = decided[0].used
+            table = read_table(path, lambda _: used, request.topics)
+    return table, decided[0] if decided else _decided(table, request)
 
 
-def _kept(table: Table) -> Table:
-    """The columns that were read."""
-    there = [i for i, column in enumerate(table.columns) if column is not None]
-    return type(table)(
-        tuple(table.names[i] for i in there),
-        tuple(table.columns[i] for i in there),
-        tuple(table.units[i] for i in there),
-        table.rate,
-        table.time,
-        table.named,
+def _decided(table: Table, request: Request) -> Layout | Roles:
+    """The decision about all columns; of a log that is refused only their roles."""
+    roles = roles_of(table, request)
+    try:
+        return choose(table, roles, request)
+    except InputError:
+        return roles
+
+
+def _unused(table: Table, found: Roles) -> tuple[LogColumn, ...]:
+    """Columns of a log that is refused: none is used."""
+    return tuple(
+        LogColumn(
+            name,
+            role,
+            False,
+            unit,
+            reason=reason,
+            sources={
+                "name": table.source,
+                "role": source,
+                **({"unit": table.source} if unit else {}),
+            },
+        )
+        for name, unit, role, reason, source in zip(
+            table.names, table.units, found.roles, found.reasons, found.sources, strict=True
+        )
     )
 
 
-def _column(table: Table, at: int, given: Mapping[str, str], *, used: bool, time: bool) -> Column:
-    name, x = table.names[at], table[at]
-    unit = table.units[at] or given.get(name)
-    role = "time" if time else role_of(name, unit)
-    if role == "time" and not time and falls(x):
-        role = "other"
-    counts = kind_of(x)
-    if role in ("sensor", "other") and counts and unit is None and not (used and role == "sensor"):
-        role = "time" if counts == "clock" else counts
-    finite = x[np.isfinite(x)] if x.dtype.kind == "f" else x
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
-    doubts = []
-    if role == "sensor" and unit is None:
+def _column(table: Table, at: int, known: LogColumn, *, joined: bool) -> Column:
+    """One row of the table; `joined` says that the time is in several columns."""
+    doubts: list[str] = []
+    rate, low, high = known.rate, np.nan, np.nan
+    first: tuple[float, ...] = ()
+    x = table.columns[at]
+    if at in table.texts:
+        doubts.append(f'it holds text, as "{plain(table.texts[at], 24)}"')
+    if known.role == "sensor" and known.unit is None:
         doubts.append(UNITLESS)
-        if finite.size and high > low and bool((finite == np.round(finite)).all()):
+    if x is not None:
+        finite = x[np.isfinite(x)] if x.dtype.kind == "f" else x
+        if finite.size:
+            low, high = float(finite.min()), float(finite.max())
+        if (
+            UNITLESS in doubts
+            and finite.size
+            and high > low
+            and bool((finite == np.round(finite)).all())
+        ):
             doubts.append(COUNTS)
-    if role == "sensor" and finite.size and low == high:
-        doubts.append("it never changes")
-    if finite.size < x.size:
-        doubts.append(f"{x.size - finite.size} values are missing")
-    rate = None
-    if role == "time":
-        try:
-            rate = read_stamps(x, unit if unit in ("s", "ms", "us", "ns") else None).rate
-        except InputError as error:
-            doubts.append(str(error))
-    first = tuple(float(v) for v in x[:SHOWN])
-    return Column(name, role, used, unit, rate, first, low, high, tuple(doubts))
+        if known.role == "sensor" and finite.size and low == high:
+            doubts.append("it never changes")
+        if finite.size < x.size:
+            doubts.append(f"{x.size - finite.size} values are missing")
+        if known.role == "time" and not (joined and known.used):
+            try:
+                rate = read_stamps(x, time_unit_of(known.name, known.unit)).rate
+            except InputError as error:
+                doubts.append(str(error))
+        first = tuple(float(v) for v in x[:SHOWN])
+    return Column(
+        known.name,
+        known.role,
+        known.used,
+        known.unit,
+        rate,
+        first,
+        low,
+        high,
+        tuple(doubts),
+        known.scale,
+        known.source,
+        known.sources,
+        known.reason,
+    )
 
 
 def _stamps(time: NDArray[Any]) -> Column:

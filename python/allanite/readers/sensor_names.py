@@ -1,4 +1,4 @@
-"""What a column is by its name and unit: its role, and the kind of sensor it speaks of."""
+"""Role of a column by its name and unit, and the kind of sensor that a name states."""
 
 from __future__ import annotations
 
@@ -6,67 +6,134 @@ import re
 
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, FREQUENCY, parse_unit
+from allanite.readers.unit_kinds import INTEGRAL, PHASE, RATE, TIME_ONLY, kind_of_unit
 
-__all__ = ["Role", "kind_of_sensor", "role_of", "sensor_kind"]
+__all__ = ["Role", "kind_of_sensor", "role_and_reason", "role_of", "sensor_kind", "words_in"]
 
 Role = str  # "sensor", "time", "temperature", "other"
 
 _TIME = re.compile(
-    r"^(t|time|times|timestamps?|time_?stamps?|stamp|sec|secs|seconds|epoch|date_?time|mjd|uptime|"
+    r"^(t|time|times|timestamps?|time_?stamps?|stamp|sec|secs|seconds|epoch|date_?time|m?jd|julian_da(y|te)|uptime|"
     r"(seconds|sec|s|time|millis|ms|micros|us|nanos|ns)_?elapsed|elapsed(_?(time|s|sec|seconds|ms|us))?|"
-    r"millis|micros|zeit(stempel)?|temps|tiempo|i?tow|gps_?(time|tow)|sampletimefine|timestartup|"
-    r"\w*timestamp|"
-    r"(sample|unix|utc|system|sensor)_?time(stamp)?(_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))?|"
-    r"(t|time|timestamp|stamp)_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))$"
+    r"millis|micros|zeit(stempel)?|temps|tiempo|i?_?tow|sow|sod|gps_?(time|tow|seconds)|sampletimefine|timestartup|"
+    r"(milli|micro|nano)?sec(ond)?s?(_(since|of|from|after)_\w+)?|days?|hours?|minutes?|years?|yr|"
+    r"doy|day_?of_?year|(dec(imal)?_?|frac(tional)?_?)?year(_?(dec(imal)?|frac))?|decyear|yyyy\W*y+|yyyy_ddd+|"
+    r"\w*timestamp|time_(since|from|after)_\w+|time_of_(day|week)\w*|"
+    r"(sample|unix|utc|system|sensor|host|ros|boot|local|gps|device)_?time(stamp)?(_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))?|"
+    r"(t|time|timestamp|stamp)_?(in_)?(s|secs?|seconds?|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?|min|h|hours?|d|days?))$"
 )
 _TEMPERATURE = re.compile(
     r"(^|[^a-z])temp(erature)?s?([^a-z]|$)|^(imu|gyro|acc|die|board)?_?temp(erature)?(_?(deg)?[cfk])?\d*$"
 )
 _OTHER = re.compile(
     r"(^|[^a-z])(mag|magn|magnet\w*|baro\w*|press\w*|humid\w*|volt\w*|vbat|batt\w*|alt\w*|lat|lon\w*|"
-    r"seq|sequence|index|idx|date|packetcounter|counter|count|sample|samples|no|number|status|flags?|roll|pitch|yaw|"
-    r"quat\w*|orientation|absolute|valid|q[0-3wxyz]|heading|id)([^a-z]|$)|^(mag|m|b)[xyz]$|^unnamed: \d+$"
+    r"date|week|gps_?week|wn|roll|pitch|yaw|grav\w*|"
+    r"quat\w*|orientation|q[0-3wxyz]|heading)([^a-z]|$)|^(mag|m|b)_?[xyz]$|^unnamed: \d+$"
 )
-_GYRO = re.compile(r"gyr|ang.*(vel|rate)|omega|^[gw]_?[xyz]$|^rate_?[xyz]?$|(^|[^a-z])gyr")
-_ACCEL = re.compile(r"acc|^a_?[xyz]$|^f_?[xyz]$|spec\w*_?force")
+_GYRO = re.compile(
+    r"gyr|ang.*(vel|rate)|omega|rot\w*_?rate|^[gw]_?[xyz]$|^gy_?[xyz]$|^rate_?[xyz]?$|(^|[^a-z])gyr"
+)
+#: Kalibr calls accelerometers alpha.
+_ACCEL = re.compile(r"acc(?!uracy)|^ac_?[xyz]$|^a(lpha)?_?[xyz]$|^f_?[xyz]$|spec\w*_?force")
+#: What is no axis of a sensor, whatever its unit. These patterns search words that are parted by underscores.
+_COVARIANCE = re.compile(
+    r"(^|_)(cov(ariances?)?|variances?|sigma|std(dev|ev)?|stderr|accuracy|uncertainty)\d*(_|$)"
+)
+_NO_AXIS = (
+    ("a magnitude", re.compile(r"(^|_)(abs(olute)?|magnitude|norm|total|resultant|modulus|vector_sum|rss)(_|$)")),
+    (
+        "a counter",
+        re.compile(
+            r"(^|_)(seq|sequence|index|idx|counts?|counter|packets?|frames?|row|samples?|no|nr|num|number)(_|\d*$)"
+        ),
+    ),
+    (
+        "an identifier",
+        re.compile(
+            r"(^|_)(ids?|serial|serialno|sn|uuid|mac|addr(ess)?)\d*(_|$)|(^|_)(device|dev|node)(_(no|nr|num|number))?$"
+        ),
+    ),
+    ("a status", re.compile(r"(^|_)(valid|status|flags?|state|mode|health|calibrated)(_|$)")),
+)  # fmt: skip
+#: The last word of the name of an axis.
+_AXIS = re.compile(r"(^|_|[a-z])([xyz]|[0-9])(_|$)")
+_DURATION = re.compile(
+    r"(^|_)(dt|delay|latency|rtt|interval|period|duration|exposure|lag|delta_?t(ime)?|jitter)(_|$)"
+)
+_TEMPERATURE_UNITS = ("degC", "degF", "C", "F", "K", "℃", "Celsius", "celsius", "degK")
 
 
 def _key(name: str) -> str:
     """A name as the patterns have it, without the number of one that repeats another."""
-    return re.sub(r"\s*\[\d+\]$", "", name).strip().lower().replace(" ", "_")
+    return re.sub(r"\s+\[\d+\]$", "", name).strip().lower().replace(" ", "_")
+
+
+def words_in(name: str) -> str:
+    """Return the words of a name in lower case with underscores between them: ``PacketCounter`` → ``packet_counter``."""
+    parted = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name.strip())
+    return re.sub(r"[^a-z0-9µ]+", "_", parted.lower()).strip("_")
 
 
 def role_of(name: str, unit: str | None) -> Role:
-    """Tell what a column is, from its unit where it has one, else from its name."""
-    key = _key(name).replace("-", "_")
-    if _TIME.match(key):
-        return "time"
-    if _TEMPERATURE.search(key) or (unit or "").replace("°", "deg") in ("degC", "degF", "C", "K"):
-        return "temperature"
-    if unit is not None and unit.strip() in ("d", "h", "min"):
-        return "time"
-    if unit is not None:
-        # A phase in s, or an angle, is a sensor's too.
-        if unit.strip() in ("s", "deg", "°", "rad", "m/s"):
-            return "sensor"
-        try:
-            parse_unit(unit)
-        except InputError:
-            return "other"
-        return "sensor"
-    # A nameless column is the index that pandas writes.
-    return "other" if not key or _OTHER.search(key) else "sensor"
+    """Return the role of a column, from its unit where it has one, else from its name."""
+    return role_and_reason(name, unit)[0]
+
+
+def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
+    """Return the role of a column and, for the role ``other``, why it is no sensor."""
+    key, words = _key(name).replace("-", "_"), words_in(name)
+    kind = kind_of_unit(unit)
+    if (unit or "").replace("°", "deg") in _TEMPERATURE_UNITS:
+        return "temperature", ""
+    if kind not in (RATE, INTEGRAL) and (_TIME.match(key) or _TIME.match(words)):
+        return "time", ""
+    reason = _no_axis(name, words)
+    if reason:
+        return "other", reason
+    if _TEMPERATURE.search(key) or _TEMPERATURE.search(words):
+        return "temperature", ""
+    if kind == TIME_ONLY:
+        return "time", ""
+    if kind == PHASE:
+        return ("other", "a duration") if _DURATION.search(words) else ("sensor", "")
+    if kind in (RATE, INTEGRAL):
+        return "sensor", ""
+    if kind is not None:
+        return "other", f"{unit} is no unit of a sensor"
+    if not key:
+        return "other", "an index"  # the nameless column that pandas writes
+    if _DURATION.search(words):
+        return "other", "a duration"
+    if _OTHER.search(key) or _OTHER.search(words):
+        return "other", "no inertial sensor by its name"
+    return "sensor", ""
+
+
+def _no_axis(name: str, words: str) -> str:
+    if _COVARIANCE.search(words):
+        return "a covariance"
+    if re.match(r"^\s*[|‖].*[|‖]\s*$", name):
+        return "a magnitude"
+    # gyro_x_counts are raw counts, device_gyro_x is an axis.
+    if sensor_kind(name) is not None and _AXIS.search(words):
+        return ""
+    return next((reason for reason, pattern in _NO_AXIS if pattern.search(words)), "")
 
 
 def sensor_kind(name: str) -> str | None:
-    """Kind of sensor that a name speaks of, if it does."""
-    key = _key(name)
-    if _ACCEL.search(key):
-        return ACCELERATION
-    return ANGULAR_RATE if _GYRO.search(key) else None
+    """Return the kind of sensor that a name states, or None."""
+    for key in (_key(name), words_in(name)):
+        if _ACCEL.search(key):
+            return ACCELERATION
+        if _GYRO.search(key):
+            return ANGULAR_RATE
+    return None
 
 
 def kind_of_sensor(name: str, unit: str) -> str:
-    """Kind of sensor of a column: its unit's; of a dimensionless one its name's: a gyroscope is no clock."""
-    kind = parse_unit(unit).kind
+    """Return the kind of sensor by the unit; for a dimensionless unit by the name, as a gyroscope is no clock."""
+    try:
+        kind = parse_unit(unit).kind
+    except InputError:
+        return FREQUENCY
     return (sensor_kind(name) or kind) if kind == FREQUENCY else kind

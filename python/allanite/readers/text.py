@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import re
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from allanite import _kernels
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.memory import require
 from allanite.common.plain import plain
-from allanite.readers._table import Table, split_unit
+from allanite.readers._table import Table, split_header
+from allanite.readers.column_numbers import ROWS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
+
+    from numpy.typing import NDArray
 
     from allanite.readers._table import Picker
 
-__all__ = ["of_core", "read", "split_header"]
+__all__ = ["all_numbers", "first_rows", "of_core", "read"]
 
 
 @contextmanager
@@ -51,6 +57,9 @@ _DOCUMENT = re.compile(rb'\s*\{\s*"schema":\s*"(allanite/(?:model|fit|check)/\d+
 #: Bytes of memory for each cell while a text log is read: a float64, and a fifth more for what rows to come are given.
 MEMORY_PER_CELL = 1.2 * 8.0
 
+#: Cells that hold a date or a time of day, and dates of which the month may stand first.
+_DATE = re.compile(r"^\d{1,4}[-/]\d{1,2}[-/]\d{1,4}|^\d\d\.\d\d\.\d{4}|^\d{1,2}:\d\d:\d\d")
+_SLASHED = re.compile(r"^\d{1,2}/\d{1,2}/\d{4}")
 _UNIT = re.compile(r"^[\[(]([^\[\]()]*)[\])]$")
 
 
@@ -88,30 +97,91 @@ def read(path: Path, pick: Picker) -> Table:
 
 def _read(path: Path, pick: Picker) -> Table:
     delimiter = None
-    opened = _kernels.TextReader(str(path))
-    header, width = opened.header, opened.width
+    reader = _kernels.TextReader(str(path))
+    header = reader.header
     if header is not None and len(header) == 1 and "," in header[0]:
         # One column of decimal commas under a header with commas: whole numbers, comma-separated.
         delimiter = ","
-        opened = _kernels.TextReader(str(path), delimiter=delimiter)
-        header, width = opened.header, opened.width
-    wanted = None
+        reader = _kernels.TextReader(str(path), delimiter=delimiter)
+        header = reader.header
     if header is not None:
         names, units = split_header(header)
         if "" in names:
             names, units = names_below(path, names, units)
         if not any(units):
             units = units_below(path, len(names)) or units
-        wanted = sorted(set(pick(names, units)))
-    count = width if wanted is None else len(wanted)
-    require(MEMORY_PER_CELL * count * _rows_expected(path), f"a log with {count} columns")
+    else:
+        names, units = (), ()
+    first, cells = first_rows(reader, names, units)
+    first = replace(first, rate=stated_rate(path))
+    wanted = sorted(set(pick(first)))
+    require(
+        MEMORY_PER_CELL * len(wanted) * _rows_expected(path), f"a log with {len(wanted)} columns"
+    )
     _, columns, _ = _kernels.read_text(str(path), delimiter=delimiter, columns=wanted, finite=True)
-    rate = stated_rate(path)
-    if header is None or wanted is None:
-        names = ("x",) if len(columns) == 1 else tuple(f"x{i}" for i in range(len(columns)))
-        return Table(names, tuple(columns), (None,) * len(columns), rate=rate, named=False)
     found = dict(zip(wanted, columns, strict=True))
-    return Table(names, tuple(found.get(i) for i in range(len(names))), units, rate=rate)
+    for i in first.dates & found.keys():
+        if _SLASHED.match(cells[i]):
+            found[i] = with_day_and_month(found[i])
+    return replace(first, columns=tuple(found.get(i) for i in range(len(first.names))))
+
+
+def all_numbers(first: Table) -> list[int]:
+    """Pick every column that holds numbers."""
+    return [i for i in range(len(first.names)) if i not in first.texts]
+
+
+def first_rows(
+    reader: _kernels.TextReader, names: Sequence[str], units: Sequence[str | None]
+) -> tuple[Table, list[str]]:
+    """Return the first rows of all columns of a text log, and one cell of each.
+
+    Parameters
+    ----------
+    reader : TextReader
+        An open log of which no row was read.
+    names, units : sequence
+        Of its columns; empty where the log has no header.
+    """
+    columns, words, cells = reader.sample(ROWS)
+    named = bool(names)
+    if not named:
+        names = ("x",) if len(columns) == 1 else tuple(f"x{i}" for i in range(len(columns)))
+        units = (None,) * len(columns)
+    # A few cells of text among numbers are damage, which the reader reports by its row.
+    texts = {i: cells[i] for i, x in enumerate(columns) if 2 * words[i] > x.size}
+    dates = frozenset(i for i in range(len(columns)) if i not in texts and _DATE.match(cells[i]))
+    table = Table(
+        tuple(names),
+        tuple(None if i in texts else x for i, x in enumerate(columns)),
+        tuple(units),
+        named=named,
+        texts=texts,
+        dates=dates,
+        source="header",
+    )
+    return table, cells
+
+
+def with_day_and_month(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return date-times of which day and month may be exchanged, in the order of which the record is shorter.
+
+    Parameters
+    ----------
+    seconds : ndarray of shape (n,)
+        Date-times such as 05/03/2026, read with the month first, in seconds since 1970.
+    """
+    if not np.isfinite(seconds).all() or np.ptp(seconds) < 86_400.0:
+        return seconds
+    days = np.floor(seconds / 86_400.0).astype("datetime64[D]")
+    months = days.astype("datetime64[M]")
+    years = days.astype("datetime64[Y]")
+    day = (days - months).astype(np.int64)  # from 0
+    month = (months - years).astype(np.int64)
+    other = (years.astype("datetime64[M]") + day).astype("datetime64[D]") + month
+    other = np.where(day < 12, other, days)
+    exchanged = seconds + 86_400.0 * (other - days).astype(np.float64)
+    return exchanged if np.ptp(exchanged) < np.ptp(seconds) else seconds
 
 
 def _rows_expected(path: Path) -> float:
@@ -175,9 +245,3 @@ def units_below(path: Path, count: int) -> tuple[str | None, ...] | None:
         if all(found):
             return tuple(plain(m[1]) if m is not None and m[1] else None for m in found)
     return None
-
-
-def split_header(header: list[str]) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-    """Split header cells into names and units."""
-    pairs = [split_unit(cell) for cell in header]
-    return tuple(plain(name) for name, _ in pairs), tuple(unit and plain(unit) for _, unit in pairs)

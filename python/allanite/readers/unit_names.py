@@ -1,4 +1,4 @@
-"""What names of columns say of units: a suffix of the name, the unit that a sensor usually has."""
+"""Units that names of columns state in a suffix, and the units that sensors usually have."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
-from allanite.readers.sensor_names import role_of, sensor_kind
+from allanite.readers.sensor_names import sensor_kind, words_in
 from allanite.recording.findings import Finding, named
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-__all__ = ["not_understood", "of_no_sensor", "remedy_of", "unit_in_name", "unitless", "usual_units"]
+__all__ = ["remedy_of", "unit_in_name", "unitless", "usual_units"]
 
 #: What loggers write most, in the order of an option.
 USUAL = {ANGULAR_RATE: "deg/s", ACCELERATION: "m/s^2"}
@@ -26,12 +26,16 @@ SUFFIXES = {
     "m_per_s2": "m/s^2", "m_s_2": "m/s^2", "mm_s2": "mm/s^2", "g": "g", "mg": "mg", "ug": "ug",
 }  # fmt: skip
 _SUFFIX = re.compile(rf"_({'|'.join(sorted(SUFFIXES, key=len, reverse=True))})$")
+#: The phase of a clock with its unit: clock_bias_s, offset_ns.
+_PHASE = re.compile(
+    r"(^|_)(phase|offset|bias|time_?error|tie|clock_?error|clk|clock)(_\w+)?_(?P<unit>s|ms|us|ns|ps)$"
+)
 #: A unit with a slash, behind an underscore or a space.
 _SAID = re.compile(r"(?P<name>.+)[_\s](?P<unit>[^_\s]+/[^_\s]+)$")
 
 
 def unit_in_name(name: str) -> str | None:
-    """``GyrX_dps``, ``GyrX_deg/s`` → ``deg/s``; only where the name says such a sensor, as ``_g`` may be anything."""
+    """Return the unit in a suffix of a name, if the name states a sensor of this kind: ``GyrX_dps`` → ``deg/s``."""
     said = _SAID.match(name.strip())
     if said is not None:
         try:
@@ -40,6 +44,8 @@ def unit_in_name(name: str) -> str | None:
             return None
         return said["unit"] if unit.kind == sensor_kind(said["name"]) else None
     kind = sensor_kind(name)
+    if kind is None and (phase := _PHASE.search(words_in(name))) is not None:
+        return phase["unit"]
     match = _SUFFIX.search(re.sub(r"[\s.\-]+", "_", name.strip().lower()))
     if kind is None or match is None:
         return None
@@ -71,30 +77,5 @@ def unitless(names: Sequence[str]) -> list[Finding]:
             f"no unit given for {named(names)}: values are shown as dimensionless (of a clock: fractional frequency)",
             values={"count": len(names)},
             remedy="; " + remedy_of(names),
-        )
-    ]
-
-
-def of_no_sensor(names: Sequence[str], units: Sequence[str | None]) -> list[str]:
-    """``frequency (Hz)``: columns that would be sensors by their name, and are none by their unit."""
-    return [
-        f"{name} ({unit})"
-        for name, unit in zip(names, units, strict=True)
-        if unit is not None and role_of(name, None) == "sensor" and role_of(name, unit) == "other"
-    ]
-
-
-def not_understood(names: Sequence[str], units: Sequence[str | None]) -> list[Finding]:
-    """Tell which columns are left out because their unit is not one of a sensor."""
-    left = of_no_sensor(names, units)
-    if not left:
-        return []
-    return [
-        Finding(
-            "unknown_unit",
-            "warning",
-            f"left out, as the unit is not understood: {', '.join(left)}",
-            values={"count": len(left)},
-            remedy="; naming it with {column} and {unit} takes it",
         )
     ]

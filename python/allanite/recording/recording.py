@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from allanite.recording.audit import Finding
+    from allanite.recording.log_column import LogColumn
 
 __all__ = ["QUANTITIES", "Recording", "find_column"]
 
@@ -100,6 +101,7 @@ class Recording:
     path: str | None
     stamps: Stamps | None
     told: tuple[Finding, ...]
+    log_columns: tuple[LogColumn, ...]
     _audit: list[Finding] | None
 
     def __init__(
@@ -165,6 +167,7 @@ class Recording:
                 path=None if path is None else str(path),
                 stamps=stamps,
                 told=(),
+                log_columns=(),
                 _audit=None,
             )
 
@@ -184,9 +187,20 @@ class Recording:
         said = [units.get(c, u) for c, u in zip(self.columns, self.units, strict=True)]
         return self._with(units=tuple(rate_unit(text, self.quantity).name for text in said))
 
-    def told_of(self, findings: Sequence[Finding]) -> Recording:
-        """Return the recording with findings of the reader, which its audit tells."""
-        return self._with(told=(*self.told, *findings)) if findings else self
+    def told_of(
+        self, findings: Sequence[Finding], log_columns: Sequence[LogColumn] | None = None
+    ) -> Recording:
+        """Return the recording with findings of the reader, which its audit tells, and what is known of its log.
+
+        Parameters
+        ----------
+        findings : sequence of Finding
+            Added to those that are there.
+        log_columns : sequence of LogColumn, optional
+            Every column of the log, used or not.
+        """
+        columns = self.log_columns if log_columns is None else tuple(log_columns)
+        return self._with(told=(*self.told, *findings), log_columns=columns)
 
     def __reduce__(self) -> tuple[Any, ...]:
         state = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "_audit"}

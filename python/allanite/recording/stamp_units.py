@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 
 __all__ = ["PRESENT", "TIME_UNITS", "numbers_of", "unit_of_stamps"]
 
-#: Units of stamps, s. A day is that of a Julian date.
+#: Units of stamps, s. A day is that of a Julian date, a year has 365.25 of them.
 TIME_UNITS = {
-    "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0, "100us": 1e-4
+    "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "ps": 1e-12, "min": 60.0, "h": 3600.0, "d": 86400.0,
+    "week": 604800.0, "y": 31557600.0, "100us": 1e-4
 }  # fmt: skip
 
 # Spacing in the column's own numbers above which the next smaller unit is the likelier one: below
@@ -29,6 +30,15 @@ PRESENT = (9.4e8, 4.1e9)
 _VARIED = 0.1
 # Rates of logs, Hz: epochs whose rate would lie beyond are counters that happen to be as large.
 _RATES = (1e-2, 1e6)
+# Stamps of the years 1900 to 2100 in units of the calendar.
+_CALENDARS = (
+    ("days, as Modified Julian Dates are", "d", (15_020.0, 88_069.0)),
+    ("decimal years", "y", (1_900.0, 2_100.0)),
+)
+# Intervals, s, at which clocks, satellites and stations are logged; as fractions of a day few are rates of a sensor.
+_CADENCES = (1, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 86400)
+# Years of 365 or 366 days, and stamps printed with few digits, differ by this much from a cadence.
+_SAME_CADENCE = 0.005
 
 
 def numbers_of(time: ArrayLike, unit: str | None) -> tuple[NDArray[Any], str | None]:
@@ -131,15 +141,16 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
         present = PRESENT[0] < middle * second < PRESENT[1]
         if present and _RATES[0] < 1 / (step * second) < _RATES[1]:
             return unit, "epoch"
+    _ask_about_calendar(middle, step, rate)
     some = t[:10_000]
     whole = t.dtype.kind == "i" or bool(np.all(some == np.rint(some)))
     constant = abs(step - round(step)) < 0.02
     if whole and constant and 0.9 < step < 2.1 and rate is None:
         raise InputError(
             f"the time stamps are whole numbers in steps of {step:.4g}: seconds ({1 / step:.4g} Hz),"
-            f" milliseconds ({1e3 / step:.4g} Hz) or row numbers?",
+            f" milliseconds ({1e3 / step:.4g} Hz), days or row numbers?",
             missing="rate",
-            remedy=" Give {rate}, or the unit in the header: time [s], time [ms]",
+            remedy=" Give {rate}, or the unit in the header: time [s], time [ms], time [d]",
         )
     # Whole numbers 1, 2, 2, 1, … apart are rounded: to milliseconds, since 0.6 Hz is no usual rate.
     steps = np.diff(some)
@@ -147,3 +158,29 @@ def unit_of_stamps(t: NDArray[Any], step: float, rate: float | None) -> tuple[st
     limits = _SPACING_LIMITS[1:] if whole and (step > 1.0 or varied) else _SPACING_LIMITS
     unit = next(unit for limit, unit in limits if step <= limit)
     return unit, "usual" if unit == "s" and not whole else "size"
+
+
+def _ask_about_calendar(middle: float, step: float, rate: float | None) -> None:
+    """Refuse stamps that may be Modified Julian Dates or decimal years as well as seconds.
+
+    Parameters
+    ----------
+    middle : float
+        A stamp from the middle of the record.
+    step : float
+        Usual step between two stamps.
+    rate : float or None
+        A rate that was stated settles it.
+    """
+    if rate is not None or not step > 0.0:
+        return
+    for name, unit, (first, last) in _CALENDARS:
+        interval = step * TIME_UNITS[unit]
+        usual = any(abs(interval / cadence - 1) < _SAME_CADENCE for cadence in _CADENCES)
+        if first < middle < last and usual:
+            raise InputError(
+                f"the time stamps from {middle:.8g} on may be seconds ({1 / step:.4g} Hz) or {name}"
+                f" (one sample in {interval:.6g} s)",
+                missing="rate",
+                remedy=f": give {{rate}}, or the unit in the header: time [s], time [{unit}]",
+            )

@@ -81,7 +81,9 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def rows_of(path: str, model: str, rate: float | None, unit: str | None) -> list[dict[str, Any]]:
+def rows_of(
+    path: str, model: str, rate: float | str | None, unit: str | None
+) -> list[dict[str, Any]]:
     """One row for each axis of a log; of a log that cannot be read, one that says why.
 
     Numbers are a JSON object: name → [value, low, high, standard error], in SI.
@@ -162,7 +164,7 @@ def run_fleet(
     out: str | Path,
     *,
     model: str = "N+B+K",
-    rate: float | None = None,
+    rate: float | str | None = None,
     unit: str | None = None,
     scheduler: str | None = None,
     on_done: Callable[[int, int, str], None] | None = None,

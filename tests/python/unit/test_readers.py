@@ -134,7 +134,7 @@ def test_columns_by_name_and_index(tmp_path):
     assert read(path, column="mag_x", unit="1").columns == ("mag_x",)
     r = read(path, covariate=["mag_x", "wy"], column="wx")
     assert list(r.covariates) == ["temp", "mag_x", "wy"]
-    assert read(path, rate=7, time_column="time_s").rate == 7
+    assert read(path, rate="7!", time_column="time_s").rate == 7
 
 
 def test_a_unit_of_one_kind_chooses_its_sensors(tmp_path):
@@ -366,8 +366,11 @@ def test_columns_that_are_not_asked_for_may_hold_text(tmp_path):
     text = "time_s,label,gyro\n" + "".join(f"{k},at rest,{k % 3}\n" for k in range(9))
     path = write(tmp_path, text)
     assert read(path, column="gyro").columns == ("gyro",)
-    with pytest.raises(InputError, match=r"label.*at rest"):
-        read(path)
+    r = read(path)
+    assert r.columns == ("gyro",)
+    assert [f.found for f in r.told if f.kind == "not_used"] == [
+        'not used: label (text, as "at rest")'
+    ]
 
 
 def test_whole_numbers_between_commas_are_not_decimal_commas(tmp_path):

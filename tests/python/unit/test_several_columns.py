@@ -77,3 +77,15 @@ def test_improve_of_two_columns(log):
     stuck = al.Recording(np.zeros((100, 2)), 1, columns=("a", "b"))
     with pytest.raises(al.TooShortError, match="constant"):
         al.improve(stuck, "N")
+
+
+def test_an_estimate_of_several_columns_says_how_to_ask_for_it():
+    x = np.random.default_rng(3).standard_normal((500, 6))
+    names = ["gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z"]
+    fit = al.AngleRandomWalk().fit(al.Recording(x, rate=100, columns=names))
+    with pytest.raises(KeyError) as caught:
+        fit["N"]
+    assert str(caught.value) == "6 columns were fitted; use fit['gyro_x']['N']"
+    with pytest.raises(KeyError, match="no column 'gyro_w': there are gyro_x"):
+        fit["gyro_w"]
+    assert "gyro_w" not in fit

@@ -10,7 +10,7 @@ import allanite as al
 from allanite.cli import main
 from allanite.cli.words import WORDS
 from allanite.common.errors import InputError
-from allanite.readers.understand import kind_of
+from allanite.readers.column_numbers import kind_of
 from allanite.readers.unit_names import unit_in_name
 
 RNG = np.random.default_rng(5)
@@ -57,7 +57,7 @@ def test_the_index_of_pandas_is_no_sensor(tmp_path):
     path = tmp_path / "log.csv"
     pandas.DataFrame(X, columns=["gx", "gy", "gz"]).to_csv(path)
     assert al.read(path, rate=100).columns == ("gx", "gy", "gz")
-    assert [c.role for c in al.inspect(path).columns] == ["index", "sensor", "sensor", "sensor"]
+    assert [c.role for c in al.inspect(path).columns] == ["other", "sensor", "sensor", "sensor"]
     with pytest.raises(InputError, match="no sampling rate"):
         al.read(path)
 
@@ -82,7 +82,7 @@ def test_counters_are_left_out_and_can_be_asked_for(tmp_path):
     path = csv(tmp_path, "packet,gx", np.arange(N) % 256, X[:, 0])
     r = al.read(path, rate=100)
     assert r.columns == ("gx",)
-    assert "packet (counter)" in said(r)
+    assert "packet (a counter)" in said(r)
     assert al.read(path, rate=100, column="packet").columns == ("packet",)
 
 
@@ -114,8 +114,9 @@ def test_inspect_in_python_and_in_the_shell(tmp_path, capsys):
     rows = "".join(f"{k / 50},{X[k, 0]},{20 + k % 3},idle,{k % 256}\n" for k in range(N))
     path.write_text("time [s],gx [deg/s],temp,state,nr\n" + rows)
     found = al.inspect(path)
-    assert [c.role for c in found.columns] == ["time", "sensor", "temperature", "counter", "text"]
+    assert [c.role for c in found.columns] == ["time", "sensor", "temperature", "other", "other"]
     assert [c.used for c in found.columns] == [True, True, True, False, False]
+    assert [c.reason for c in found.columns[3:]] == ['text, as "idle"', "a counter"]
     assert found.columns[0].rate == found.rate == pytest.approx(50)
     assert found.columns[1].unit == "deg/s"
     with pytest.raises(SystemExit) as stop:
@@ -167,12 +168,12 @@ def test_one_unit_leaves_the_other_kind_out_and_says_so(tmp_path):
     path = csv(tmp_path, "gx,gy,ax", *X.T)
     r = al.read(path, rate=50, unit="deg/s")
     assert r.columns == ("gx", "gy")
-    (told,) = [f for f in r.audit if f.kind == "other_kind"]
-    assert "left out, as deg/s is no unit of them: ax; two units" in told.message
+    (told,) = [f for f in r.audit if f.kind == "not_used"]
+    assert "ax (an accelerometer, and deg/s is no unit of it); two units" in told.message
     seen = al.inspect(path, rate=50, unit="deg/s")
     assert [(c.unit, c.used) for c in seen.columns] == [("deg/s", True)] * 2 + [(None, False)]
     asked = al.read(path, rate=50, unit="deg/s", column="gx")
-    assert not [f for f in asked.audit if f.kind == "other_kind"]
+    assert not [f for f in asked.audit if f.kind == "not_used"]
 
 
 def test_two_units_are_those_of_two_kinds_of_sensor(tmp_path):
@@ -347,9 +348,11 @@ def test_a_unit_that_is_not_understood_is_said(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("gx [deg/s],ax [m/sq],mag [uT]\n" + rows)
     seen = al.inspect(path, rate=100)
-    assert "! left out, as the unit is not understood: ax (m/sq)" in str(seen)
-    assert "mag" not in str(seen).split("not understood")[1]
-    told = [f for f in al.read(path, rate=100).audit if f.kind == "unknown_unit"]
+    assert (
+        "! not used: ax (the unit m/sq is not understood); mag (uT is no unit of a sensor)"
+        in str(seen)
+    )
+    told = [f for f in al.read(path, rate=100).audit if f.kind == "not_used"]
     assert [f.severity for f in told] == ["warning"]
 
 
@@ -376,7 +379,8 @@ def test_the_time_of_a_file_without_names_beside_a_column_that_is_asked_for(tmp_
     r = al.read(path, column="x2", unit="rad/s")
     assert (r.columns, r.rate) == (("x2",), pytest.approx(5.0, rel=2e-2))
     columns = al.inspect(path).columns
-    assert [c.role for c in columns[:2]] == ["date", "time"]
+    assert [c.role for c in columns[:2]] == ["other", "time"]
+    assert columns[0].reason == "a date"
 
 
 def test_a_clock_named_like_its_sensor(tmp_path):

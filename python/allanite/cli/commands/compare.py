@@ -60,17 +60,17 @@ def command(
                 columns.append(column)
                 named.append((f"{item} {column.columns[0]}", column, None))
         else:
-            named += [(m.name, m.model, m.unit) for m in models_of(item, None, options.rate)]
+            named += [(m.name, m.model, m.unit) for m in models_of(item, None, options.rate_hz)]
     results: list[Any] = []
     unit_of_models = options.output_unit or options.unit
     if datasheet is not None:
         results += _against_sheet(columns, datasheet, model)
     if datasheet is None or len(named) > 1:
-        results.append(compare(named, rate=options.rate, unit=unit_of_models))
+        results.append(compare(named, rate=options.rate_hz, unit=unit_of_models))
     if plot is not None:
         if datasheet is not None:
             named += [(m.name, m.model, m.unit) for m in _models_of_sheet(datasheet, columns)]
-        output.plot([compare(named, rate=options.rate, unit=unit_of_models)], [""], plot)
+        output.plot([compare(named, rate=options.rate_hz, unit=unit_of_models)], [""], plot)
     output.notes(columns, options)
     output.show(results, options)
 

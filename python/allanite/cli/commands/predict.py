@@ -90,7 +90,7 @@ def _models(
                 names = [m.column for m in models]
                 models = [models[find_column(column, names)] for column in options.column]
         for m in models:
-            unit, rate = options.unit or m.unit, options.rate or m.rate
+            unit, rate = options.unit or m.unit, options.rate_hz or m.rate
             if unit is None or rate is None:
                 raise InputError(f"{m.name}: give --unit and --rate of the samples")
             yield m.name, m.model, unit, rate, None

@@ -33,6 +33,14 @@ class Fits(Several[Fit]):
 
     check = verbs.fits_check
 
+    def _missing(self, name: str) -> str:
+        first = next(iter(self))
+        try:
+            self[first][name]
+        except KeyError:
+            return super()._missing(name)
+        return f"{len(self)} columns were fitted; use fit[{first!r}][{name!r}]"
+
     def to_dict(self) -> dict[str, Any]:
         """``columns`` of the contract, and ``pooled``, one entry a unit."""
         return {**super().to_dict(), "pooled": [many.pooled_dict() for many in self.together]}

@@ -1,7 +1,7 @@
 // How a log is read: column by column what was understood, to be changed; doubts with what settles them.
 import { $, S, act, el, fill, short, speak, svg } from "./core.js";
 
-const ROLES = { sensor: "Sensor", time: "Clock", temperature: "Temperature", index: "Index", counter: "Counter", other: "Other", text: "Text" };
+const ROLES = { sensor: "Sensor", time: "Clock", temperature: "Temperature", other: "Other" };
 let found = null;
 
 export const doubtful = () => Boolean(S.state.problem || S.state.reading.unitless.length);
@@ -38,7 +38,7 @@ function columns() {
   const reading = S.state.reading, chosen = new Set(reading.columns), units = S.state.units;
   const head = el("tr", {}, ...["Use", "Column", "Unit", "", "Understood as", "First rows", "Whole record"].map(t => el("th", {}, t)));
   const rows = found.columns.map(c => {
-    const sensor = ["sensor", "other", "index", "counter"].includes(c.role), used = chosen.size ? chosen.has(c.name) : c.used && c.role === "sensor";
+    const sensor = ["sensor", "other"].includes(c.role) && c.first.length > 0, used = chosen.size ? chosen.has(c.name) : c.used && c.role === "sensor";
     const own = reading.column_units[c.name] || c.unit || "";
     const known = units.map(u => [u.value, u.text]);
     const list = own && !units.some(u => u.value === own) ? [[own, own], ...known] : known;
@@ -56,7 +56,8 @@ function alike(event) {
   for (const other of $("form").querySelectorAll("[data-unit]")) if (other.dataset.was === was && stem(other.dataset.unit) === stem(unit)) other.value = event.target.value;
 }
 function doubt(c) {
-  if (["time", "index", "counter"].includes(c.role)) return "Not analysed";
+  if (c.role === "time") return "Not analysed";
+  if (c.role === "other" && c.reason) return `Not analysed: ${c.reason}`;
   return c.doubts.map(d => d.replace(": give it", ": choose it")).map(d => d[0].toUpperCase() + d.slice(1)).join(". ");
 }
 function spark(pairs) {

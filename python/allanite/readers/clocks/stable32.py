@@ -18,12 +18,12 @@ __all__ = ["read"]
 _TAU = re.compile(r"\btau0?\b\s*[:=]?\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)", re.IGNORECASE)
 
 
-def read(path: Path, pick: Picker) -> Table:
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - names come after the columns
     """Read one column of values, or time tags in days (MJD) before them.
 
     A comment such as ``# Tau: 1.0`` gives the interval, s; else ``--rate`` does.
     """
-    table = text.read(path, pick)
+    table = text.read(path, text.all_numbers)
     with path.open(encoding="latin-1") as stream:
         head = stream.read(4096)
     found = _TAU.search("\n".join(line for line in head.splitlines() if not line[:1].isdigit()))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from allanite.cli.options import DEFAULT_MODEL, json_option
+from allanite.cli.options import DEFAULT_MODEL, RateType, json_option
 from allanite.common.plain import plain
 
 
@@ -18,7 +18,7 @@ from allanite.common.plain import plain
     metavar="MODEL",
     help="Where every ladder starts.",
 )
-@click.option("--rate", type=float, metavar="HZ", help="Sampling rate.")
+@click.option("--rate", type=RateType(), metavar="HZ", help="Sampling rate.")
 @click.option("--unit", metavar="UNIT", help="Unit of the samples.")
 @click.option("--scheduler", metavar="ADDRESS", help="Scheduler of Dask, e.g. tcp://host:8786.")
 @json_option
@@ -27,7 +27,7 @@ def command(
     logs: str,
     out: str,
     model: str,
-    rate: float | None,
+    rate: float | str | None,
     unit: str | None,
     scheduler: str | None,
     as_json: bool,

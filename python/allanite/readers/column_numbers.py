@@ -1,0 +1,117 @@
+"""Properties of a column that its numbers show: a clock, an index, a counter, an id, a magnitude."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.recording.stamp_units import PRESENT
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+__all__ = ["ROWS", "falls", "is_serial_number", "kind_of", "magnitudes", "repeats_exactly"]
+
+#: Most rows of a period of ids.
+LONGEST_PERIOD = 16
+#: Rows looked at, and rows below which numbers tell nothing.
+ROWS, FEWEST = 20_000, 20
+#: Largest less smallest value of a counter that begins anew: of two to four decimal digits, or of 7, 8, 12 or 16 bits.
+SPANS = (99, 127, 255, 999, 4095, 9999, 65535)
+#: Rows in which a time that begins anew rises for each in which it falls.
+AGAIN = 20
+#: Seconds of a day.
+DAY = 86_400
+
+
+# A step beyond doubles, or beside ones near their smallest, is like no other.
+@np.errstate(over="ignore", invalid="ignore")
+def kind_of(values: NDArray[Any]) -> str | None:
+    """Tell a column that counts from one that measures.
+
+    Parameters
+    ----------
+    values : ndarray of shape (n,)
+        A column; its first rows suffice.
+
+    Returns
+    -------
+    str or None
+        ``"index"`` (every row one more), ``"counter"`` (the same, beginning anew), ``"date"`` (of one day, in all rows),
+        ``"clock"`` (rises in nearly every row by much the same or never falls, or in whole steps that several rows share),
+        or None.
+    """
+    x = np.asarray(values[:ROWS])
+    if x.size < FEWEST or x.dtype.kind not in "iuf":
+        return None
+    x = x.astype(np.int64) if x.dtype.kind in "iu" else x
+    if x.dtype.kind == "f" and not np.isfinite(x).all():
+        return None
+    steps = np.diff(x)
+    if np.all(steps == 1):
+        return "index"
+    rising = steps > 0
+    if not rising.any():
+        day = x.dtype.kind in "iu" or float(x[0]).is_integer()
+        day = day and int(x[0]) % DAY == 0 and PRESENT[0] < x[0] < PRESENT[1]
+        return "date" if day and not steps.any() else None
+    usual = float(np.median(steps[rising]))
+    alike = float(np.mean(np.abs(steps[rising] / usual - 1) < 0.5))
+    if rising.mean() > 0.9 and alike > 0.8:
+        again = steps < 0
+        if usual == 1 and again.any() and np.ptp(x) in SPANS:
+            return "counter"
+        # A sensor that warms up rises too, but comes back within its noise now and then.
+        return "clock" if rising.mean() > 0.98 or again.mean() < 0.02 else None
+    if rising.all():
+        return "clock"  # that of a log which is sent in bursts
+    # Whole seconds of a faster log: shared by several rows, never falling.
+    few = rising.sum() >= 5 and np.all(steps >= 0) and bool(np.ptp(steps[rising]) <= 1e-6 * usual)
+    return "clock" if few and float(np.ptp(np.diff(np.flatnonzero(rising)))) <= 3 else None
+
+
+def falls(values: NDArray[Any]) -> bool:
+    """Whether numbers are no time: they fall, and not to begin anew."""
+    steps = np.diff(np.asarray(values[:ROWS], dtype=np.float64))
+    return bool(0 < np.count_nonzero(steps > 0) < AGAIN * np.count_nonzero(steps < 0))
+
+
+def repeats_exactly(values: NDArray[Any]) -> bool:
+    """Return whether whole numbers change and repeat with a period of 2 to 16 rows, as ids of devices in turn do."""
+    x = np.asarray(values[:ROWS])
+    if x.size < 5 * LONGEST_PERIOD or not np.isfinite(x).all() or not np.all(x == np.rint(x)):
+        return False
+    periods = range(2, LONGEST_PERIOD + 1)
+    return bool(np.any(x != x[0])) and any(np.array_equal(x[k:], x[:-k]) for k in periods)
+
+
+def is_serial_number(values: NDArray[Any]) -> bool:
+    """Return whether a column holds one whole number of three digits or more in all rows."""
+    x = np.asarray(values[:ROWS])
+    return bool(x.size >= FEWEST and x[0] >= 100 and np.all(x == x[0]) and float(x[0]).is_integer())
+
+
+def magnitudes(columns: Sequence[NDArray[Any]]) -> list[int]:
+    """Return the places of columns that are the Euclidean norm of the three columns before or after them.
+
+    The norm of printed numbers differs from the printed norm by rounding. A column counts as the norm if the root mean
+    square of this difference is below 5 % of the column's own standard deviation; independent noise reaches 100 %.
+    """
+    found = []
+    for place, column in enumerate(columns):
+        x = np.asarray(column[:ROWS], dtype=np.float64)
+        if x.size < FEWEST or not np.isfinite(x).all() or x.min() < 0:
+            continue
+        for others in (columns[max(place - 3, 0) : place], columns[place + 1 : place + 4]):
+            if len(others) < 3:
+                continue
+            norm = np.sqrt(sum(np.asarray(y[:ROWS], dtype=np.float64) ** 2 for y in others))
+            with np.errstate(invalid="ignore"):
+                off = float(np.sqrt(np.mean((norm - x) ** 2)))
+            if off < 0.05 * float(np.std(x)):
+                found.append(place)
+                break
+    return found

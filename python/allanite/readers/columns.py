@@ -1,0 +1,668 @@
+"""Role, unit, scale and use of every column of a log: the one decision that all commands share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.common.plain import plain
+from allanite.common.units import (
+    ACCELERATION,
+    ANGULAR_RATE,
+    FREQUENCY,
+    parse_unit,
+    rate_unit,
+    units_by_kind,
+)
+from allanite.readers._table import time_unit_of
+from allanite.readers.column_numbers import (
+    falls,
+    is_serial_number,
+    kind_of,
+    magnitudes,
+    repeats_exactly,
+)
+from allanite.readers.sensor_names import role_and_reason, role_of, sensor_kind, words_in
+from allanite.readers.time_parts import TimeParts, find_parts
+from allanite.readers.unit_kinds import (
+    FOREIGN,
+    INTEGRAL,
+    PHASE,
+    kind_of_unit,
+    seconds_in,
+    time_unit,
+)
+from allanite.recording import find_column
+from allanite.recording.findings import Finding, named
+from allanite.recording.log_column import LogColumn
+from allanite.recording.timebase import read_stamps
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from allanite.readers._table import Table
+
+__all__ = ["Layout", "Request", "Roles", "choose", "roles_of", "understand"]
+
+#: Rows below which the first column of a log without names is not taken as the time.
+FEWEST_STAMPS = 100
+#: Days (MJD) of the beginning of 2000, and of a year.
+MJD_2000, YEAR = 51_544.5, 365.25
+#: Day (MJD) on which GPS weeks began to be counted: 6 January 1980.
+GPS_EPOCH = 44_244
+ARTICLES = {ANGULAR_RATE: "a gyroscope", ACCELERATION: "an accelerometer", FREQUENCY: "a clock"}
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """Options of the caller about a log."""
+
+    rate: float | None = None
+    unit: str | None = None
+    quantity: str | None = None
+    columns: tuple[str | int, ...] = ()
+    covariates: tuple[str, ...] = ()
+    time_column: str | int | None = None
+    piece: int | None = None
+    topics: tuple[str, ...] = ()
+    insists: bool = False
+    """Whether `rate` holds against the time stamps of the log."""
+
+    @property
+    def kinds(self) -> dict[str, str]:
+        """The unit that was given, by the kind of sensor that has it; of several one each."""
+        if self.unit in (None, "1"):
+            return {}
+        assert self.unit is not None
+        return units_by_kind(self.unit, self.quantity or "rate")
+
+    @property
+    def timeless(self) -> bool:
+        """Whether the time column is to be left out."""
+        return self.time_column == "none"
+
+    def __post_init__(self) -> None:
+        # As the names of the log are shown.
+        fix = object.__setattr__
+        fix(self, "columns", tuple(c if isinstance(c, int) else plain(c) for c in self.columns))
+        fix(self, "covariates", tuple(map(plain, self.covariates)))
+        if isinstance(self.time_column, str):
+            fix(self, "time_column", plain(self.time_column))
+
+
+@dataclass(slots=True)
+class Roles:
+    """Roles of all columns, before it is decided which of them are used.
+
+    Attributes
+    ----------
+    roles, reasons, sources : list of str
+        Role of each column, why a column of role ``other`` is no sensor, and the source of the role.
+    time : int or None
+        Column of the time; of a time in several columns the coarsest.
+    parts : TimeParts or None
+        The columns of a time in several columns.
+    """
+
+    roles: list[str]
+    reasons: list[str]
+    sources: list[str]
+    time: int | None = None
+    parts: TimeParts | None = None
+    findings: tuple[Finding, ...] = ()
+    time_units: dict[int, str] = field(default_factory=dict)
+    """Units of columns of time that their numbers show."""
+
+    @property
+    def clocks(self) -> tuple[int, ...]:
+        """All columns of the time that is used."""
+        if self.parts is not None:
+            return self.parts.columns
+        return () if self.time is None else (self.time,)
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """What is read of a log.
+
+    Attributes
+    ----------
+    columns : tuple of LogColumn
+        Every column; their rates are not known yet.
+    samples, covariates : tuple of int
+        Indices of the columns that are read as samples and as covariates.
+    units : tuple of str
+        Unit of each column of samples, as the recording has it.
+    quantity : str
+        What the samples are: ``rate``, ``increment`` or ``angle``.
+    time : int or None
+        Column of the time.
+    time_unit : str or None
+        Unit of the time, if the header states it.
+    parts : TimeParts or None
+        The columns of a time in several columns.
+    findings : tuple of Finding
+        What was guessed, and what is not used.
+    """
+
+    columns: tuple[LogColumn, ...]
+    samples: tuple[int, ...]
+    covariates: tuple[int, ...]
+    units: tuple[str, ...]
+    quantity: str
+    time: int | None
+    time_unit: str | None
+    parts: TimeParts | None
+    findings: tuple[Finding, ...]
+
+    @property
+    def used(self) -> tuple[int, ...]:
+        """Indices of all columns that are read."""
+        return tuple(dict.fromkeys((*self.samples, *self.covariates, *self.clocks)))
+
+    @property
+    def clocks(self) -> tuple[int, ...]:
+        """Indices of all columns of the time."""
+        if self.parts is not None:
+            return self.parts.columns
+        return () if self.time is None else (self.time,)
+
+
+def understand(table: Table, request: Request) -> Layout:
+    """Decide role, unit, scale and use of every column.
+
+    Parameters
+    ----------
+    table : Table
+        The first rows of all columns, or the whole log.
+    request : Request
+        Options of the caller.
+
+    Raises
+    ------
+    InputError
+        An unknown column, no sensor among them, or a unit that contradicts the header.
+    """
+    return choose(table, roles_of(table, request), request)
+
+
+# -- roles ---------------------------------------------------------------------------------------
+
+
+def roles_of(table: Table, request: Request) -> Roles:
+    """Return the role of every column, by its name, its unit and its numbers."""
+    found = Roles([], [], [])
+    for i, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
+        role, reason = role_and_reason(name, unit) if table.named else ("sensor", "")
+        if i in table.texts:
+            role, reason = "other", f'text, as "{plain(table.texts[i], 24)}"'
+        found.roles.append(role)
+        found.reasons.append(reason)
+        found.sources.append(table.source if table.named else "guess")
+    kinds = _judge_numbers(table, found, request)
+    _find_time(table, found, request, kinds)
+    return found
+
+
+def _judge_numbers(table: Table, found: Roles, request: Request) -> dict[int, str]:
+    """Take the role of a sensor from columns that count or repeat; return what each column without a unit is."""
+    kinds: dict[int, str] = {}
+    sensors = [
+        i for i, role in enumerate(found.roles) if role == "sensor" and table.columns[i] is not None
+    ]
+    for group in _alike(
+        [i for i in sensors if sensor_kind(table.names[i]) is None or table.named], table
+    ):
+        for place in magnitudes([table[i] for i in group]):
+            _demote(found, group[place], "a magnitude")
+    if request.quantity not in (None, "rate"):
+        return kinds
+    words = {"index": "an index", "counter": "a counter", "date": "a date", "clock": "a clock"}
+    for i in sensors:
+        if table.units[i] is not None or found.roles[i] != "sensor":
+            continue
+        x, is_named = table[i], sensor_kind(table.names[i]) is not None
+        is_axis = is_named or not table.named or words_in(table.names[i]) in ("x", "y", "z")
+        kind = kind_of(x)
+        # A name tells more than numbers, but for numbers that rise in every row.
+        if kind is not None and not (is_named and np.any(np.diff(x) <= 0)):
+            kinds[i] = words[kind]
+        elif not is_axis and repeats_exactly(x):
+            kinds[i] = "an identifier"
+        elif not is_axis and is_serial_number(x):
+            kinds[i] = "a constant whole number"
+    left = [i for i in sensors if i not in kinds and found.roles[i] == "sensor"]
+    if not left:
+        # Nothing else is there: the phase of a clock or an angle rises as a clock does, and few codes repeat.
+        only = len(table.names) == 1
+        counts = ("an index", "a counter", "a date")
+        for i in [i for i, kind in kinds.items() if only or kind not in counts]:
+            del kinds[i]
+    for i, kind in kinds.items():
+        _demote(found, i, kind)
+    return kinds
+
+
+def _demote(found: Roles, at: int, reason: str) -> None:
+    found.roles[at], found.reasons[at], found.sources[at] = "other", reason, "guess"
+
+
+def _alike(columns: Sequence[int], table: Table) -> list[list[int]]:
+    """Group columns that stand side by side and have one unit."""
+    groups: list[list[int]] = []
+    for i in columns:
+        if groups and groups[-1][-1] == i - 1 and table.units[i] == table.units[groups[-1][-1]]:
+            groups[-1].append(i)
+        else:
+            groups.append([i])
+    return groups
+
+
+def _find_time(table: Table, found: Roles, request: Request, kinds: dict[int, str]) -> None:
+    """Find the columns of the time, and give other columns that are no time another role."""
+    there = [i for i, column in enumerate(table.columns) if column is not None]
+    apart = table.time is not None and request.time_column in (None, "t", "time")
+    parts = (
+        None if request.timeless or apart else find_parts(table.names, table.columns, table.dates)
+    )
+    time: int | None = None
+    told: list[Finding] = []
+    if request.time_column is not None and not request.timeless and not apart:
+        time = find_column(request.time_column, table.names)
+        parts = parts if parts is not None and time in parts.columns else None
+        found.sources[time] = "option"
+    elif parts is None and not request.timeless and not apart:
+        time = _named_time(table, found, there)
+        if time is None:
+            time = _guessed_time(table, found, kinds, there)
+            if time is not None:
+                told.append(
+                    Finding(
+                        "time_column",
+                        "info",
+                        f"column {_shown(table, time)} {_rises(found, time)}: taken as the time",
+                        values={"column_index": time},
+                        remedy=" ({column} takes it as a sensor)",
+                    )
+                )
+                found.sources[time] = "guess"
+    if parts is not None:
+        time = parts.columns[0]
+        told.append(
+            Finding(
+                "time_parts",
+                "info",
+                f"the time is in {len(parts.columns)} columns, {parts.form}:"
+                f" {', '.join(table.names[i] for i in parts.columns)}",
+                values={"count": len(parts.columns)},
+                remedy=" ({time_column} takes another)",
+            )
+        )
+    for i in parts.columns if parts is not None else () if time is None else (time,):
+        found.roles[i], found.reasons[i] = "time", ""
+    # A time that falls, and not to begin anew, is something else of that name: a temperature T.
+    for i in there:
+        if (
+            found.roles[i] == "time"
+            and i != time
+            and not (parts and i in parts.columns)
+            and falls(table[i])
+        ):
+            found.roles[i], found.reasons[i] = "other", "its numbers fall, as no time does"
+    found.time, found.parts = time, parts
+    others = [i for i in there if found.roles[i] == "time" or kinds.get(i) == "a clock"]
+    if parts is None:
+        told += _two_clocks(table, found, time, [i for i in others if i != time])
+    for i in others:
+        if i not in found.clocks:
+            found.reasons[i] = "another time" if found.time is not None or apart else "a clock"
+    found.findings = tuple(told)
+
+
+def _rises(found: Roles, time: int) -> str:
+    return "holds days (MJD)" if time in found.time_units else "rises as time does"
+
+
+def _named_time(table: Table, found: Roles, there: Sequence[int]) -> int | None:
+    """The first column that its name or unit makes the time; one whose numbers advance, if there is any."""
+    candidates = [i for i, role in enumerate(found.roles) if role == "time"]
+    advancing = [
+        i
+        for i in candidates
+        if i in there and not falls(table[i]) and bool(np.any(np.diff(table[i]) > 0))
+    ]
+    return next(iter(advancing or candidates), None)
+
+
+def _guessed_time(
+    table: Table, found: Roles, kinds: dict[int, str], there: Sequence[int]
+) -> int | None:
+    """A column that is the time by its numbers."""
+    pair = _days_and_years(table, there)
+    if pair is not None:
+        days, years = pair
+        found.roles[years], found.time_units = "time", {days: "d", years: "y"}
+        for i in pair:
+            kinds.pop(i, None)
+        for i in there:
+            if _is_gps_calendar(table[i], table[days]):
+                _demote(found, i, "week or day of week of the same time")
+        return days
+    if not table.named and _looks_like_time(table):
+        return 0
+    named_none = (
+        i
+        for i in there
+        if table.units[i] is None
+        and (
+            kinds.get(i) == "a clock"
+            or (found.roles[i] == "other" and not found.reasons[i].startswith("a"))
+        )
+        and kind_of(table[i]) == "clock"
+    )
+    return next(named_none, None)
+
+
+def _days_and_years(table: Table, there: Sequence[int]) -> tuple[int, int] | None:
+    """Two columns of the same moments, one in days (MJD) and one in decimal years."""
+    with np.errstate(all="ignore"):
+        means = {i: float(np.mean(table[i])) for i in there}
+    for days in (i for i in there if 15_000 < means[i] < 90_000):
+        for years in (i for i in there if 1_900 < means[i] < 2_200):
+            of_years = MJD_2000 + (table[years] - 2000.0) * YEAR
+            # Calendars differ by a day or two from years of 365.25 days.
+            if np.all(np.abs(of_years - table[days]) < 2.0) and np.any(np.diff(table[days]) > 0):
+                return days, years
+    return None
+
+
+def _is_gps_calendar(values: NDArray[Any], days: NDArray[Any]) -> bool:
+    """Whether a column holds the GPS week of days (MJD), or the day of the week."""
+    since = np.floor(days) - GPS_EPOCH
+    return bool(np.array_equal(values, since // 7) or np.array_equal(values, since % 7))
+
+
+def _looks_like_time(table: Table) -> bool:
+    """Whether the first of several nameless columns advances in every row, as no sensor does."""
+    if len(table.names) < 2 or table.columns[0] is None or table.n < FEWEST_STAMPS:
+        return False
+    with np.errstate(invalid="ignore", over="ignore"):  # infinities and NaN are no time
+        steps = np.diff(table[0])
+        return bool(np.all(steps > 0) and np.median(np.abs(steps / np.median(steps) - 1)) < 0.5)
+
+
+def _two_clocks(table: Table, found: Roles, at: int | None, others: Sequence[int]) -> list[Finding]:
+    """Report other columns of time, and whether their rates agree."""
+    told = []
+    for other in others:
+        if at is None or table.columns[other] is None or table.columns[at] is None:
+            continue
+        if {at, other} <= found.time_units.keys():
+            continue  # they were compared moment by moment
+        both = f"{_shown(table, at)} and {_shown(table, other)} are both time; {_shown(table, at)} is used"
+        ratio = _ratio_of_rates(table, at, other)
+        odd = ratio > 1e-3
+        told.append(
+            Finding(
+                "two_clocks",
+                "warning" if odd else "info",
+                both + (f"; their rates differ by {ratio:.2%}" if odd else ""),
+                values={"relative": ratio},
+                remedy=" (choose by {time_column})",
+            )
+        )
+    return told
+
+
+def _ratio_of_rates(table: Table, one: int, two: int) -> float:
+    """Relative difference of two rates; of stamps without units up to a power of ten; 0 where one has no rate."""
+    units = [time_unit_of(table.names[i], table.units[i]) for i in (one, two)]
+    stated = None not in units
+    try:
+        rates = [
+            read_stamps(table[i], unit if stated else "s").rate
+            for i, unit in zip((one, two), units, strict=True)
+        ]
+    except InputError:
+        return 0.0
+    ratio = rates[0] / rates[1]
+    if not ratio > 0.0:
+        return 0.0
+    return abs(ratio / (1.0 if stated else 10.0 ** round(float(np.log10(ratio)))) - 1)
+
+
+def _shown(table: Table, at: int) -> str:
+    return table.names[at] or f"{at} (without a name)"
+
+
+# -- use -----------------------------------------------------------------------------------------
+
+
+def choose(table: Table, found: Roles, request: Request) -> Layout:
+    """Decide which columns are used and in which units."""
+    names, units = table.names, table.units
+    roles, reasons = list(found.roles), list(found.reasons)
+    loud: set[int] = set()
+    if request.columns:
+        samples = tuple(dict.fromkeys(find_column(name, names) for name in request.columns))
+    else:
+        samples = _sensors(table, found, request, reasons, loud)
+    covariates = [i for i, role in enumerate(roles) if role == "temperature" and i not in samples]
+    covariates = [i for i in covariates if i not in table.texts]
+    for name in request.covariates:
+        at = find_column(name, names)
+        if at not in covariates and at not in samples:
+            covariates.append(at)
+    time, parts = found.time, found.parts
+    own = [units[i] for i in samples]
+    quantity = request.quantity
+    if quantity is None:
+        phases = all(kind_of_unit(unit) == PHASE for unit in own) and request.unit is None
+        quantity = "angle" if phases else "rate"
+    read = [_unit_and_scale(names[i], units[i], request, quantity) for i in samples]
+    layout = Layout(
+        (),
+        samples,
+        tuple(covariates),
+        tuple(unit for unit, _ in read),
+        quantity,
+        time,
+        None if time is None else _time_unit(table, found, time),
+        parts,
+        (),
+    )
+    scales = dict(zip(samples, (scale for _, scale in read), strict=True))
+    used = set(layout.used)
+    columns = []
+    for i, name in enumerate(names):
+        role, source = roles[i], found.sources[i]
+        if i in samples:
+            role, source = "sensor", source if roles[i] == "sensor" else "option"
+        elif i in covariates and role not in ("temperature",):
+            source = "option"
+        reason = "" if i in used else reasons[i]
+        if request.columns and i not in used and role == "sensor":
+            reason = "not named as a column to use"
+        sources = {"name": table.source if table.named else "guess", "role": source}
+        unit = units[i]
+        if role == "time" and unit is None and not (parts and i in parts.columns):
+            unit = _time_unit(table, found, i)
+        if unit is not None:
+            sources["unit"] = "guess" if i in found.time_units else table.source
+        elif i in samples and request.unit is not None:
+            unit = request.unit if "," not in request.unit else layout.units[samples.index(i)]
+            sources["unit"] = "option"
+        scale = scales.get(i, 1.0)
+        if scale != 1.0:
+            sources["scale"] = sources["unit"]
+        columns.append(LogColumn(name, role, i in used, unit, scale, None, reason, sources))
+    told = [*found.findings, *([] if request.columns else _not_used(columns, loud, request))]
+    return replace(layout, columns=tuple(columns), findings=tuple(told))
+
+
+def _time_unit(table: Table, found: Roles, at: int) -> str | None:
+    """Unit of a column of time, if it is known before all stamps are read."""
+    if at in table.dates:
+        return "s"
+    return found.time_units.get(at) or time_unit_of(table.names[at], table.units[at])
+
+
+def _sensors(
+    table: Table, found: Roles, request: Request, reasons: list[str], loud: set[int]
+) -> tuple[int, ...]:
+    """Columns that are read by default; of the others it is noted why they are not."""
+    names, units = table.names, table.units
+    sensors = [
+        i for i, role in enumerate(found.roles) if role == "sensor" and i not in found.clocks
+    ]
+    foreign = [
+        i
+        for i, unit in enumerate(units)
+        if kind_of_unit(unit) == FOREIGN and role_of(names[i], None) == "sensor"
+    ]
+    loud.update(i for i in foreign if found.roles[i] == "other")
+    for i in foreign:
+        reasons[i] = f"the unit {units[i]} is not understood"
+    kinds = {i: kind_of_unit(units[i]) for i in sensors}
+    given = request.kinds
+    chosen = [i for i in sensors if sensor_kind(names[i]) in given]
+    if chosen:
+        # Gyroscopes and accelerometers in one file: a unit given for one kind chooses it.
+        for i in sensors:
+            kind = sensor_kind(names[i])
+            if i not in chosen and kind is not None:
+                reasons[i] = f"{ARTICLES[kind]}, and {request.unit} is no unit of it"
+                loud.add(i)
+            elif i not in chosen:
+                reasons[i] = f"its name does not say that it is in {request.unit}"
+                loud.add(i)
+        return tuple(chosen)
+    inertial = any(_is_inertial(names[i], units[i]) for i in sensors)
+    phases = [i for i in sensors if kinds[i] == PHASE]
+    integrals = [i for i in sensors if kinds[i] == INTEGRAL]
+    if request.quantity is None and request.unit is None and phases and not inertial:
+        for i in sensors:
+            if i not in phases:
+                reasons[i] = "read with the phase of a clock, which is another quantity"
+        return tuple(phases)
+    if request.quantity is None and len(phases) + len(integrals) < len(sensors):
+        for i in (*phases, *integrals):
+            reasons[i] = f"in {units[i]}, which is no rate"
+        sensors = [i for i in sensors if i not in phases and i not in integrals]
+    if sensors:
+        return tuple(sensors)
+    if foreign:
+        shown = ", ".join(f"{names[i]} ({units[i]})" for i in foreign)
+        counter = (
+            ", of a counter Hz/10MHz" if any("Hz" in (units[i] or "") for i in foreign) else ""
+        )
+        raise InputError(
+            f"no sensor column found: {shown} is in no unit of a sensor",
+            missing="column",
+            remedy=": name it with {column} and give {unit}" + counter,
+        )
+    raise InputError(
+        f"no sensor column found among {', '.join(names) or 'none at all'}",
+        missing="column",
+        remedy=": name it with {column}",
+    )
+
+
+def _is_inertial(name: str, unit: str | None) -> bool:
+    if sensor_kind(name) is not None:
+        return True
+    try:
+        return unit is not None and parse_unit(unit).kind != FREQUENCY
+    except InputError:
+        return False
+
+
+def _not_used(columns: Sequence[LogColumn], loud: set[int], request: Request) -> list[Finding]:
+    """Report in one line which columns are not used and why."""
+    groups: dict[str, list[str]] = {}
+    for i, column in enumerate(columns):
+        if not column.used:
+            groups.setdefault(column.reason or "not needed", []).append(
+                column.name or f"{i} (without a name)"
+            )
+    if not groups:
+        return []
+    listed = "; ".join(f"{named(names)} ({reason})" for reason, names in groups.items())
+    both = (
+        "; two units, as deg/s,m/s^2, take both kinds" if loud and len(request.kinds) == 1 else ""
+    )
+    return [
+        Finding(
+            "not_used",
+            "warning" if loud else "info",
+            f"not used: {listed}" + both,
+            values={"count": sum(map(len, groups.values()))},
+            remedy="" if both else "; {column} uses a column",
+        )
+    ]
+
+
+# -- units ---------------------------------------------------------------------------------------
+
+
+def _unit_and_scale(
+    name: str, own: str | None, request: Request, quantity: str
+) -> tuple[str, float]:
+    """Return the unit of a column of samples, and the factor that brings its numbers there: a phase is read in s."""
+    given = _given_for(name, own, request)
+    if quantity != "rate" and PHASE in (kind_of_unit(own), kind_of_unit(given)):
+        stated = own if kind_of_unit(own) == PHASE else given
+        assert stated is not None
+        same = given is None or given == "1" or time_unit(given) in (time_unit(stated), "s")
+        if own is not None and not same:
+            raise _contradiction(name, own, given or "")
+        return "s", seconds_in(stated)
+    if given is None:
+        if kind_of_unit(own) == PHASE:
+            raise InputError(
+                f"column {name} is in {own}",
+                missing="quantity",
+                remedy=": give {quantity:angle} for a phase",
+            )
+        return own or "1", 1.0
+    if own is None:
+        return given, 1.0
+    try:
+        said = rate_unit(own, quantity)
+    except InputError:
+        return given, 1.0
+    if said.name != rate_unit(given, quantity).name:
+        raise _contradiction(name, own, given)
+    return given, 1.0
+
+
+def _contradiction(name: str, own: str, given: str) -> InputError:
+    return InputError(
+        f"column {name} is in {own} by the file",
+        missing="unit",
+        remedy=f", {given} by {{unit}}: leave it out, or convert by {{to}}",
+    )
+
+
+def _given_for(name: str, own: str | None, request: Request) -> str | None:
+    """The unit that the caller gave for a column: of several the one of its kind."""
+    if len(request.kinds) < 2:
+        return request.unit
+    kind = sensor_kind(name)
+    if own is not None:
+        try:
+            kind = rate_unit(own, request.quantity or "rate").kind
+        except InputError:
+            return None
+    if kind not in request.kinds:
+        raise InputError(
+            f"column {name}: its name does not say which of {request.unit} it is in",
+            missing="column",
+            remedy=": take the columns of one unit at a time with {column}",
+        )
+    return request.kinds[kind]

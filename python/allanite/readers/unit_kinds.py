@@ -1,0 +1,72 @@
+"""Kind of quantity that a unit in a header belongs to, and units of time by their names."""
+
+from __future__ import annotations
+
+import re
+
+from allanite.common.errors import InputError
+from allanite.common.units import conversion, parse_unit, rate_unit
+
+__all__ = [
+    "FOREIGN",
+    "INTEGRAL",
+    "PHASE",
+    "RATE",
+    "TIME_ONLY",
+    "kind_of_unit",
+    "seconds_in",
+    "time_unit",
+]
+
+#: An angular rate, an acceleration or a fractional frequency.
+RATE = "rate"
+#: An angle or a velocity: the integral of a rate.
+INTEGRAL = "integral"
+#: A time that a clock's phase may be given in.
+PHASE = "phase"
+#: A time that no phase is given in.
+TIME_ONLY = "time"
+#: Any other text.
+FOREIGN = "foreign"
+
+_PHASES = ("s", "ms", "us", "ns", "ps")
+#: Spellings of units of time, in lower case without a plural s.
+_TIMES = {
+    "s": "s", "sec": "s", "second": "s", "ms": "ms", "msec": "ms", "milli": "ms", "millisecond": "ms",
+    "us": "us", "usec": "us", "micro": "us", "microsecond": "us", "ns": "ns", "nsec": "ns", "nano": "ns",
+    "nanosecond": "ns", "ps": "ps", "picosecond": "ps", "min": "min", "minute": "min", "h": "h", "hr": "h", "hour": "h",
+    "d": "d", "day": "d", "mjd": "d", "jd": "d", "y": "y", "yr": "y", "year": "y", "a": "y", "week": "week",
+}  # fmt: skip
+
+
+def time_unit(unit: str | None) -> str | None:
+    """Return the short name of a unit of time, or None: ``seconds`` → ``s``, ``µs`` → ``us``."""
+    text = (unit or "").strip().replace("µ", "u").replace("μ", "u").lower()
+    return _TIMES.get(text) or _TIMES.get(text.removesuffix("s") if len(text) > 2 else text)
+
+
+def seconds_in(unit: str) -> float:
+    """Return the seconds in a unit in which phases are given."""
+    return conversion(time_unit(unit) or unit, "s") if time_unit(unit) != "ps" else 1e-12
+
+
+def kind_of_unit(unit: str | None) -> str | None:
+    """Return the kind of quantity that a unit belongs to; None where there is no unit."""
+    if unit is None:
+        return None
+    time = time_unit(unit)
+    if time is not None and unit.strip() not in ("a",):
+        return PHASE if time in _PHASES else TIME_ONLY
+    if re.fullmatch(r"\s*[\d.]+\s*", unit) and unit.strip() != "1":
+        return FOREIGN
+    try:
+        parse_unit(unit)
+    except InputError:
+        pass
+    else:
+        return RATE
+    try:
+        rate_unit(unit, "angle")
+    except InputError:
+        return FOREIGN
+    return INTEGRAL
