@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from allanite.common.errors import InputError
+from allanite.common.units import ACCELERATION, ANGULAR_RATE
 from allanite.export import c_header, matlab, plain_json, ros, statespace
 from allanite.export.filters import (
     ardupilot,
@@ -13,6 +14,7 @@ from allanite.export.filters import (
     kalibr,
     kfgins,
     liosam,
+    openvins,
     orbslam3,
     px4,
     vins,
@@ -38,6 +40,7 @@ class Render(Protocol):
 TARGETS: dict[str, Render] = {
     "json": plain_json.render,
     "kalibr": kalibr.render,
+    "openvins": openvins.render,
     "matlab": matlab.render,
     "ros": ros.render,
     "vins": vins.render,
@@ -46,6 +49,7 @@ TARGETS: dict[str, Render] = {
     "liosam": liosam.render,
     "fastlio": fastlio.render,
     "px4": px4.render,
+    "px4-params": px4.render_tabs,
     "ardupilot": ardupilot.render,
     "gazebo": gazebo.render,
     "airsim": airsim.render,
@@ -57,7 +61,7 @@ TARGETS: dict[str, Render] = {
 #: Targets that take any sensor; the others hold gyroscopes and accelerometers.
 ANY_SENSOR = ("json", "c-header", "statespace")
 #: Targets whose numbers hold for the rate of the filter, not of the sensor.
-OWN_RATE = ("px4", "ardupilot")
+OWN_RATE = ("px4", "px4-params", "ardupilot")
 #: Simulators, the state space and the variance of a sample: right over a tenth of the recording unless a horizon is given.
 WHOLE_RECORD = ("gazebo", "airsim", "gnss-ins-sim", "matlab", "statespace", "ros")
 
@@ -114,9 +118,22 @@ def export(
         )
         for axis in axes
     ]
+    if target not in ANY_SENSOR:
+        _check_one_imu(own, target)
     for axis in own:
         if target not in ANY_SENSOR and not axis.has_noise:
             raise InputError(
                 f"{axis.name}: the model {axis.model.name} has no noise: fit one that has"
             )
     return TARGETS[target](own, rate, overbound=overbound)
+
+
+def _check_one_imu(axes: Sequence[Axis], target: str) -> None:
+    """Refuse more than three axes of a sensor: a file holds one IMU."""
+    for kind in (ANGULAR_RATE, ACCELERATION):
+        names = [axis.name for axis in axes if axis.kind == kind]
+        if len(names) > 3:
+            raise InputError(
+                f"{target} holds one IMU, found {len(names)} axes of {kind} ({', '.join(names)}):"
+                " choose three of them, with column= or --column"
+            )

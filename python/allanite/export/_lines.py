@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -68,6 +69,7 @@ def value_lines(
     overbound: bool,
     form: str = "{key}: {value:.6e}  {note}",
     mark: str = "#",
+    ranges: Mapping[str, tuple[float, float]] | None = None,
 ) -> str:
     """Head and lines of a file of ``key: value``.
 
@@ -85,6 +87,8 @@ def value_lines(
         Whether N and K are those above the upper limits.
     form, mark : str
         Form of a line with its note, and what makes that, or the rest of a line, a comment.
+    ranges : dict of str to (float, float), optional
+        Documented minimum and maximum of a key: a number outside is written, and the note says so.
     """
     gyro, accel = split(axes)
     pairs = {"gyro": chosen(gyro, overbound=overbound), "accel": chosen(accel, overbound=overbound)}
@@ -96,6 +100,10 @@ def value_lines(
     for key, sensor, name, unit in rows:
         if pairs[sensor]:
             value, remark = largest(pairs[sensor], name)
-            note = f"{mark} {unit}" + (f"; {remark}" if remark else "")
-            lines.append(form.format(key=key, value=convert[name](value), note=note) + "\n")
+            written = convert[name](value)
+            low, high = (ranges or {}).get(key, (-math.inf, math.inf))
+            limit = f"below its documented minimum {low:g}" if written < low else ""
+            limit = f"above its documented maximum {high:g}" if written > high else limit
+            note = "; ".join([f"{mark} {unit}", *filter(None, (remark, limit))])
+            lines.append(form.format(key=key, value=written, note=note) + "\n")
     return "".join(lines)

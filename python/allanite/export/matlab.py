@@ -26,8 +26,10 @@ NOTE = (
 )
 
 
-#: Kasdin's filter of n poles is 1/f down to one over n samples; the default of one pole is none (MATLAB from R2023b on).
-MEMORY = "fractalcoef(n, 1) remembers n samples, here the horizon; the default, one pole, has no flicker noise."
+#: Kasdin's filter of n poles is 1/f down to one over n samples; the default of one pole is not (MATLAB from R2023b on).
+MEMORY = "fractalcoef(n, 1) remembers n samples; the default, one pole, has no flicker noise."
+#: Memory of the filter over the horizon: its Allan deviation is 1.5 % high at the horizon, 6 % with half of it.
+MEMORY_HORIZONS = 2.0
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
@@ -65,7 +67,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             lines.append(f"% {member} {key} in {suffix}{_remarks(pairs, name)}\n")
             arguments.append(f"'{key}', [{' '.join(f'{v:.6e}' for (v,) in numbers)}]")
             if name == "B":
-                poles = max(1, round(max(a.horizon for a in own) * fs))
+                poles = max(1, round(MEMORY_HORIZONS * max(a.horizon for a in own) * fs))
                 lines.append(f"% {MEMORY}\n")
                 arguments.append(f"'BiasInstabilityCoefficients', fractalcoef({poles}, 1)")
         convention += [f"{member} {line}" for line in said]

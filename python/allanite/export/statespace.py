@@ -35,6 +35,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         for name in ("Q", "R", "P0"):
             document[name] = (axis.scale**2 * np.array(document[name])).tolist()
         about = {"name": axis.name, "unit": axis.unit, "source": axis.source}
+        kinds = document["known"]
+        document["functions"] = [e for e in axis.document["effects"] if e["kind"] in kinds]
+        document["functions_unit_si"] = axis.scale
         out.append({**about, "warning": axis.warning or None, **document})
     whole = {"schema": "allanite/state_spaces/1", "version": _kernels.version(), "axes": out}
     return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

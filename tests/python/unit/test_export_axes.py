@@ -222,3 +222,34 @@ def test_ardupilot_lines_are_a_name_and_a_number():
         name, number = re.split(r"[ ,\t]+", line)
         assert name.startswith("EK3_")
         assert float(number) > 0.0
+
+
+def test_units_of_several_models_are_a_list(capsys):
+    models = ["N(N=1e-3)+K(K=1e-5)", "N(N=1e-2)+K(K=1e-4)"]
+
+    def run(unit):
+        with pytest.raises(SystemExit) as stop:
+            main(["export", *models, "--unit", unit, "--rate", "100", "--format", "kalibr"])
+        return stop.value.code, capsys.readouterr()
+
+    code, out = run("rad/s,m/s^2")
+    assert not code
+    assert "gyroscope_noise_density: 1.0" in out.out
+    assert "accelerometer_noise_density: 1.0" in out.out
+    code, out = run("rad/s,m/s^2,deg/s")
+    assert code == 2
+    assert "3 units for 2 models" in out.err
+
+
+def test_two_imus_are_not_merged():
+    own = [document(f"imu{i}_gyro_{a}", "N(N=1e-3)+K(K=1e-5)") for i in (1, 2) for a in "xyz"]
+    with pytest.raises(InputError, match="kalibr holds one IMU, found 6 axes"):
+        export(axes_of(own), "kalibr")
+
+
+def test_a_state_space_has_the_parameters_of_known_functions():
+    own = document("gyro_x", "N(N=1e-3)+K(K=1e-5)+STEP(time=30,height=0.01)")
+    (axis,) = json.loads(export(axes_of([own]), "statespace"))["axes"]
+    assert axis["known"] == ["bias_step"]
+    (step,) = axis["functions"]
+    assert step["parameters"]["height"]["value"] == 0.01

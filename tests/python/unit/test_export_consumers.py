@@ -282,3 +282,106 @@ def test_c_header_and_state_space(tmp_path):
     F, Q, H, R = (np.array(gyro[k]) for k in "FQHR")
     assert R[0, 0] == pytest.approx(N**2 * RATE, rel=0.02)
     assert F.shape == Q.shape == (H.size, H.size)
+
+
+def test_gtsam_4_2_adds_no_covariance_of_its_own():
+    # CombinedImuFactor of GTSAM 4.2 adds biasAccOmegaInt to each preintegration (identity by default); 4.3 has no setter.
+    class Parameters:
+        def __init__(self):
+            self.set = {"setBiasAccOmegaInit": np.eye(6)}
+
+        def __getattr__(self, name):
+            return lambda value: self.set.__setitem__(name, value)
+
+    class Gtsam:
+        class PreintegrationCombinedParams:
+            made = Parameters()
+
+            @classmethod
+            def MakeSharedU(cls, _gravity):
+                return cls.made
+
+    text = export(axes(), "gtsam").replace("import gtsam\n", "")
+    exec(text, {"gtsam": Gtsam, "np": np})
+    found = Gtsam.PreintegrationCombinedParams.made.set
+    extra = found["setBiasAccOmegaInit"]
+    # The angle's variance after t: t² times that of the bias more.
+    for t in TIMES:
+        assert extra[3, 3] * t**2 < 0.005 * expected(t)
+        assert extra[0, 0] * t**2 < 0.005 * expected(t, ACCEL_N, ACCEL_K)
+
+
+def test_gtsam_says_what_has_no_model():
+    text = export(axes()[:1], "gtsam")
+    assert "# parameters.setAccelerometerCovariance: no model was given" in text
+
+
+def test_openvins_finds_its_keys():
+    # ov_core/utils/opencv_yaml_parse.h reads each key below the node imu0 of an OpenCV YAML 1.0 file.
+    yaml = pytest.importorskip("yaml")
+    text = export(axes(), "openvins", RATE)
+    assert text.startswith("%YAML:1.0\n# Use: yes.")
+    node = yaml.safe_load(text.split("\n", 1)[1])["imu0"]
+    assert node["gyroscope_noise_density"] == pytest.approx(N)
+    assert node["accelerometer_random_walk"] == pytest.approx(ACCEL_K)
+    assert node["model"] == "kalibr"
+    assert np.array(node["T_i_b"]).shape == (4, 4)
+    for name in ("Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC", "Tg"):
+        assert np.array(node[name]).shape == (3, 3)
+    assert isinstance(node["update_rate"], float)
+
+
+def test_orbslam3_loads_an_integer_frequency_and_real_noises():
+    # Tracking::ParseIMUParamFile refuses a frequency that is not isInt() and noises that are not isReal().
+    text = export(axes(), "orbslam3", 199.6)
+    assert re.search(r"^IMU.Frequency: 200  # Hz; 199.6 Hz", text, re.M)
+    for key in ("IMU.NoiseGyro", "IMU.NoiseAcc", "IMU.GyroWalk", "IMU.AccWalk"):
+        assert re.search(rf"^{key}: \d\.\d+e[-+]\d+  #", text, re.M)
+
+
+def test_px4_for_qgroundcontrol_and_its_documented_range():
+    text = export(axes(gyro="N(N=1e-6)+K(K=1e-9)"), "px4-params")
+    rows = [line.split("\t") for line in text.splitlines() if not line.startswith("#")]
+    assert [len(row) for row in rows] == [5] * 4
+    values = {row[2]: float(row[3]) for row in rows}
+    assert values["EKF2_ACC_NOISE"] == pytest.approx(ACCEL_N * 10)
+    assert {row[4] for row in rows} == {"9"}
+    assert "below its documented minimum 0.0001" in text
+    assert "below its documented minimum" in export(axes(gyro="N(N=1e-6)+K(K=1e-9)"), "px4")
+
+
+def test_ardupilot_asks_for_the_rate_of_the_loop():
+    text = export(axes(), "ardupilot")
+    assert "if SCHED_LOOP_RATE is below 83 Hz" in text
+    dt = 1 / 50
+    white = number(export(axes(), "ardupilot", 50.0), "EK3_GYRO_P_NSE")
+    assert (dt * white) ** 2 == pytest.approx(N**2 * dt)
+
+
+def test_a_gazebo_bias_is_stationary_from_the_first_sample():
+    q, T = 4e-4, 30.0
+    text = export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "gazebo", RATE)
+    assert float(re.search(r"<bias_stddev>(\S+?)</", text).group(1)) == pytest.approx(
+        q * math.sqrt(T / 2), rel=1e-5
+    )
+
+
+def test_the_flicker_noise_of_matlab_through_its_published_filter():
+    # fractalcoef(n, 1) of MATLAB: the first n + 1 coefficients of (1 − 1/z)^½ (Kasdin 1995) as denominator.
+    B, rate = 1e-3, 10.0
+    text = export(axes(gyro=f"N(N={N})+B(B={B})"), "matlab", rate, horizon=60.0)
+    poles = int(re.search(r"fractalcoef\((\d+), 1\)", text).group(1))
+    assert poles == 1200
+    size = float(re.search(r"'BiasInstability', \[(\S+)", text).group(1))
+    k = np.arange(1, poles + 1)
+    denominator = np.concatenate([[1.0], np.cumprod((k - 1.5) / k)])
+    response = np.fft.fft(denominator, 2**18)[1 : 2**17]
+    w = 2 * np.pi * np.arange(1, 2**17) / 2**18
+    spectrum = size**2 / np.abs(response) ** 2
+    for tau in (1.0, 10.0, 60.0):
+        m = round(tau * rate)
+        # σ²(m) is the mean over w in (0, π) of S(w) · 2 sin⁴(mw/2)/(m sin(w/2))².
+        kernel = 2.0 * np.sin(m * w / 2) ** 4 / (m * np.sin(w / 2)) ** 2
+        allan = float(np.mean(spectrum * kernel))
+        true = parse_model(f"B(B={B})").allan_variance([tau], rate)[0]
+        assert 0.99 < math.sqrt(allan / true) < 1.04

@@ -84,8 +84,8 @@ def command(
             record_length, "--record-length", "s", "the length must be a positive number of seconds"
         )
     axes = []
-    for model in models:
-        axes += axes_of(documents_of(model, unit, rate, record_length), unit, model)
+    for model, own in zip(models, _units_of(unit, models), strict=True):
+        axes += axes_of(documents_of(model, own, rate, record_length), own, model)
     if column:
         names = [axis.name for axis in axes]
         axes = [axes[find_column(name, names)] for name in column]
@@ -99,3 +99,17 @@ def command(
     with whole_file(output) as draft:
         draft.write_text(text, encoding="utf-8")
     click.echo(plain(f"{output}: {target} parameters of {', '.join(axis.name for axis in axes)}"))
+
+
+def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:
+    """The unit of each model: one for all of them, or one for each, separated by commas."""
+    from allanite.common.errors import InputError
+
+    units = unit.split(",") if unit else [None]
+    if len(units) == 1:
+        return [units[0]] * len(models)
+    if len(units) != len(models):
+        raise InputError(
+            f"--unit {unit}: {len(units)} units for {len(models)} models: give one for all, or one for each"
+        )
+    return [one.strip() for one in units if one is not None]

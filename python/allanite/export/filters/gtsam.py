@@ -42,7 +42,17 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             value, remark = largest(own, name)
             note = f"{unit}, two-sided" + (f"; {remark}" if remark else "")
             lines.append(f"parameters.{setter}({value:.6e}**2 * np.eye(3))  # {note}\n")
+        else:
+            lines.append(
+                f"# parameters.{setter}: no model was given; GTSAM's default stays until you set it.\n"
+            )
+    walks = [f"{largest(own, 'K')[0] if own else 0.0:.6e}" for own in (accel, gyro)]
     lines.append(
+        "# GTSAM 4.2 adds this covariance to every preintegration, the identity unless it is set. The prior on the first\n"
+        "# bias of your graph holds the uncertainty of the bias; here is the walk within a thousandth of a second.\n"
+        'if hasattr(parameters, "setBiasAccOmegaInit"):\n'
+        f"    walk = np.array([{walks[0]}] * 3 + [{walks[1]}] * 3)\n"
+        "    parameters.setBiasAccOmegaInit(np.diag(1e-3 * walk**2))\n"
         "# The rule of integration adds nothing worth naming; left alone it would be 1 m^2/s.\n"
         "parameters.setIntegrationCovariance(1e-8**2 * np.eye(3))\n"
     )

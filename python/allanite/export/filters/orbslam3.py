@@ -23,11 +23,20 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N and K as they are: the program multiplies by √frequency, and divides by it, when it reads them."""
+    """N and K as they are: the program multiplies by √frequency, and divides by it, when it reads them.
+
+    Its loaders refuse a frequency that is not an integer, and noises that are not written as real numbers.
+    """
     fs = rate_of(axes, rate, "orbslam3")
     convention = (
         "ORB-SLAM3: continuous time, two-sided, deviations; it applies sqrt(IMU.Frequency) itself.",
     )
     same = {"N": float, "K": float}
     text = value_lines(axes, ROWS, same, convention, overbound=overbound)
-    return text + f"IMU.Frequency: {fs:.6f}\n"
+    whole = max(1, round(fs))
+    near = (
+        f"  # Hz; {fs:.6g} Hz, the loader demands an integer"
+        if abs(whole - fs) > 1e-6 * fs
+        else "  # Hz"
+    )
+    return text + f"IMU.Frequency: {whole}{near}\n"

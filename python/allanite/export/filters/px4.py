@@ -12,10 +12,19 @@ if TYPE_CHECKING:
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["render", "render_tabs"]
 
 #: EKF2_PREDICT_US = 10 000: the filter's own rate, whatever the sensor's, Hz.
 FILTER_RATE = 100.0
+#: Range that the parameter's description allows (ekf2_params.c).
+RANGES = {
+    "EKF2_GYR_NOISE": (1e-4, 0.1),
+    "EKF2_ACC_NOISE": (0.01, 1.0),
+    "EKF2_GYR_B_NOISE": (0.0, 0.01),
+    "EKF2_ACC_B_NOISE": (0.0, 0.01),
+}
+#: MAVLink's number of a 32-bit floating-point parameter.
+REAL32 = 9
 ROWS = (
     ("EKF2_GYR_NOISE", "gyro", "N", "rad/s, deviation per step"),
     ("EKF2_ACC_NOISE", "accel", "N", "m/s^2, deviation per step"),
@@ -25,7 +34,18 @@ ROWS = (
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """N/√dt and K/√dt with dt of the filter: its variances are (dt·σ)²; it allows values up to 1."""
+    """Commands of PX4's shell: N/√dt and K/√dt with dt of the filter, whose variances are (dt·σ)²."""
+    form = "param set {key} {value:.6e}  {note}"
+    return _file(axes, rate, form, overbound=overbound)
+
+
+def render_tabs(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """A file that QGroundControl loads: system, component, name, value and type of each parameter, parted by tabs."""
+    form = f"{{note}}\n1\t1\t{{key}}\t{{value:.9g}}\t{REAL32}"
+    return _file(axes, rate, form, overbound=overbound)
+
+
+def _file(axes: Sequence[Axis], rate: float | None, form: str, *, overbound: bool) -> str:
     fs = rate or FILTER_RATE
     convention = (
         f"PX4 EKF2: per step of the filter, {fs:g} Hz (EKF2_PREDICT_US, or the rate given), not of the sensor;",
@@ -33,10 +53,5 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     )
     convert = {"N": lambda v: v * math.sqrt(fs), "K": lambda v: v * math.sqrt(fs)}
     return value_lines(
-        axes,
-        ROWS,
-        convert,
-        convention,
-        overbound=overbound,
-        form="param set {key} {value:.6e}  {note}",
+        axes, ROWS, convert, convention, overbound=overbound, form=form, ranges=RANGES
     )

@@ -26,7 +26,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     convention = [
         f"Gazebo: stddev is a deviation per sample at {fs:g} Hz, N*sqrt(rate); set update_rate to it.",
         "dynamic_bias_stddev is a continuous-time density q_c, sigma = q_c*sqrt(T/2), T the correlation time.",
-        "bias_stddev draws the constant bias of a run; sigma makes the bias stationary from the first sample.",
+        "bias_stddev is sigma: the bias of each run starts within its stationary distribution.",
     ]
     body = []
     for own, tag in zip(split(axes), ("angular_velocity", "linear_acceleration"), strict=True):
@@ -41,6 +41,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             body.append(
                 f'    <{letter}><noise type="gaussian"><mean>0</mean>'
                 f"<stddev>{white * math.sqrt(fs):.6e}</stddev>"
+                f"<bias_mean>0</bias_mean><bias_stddev>{q_c * math.sqrt(time / 2):.6e}</bias_stddev>"
                 f"<dynamic_bias_stddev>{q_c:.6e}</dynamic_bias_stddev>"
                 f"<dynamic_bias_correlation_time>{time:.6e}</dynamic_bias_correlation_time>"
                 f"</noise></{letter}>\n"

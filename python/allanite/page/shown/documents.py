@@ -40,6 +40,7 @@ RATIO = parse_unit("1").kind
 TARGETS = {
     "parameters.json": "json",
     "kalibr.yaml": "kalibr",
+    "openvins.yaml": "openvins",
     "matlab.m": "matlab",
     "ros.yaml": "ros",
     "vins.yaml": "vins",
@@ -47,7 +48,8 @@ TARGETS = {
     "orbslam3.yaml": "orbslam3",
     "liosam.yaml": "liosam",
     "fastlio.yaml": "fastlio",
-    "px4.params": "px4",
+    "px4.params": "px4-params",
+    "px4.sh": "px4",
     "ardupilot.param": "ardupilot",
     "kf-gins.yaml": "kfgins",
     "gazebo.sdf": "gazebo",

@@ -1,0 +1,55 @@
+"""OpenVINS' kalibr_imu_chain.yaml: continuous-time, two-sided N and K in SI below the node imu0."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.common.errors import InputError
+from allanite.export._axis import rate_of, split
+from allanite.export._lines import value_lines
+from allanite.export.filters.kalibr import ROWS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["render"]
+
+#: Rows of the matrices that the loader looks for: no rotation, no misalignment, no sensitivity to acceleration.
+IDENTITY = tuple([float(i == j) for j in range(3)] for i in range(3))
+MATRICES = {
+    "T_i_b": tuple([float(i == j) for j in range(4)] for i in range(4)),
+    "Tw": IDENTITY,
+    "R_IMUtoGYRO": IDENTITY,
+    "Ta": IDENTITY,
+    "R_IMUtoACC": IDENTITY,
+    "Tg": ([0.0] * 3,) * 3,
+}
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """The file that ``relative_config_imu`` names: YAML 1.0 of OpenCV, all keys below ``imu0``.
+
+    The loader reads the rotation ``T_i_b``, ``model`` and the calibration matrices too (ov_core/utils/opencv_yaml_parse.h,
+    ov_msckf/core/VioManagerOptions.h); these are the identity.
+    """
+    update = rate_of(axes, rate, "openvins")
+    if not all(split(axes)):
+        raise InputError(
+            "openvins needs a model of a gyroscope and one of an accelerometer: give both"
+        )
+    convention = (
+        "OpenVINS: continuous time, two-sided, deviations; the program divides and multiplies by sqrt(dt).",
+        "The matrices are the identity: put your calibration in their place.",
+    )
+    same = {"N": float, "K": float}
+    text = value_lines(
+        axes, ROWS, same, convention, overbound=overbound, form="  {key}: {value:.6e}  {note}"
+    )
+    head, first, numbers = text.partition("  accelerometer_noise_density")
+    lines = [f"%YAML:1.0\n{head}imu0:\n"]
+    for name, rows in MATRICES.items():
+        lines.append(f"  {name}:\n" + "".join(f"    - {row}\n" for row in rows))
+    lines.append(f'{first}{numbers}  model: "kalibr"\n  rostopic: /imu0\n  time_offset: 0.0\n')
+    return "".join(lines) + f"  update_rate: {update:.6f}  # Hz\n"
