@@ -1,15 +1,15 @@
 """A sensor under watch: false alarms of whole runs, and how soon changes are found.
 
-False alarms: runs of 10⁵ segments under the model N+K, of which the ordinates of segments are independent χ² but for
-rounding (the cosine transform makes white noise and a random walk so), so that powers of ordinates are drawn instead of
-samples. What each bet gains by them is as `al.Watch` computes it. Short and long segments are drawn on their own: the
-chance that either alarms is at most the sum of both.
+False alarms: samples of several distributions through `al.Watch`, whose model is fitted to 10⁵ earlier samples of the
+same run (N is their standard deviation, as a fit to white noise finds it). Filtered noise is simulated from its model.
 
-Delays: samples through `al.Watch`, with a change after so many segments, beside two tests with the likelihood ratio of the
-exact change, which end at the same 1/α: one knows when it begins, the other bets on all starts as the watch does. A line is
-twice as strong as what a record of so many segments can tell.
+Delays: samples through `al.Watch`, with a change after so many segments, beside two tests with the likelihood ratio of
+the exact change, which end at the same 1/α: one knows when it begins, the other bets on all starts as the watch does.
+A line is twice as strong as what a record of so many segments can tell.
 
-    python benches/claims/watch.py [--runs 1000] [--segments 100000] [--changes 300] [--after 100]
+    python benches/claims/watch.py [--runs 50] [--segments 100] [--changes 20] [--after 100]
+
+The full study has 1000 runs of 100 segments for each distribution, and 300 changes.
 """
 
 from __future__ import annotations
@@ -23,58 +23,64 @@ import allanite as al
 from allanite import _kernels
 from allanite.fit.likelihood.expected import density
 from allanite.scale.bets import share
-from allanite.scale.watch import FALSE, PARTS, SEGMENT, Watch
+from allanite.scale.watch import FALSE, SEGMENT, Watch
 
 RATE = 100.0
 MODEL = "N(N=0.01)+K(K=0.001)"
-#: Segments drawn at a time, over all runs together, divided by short segments in one.
-TOGETHER = 64
 #: Segments after a change at which a run is given up.
 MOST = 400
 #: What an alarm in 100 needs of the gain of one line among the ordinates of a segment: its limit.
 LIMIT = float(np.log(SEGMENT / FALSE))
 
 
-def null_runs(bets, runs, segments, rng):
-    """Largest capital of each run."""
-    weights = np.exp(bets.weights, dtype=np.float32)
-    stake, kept, top = np.zeros((runs, weights.size), dtype=np.float32), 1.0, np.zeros(runs)
-    z = np.zeros((runs, bets.segment), dtype=np.float32)
-    pairs = z[:, 4::2]
-    for k in range(1, segments + 1):
-        # Two ordinates at a time, but for the first three: no bet parts the others.
-        z[:, 1:4] = rng.standard_normal((runs, 3), dtype=np.float32) ** 2
-        pairs[:] = rng.standard_exponential(pairs.shape, dtype=np.float32)
-        pairs *= 2.0
-        gain = bets.gains(np.cumsum(z, axis=1))
-        stake += np.float32(share(k)) * weights
-        stake *= np.exp(gain, out=gain)
-        kept -= share(k)
-        np.maximum(top, kept + stake.sum(axis=1), out=top)
+#: Samples of one variance, drawn independently.
+DISTRIBUTIONS = {
+    "normal": lambda rng, n: rng.standard_normal(n),
+    "Laplace": lambda rng, n: rng.laplace(size=n),
+    "Student t, 6 degrees of freedom": lambda rng, n: rng.standard_t(6, n),
+    "Student t, 4 degrees of freedom": lambda rng, n: rng.standard_t(4, n),
+    "normal, 1 % of the samples x 5": lambda rng, n: (
+        rng.standard_normal(n) * np.where(rng.random(n) < 0.01, 5, 1)
+    ),
+    "normal, rounded to half a deviation": lambda rng, n: np.round(2.0 * rng.standard_normal(n)),
+    "normal, rounded to two deviations": lambda rng, n: np.round(0.5 * rng.standard_normal(n)),
+}
+FILTERED = {
+    "normal, filtered at 30 Hz": "N(N=0.1)+BW(cutoff=30,order=1)",
+    "normal, filtered at 10 Hz (order 2)": "N(N=0.1)+BW(cutoff=10,order=2)",
+}
+#: Samples to which the model of a run is fitted.
+FITTED = 100_000
+
+
+def one_run(name, run, segments):
+    """Largest e-value of a run under its model."""
+    n = segments * SEGMENT
+    if name in FILTERED:
+        model = al.parse_model(FILTERED[name])
+        x = model.simulate(n=n, rate=RATE, seed=7, axis=run).samples
+    else:
+        x = DISTRIBUTIONS[name](np.random.default_rng([run, 9]), FITTED + n)
+        model, x = al.AngleRandomWalk(N=x[:FITTED].std() / np.sqrt(RATE)), x[FITTED:]
+    watch, top = Watch(model, RATE), 0.0
+    for segment in np.reshape(x, (segments, SEGMENT)):
+        watch.update(segment)
+        top = max(top, watch.e_value)
     return top
 
 
-def false_alarms(runs, segments, seed=0):
-    """Prints how many runs end with an alarm."""
-    watch = Watch(al.parse_model(MODEL), RATE)
-    for part, bets in zip(PARTS, watch._bets, strict=True):
-        bets.__dict__.update(
-            {k: v.astype(np.float32) for k, v in bets.__dict__.items() if k in TABLES}
-        )
-        rng, many = np.random.default_rng([seed, bets.segment]), bets.segment // SEGMENT
-        began, top, each = process_time(), [], max(1, TOGETHER // many)
-        while len(top) < runs:
-            top += list(null_runs(bets, min(each, runs - len(top)), segments // many, rng))
-        alarms = sum(part * t >= 1.0 / FALSE for t in top)
+def false_alarms(runs, segments):
+    """Prints how many runs end with an alarm, for each distribution."""
+    for name in (*DISTRIBUTIONS, *FILTERED):
+        began = process_time()
+        top = np.array([one_run(name, run, segments) for run in range(runs)])
+        alarms = int((top >= 1.0 / FALSE).sum())
         print(
-            f"{runs} runs of {segments // many} segments of {bets.segment}: {alarms} alarms ({100 * alarms / runs:.2f} %),"
-            f" largest capital {part * max(top):.3g}, {process_time() - began:.0f} s of processor time",
+            f"{name}: {runs} runs of {segments} segments: {alarms} alarms ({100 * alarms / runs:.2f} %);"
+            f" {(top >= 10.0).sum()} runs reach 10; largest e-value {top.max():.3g};"
+            f" {process_time() - began:.0f} s of processor time",
             flush=True,
         )
-
-
-#: Numbers of the gains, which need not be of double precision here.
-TABLES = ("_wide_fixed", "_wide_slope", "_narrow_fixed", "_narrow_slope")
 
 
 def line_of(segments):
@@ -83,6 +89,7 @@ def line_of(segments):
 
 
 CHANGES = {
+    "10 % quieter": MODEL.replace("N=0.01", "N=0.009").replace("K=0.001", "K=0.0009"),
     "10 % louder": MODEL.replace("N=0.01", "N=0.011").replace("K=0.001", "K=0.0011"),
     "a lag of 30 Hz": f"{MODEL}+BW(cutoff=30)",
     "a correlation of 0.5 s": f"{MODEL}+GM(correlation_time=0.5,q_c=0.04)",
@@ -138,9 +145,9 @@ def delays(text, runs, after, seed=1):
 def main():
     """Print both."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--runs", type=int, default=1000)
-    parser.add_argument("--segments", type=int, default=100_000)
-    parser.add_argument("--changes", type=int, default=300)
+    parser.add_argument("--runs", type=int, default=50)
+    parser.add_argument("--segments", type=int, default=100)
+    parser.add_argument("--changes", type=int, default=20)
     parser.add_argument("--after", type=int, default=100)
     asked = parser.parse_args()
     for name, text in CHANGES.items() if asked.changes else ():

@@ -1,39 +1,56 @@
-"""Bets against a model, on segments of one length: what a watch puts at stake.
+"""Bets against a model on segments of one length, valid for any distribution of the samples.
 
-The squared cosine ordinates of a segment, over what the model expects, are independent χ²₁ while it holds. An alternative
-says by how much the power differs, ordinate by ordinate; its likelihood ratio against the nearest power that still counts
-as the model's has an expectation of at most 1, whatever came before. So the capital, shared among alternatives and starts,
-is a supermartingale from 1 of the segments of this length.
+A segment is whitened: its cosine ordinates are divided by the model's standard deviations and transformed back. If
+the model holds, the whitened samples are independent and have mean square 1. Their distribution may have heavy tails,
+or steps. So the bets split a segment into two parts that need no normal samples:
+
+* the values, without their order. They tell the total power (`PowerBets`). * the order. Given the values, every order
+is equally likely. The samples are replaced by normal scores of their ranks; the
+  cosine ordinates of these then point in any direction with the same probability. A bet on the shape of the spectrum
+  is the ratio of two angular central Gaussian densities (Tyler 1987) on that sphere, which has mean 1.
+
+The shape bet has mean 1 given the values, so the product of both has mean at most 1. For normal samples the product
+is nearly the likelihood ratio. The capital, shared among alternatives and starts, is a supermartingale that starts at
+1.
 """
 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.effects import Model, Periodic
 from allanite.fit.likelihood.expected import density
+from allanite.scale.power_bets import HIGHEST, ClippedPower, PowerBets
 
 __all__ = ["Bets", "share"]
 
 Array = NDArray[np.float64]
-#: Power over the model's that is bet on: in octaves and at all frequencies, in noise that a filter lets through or holds
-#: back, and in a line. Only strong lines are bet on: the numbers of slow noise are often not known to a fifth, which is no
-#: line.
+#: Power ratios of the alternatives: at all frequencies and in octaves; in noise that a filter passes or removes; in a
+#: line. Weak lines are left to long segments: slow noise is often known to 20 % only, which is no line.
 RATIOS = (0.25, 0.5, 0.7, 0.85, 0.95, 1.05, 1.2, 1.5, 2.0, 4.0)
 FILTERED = (1.5, 4.0, 16.0)
 NARROW = (3.0, 12.0)
-#: Ordinates of a line, and by how many one place of it lies beside the next.
+#: Ordinates of a line, and ordinates from one place of a line to the next.
 WIDTH, STEP = 4, 2
 #: The first ordinate of the lowest line.
 LOWEST = 8
-#: What is kept over a restart.
+#: Fields of each bet that a restart needs.
 STATE = ("stake", "best", "since", "power")
+#: Ordinates beyond this are set to it, and the capital of a bet: their squares and sums must not overflow.
+LARGEST = 1e100
+#: Logarithm of the largest factor by which a segment multiplies a bet.
+LARGEST_GAIN = 400.0
+#: Samples beyond this are set to it: sums over a segment must not overflow.
+LARGEST_SAMPLE = 1e290
+#: Random numbers of this size, in standard deviations, put equal samples into random order. Larger than rounding
+#: errors of the transform (1e-14), smaller than any difference that matters.
+JITTER = 1e-6
 
 
 class Bets:
@@ -46,9 +63,9 @@ class Bets:
     rate : float
         Hz.
     segment : int
-        Samples of one.
+        Samples of one segment.
     tolerance : float
-        Relative deviation of the noise within which the model is taken to hold.
+        Relative deviation of the noise within which the model holds.
     lines : bool
         Bets on lines alone.
     """
@@ -58,89 +75,134 @@ class Bets:
     ) -> None:
         self.segment = segment
         j = np.arange(1, segment, dtype=np.int64)
-        self._expected = density(model.terms(rate, (0.0, segment / rate)), j, segment)
+        expected = density(model.terms(rate, (0.0, segment / rate)), j, segment)
         used = np.ones(j.size)
         for line in (e for e in model if isinstance(e, Periodic)):
             for multiple, _, _ in line.lines:
                 at = 2.0 * segment * multiple * (line.frequency or 0.0) / rate
                 used[np.abs(j - at) <= 6.0] = 0.0
+        self._deviation = np.sqrt(expected)
         self._used = used
         count = np.concatenate([[0.0], np.cumsum(used)])
-
-        def against(ratios: Array) -> tuple[Array, Array]:
-            # The nearest power that still counts as the model's: itself, where the alternative is within the tolerance.
-            null = np.clip(ratios, (1.0 - tolerance) ** 2, (1.0 + tolerance) ** 2)
-            return 0.5 * np.log(null / ratios), 0.5 * (1.0 / null - 1.0 / ratios)
+        # Largest ratio of the power of two bands while the model holds, and of a few ordinates to the level of all
+        # others.
+        contrast, line_contrast = (
+            ((1.0 + tolerance) / (1.0 - tolerance)) ** 2,
+            (1.0 + tolerance) ** 2,
+        )
 
         self._edges = _edges(segment)
         wide, spans, weights = _wide(self._edges) if not lines else _NOTHING
         cells = np.diff(count[self._edges - 1])
-        fixed, slope = against(wide.reshape(-1, cells.size))
-        self._wide_fixed, self._wide_slope = fixed @ cells, slope.T.copy()
-        fixed, self._narrow_slope = against(np.array(NARROW)[:, None])
-        self._narrow_fixed = fixed * _of_lines(count)
+        wide = wide.reshape(-1, cells.size)
+        null = np.array([_nearest_null(one, cells, contrast) for one in wide]).reshape(wide.shape)
+        self._wide_fixed = 0.5 * np.log(null / wide) @ cells
+        self._wide_weights, self._wide_null_weights = (1.0 / wide).T.copy(), (1.0 / null).T.copy()
+        self._power_bets = PowerBets(wide @ cells / max(cells.sum(), 1.0), tolerance)
+        self.clipped = ClippedPower()
+        ratios = np.array(NARROW)
+        self._narrow_fixed = 0.5 * np.log(line_contrast / ratios)[:, None] * _of_lines(count)
+        self._narrow_weights = (1.0 / ratios - 1.0)[:, None]
+        self._narrow_null_weight = 1.0 / line_contrast - 1.0
         low = np.arange(LOWEST, segment - WIDTH + 1, STEP)
         places = np.column_stack([low, low + WIDTH])
         #: First ordinate of each bet and the one after the last, where its power differs most.
         self.spans = np.concatenate([spans, np.tile(places, (len(NARROW), 1))]).astype(np.int64)
         narrow = self.spans.shape[0] - spans.shape[0]
         left = 1.0 - weights.sum()
-        #: Part of the capital that each bet gets, in logarithms.
+        #: Logarithm of the part of the capital that each bet gets.
         self.weights = np.log(np.concatenate([weights, np.full(narrow, left / narrow)]))
         self._freedom = count[self.spans[:, 1] - 1] - count[self.spans[:, 0] - 1]
         self.segments = 0
-        #: What was never bet, and the capital of each bet that is at stake, in logarithms.
-        self.kept = 1.0
-        self.stake = np.full(self.weights.size, -np.inf)
-        #: Of the best start of each bet: its logarithm, segment, and power since.
+        #: Capital that was not bet yet, capital of each bet, and their sum: 1, and rarely much more while the model
+        #: holds.
+        self.kept = self.capital = 1.0
+        self.stake = np.zeros(self.weights.size)
+        #: Best start of each bet: logarithm of its capital, its segment, and the power since then.
         self.best = np.full(self.weights.size, -np.inf)
         self.since = np.zeros(self.weights.size)
         self.power = np.zeros(self.weights.size)
 
-    @property
-    def capital(self) -> float:
-        """1 at the start, rarely much more while the model holds."""
-        return float(self.kept + np.exp(np.minimum(self.stake, 700.0)).sum())
+    def gains(self, total: Array) -> Array:
+        """Logarithms of the e-values of the shape of a spectrum; shape (…, bets).
 
-    def gains(self, total: NDArray[Any]) -> NDArray[Any]:
-        """What each bet gains by a segment, in logarithms, from the sums over ordinates (…, segment), 0 the first."""
-        wide = np.diff(total[..., self._edges - 1]) @ self._wide_slope + self._wide_fixed
-        power = _of_lines(total)
-        narrow = power[..., None, :] * self._narrow_slope + self._narrow_fixed
-        return np.concatenate([wide, narrow.reshape(*power.shape[:-1], -1)], axis=-1)
+        Parameters
+        ----------
+        total : ndarray, shape (…, segment)
+            Sums of the squared ordinates of normal scores up to each ordinate, the first 0.
+        """
+        half = 0.5 * self._used.sum()
+        cells = np.diff(total[..., self._edges - 1])
+        wide = np.log(cells @ self._wide_weights / (cells @ self._wide_null_weights))
+        power = _of_lines(total)[..., None, :]
+        narrow = np.log1p(self._narrow_weights * power / total[..., -1:, None])
+        narrow -= np.log1p(self._narrow_null_weight * power / total[..., -1:, None])
+        narrow = (self._narrow_fixed - half * narrow).reshape(*total.shape[:-1], -1)
+        return np.concatenate([self._wide_fixed - half * wide, narrow], axis=-1)
 
     def take(self, samples: Array) -> None:
-        """Bet on the next segment; one with missing samples decides nothing."""
+        """Bet on the next segment; a segment with missing samples decides nothing."""
         self.segments += 1
         if np.isnan(samples).any():
             return
-        z = _kernels.cosine_transform(samples)[1:] ** 2 / self._expected
-        total = np.concatenate([[0.0], np.cumsum(self._used * z)])
-        gain = self.gains(total)
-        # A share of the capital is bet at each start; all shares together are 1.
+        ordinates, white = self._whitened(samples)
+        scores = _cosine_transform(self._normal_scores(white))[1:]
+        gain = self.gains(_sums(self._used * scores**2))
+        wide = self._wide_fixed.size
+        if wide:
+            gain[:wide] += self._power_bets.gains(white, self.clipped.bound())
+            self.clipped.update(white)
+        # A part of the capital is bet at each start; all parts together are 1.
         part = share(self.segments)
         self.kept -= part
         fresh = np.log(part) + self.weights
-        self.stake = np.logaddexp(self.stake, fresh) + gain
+        growth = np.exp(np.minimum(gain, LARGEST_GAIN))
+        self.stake = np.minimum((self.stake + part * np.exp(self.weights)) * growth, LARGEST)
         begun = self.best < fresh
         self.since[begun], self.power[begun] = self.segments - 1, 0.0
         self.best = np.maximum(self.best, fresh) + gain
+        self.capital = float(self.kept + self.stake.sum())
+        total = _sums(ordinates**2)
         self.power += total[self.spans[:, 1] - 1] - total[self.spans[:, 0] - 1]
 
+    def _whitened(self, samples: Array) -> tuple[Array, Array]:
+        """Cosine ordinates over the model's standard deviation, and the samples that have these."""
+        limited = np.clip(samples, -LARGEST_SAMPLE, LARGEST_SAMPLE)
+        with np.errstate(over="ignore"):
+            ordinates = _cosine_transform(limited - limited.mean())[1:] / self._deviation
+        ordinates = np.clip(ordinates, -LARGEST, LARGEST) * self._used
+        white = _inverse_cosine_transform(np.concatenate([[0.0], ordinates]))
+        white *= math.sqrt(self.segment / self._used.sum())
+        wrong = np.abs(white) > math.sqrt(HIGHEST)
+        if wrong.any() and not wrong.all():
+            # The mean of the segment was subtracted. Wrong samples must not move the others by it.
+            white -= white[~wrong].mean()
+        return ordinates, white
+
+    def _normal_scores(self, white: Array) -> Array:
+        """Normal scores in the order of whitened samples."""
+        jitter = np.random.default_rng(self.segments).uniform(-JITTER, JITTER, white.size)
+        scores = np.empty(white.size)
+        scores[np.argsort(white + jitter)] = _scores(white.size)
+        return scores
+
     def clearest(self) -> tuple[int, int, float, int]:
-        """Of the best bet: the ordinates where the power differs most, by what ratio, and since which segment."""
+        """Return the best bet: its ordinates (first, and after the last), their power ratio, and the first segment."""
         top = int(np.argmax(self.best))
         low, high = self.spans[top]
         freedom = self._freedom[top] * (self.segments - self.since[top])
         return int(low), int(high), float(self.power[top] / max(freedom, 1.0)), int(self.since[top])
 
     def state(self) -> dict[str, Any]:
-        """For a restart."""
+        """Return the numbers that a restart needs."""
         numbers = {name: getattr(self, name).tolist() for name in STATE}
-        return {"segments": self.segments, "kept": self.kept, **numbers}
+        # JSON has no infinities: bets that have not begun have the logarithm None.
+        numbers["best"] = [None if x == -math.inf else x for x in numbers["best"]]
+        counts = {"segments": self.segments, "kept": self.kept, "clipped": self.clipped.state()}
+        return {**counts, **numbers}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on from there.
+        """Continue from a state.
 
         Raises
         ------
@@ -148,21 +210,63 @@ class Bets:
             A state of other bets.
         """
         for name in STATE:
-            numbers = np.array(state[name], dtype=np.float64)
-            if numbers.shape != self.weights.shape:
+            saved = [-math.inf if x is None else x for x in state[name]]
+            numbers = np.array(saved, dtype=np.float64)
+            if numbers.shape != self.weights.shape or np.isnan(numbers).any():
                 raise InputError("damaged, or no state of a watch")
             setattr(self, name, numbers)
         self.segments, self.kept = int(state["segments"]), float(state["kept"])
+        self.clipped.restore(state["clipped"])
+        self.capital = float(self.kept + self.stake.sum())
 
 
-def _of_lines(total: NDArray[Any]) -> NDArray[Any]:
-    """Sums over the ordinates of each place of a line, from those over all before."""
+def _cosine_transform(samples: Array) -> Array:
+    # The core's transform hands each call to its threads, which takes longer than a segment.
+    from scipy.fft import dct
+
+    return np.asarray(dct(samples, norm="ortho"))
+
+
+def _inverse_cosine_transform(ordinates: Array) -> Array:
+    from scipy.fft import idct
+
+    return np.asarray(idct(ordinates, norm="ortho"))
+
+
+def _sums(power: Array) -> Array:
+    """Sums up to each ordinate, 0 the first."""
+    return np.concatenate([[0.0], np.cumsum(power)])
+
+
+@lru_cache(maxsize=4)
+def _scores(n: int) -> Array:
+    """Normal scores of n ranks, in order."""
+    from scipy.special import ndtri
+
+    return np.asarray(ndtri((np.arange(n) + 0.5) / n))
+
+
+def _nearest_null(ratios: Array, count: Array, contrast: float) -> Array:
+    """Power ratios of the spectrum nearest to an alternative of which no two differ by more than `contrast`.
+
+    Total power does not matter: the distance is the Kullback-Leibler divergence after the best scaling of either.
+    """
+    lows = np.geomspace(ratios.min(), max(ratios.max() / contrast, ratios.min()), 100)
+    nulls = np.clip(ratios, lows[:, None], lows[:, None] * contrast)
+    quotient = ratios / nulls
+    mean = quotient @ count / count.sum()
+    distance = count.sum() * np.log(mean) - np.log(quotient) @ count
+    return np.asarray(nulls[np.argmin(distance)])
+
+
+def _of_lines(total: Array) -> Array:
+    """Sums over the ordinates of each place of a line, from sums over all before."""
     return total[..., LOWEST - 1 + WIDTH :: STEP] - total[..., LOWEST - 1 : -WIDTH : STEP]
 
 
 def share(segment: int) -> float:
     """Part of the capital that is bet on a change at a segment, from 1; the sum over all is 1."""
-    # Telescoping: of 1/ln(e + k − 1) what is lost at each step.
+    # The series telescopes: 1/ln(e + k − 1) decreases by this part at segment k.
     return float(1.0 / np.log(math.e + segment - 1.0) - 1.0 / np.log(math.e + segment))
 
 
@@ -176,10 +280,10 @@ _NOTHING = (np.ones((0, 1)), np.zeros((0, 2)), np.zeros(0))
 
 
 def _wide(edges: NDArray[np.int64]) -> tuple[Array, Array, Array]:
-    """Power ratios of the alternatives of many ordinates in each cell, where they differ most, and shares.
+    """Alternatives of many ordinates: power ratios in each cell, spans where they differ most, and parts of the capital.
 
-    A quarter of the capital each is for noise of another level, for noise that a filter lets through or holds back, and for
-    octaves; what is left is for lines.
+    Noise of another level, noise that a filter passes or removes, and octaves get a quarter of the capital each. The
+    rest is for lines.
     """
     low, high, segment = edges[:-1], edges[1:], int(edges[-1])
     middle = np.sqrt(low * (high - 1.0))

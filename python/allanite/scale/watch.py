@@ -1,15 +1,17 @@
 """Does the model still hold? A test that may be looked at at any time.
 
-Samples come in segments, on which there are bets against the model (`Bets`): on short ones for all that may change, on long
-ones for weak lines, whose power they put into few ordinates. Under the model the capital of either is a supermartingale of
-its own segments, which ever reaches c with a chance of at most 1/c (Ville 1939; Shafer & Vovk 2019; Ramdas et al. 2023),
-however long the run is and whenever one looks. The capital on long segments does not change within one, where short ones
-already tell of its end, so the mean of both is no martingale; therefore each must reach its own limit, and the chances add.
+Samples come in segments, on which there are bets against the model (`Bets`): on short segments for every change, on
+long ones for weak lines, whose power long segments put into few ordinates. While the model holds, the capital of each
+is a supermartingale of its own segments. The probability that it ever reaches c is at most 1/c (Ville 1939; Shafer &
+Vovk 2019; Ramdas et al. 2023), however long the run is and whenever one looks. The capital on long segments does not
+change within a segment, whose end the short segments already tell, so the mean of both is no martingale. Therefore
+each must reach its own limit, and the probabilities add.
 """
 
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,15 +33,17 @@ if TYPE_CHECKING:
 __all__ = ["Alarm", "Watch"]
 
 Array = NDArray[np.float64]
-#: Samples of a segment, short segments in a long one, and the parts of the capital that each gets.
+#: Samples of a segment, short segments in a long one, and the parts of the capital that both get.
 SEGMENT, LONG = 1024, 8
 PARTS = (0.75, 0.25)
-#: Chance of a false alarm in the whole run.
+#: Probability of a false alarm in the whole run.
 FALSE = 0.01
-#: Deviation within which the model is taken to hold, relative: fitted numbers are not known better.
+#: Relative deviation of the noise within which the model holds: fits do not know it better.
 TOLERANCE = 0.01
-#: Of a state file.
-SCHEMA = "allanite/watch-state/2"
+#: Samples beyond this count as this in the summary: sums of fourth powers must not overflow.
+LARGEST_IN_SUMMARY = 1e60
+#: Schema of a state file.
+SCHEMA = "allanite/watch-state/3"
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,15 +53,15 @@ class Alarm:
     Attributes
     ----------
     time_s : float
-        When that was clear, from the first sample.
+        Time of the alarm, from the first sample.
     since_s : float
-        When it began, most likely.
+        Most likely time of the change.
     low_hz, high_hz : float
-        Where the power differs most.
+        Frequencies at which the power differs most.
     ratio : float
-        Power over the model's there, since then.
+        Power over the model's at these frequencies, since the change.
     e_value : float
-        By how much the capital has grown; without a change it ever reaches that with a chance of at most its reciprocal.
+        Evidence. While the model holds, it ever reaches a value with a probability of at most its reciprocal.
     """
 
     time_s: float
@@ -90,16 +94,23 @@ class Watch:
     unit : str
         Of the samples.
     tolerance : float
-        Relative deviation of the noise within which the model is taken to hold.
+        Relative deviation of the noise within which the model holds.
 
     Attributes
     ----------
     alarm : Alarm or None
+    position : dict or None
+        Kept with the state for whoever reads the source; `Watch` does not use it.
 
     Raises
     ------
     InputError
         A model without values.
+
+    Notes
+    -----
+    The samples need not be normal. The bets are valid for independent whitened samples of any distribution with a
+    variance, such as heavy-tailed, rounded or contaminated ones.
 
     References
     ----------
@@ -119,6 +130,7 @@ class Watch:
 
     >>> watch = al.Watch(model, rate=100.0)
     >>> watch.restore("watch.json")
+    >>> watch.interrupt()  # the samples in between are not known
     >>> alarm = watch.update(2 * model.simulate(duration=100, rate=100, seed=2).samples)
     >>> 80 < alarm.since_s < 120, watch.to_dict()["alarm"] is not None
     (True, True)
@@ -146,6 +158,7 @@ class Watch:
         )
         self.taken = 0
         self.alarm: Alarm | None = None
+        self.position: dict[str, Any] | None = None
         self._stretch = Stretch.begun(0, 1, 0, self.rate, (unit,))
         #: Samples of the long segment that is not yet complete.
         self._rest = np.zeros(0)
@@ -164,21 +177,36 @@ class Watch:
 
     @property
     def e_value(self) -> float:
-        """The larger capital, of short or long segments: below 1 at the start, rarely much more while the model holds."""
+        """Evidence against the model, the larger capital of both lengths: rarely above 1 while the model holds."""
         return max(self._capitals())
 
     def _capitals(self) -> list[float]:
         return [part * bets.capital for part, bets in zip(PARTS, self._bets, strict=True)]
 
     def update(self, chunk: Any) -> Alarm | None:
-        """Take the next samples, a `chunk` of shape (n,); returns the alarm if it is raised by them."""
+        """Take the next samples and return the alarm if they raise it.
+
+        Parameters
+        ----------
+        chunk : array_like, shape (n,)
+            Missing samples are NaN.
+
+        Raises
+        ------
+        InputError
+            Infinite samples; none of the chunk is taken.
+        """
         x = np.asarray(chunk, dtype=np.float64).ravel()
         if x.size == 0:
             return None
+        infinite = np.isinf(x)
+        if infinite.any():
+            place = self.taken + int(np.argmax(infinite)) + 1
+            raise InputError(f"sample {place} is infinite: mark missing samples with NaN")
         # Of a watch that was killed between its two files the summary is ahead of the state, and has some of these.
         fresh = x[max(0, self._stretch.stop - self.taken) :]
         if fresh.size:
-            self._stretch.update([fresh])
+            self._stretch.update([np.clip(fresh, -LARGEST_IN_SUMMARY, LARGEST_IN_SUMMARY)])
         self.taken += x.size
         before = self.alarm
         joined = np.concatenate([self._rest, x])
@@ -191,6 +219,10 @@ class Watch:
                 self._raise()
         self._rest = joined[joined.size // (SEGMENT * LONG) * (SEGMENT * LONG) :].copy()
         return self.alarm if before is None else None
+
+    def interrupt(self) -> None:
+        """Say that the next sample does not follow the last: a segment with samples from both sides decides nothing."""
+        self._rest[self._rest.size // SEGMENT * SEGMENT :] = np.nan
 
     def _raise(self) -> None:
         bets = self._bets[int(np.argmax(self._capitals()))]
@@ -206,7 +238,7 @@ class Watch:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """One line of the log: samples, time, e-value and the alarm."""
+        """JSON form: samples, time, e-value and the alarm."""
         return {
             "schema": "allanite/watch/1",
             "samples": self.taken,
@@ -218,7 +250,7 @@ class Watch:
         }
 
     def prometheus(self) -> str:
-        """The same in the text format of Prometheus."""
+        """Text for Prometheus: counters and gauges of samples, segments, evidence and the alarm."""
         numbers = {
             "samples_total": ("counter", "Samples taken", self.taken),
             "segments_total": ("counter", "Segments judged", self.segments),
@@ -226,31 +258,33 @@ class Watch:
             "model_holds": ("gauge", "1 while the model holds", int(self.alarm is None)),
         }
         return "".join(
-            f"# HELP allanite_{name} {text}\n# TYPE allanite_{name} {kind}\nallanite_{name} {value:g}\n"
+            f"# HELP allanite_{name} {text}\n# TYPE allanite_{name} {kind}\nallanite_{name} {value!r}\n"
             for name, (kind, text, value) in numbers.items()
         )
 
     # -- restarts --------------------------------------------------------------------------------
 
     def save(self, path: str | Path) -> None:
-        """Write the state to `path`, and the summary of the samples beside it (``.summary``)."""
+        """Write the state to `path`, and the summary of the samples to a file beside it (``.summary``)."""
         state = {
             "schema": SCHEMA,
             "model": str(self.model),
             "rate": self.rate,
             "taken": self.taken,
             "alarm": None if self.alarm is None else self.alarm.to_dict(),
-            "rest": self._rest.tolist(),
+            "position": self.position,
+            # JSON has no NaN.
+            "rest": [None if math.isnan(x) else x for x in self._rest.tolist()],
             "bets": [bets.state() for bets in self._bets],
         }
         summary = self.summary
         with whole_file(path) as draft:
-            draft.write_text(json.dumps(state), encoding="utf-8")
+            draft.write_text(json.dumps(state, allow_nan=False), encoding="utf-8")
             if summary is not None:
                 summary.save(_beside(Path(path)))
 
     def restore(self, path: str | Path) -> None:
-        """Go on from a state that `save` has written to `path`.
+        """Continue from a state that `save` has written to `path`.
 
         Raises
         ------
@@ -283,8 +317,16 @@ class Watch:
             )
         for bets, saved in zip(self._bets, state["bets"], strict=True):
             bets.restore(saved)
-        self.taken, self._rest = state["taken"], np.array(state["rest"], dtype=np.float64)
+        # None becomes NaN.
+        self.taken, self._rest = int(state["taken"]), np.array(state["rest"], dtype=np.float64)
+        self.position = _position(state["position"])
         self.alarm = None if state["alarm"] is None else Alarm(**state["alarm"])
+
+
+def _position(saved: object) -> dict[str, Any] | None:
+    if saved is not None and not isinstance(saved, dict):
+        raise InputError("damaged, or no state of a watch")
+    return saved
 
 
 def _beside(path: Path) -> Path:

@@ -16,9 +16,10 @@ import pytest
 
 import allanite as al
 from allanite.scale import run_fleet
-from allanite.scale.bets import NARROW, share
+from allanite.scale.bets import Bets, share
 from allanite.scale.logs import JOURNAL, _numbers
-from allanite.scale.watch import LONG, SEGMENT, TOLERANCE, Watch
+from allanite.scale.power_bets import ClippedPower, PowerBets
+from allanite.scale.watch import SEGMENT, TOLERANCE, Watch
 from allanite.study import Rung, Study
 from command_line import started, until
 
@@ -244,23 +245,64 @@ def test_shares_of_all_starts_are_one_capital():
     assert shares.sum() < 1.0
 
 
-def test_no_bet_gains_on_what_still_counts_as_the_model():
-    # E exp(f + Σ s z) is e^f Π (1 − 2ρ s)^(−1/2) for z ~ ρ χ²₁: 1 at the nearer edge of the tolerance, and less inside.
-    short, long = Watch(al.parse_model(f"{MODEL}+SIN(frequency=7.3,amplitude=1)"), RATE)._bets
-    fixed, n = short.gains(np.zeros(SEGMENT)), SEGMENT
-    slope = short.gains(np.triu(np.ones((n - 1, n)), 1)) - fixed
-    edges = [(1.0 + TOLERANCE * sign) ** 2 for sign in (-1, 0, 1)]
-    mean = [np.exp(fixed - 0.5 * short._used @ np.log(1.0 - 2.0 * rho * slope)) for rho in edges]
-    assert np.max(mean) < 1.0 + 1e-9
-    assert np.maximum(mean[0], mean[2]) == pytest.approx(1.0, rel=1e-9)
-    for rho in edges:
-        gain = long.gains(np.zeros(long.segment)).reshape(len(NARROW), -1)
-        slope = 0.5 * (1.0 / edges[2] - 1.0 / np.array(NARROW))[:, None]
-        freedom = long._freedom.reshape(gain.shape)
-        assert np.exp(gain - 0.5 * freedom * np.log(1.0 - 2.0 * rho * slope)).max() < 1.0 + 1e-9
-    for bets in (short, long):
-        assert np.exp(bets.weights).sum() == pytest.approx(1.0, rel=1e-12)
-    assert long.segment == LONG * SEGMENT
+def shape_e_values(bets, power, draws, seed):
+    """E-values of the shape bets if the ordinates of normal scores have these expected squares; shape (draws, bets)."""
+    z = np.random.default_rng(seed).standard_normal((draws, power.size)) ** 2
+    total = np.cumsum(power * bets._used * z, axis=1)
+    return np.exp(bets.gains(np.insert(total, 0, 0.0, axis=1)))
+
+
+def test_no_shape_bet_gains_on_a_spectrum_within_the_tolerance():
+    # Sixteen samples: few enough to draw the largest e-values often.
+    bets = Bets(al.parse_model("N(N=0.1)"), RATE, 16, 0.05, lines=False)
+    ends = np.array([0.95, 1.05]) ** 2
+    spectra = [np.ones(15), np.repeat(ends, [7, 8]), np.repeat(ends[::-1], [7, 8])]
+    for seed, power in enumerate(spectra):
+        values = shape_e_values(bets, power, 8000, seed)
+        error = values.std(axis=0) / np.sqrt(len(values))
+        assert (values.mean(axis=0) < 1.0 + 4.0 * error + 1e-9).all()
+    assert shape_e_values(bets, np.repeat([1.0, 9.0], [7, 8]), 1000, 9).mean(axis=0).max() > 3.0
+    for lines in (False, True):
+        weights = Bets(al.parse_model(MODEL), RATE, SEGMENT, 0.01, lines=lines).weights
+        assert np.exp(weights).sum() == pytest.approx(1.0, rel=1e-12)
+
+
+#: Samples of variance 1.
+DISTRIBUTIONS = {
+    "normal": lambda rng, n: rng.standard_normal(n),
+    "laplace": lambda rng, n: rng.laplace(size=n) / np.sqrt(2.0),
+    "t6": lambda rng, n: rng.standard_t(6, n) / np.sqrt(1.5),
+    "t4": lambda rng, n: rng.standard_t(4, n) / np.sqrt(2.0),
+    "two values": lambda rng, n: rng.choice([-1.0, 1.0], n),
+    "rare": lambda rng, n: rng.choice([-10.0, 0.0, 10.0], n, p=[0.005, 0.99, 0.005]),
+}
+
+
+@pytest.mark.parametrize("name", DISTRIBUTIONS)
+def test_no_power_bet_gains_whatever_the_distribution(name):
+    levels = np.array([0.25, 0.7, 0.9, 0.95, 1.05, 1.2, 2.0, 4.0])
+    bets, clipped = PowerBets(levels, TOLERANCE), ClippedPower()
+    rng = np.random.default_rng(11)
+    assert (bets.gains(np.ones(100), clipped.bound())[:4] == 0.0).all()  # nothing is known yet
+    clipped.update(DISTRIBUTIONS[name](rng, 20_000))
+    # Factors of single samples: the mean of their product over independent samples is the product of their means.
+    x, bound = DISTRIBUTIONS[name](rng, 2000), clipped.bound()
+    factors = np.array([np.exp(bets.gains(one[None], bound)) for one in x])
+    error = factors.std(axis=0) / np.sqrt(x.size)
+    assert (factors.mean(axis=0) <= 1.0 + 3.0 * error).all()
+
+
+def test_clipped_power_is_bounded_by_what_was_seen():
+    rng = np.random.default_rng(12)
+    for name, true in (("normal", 0.005), ("t4", 0.125)):
+        clipped = ClippedPower()
+        assert clipped.bound() == np.inf
+        bounds = []
+        for _ in range(100):
+            clipped.update(DISTRIBUTIONS[name](rng, SEGMENT))
+            bounds.append(clipped.bound())
+        assert min(bounds) > true
+        assert bounds[-1] < 1.5 * true + 0.005
 
 
 def test_no_alarm_under_the_model_and_one_beyond_it():
@@ -318,7 +360,7 @@ def test_a_watch_survives_a_restart(tmp_path):
     assert (third.summary.start, third.summary.n) == (12_345, x.size - 12_345)
     # What a version before has written is refused, and damage too, in one line.
     state = (tmp_path / "state").read_text()
-    for text, told in ((state.replace("state/2", "state/1"), "state/1"), (state[:-9], "damaged")):
+    for text, told in ((state.replace("state/3", "state/2"), "state/2"), (state[:-9], "damaged")):
         (tmp_path / "old").write_text(text)
         with pytest.raises(al.InputError, match=told) as raised:
             second.restore(tmp_path / "old")
@@ -352,15 +394,14 @@ def test_watch_from_the_command_line(tmp_path):
 
 
 def test_watch_of_datagrams():
-    from allanite.cli.commands.scale.watch import _rows
+    from allanite.cli.live_source import Stop, rows_of
 
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    found = []
-    reader = threading.Thread(
-        target=lambda: found.extend(_rows(f"udp://127.0.0.1:{port}", lambda _: 1, 0, follow=False))
-    )
+    found, stop = [], Stop()
+    rows = rows_of(f"udp://127.0.0.1:{port}", lambda _: 1, stop)
+    reader = threading.Thread(target=lambda: found.extend(some.samples for some in rows))
     reader.start()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.connect(("127.0.0.1", port))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from allanite.cli.commands.scale.watch import _value
+from allanite.cli.live_source import sample_of
 
 
 @pytest.mark.parametrize(
@@ -21,5 +21,5 @@ from allanite.cli.commands.scale.watch import _value
     ],
 )
 def test_a_cell_is_where_it_is(line, place, value):
-    found = _value(f"{line}\n", place)
+    found = sample_of(f"{line}\n", place)
     assert found is None if value is None else found == pytest.approx(value, nan_ok=True)

@@ -1,0 +1,441 @@
+"""Rows of a source that grows: a text file, standard input, or datagrams.
+
+A file may be truncated in place or replaced by another (log rotation) while it is read. The rows of the new content
+are then read from the first. Standard input and datagrams are read by a thread, so that a signal never interrupts a
+read.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import queue
+import signal
+import sys
+import threading
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+
+from allanite.cli.first_rows import ROWS as FIRST_ROWS
+from allanite.cli.first_rows import cells_of, has_numbers
+from allanite.cli.pipe import NAME, PIPE
+from allanite.common.errors import MOST, InputError, about
+from allanite.common.plain import plain
+
+if TYPE_CHECKING:
+    import socket
+    from collections.abc import Callable, Iterator
+
+    from numpy.typing import NDArray
+
+__all__ = ["Rows", "Stop", "is_file", "rows_of"]
+
+#: Bytes read at a time.
+BLOCK = 1 << 16
+#: Longest line, in bytes. The rows of known loggers have less than a thousandth of it.
+MAX_LINE = 1 << 20
+#: Bytes of lines that are kept until the columns are known.
+MAX_FIRST = 16 * MAX_LINE
+#: Rows after which they are passed on, and seconds after which fewer are.
+MAX_ROWS, FLUSH_S = 4096, 0.2
+#: Seconds between two looks at a file that does not grow.
+POLL_S = 0.2
+#: Bytes before a position by which a file is recognized.
+TAIL = 64
+#: Seconds for which standard input and datagrams are still read after a signal: what has already arrived is not lost.
+DRAIN_S = 0.1
+#: Blocks that may wait for the main thread.
+QUEUE = 64
+
+
+class Stop(threading.Event):
+    """Set by SIGINT or SIGTERM; `signal` is the number of the first, or None."""
+
+    signal: int | None = None
+
+    @contextmanager
+    def listening(self) -> Iterator[None]:
+        """Replace the signal handlers within the block; outside of the main thread, do nothing."""
+        before: dict[int, Any] = {}
+        try:
+            for number in map(int, (signal.SIGINT, signal.SIGTERM)):
+                before[number] = signal.signal(number, self._hear)
+        except ValueError:  # not the main thread
+            pass
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    def _hear(self, number: int, _frame: object) -> None:
+        self.signal = self.signal or number
+        self.set()
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Samples of consecutive rows.
+
+    Attributes
+    ----------
+    samples : ndarray, shape (n,)
+    position : dict or None
+        Where the source continues after these rows; of a file only.
+    follows : bool
+        Whether the first sample follows the last of the rows before.
+    """
+
+    samples: NDArray[np.float64]
+    position: dict[str, Any] | None
+    follows: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Block:
+    """Bytes of a source.
+
+    Attributes
+    ----------
+    data : bytes
+        Empty if there are no more for now.
+    begins_at : int or None
+        Position in the file of a first block; None where the block follows the one before.
+    follows : bool
+        Whether the rows follow those before.
+    """
+
+    data: bytes
+    begins_at: int | None = None
+    follows: bool = True
+
+
+def is_file(source: str) -> bool:
+    """Whether a source is neither standard input nor an address."""
+    return source != PIPE and "://" not in source
+
+
+def rows_of(
+    source: str,
+    place_of: Callable[[list[str]], int],
+    stop: Stop,
+    *,
+    position: dict[str, Any] | None = None,
+    follow: bool = False,
+) -> Iterator[Rows]:
+    """Give the samples of a source as they come, until its end or a signal.
+
+    Parameters
+    ----------
+    source : str
+        Path, ``-``, or ``udp://127.0.0.1:PORT``.
+    place_of : callable
+        Returns the index of the column, given the first lines.
+    stop : Stop
+        Ends the rows. Those that have arrived are given first.
+    position : dict or None
+        Where to continue a file, as `Rows.position` tells.
+    follow : bool
+        Wait for more at the end of a file.
+
+    Raises
+    ------
+    InputError
+        No such source, an address that cannot be used, a line that is too long, or a row without the column.
+    """
+    if source == PIPE:
+        if sys.stdin is None:
+            raise InputError("standard input is closed: there is no log to read")
+        descriptor = sys.stdin.fileno()
+        blocks = _of_thread(lambda: os.read(descriptor, BLOCK), stop)
+    elif is_file(source):
+        blocks = _of_file(Path(source), position, stop, follow=follow)
+    else:
+        blocks = _of_datagrams(source, stop)
+    reader = _Lines(NAME if source == PIPE else source, place_of, keeps_position=is_file(source))
+    return reader.rows(blocks, stop)
+
+
+class _Lines:
+    """Splits blocks into lines and takes the sample of each row."""
+
+    def __init__(
+        self, name: str, place_of: Callable[[list[str]], int], *, keeps_position: bool
+    ) -> None:
+        self.name, self.place_of, self.keeps_position = name, place_of, keeps_position
+        self.offset, self.tail = 0, b""
+        self.rest = b""
+        self.first: list[str] = []
+        self.first_rows = self.first_bytes = 0
+        self.place: int | None = None
+        self.samples: list[float] = []
+        self.follows = True
+
+    def rows(self, blocks: Iterator[_Block], stop: Stop) -> Iterator[Rows]:
+        """Give rows once there are enough of them, some time has passed, or no more come for now."""
+        passed_on = time.monotonic()
+        try:
+            for block in blocks:
+                if block.begins_at is not None:
+                    self._know_the_column()
+                    yield from self._flush()
+                    self._begin(block)
+                self._take(block.data)
+                idle = not block.data or stop.is_set()
+                if len(self.samples) >= MAX_ROWS or (
+                    time.monotonic() - passed_on >= (0.0 if idle else FLUSH_S)
+                ):
+                    yield from self._flush()
+                    passed_on = time.monotonic()
+            # The last line of a source that has ended may lack its end; one that a signal cut off is not complete.
+            if not stop.is_set():
+                self._take(b"\n" if self.rest else b"", counted=len(self.rest))
+            self._know_the_column()
+        except InputError:
+            # What came before a bad row counts.
+            if self.place is not None:
+                yield from self._flush()
+            raise
+        yield from self._flush()
+
+    def _begin(self, block: _Block) -> None:
+        if self.rest:
+            _notice(f"{self.name}: its last row is not complete, and is not watched")
+        self.offset, self.tail, self.rest = block.begins_at or 0, b"", b""
+        self.first, self.first_rows, self.first_bytes = [], 0, 0
+        self.place = None
+        self.follows = self.follows and block.follows
+
+    def _flush(self) -> Iterator[Rows]:
+        if not self.samples:
+            return
+        position = None
+        if self.keeps_position:
+            position = {"offset": self.offset, "tail": self.tail.hex()}
+        rows = Rows(np.array(self.samples), position, self.follows)
+        self.samples, self.follows = [], True
+        yield rows
+
+    def _take(self, data: bytes, *, counted: int | None = None) -> None:
+        """Take bytes of the source; `counted` tells how many there really are."""
+        # A carriage return ends a line, too; the blank line that it may leave is no row.
+        text = self.rest + data.replace(b"\r", b"\n")
+        end = text.rfind(b"\n") + 1
+        lines, self.rest = text[:end], text[end:]
+        if len(self.rest) > MAX_LINE:
+            raise InputError(
+                f"{self.name}: a line is longer than {MAX_LINE} bytes: rows of text are watched, one in a line"
+            )
+        if not lines:
+            return
+        taken = lines if counted is None else lines[:counted]
+        for line in lines.decode("utf-8", "replace").split("\n"):
+            self._line(line)
+        self.offset += len(taken)
+        self.tail = (self.tail + taken)[-TAIL:]
+
+    def _line(self, line: str) -> None:
+        if self.place is not None:
+            self._sample(line)
+            return
+        if not line:
+            return
+        self.first.append(line)
+        self.first_rows += has_numbers(line)
+        self.first_bytes += len(line)
+        if self.first_rows >= FIRST_ROWS:
+            self._know_the_column()
+        elif self.first_bytes > MAX_FIRST:
+            raise InputError(
+                f"{self.name}: no {FIRST_ROWS} rows of numbers in the first {MAX_FIRST} bytes: rows of text are watched"
+            )
+
+    def _know_the_column(self) -> None:
+        """Choose the column by the lines so far, and take their samples."""
+        if self.place is None:
+            self.place = self.place_of(self.first)
+            lines, self.first = self.first, []
+            for line in lines:
+                self._sample(line)
+
+    def _sample(self, line: str) -> None:
+        assert self.place is not None
+        with about(self.name):
+            value = sample_of(line, self.place)
+        if value is not None:
+            self.samples.append(value)
+
+
+def sample_of(line: str, place: int) -> float | None:
+    """The number at a place of a row; NaN for an empty cell, None for a line of words.
+
+    Raises
+    ------
+    InputError
+        A row without this place, or an infinite number.
+    """
+    if not line.strip() or line.lstrip().startswith("#"):
+        return None
+    cells = cells_of(line)
+    if place >= len(cells):
+        raise InputError(f"a row has {len(cells)} columns: --column {place} is none of them")
+    cell = cells[place]
+    try:
+        value = float(cell.replace(",", ".") if cell else "nan")
+    except ValueError:
+        return None
+    if value in (np.inf, -np.inf):
+        raise InputError(f"a sample is infinite ({plain(cell, 20)}): mark missing samples with NaN")
+    return value
+
+
+# -- files -----------------------------------------------------------------------------------------
+
+
+def _of_file(
+    path: Path, position: dict[str, Any] | None, stop: Stop, *, follow: bool
+) -> Iterator[_Block]:
+    if not path.is_file():
+        found = (
+            "is no regular file: pipe it to allanite watch -" if path.exists() else "no such file"
+        )
+        raise InputError(f"{path}: {found}")
+    file = path.open("rb")
+    try:
+        at, tail = 0, b""
+        if position is not None:
+            at, tail = int(position["offset"]), bytes.fromhex(position["tail"])
+            if not _is_continued(file.fileno(), at, tail):
+                _notice(
+                    f"{path}: is not the file that the state ended in: it is read from its first row"
+                )
+                at, tail = 0, b""
+        file.seek(at)
+        yield _Block(b"", at, follows=position is None or at > 0)
+        while not stop.is_set():
+            data = file.read(BLOCK)
+            if data:
+                at, tail = at + len(data), (tail + data)[-TAIL:]
+                yield _Block(data)
+                continue
+            if not follow:
+                return
+            yield _Block(b"")
+            stop.wait(POLL_S)
+            if _is_replaced(path, file.fileno()):
+                # Whoever writes may finish the old file; its last rows come before those of the new one.
+                stop.wait(POLL_S)
+                while data := file.read(BLOCK):
+                    yield _Block(data)
+                file.close()
+                file = path.open("rb")
+                _notice(f"{path}: was replaced by another file: that is read from its first row")
+                at, tail = 0, b""
+                yield _Block(b"", 0)
+            elif not _is_continued(file.fileno(), at, tail):
+                _notice(
+                    f"{path}: was truncated: it is read from its first row; rows may be missing"
+                )
+                at, tail = 0, b""
+                file.seek(0)
+                yield _Block(b"", 0, follows=False)
+    finally:
+        file.close()
+
+
+def _is_continued(descriptor: int, at: int, tail: bytes) -> bool:
+    """Whether a file still has these bytes before a position."""
+    if os.fstat(descriptor).st_size < at:
+        return False
+    here = os.lseek(descriptor, 0, os.SEEK_CUR)
+    try:
+        os.lseek(descriptor, at - len(tail), os.SEEK_SET)
+        return os.read(descriptor, len(tail)) == tail
+    finally:
+        os.lseek(descriptor, here, os.SEEK_SET)
+
+
+def _is_replaced(path: Path, descriptor: int) -> bool:
+    """Whether the path names another file; a path that names none does not yet."""
+    try:
+        now, before = path.stat(), os.fstat(descriptor)
+    except OSError:
+        return False
+    return (now.st_dev, now.st_ino) != (before.st_dev, before.st_ino)
+
+
+# -- standard input and datagrams ------------------------------------------------------------------
+
+
+def _of_thread(read: Callable[[], bytes], stop: Stop) -> Iterator[_Block]:
+    """Give the blocks that a function returns in a thread; empty bytes end them."""
+    blocks: queue.Queue[bytes] = queue.Queue(QUEUE)
+
+    def run() -> None:
+        data = b"-"
+        while data:
+            try:
+                data = read()
+            except OSError:  # closed
+                data = b""
+            blocks.put(data)
+
+    threading.Thread(target=run, daemon=True).start()
+    ends: float | None = None
+    while ends is None or time.monotonic() < ends:
+        if ends is None and stop.is_set():
+            ends = time.monotonic() + DRAIN_S
+        try:
+            data = blocks.get(timeout=0.05)
+        except queue.Empty:
+            yield _Block(b"")
+            continue
+        if not data:
+            return
+        yield _Block(data)
+
+
+def _of_datagrams(source: str, stop: Stop) -> Iterator[_Block]:
+    """Give the datagrams that come to an address of this machine, until one says ``end``."""
+    listener = _listener(source)
+    with listener:
+
+        def read() -> bytes:
+            data = listener.recv(BLOCK)
+            if data.strip() == b"end":
+                return b""
+            # Rows do not go on in the next datagram.
+            return data + b"\n"
+
+        yield from _of_thread(read, stop)
+
+
+def _listener(source: str) -> socket.socket:
+    import socket
+
+    host, _, port = source.removeprefix("udp://").rpartition(":")
+    if not source.startswith("udp://") or host not in ("127.0.0.1", "localhost"):
+        raise InputError(f"{source}: an address of this machine is needed, udp://127.0.0.1:PORT")
+    if not (port.isascii() and port.isdecimal() and 1 <= int(port[:9]) <= 65535):
+        raise InputError(f"{source}: the port must be a whole number from 1 to 65535")
+    listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        listener.bind(("127.0.0.1", int(port)))
+    except OSError as error:
+        listener.close()
+        if error.errno == errno.EADDRINUSE:
+            raise InputError(
+                f"{source}: the address is in use: another program listens there; choose another port"
+            ) from None
+        raise InputError(f"{source}: cannot listen: {error.strerror or error}") from None
+    return listener
+
+
+def _notice(text: str) -> None:
+    click.echo(plain(f"· {text}", MOST), err=True)

@@ -1,0 +1,155 @@
+"""Bets on the total power of whitened samples, valid for any distribution of the samples.
+
+Let w be a whitened sample: the model says that w² has mean 1. The bets use v, which is w² clipped at a limit, so that
+no single sample decides anything. The factor 1 + λ (v/m − 1) is never negative. Its mean is at most 1 if the mean of
+v is at most m (λ > 0) or at least m (λ < 0), whatever the distribution of w. The product over independent samples is
+therefore an e-value.
+
+Clipping lowers the mean of v. That makes bets on more power (λ > 0) safer. For bets on less power, the amount must be
+known. It depends on the tails of the samples, and `ClippedPower` bounds it from the exceedances in all earlier
+segments. A sensor that is too quiet from the first sample on has few exceedances, so this bound does not hide it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["CLIP", "HIGHEST", "ClippedPower", "PowerBets"]
+
+Array = NDArray[np.float64]
+#: Squares of whitened samples are clipped here (3 standard deviations). Of normal samples this removes 0.5 % of the
+#: power; a larger value limits the size of the bets on less power.
+CLIP = 9.0
+#: Bets on more power clip squares here (5 standard deviations): no bound on the clipped power is needed for these.
+FAR = 25.0
+#: Squares beyond this (100 standard deviations) are wrong samples, and count as this.
+HIGHEST = 1e4
+#: Standard errors from an estimate to its bound: a normal estimate exceeds the bound in 0.1 % of the cases.
+STANDARD_ERRORS = 3.0
+#: Upper bound on the expected number of events of which none was seen, with probability 99.9 %: −ln 0.001.
+NONE_SEEN = 6.9
+#: Bets for changes of the power that differ by a factor of e. A bet for a change that is 10 % off loses 1 % of its
+#: growth.
+LEVELS = 5
+#: Smallest factor of one sample.
+LEAST_FACTOR = 0.1
+#: Factors multiplied before their logarithm is taken: (1 + FAR)^BLOCK must not overflow.
+BLOCK = 32
+
+
+class ClippedPower:
+    """Upper bound on the power that clipping removes, the mean of (w² − CLIP)₊, from the samples so far."""
+
+    def __init__(self) -> None:
+        self.samples = self.beyond = 0
+        #: Sums of the excess and of its square, then of the excess limited to FAR − CLIP.
+        self.sums = np.zeros(4)
+
+    def bound(self) -> float:
+        """Upper bound on the mean of (w² − CLIP)₊; infinity before the first sample.
+
+        The larger of two bounds. The first adds up the excess that was seen. The second adds up the excess to FAR,
+        and assumes that the tail beyond falls at least as w⁻⁴, as with four degrees of freedom: the excess over FAR
+        is then at most FAR times the fraction of samples there.
+        """
+        n = self.samples
+        if n == 0:
+            return math.inf
+        seen = _upper_mean(self.sums[0], self.sums[1], n)
+        near = _upper_mean(self.sums[2], self.sums[3], n)
+        count = self.beyond + STANDARD_ERRORS * math.sqrt(self.beyond) + NONE_SEEN
+        return max(seen, near + FAR * count / n)
+
+    def update(self, white: Array) -> None:
+        """Add whitened samples."""
+        square = np.minimum(np.abs(white), math.sqrt(HIGHEST)) ** 2
+        square = square[square > CLIP]
+        seen, near = square - CLIP, np.minimum(square, FAR) - CLIP
+        self.samples += white.size
+        self.beyond += int(np.count_nonzero(square >= FAR))
+        self.sums += (seen.sum(), seen @ seen, near.sum(), near @ near)
+
+    def state(self) -> list[float]:
+        """Return the numbers that a restart needs."""
+        return [self.samples, self.beyond, *self.sums.tolist()]
+
+    def restore(self, state: list[float]) -> None:
+        """Continue from the numbers of `state`."""
+        samples, beyond, *sums = state
+        self.samples, self.beyond = int(samples), int(beyond)
+        self.sums = np.array(sums, dtype=np.float64)
+
+
+def _upper_mean(total: float, squares: float, n: int) -> float:
+    """Mean of n values and its standard errors on top, from the sums of values and of their squares."""
+    mean = total / n
+    return float(mean + STANDARD_ERRORS * math.sqrt(max(squares / n - mean**2, 0.0) / n))
+
+
+class PowerBets:
+    """Logarithms of the e-values of bets on other levels of the total power.
+
+    Parameters
+    ----------
+    levels : ndarray, shape (n,)
+        Total power of each alternative over the model's.
+    tolerance : float
+        Relative deviation of the noise within which the model holds.
+    """
+
+    def __init__(self, levels: Array, tolerance: float) -> None:
+        self._low, self._high = (1.0 - tolerance) ** 2, (1.0 + tolerance) ** 2
+        # Levels that differ by less than 1/LEVELS of their change share a bet, which gains nearly as much.
+        change = np.abs(levels - 1.0)
+        size = np.exp(np.round(np.log(np.maximum(change, 1e-9)) * LEVELS) / LEVELS)
+        self._levels, place = np.unique(1.0 + np.sign(levels - 1.0) * size, return_inverse=True)
+        self._place = place.reshape(-1)
+        self._fractions = np.array([self._fraction(level) for level in self._levels])
+
+    def _fraction(self, level: float) -> float:
+        """λ that gains most on normal samples of this power (Kelly 1956); 0 within the tolerance."""
+        from scipy.optimize import minimize_scalar
+        from scipy.special import chdtri
+
+        if self._low <= level <= self._high:
+            return 0.0
+        null = self._low if level < 1.0 else self._high
+        p = (np.arange(500) + 0.5) / 500
+        sign, clip = (-1.0, CLIP) if level < 1.0 else (1.0, FAR)
+        gain = np.minimum(level * chdtri(1.0, p), clip) / null - 1.0
+        most = (1.0 - LEAST_FACTOR) / (CLIP / null - 1.0 if level < 1.0 else 1.0)
+        found = minimize_scalar(
+            lambda part: -np.log1p(sign * part * gain).mean(), bounds=(0.0, most), method="bounded"
+        )
+        return float(sign * found.x)
+
+    def gains(self, white: Array, clipped: float) -> Array:
+        """Logarithms of the e-values of whitened samples, in the order of `levels`.
+
+        Parameters
+        ----------
+        white : ndarray, shape (samples,)
+        clipped : float
+            Upper bound of the power that clipping at CLIP removes, from earlier samples.
+        """
+        square = np.minimum(np.abs(white), math.sqrt(FAR)) ** 2
+        low = self._low - clipped
+        out = np.zeros(self._levels.size)
+        up, down = self._levels > self._high, self._levels < low
+        out[up] = _log_products(self._fractions[up], square / self._high - 1.0)
+        if down.any():
+            most = (1.0 - LEAST_FACTOR) / (CLIP / low - 1.0)
+            v = np.minimum(square, CLIP)
+            out[down] = _log_products(np.maximum(self._fractions[down], -most), v / low - 1.0)
+        return out[self._place]
+
+
+def _log_products(fractions: Array, gain: Array) -> Array:
+    """Σ ln(1 + λ g) over samples, for each λ."""
+    factors = 1.0 + fractions[:, None] * gain
+    whole = factors.shape[1] // BLOCK * BLOCK
+    products = factors[:, :whole].reshape(len(fractions), -1, BLOCK).prod(axis=2)
+    return np.asarray(np.log(products).sum(axis=1) + np.log(factors[:, whole:]).sum(axis=1))

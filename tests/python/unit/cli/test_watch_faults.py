@@ -1,0 +1,242 @@
+"""A watch beside logs that rotate, signals, and odd samples."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.cli.live_source import MAX_LINE, Stop, rows_of
+from allanite.scale import Watch
+from command_line import piped, refused, started, strict, until
+
+MODEL = ("--model", "N(N=0.1)", "--rate", "100")
+posix = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+
+
+def noise(n, seed=1):
+    return np.random.default_rng(seed).standard_normal(n)
+
+
+def text(samples):
+    return "".join(f"{x:.6f}\n" for x in samples)
+
+
+def last(out):
+    return strict(out.splitlines()[-1])
+
+
+# -- odd samples -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [1e20, 1e155, 1e308, -1e308])
+def test_a_huge_sample_leaves_numbers_and_later_changes_are_found(tmp_path, size):
+    watch, x = Watch(al.parse_model("N(N=0.1)"), 100.0), noise(20_000)
+    x[5000] = size
+    watch.update(x)
+    assert np.isfinite(watch.e_value)
+    strict(json.dumps(watch.to_dict()))
+    watch.save(tmp_path / "state")
+    strict((tmp_path / "state").read_text())
+    again = Watch(al.parse_model("N(N=0.1)"), 100.0)
+    again.restore(tmp_path / "state")
+    assert again.e_value == watch.e_value
+    again.update(2.0 * noise(20_000, 2))
+    assert again.alarm is not None
+    assert again.e_value > 1e6
+
+
+def test_a_single_outlier_is_no_alarm():
+    watch, x = Watch(al.parse_model("N(N=0.1)"), 100.0), noise(100_000)
+    x[50_000] = 1e4
+    watch.update(x)
+    assert watch.alarm is None
+
+
+def test_an_infinite_sample_is_refused_and_nothing_is_lost(run, tmp_path):
+    with pytest.raises(al.InputError, match="sample 3 is infinite"):
+        Watch(al.parse_model("N(N=0.1)"), 100.0).update([0.0, 1.0, np.inf])
+    log = tmp_path / "log.csv"
+    log.write_text(text(noise(200)) + "inf\n0.1\n")
+    code, out, err = run("watch", log, *MODEL, "--state", tmp_path / "state")
+    assert (code, last(out)["samples"], len(err.splitlines())) == (2, 200, 1)
+    assert "log.csv" in err
+    assert "infinite" in err
+
+
+def test_counters_for_prometheus_are_whole_numbers():
+    watch = Watch(al.parse_model("N(N=0.1)"), 100.0)
+    watch.taken = 123_456_789
+    assert "allanite_samples_total 123456789\n" in watch.prometheus()
+
+
+def test_a_segment_across_an_interruption_decides_nothing():
+    watch = Watch(al.parse_model("N(N=0.1)"), 100.0)
+    watch.update(noise(1500))
+    watch.interrupt()
+    assert np.isnan(watch._rest).sum() == 1500 - 1024
+    watch.update(1e3 + noise(1000, 2))
+    assert watch.segments == 2
+    assert watch.e_value < 1.0
+
+
+# -- input that does not end, addresses ------------------------------------------------------------
+
+
+def test_a_line_without_end_is_refused_in_little_memory(monkeypatch, tmp_path):
+    # The file is larger than any line may be; it is never read to its end.
+    with (tmp_path / "log").open("wb") as file:
+        file.write(b"7" * (2 * MAX_LINE))
+        file.truncate(1 << 40)
+    with pytest.raises(al.InputError, match="a line is longer than") as raised:
+        list(rows_of(str(tmp_path / "log"), lambda _: 0, Stop()))
+    assert "\n" not in str(raised.value)
+
+
+def test_a_long_line_on_a_pipe_is_one_line_of_complaint():
+    refused(piped(b"1" * (3 * MAX_LINE), "watch", "-", *MODEL), 2, "standard input", "longer than")
+
+
+@pytest.mark.parametrize("port", ["0", "65536", "99999999999999999999", "-1", "x", ""])
+def test_a_port_that_is_none_is_refused(run, port):
+    refused(run("watch", f"udp://127.0.0.1:{port}", *MODEL), 2, "port", "1 to 65535")
+
+
+def test_an_address_in_use_is_said(run):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        address = f"udp://127.0.0.1:{other.getsockname()[1]}"
+        refused(run("watch", address, *MODEL), 2, address, "in use", "another port")
+
+
+# -- signals ---------------------------------------------------------------------------------------
+
+ENDS = {signal.SIGTERM: 143, signal.SIGINT: 130}
+
+
+@posix
+@pytest.mark.parametrize("number", ENDS)
+def test_a_signal_loses_no_row_of_a_pipe(tmp_path, number):
+    state = tmp_path / "state"
+    with started("watch", "-", *MODEL, "--every", 1, "--state", state, stdin=-1) as process:
+        process.stdin.write(text(noise(150)).encode())
+        process.stdin.flush()
+        until(state.is_file)  # a second of samples was reported
+        process.stdin.write((text(noise(77)) + "0.12").encode())
+        process.stdin.flush()
+        process.send_signal(number)
+        code = process.wait(30)
+        out = process.stdout.read().decode()
+    assert (code, last(out)["samples"]) == (ENDS[number], 227)
+    assert json.loads(state.read_text())["taken"] == 227
+
+
+@posix
+def test_a_signal_loses_no_datagram(tmp_path):
+    state = tmp_path / "state"
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    options = (*MODEL, "--every", 1, "--state", state)
+    with started("watch", f"udp://127.0.0.1:{port}", *options) as process:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+
+            def reported():
+                sender.sendto(text(noise(10)).encode(), ("127.0.0.1", port))
+                return state.is_file()
+
+            until(reported)
+            before = json.loads(state.read_text())["taken"]
+            for _ in range(5):
+                sender.sendto(text(noise(3)).encode(), ("127.0.0.1", port))
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(30) == 143
+        samples = last(process.stdout.read().decode())["samples"]
+    assert samples >= before + 15
+    assert samples % 10 == 5
+
+
+# -- files that change -----------------------------------------------------------------------------
+
+
+class Following:
+    """Rows of a file that is followed, read on demand."""
+
+    def __init__(self, path, position=None, monkeypatch=None):
+        self.stop = Stop()
+        self.rows = rows_of(str(path), lambda _: 0, self.stop, position=position, follow=True)
+
+    def until_samples(self, n):
+        out, found = [], []
+        while len(out) < n:
+            some = next(self.rows)
+            out += some.samples.tolist()
+            found.append(some)
+        return out, found
+
+
+@pytest.fixture(autouse=True)
+def _few_rows_tell_the_column(monkeypatch):
+    monkeypatch.setattr("allanite.cli.live_source.FIRST_ROWS", 2)
+    monkeypatch.setattr("allanite.cli.live_source.POLL_S", 0.01)
+
+
+@pytest.mark.parametrize("longer", [False, True])
+def test_a_file_truncated_in_place_is_read_again(tmp_path, capsys, longer):
+    log = tmp_path / "log.csv"
+    log.write_text("gx\n" + text(range(50)))
+    follower = Following(log)
+    assert follower.until_samples(50)[0] == list(range(50))
+    # Shorter than before, or as the writer has already filled it again.
+    fresh = list(range(100, 200 if longer else 110))
+    with log.open("r+") as file:
+        file.truncate(0)
+        file.write("gx\n" + text(fresh))
+    samples, rows = follower.until_samples(len(fresh))
+    assert samples == fresh
+    assert not rows[0].follows
+    assert "truncated" in capsys.readouterr().err
+
+
+def test_a_rotated_file_loses_no_row(tmp_path, capsys):
+    log = tmp_path / "log.csv"
+    log.write_text("gx\n" + text(range(50)))
+    follower = Following(log)
+    follower.until_samples(50)
+    old = log.open("a")
+    log.rename(tmp_path / "log.csv.1")
+    old.write(text(range(50, 60)))
+    old.flush()
+    log.write_text("gx\n" + text(range(60, 70)))
+    samples, rows = follower.until_samples(20)
+    old.close()
+    assert samples == list(range(50, 70))
+    assert all(some.follows for some in rows)
+    assert "replaced" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("change", ["none", "rotated", "truncated"])
+def test_a_state_knows_the_file_that_it_ended_in(run, tmp_path, change):
+    log, state = tmp_path / "log.csv", tmp_path / "state"
+    options = (*MODEL, "--state", state)
+    log.write_text("gx\n" + text(noise(3000)))
+    assert run("watch", log, *options)[0] == 0
+    more = text(noise(2000, 2))
+    if change == "none":
+        with log.open("a") as file:
+            file.write(more)
+    elif change == "rotated":
+        log.rename(tmp_path / "log.csv.1")
+        log.write_text("gx\n" + more)
+    else:
+        with log.open("r+") as file:
+            file.truncate(0)
+            file.write("gx\n" + more)
+    code, out, err = run("watch", log, *options)
+    assert (code, last(out)["samples"]) == (0, 5000)
+    assert ("first row" in err) == (change != "none")
