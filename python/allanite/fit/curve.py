@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.aligned import aligned_when_unpickled
 from allanite.common.showing import brief
 from allanite.effects import Model, Modifier
 from allanite.fit.bands import bands
@@ -28,6 +29,7 @@ FEWEST_EDF = 10.0
 FAILS = 4.0
 
 
+@aligned_when_unpickled
 @dataclass(frozen=True, eq=False)
 class Curve:
     """Measured and modelled overlapping Allan deviation on one grid.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.common.aligned import aligned_when_unpickled
 from allanite.common.showing import brief
 from allanite.effects import Deterministic, Effect, Model, Stochastic
 from allanite.fit.likelihood.discrepancy import SCALES, levels
@@ -33,6 +34,7 @@ class Fitted:
     __repr__ = brief
 
 
+@aligned_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Process(Fitted):
     """A random process.
@@ -56,6 +58,7 @@ class Process(Fitted):
         return self.column * self.theta
 
 
+@aligned_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Regressed(Fitted):
     """A known function of time.
@@ -132,6 +135,7 @@ class Residual:
         return self
 
 
+@aligned_when_unpickled
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """A fitted model with all that later steps need.

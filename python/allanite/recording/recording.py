@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common import verbs
+from allanite.common.aligned import aligned
 from allanite.common.errors import InputError, about
 from allanite.common.units import rate_unit
 from allanite.common.validation import moment, positive_rate
@@ -406,6 +407,7 @@ class Recording:
 
 def _restore(state: dict[str, Any]) -> Recording:
     recording = object.__new__(Recording)
+    state = aligned(state)
     locked(state["samples"])
     state["covariates"] = MappingProxyType({k: locked(v) for k, v in state["covariates"].items()})
     state["covariate_units"] = MappingProxyType(state["covariate_units"])

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.aligned import aligned_when_unpickled
 
 __all__ = ["Blocks", "Sum"]
 
 Array = NDArray[np.float64]
 
 
+@aligned_when_unpickled
 @dataclass(slots=True, eq=False)
 class Sum:
     """An array of sums, kept as `high + low`: some 106 bits, of which the order of adding moves the last few."""
@@ -46,6 +48,7 @@ class Sum:
         return {"high": self.high, "low": self.low}
 
 
+@aligned_when_unpickled
 @dataclass(slots=True, eq=False)
 class Blocks:
     """Power over time: sums of 2^size consecutive tiles, on a grid anchored at sample 0 of the stream.

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.common.aligned import aligned_when_unpickled
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.threads import go_on
@@ -37,6 +38,7 @@ PER_DECADE = 8
 LOWEST = 1 << 25
 
 
+@aligned_when_unpickled
 @dataclass(frozen=True, slots=True, eq=False)
 class Data:
     """Samples (gaps bridged), their cosine ordinates in U² per sample, bins and covariates.

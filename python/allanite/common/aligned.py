@@ -1,0 +1,48 @@
+"""Align arrays after unpickling: a buffer that another process sent may begin at any byte."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import numpy as np
+
+__all__ = ["aligned", "aligned_when_unpickled"]
+
+C = TypeVar("C", bound=type[Any])
+
+
+def aligned(value: Any) -> Any:
+    """Return `value` with every misaligned array in it, also in lists, tuples and dicts, replaced by an aligned copy."""
+    if isinstance(value, np.ndarray):
+        if value.flags.aligned:
+            return value
+        copy = value.copy("K")
+        copy.flags.writeable = value.flags.writeable
+        return copy
+    if type(value) in (list, tuple):
+        return type(value)(aligned(item) for item in value)
+    if type(value) is dict:
+        return {key: aligned(item) for key, item in value.items()}
+    return value
+
+
+def aligned_when_unpickled(cls: C) -> C:
+    """Decorate a class whose arrays go to the compiled core, which takes aligned arrays only.
+
+    Pickle protocol 5 keeps the memory of arrays apart from the pickle. A receiver such as Dask passes parts of a network
+    message as that memory, and such a part may begin at an odd address.
+    """
+    restore = getattr(cls, "__setstate__", None)
+
+    def set_state(self: Any, state: Any) -> None:
+        state = aligned(state)
+        if restore is not None:
+            restore(self, state)
+            return
+        # Without a method of its own a class pickles its __dict__, or the pair of its __dict__ and its slots.
+        for part in state if isinstance(state, tuple) else (state,):
+            for name, item in (part or {}).items():
+                object.__setattr__(self, name, item)
+
+    cls.__setstate__ = set_state
+    return cls
