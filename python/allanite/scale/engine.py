@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.child_process import safe_path
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.plain import plain
 from allanite.summary import Summary
@@ -126,11 +127,13 @@ def _tree(array: Any, rate: float | None, unit: Any, columns: Sequence[str] | No
 
 def _computed(tasks: list[Any], client: Any) -> list[Any]:
     """Results of tasks, each from the worker that has it: gathered in one task, they would all pass through one."""
-    if client is not None:
-        return list(client.gather(client.compute(tasks)))
-    from dask import compute
+    # A pool of processes starts in here, and so do workers that take the place of dead ones.
+    with safe_path():
+        if client is not None:
+            return list(client.gather(client.compute(tasks)))
+        from dask import compute
 
-    return list(compute(*tasks))
+        return list(compute(*tasks))
 
 
 def _of_block(

@@ -2,42 +2,50 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
+import math
 import os
+import sys
+import warnings
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
-from contextlib import contextmanager
-from multiprocessing import get_context, parent_process
 from pathlib import Path
+from queue import SimpleQueue
 from threading import Thread
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.files import check_target, whole_file
+from allanite.common.memory import VARIABLE, budget
 from allanite.common.parameters import Estimate
 from allanite.common.plain import plain
 from allanite.common.threads import processors
+from allanite.common.validation import positive_rate
+from allanite.scale.journal import JOURNAL, Journal, read_journal
+from allanite.scale.log_process import Answer, LogProcess, Setup, failed_row, is_child
 
 if TYPE_CHECKING:
+    from allanite.effects import Effect, Model
     from allanite.study import Study
 
-__all__ = ["JOURNAL", "logs_of", "rows_of", "run_fleet", "write_table"]
+__all__ = ["DEADLINE", "JOURNAL", "logs_of", "rows_of", "run_fleet", "without_quote", "write_table"]
 
-#: What a journal's name ends with; it stands beside the table.
-JOURNAL = ".journal"
+#: Seconds that a log may take by default. Six axes of 5 min at 100 Hz take 2.4 s of processor time.
+DEADLINE = 3600.0
 #: Single tests that a ladder makes for each effect that it adds, at least: what its p-value is multiplied by. It tries all
 #: kinds, again on each rung; the search for one kind alone may be worth less.
 TRIALS = 1000.0
-#: Logs at work at a time, for each worker: the rest wait on the disk.
-AHEAD = 2
+#: First characters of a text that a spreadsheet takes for a formula.
+FORMULA = tuple("=+-@")
 
 
 def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
-    """Logs of a folder, a pattern, a list in a text file, or a sequence, in the order of their names; or the one log.
+    """Return the logs of a folder, a pattern, a list in a text file or a sequence, sorted by name; or the one log.
+
+    Hidden files, journals, and tables that have a journal are no logs.
 
     Raises
     ------
@@ -47,10 +55,10 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
     if isinstance(source, (str, Path)):
         path = Path(source)
         if path.is_dir():
-            found = [p for p in path.rglob("*") if p.is_file() and not p.name.startswith(".")]
+            found = _logs_among(path.rglob("*"))
         elif any(sign in str(source) for sign in "*?["):
             anchor = Path(path.anchor or ".")
-            found = [p for p in anchor.glob(str(path.relative_to(path.anchor))) if p.is_file()]
+            found = _logs_among(anchor.glob(str(path.relative_to(path.anchor))))
         elif path.is_file():
             found = _listed(path) or [path]
         else:
@@ -60,6 +68,20 @@ def logs_of(source: str | Path | Sequence[str | Path]) -> list[Path]:
     if not found:
         raise InputError(f"{source}: no log in it")
     return sorted(found)
+
+
+def _logs_among(paths: Iterator[Path]) -> list[Path]:
+    # A pipe, a device or a broken link stays: its row says what it is.
+    return [
+        path
+        for path in paths
+        if not (path.name.startswith(".") or path.is_dir() or path.suffix == JOURNAL)
+        and not _journal_of(path).exists()
+    ]
+
+
+def _journal_of(table: Path) -> Path:
+    return table.with_name(table.name + JOURNAL)
 
 
 def _listed(path: Path) -> list[Path]:
@@ -82,9 +104,9 @@ def _is_file(path: Path) -> bool:
 
 
 def rows_of(
-    path: str, model: str, rate: float | str | None, unit: str | None
+    path: str, model: str | Model, rate: float | str | None, unit: str | None
 ) -> list[dict[str, Any]]:
-    """One row for each axis of a log; of a log that cannot be read, one that says why.
+    """Return one row for each axis of a log; a log or an axis that cannot be used has a row that says why.
 
     Numbers are a JSON object: name → [value, low, high, standard error], in SI.
     """
@@ -92,37 +114,37 @@ def rows_of(
     from allanite.study import improve
 
     began = perf_counter()
-    content = _content(path)
-    head = {"file": plain(path), "content": content, "column": "", "status": "done", "remarks": ""}
+    head = {"file": plain(path), "content": "", "column": "", "status": "done", "remarks": ""}
     try:
         recording = read(path, rate, unit=unit)
-    except (AllaniteError, OSError) as error:
-        return [{**head, "status": "failed", "remarks": plain(error, 300)}]
+    except MemoryError:
+        raise
+    except Exception as error:
+        return [{**head, "status": "failed", "remarks": _reason(error)}]
     remarks = "; ".join(f.message for f in recording.audit if f.severity == "warning")
     rows = []
     for column in recording:
         row = {**head, "column": column.columns[0], "unit": column.unit, "n": column.n}
         row |= {"rate_hz": column.rate, "duration_s": column.duration}
         try:
-            study = improve(column, model)
-        except AllaniteError as error:
-            rows.append({**row, "status": "failed", "remarks": plain(error, 300)})
+            numbers = _numbers(improve(column, model))
+        except MemoryError:
+            raise
+        except Exception as error:
+            rows.append({**row, "status": "failed", "remarks": _reason(error)})
             continue
         now = perf_counter()
-        rows.append({**row, "remarks": remarks, **_numbers(study), "seconds": now - began})
+        rows.append({**row, "remarks": remarks, **numbers, "seconds": now - began})
         began = now
     return rows
 
 
-def _content(path: str) -> str:
-    digest = hashlib.sha256()
-    try:
-        with Path(path).open("rb") as file:
-            while block := file.read(1 << 20):
-                digest.update(block)
-    except OSError:
-        return ""
-    return digest.hexdigest()
+def _reason(error: Exception) -> str:
+    """Why there are no numbers, in one line."""
+    if isinstance(error, AllaniteError):
+        return plain(error, 300)
+    what = plain(f"{type(error).__name__}: {error}", 200)
+    return f"an error of allanite itself ({what}): please report it with the log"
 
 
 def _numbers(study: Study) -> dict[str, Any]:
@@ -163,16 +185,21 @@ def run_fleet(
     source: str | Path | Sequence[str | Path],
     out: str | Path,
     *,
-    model: str = "N+B+K",
+    model: str | Model = "N+B+K",
     rate: float | str | None = None,
     unit: str | None = None,
     scheduler: str | None = None,
+    deadline: float = DEADLINE,
     on_done: Callable[[int, int, str], None] | None = None,
+    on_note: Callable[[str], None] | None = None,
 ) -> list[dict[str, Any]]:
     """Improve a model of every axis of every log, and write a row each.
 
-    A journal beside the table takes each log as it is done: what is in it, by content, is not done again, so that a run
-    that was ended in any way goes on where it was.
+    Processes of their own work on the logs. A log that cannot be read, crashes or fills its process, takes longer than
+    `deadline`, or changes while it is read has one row with the reason; the others are not affected.
+
+    A journal beside the table takes each log when it is finished. The next run with the same options takes those logs
+    from the journal, by their content, and works on all others, failed ones among them.
 
     Parameters
     ----------
@@ -180,14 +207,19 @@ def run_fleet(
         Folder, pattern, text file with a path a line, or paths.
     out : str or Path
         Table, Parquet or (``.csv``) text.
-    model : str
+    model : str or Model
         Where every ladder starts.
     rate, unit : optional
         As of `allanite.read`.
     scheduler : str, optional
         Address of a scheduler of Dask; by default the processors of this machine.
+    deadline : float
+        Seconds that one log may take. What it may take of the memory is ``ALLANITE_MEMORY``, by default the worker's part
+        of half of the free memory.
     on_done : callable, optional
         Called with (logs done, logs, path).
+    on_note : callable, optional
+        Called with a line about each part of the journal that cannot be used; by default a warning.
 
     Returns
     -------
@@ -197,113 +229,187 @@ def run_fleet(
     Raises
     ------
     InputError
-        No logs, or no place for the table.
+        No logs, no place for the table, or an option that cannot be used.
     """
+    if is_child():
+        raise InputError(
+            "run_fleet: a process for the logs runs your program again to find its effects:"
+            " call run_fleet under if __name__ == '__main__':"
+        )
     target = Path(out)
     check_target(target)
-    logs = [str(path) for path in logs_of(source)]
-    journal = target.with_name(target.name + JOURNAL)
-    with _named(journal):
-        known = {row[0]["content"]: row for row in _journal(journal) if row and row[0]["content"]}
+    if target.suffix.lower() != ".csv":
+        # Missing, it is missed before the work, not after.
+        import pyarrow.parquet  # noqa: F401
+    if not 0.0 < deadline < math.inf:
+        raise InputError(f"deadline is {deadline:g} s: it must be above 0 s")
+    logs = [str(path) for path in _without_table(logs_of(source), target)]
+    journal = _journal_of(target)
+    known = read_journal(journal, on_note or (lambda note: warnings.warn(note, stacklevel=3)))
+    workers = 1 if scheduler is not None else min(len(logs), processors())
+    setup = _setup(model, rate, unit, deadline, workers, known)
     rows: list[dict[str, Any]] = []
-    todo = []
-    for path in logs:
-        before = known.get(_content(path))
-        if before is None or before[0].get("asked") != model:
-            todo.append(path)
-        else:
-            rows += [{**row, "file": plain(path)} for row in before]
-    done = len(logs) - len(todo)
-    with _named(journal), journal.open("a+", encoding="utf-8") as file:
-        _close_line(file)
-        for path, found in _run(todo, (model, rate, unit), scheduler):
-            found = [{**row, "asked": model} for row in found]
-            file.write(json.dumps(found) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-            rows += found
-            done += 1
-            if on_done is not None:
-                on_done(done, len(logs), path)
-    rows.sort(key=lambda row: (row["file"], row["column"]))
+    waiting = set(logs)
+    had_table = target.exists()
+    try:
+        with Journal(journal) as file:
+            for answer in _run(logs, setup, scheduler, workers):
+                found = answer.rows
+                if found is None:
+                    found = [{**row, "file": plain(answer.path)} for row in known[answer.key]]
+                rows += found
+                waiting.discard(answer.path)
+                if answer.rows is not None and all(row["status"] == "done" for row in found):
+                    file.add(answer.key, found)
+                if answer.rows is not None and on_done is not None:
+                    on_done(len(logs) - len(waiting), len(logs), answer.path)
+    except BaseException:
+        if rows and not had_table:
+            why = "not reached before the run was ended: run it again"
+            _write(rows + [failed_row(path, why) for path in waiting], target)
+        raise
+    return _write(rows, target)
+
+
+def _without_table(logs: list[Path], target: Path) -> list[Path]:
+    """Leave out the table that is written, under whatever name; refuse to replace a log by it."""
+    own = {place.resolve() for place in (target, _journal_of(target))}
+    found = [path for path in logs if path.resolve() not in own]
+    if len(found) < len(logs) and target.exists() and not _journal_of(target).exists():
+        raise InputError(f"{target} is among the logs: give the table another name")
+    if not found:
+        raise InputError(f"{target}: there is no log beside it")
+    return found
+
+
+def _setup(
+    model: str | Model,
+    rate: float | str | None,
+    unit: str | None,
+    deadline: float,
+    workers: int,
+    known: dict[str, Any],
+) -> Setup:
+    from allanite._kernels import version
+    from allanite.effects.files import as_model, model_to_dict
+
+    start = as_model(model)
+    effects = _registered()
+    settings = {
+        "version": version(),
+        "model": model_to_dict(start),
+        "rate": rate if rate is None or isinstance(rate, str) else positive_rate(rate),
+        "unit": unit,
+        "effects": [f"{effect.__module__}.{effect.__qualname__}" for effect in effects],
+    }
+    return Setup(
+        start,
+        rate,
+        unit,
+        deadline,
+        int(budget() if VARIABLE in os.environ else budget() / workers),
+        json.dumps(settings, sort_keys=True),
+        frozenset(known),
+        effects,
+        tuple(path for path in sys.path if path),
+        _program(effects),
+    )
+
+
+def _registered() -> tuple[type[Effect], ...]:
+    """Effects that are not part of allanite."""
+    from allanite.effects.registry import CATALOGUE
+
+    return tuple(effect for effect in CATALOGUE if not effect.__module__.startswith("allanite."))
+
+
+def _program(effects: Sequence[type[Effect]]) -> tuple[tuple[str, str], ...]:
+    """How other processes import the program that runs, if it declares effects."""
+    own = [effect for effect in effects if effect.__module__ == "__main__"]
+    if not own:
+        return ()
+    from multiprocessing.spawn import get_preparation_data
+
+    data = get_preparation_data("allanite fleet")
+    found = tuple((k, str(v)) for k, v in data.items() if k.startswith("init_main_from"))
+    if not found:
+        raise InputError(
+            f"the effect {own[0].__qualname__} is declared at the prompt or in a notebook, where no other process finds"
+            " it: put it into a module and import that"
+        )
+    return found
+
+
+def _run(logs: list[str], setup: Setup, scheduler: str | None, workers: int) -> Iterator[Answer]:
+    """Yield the answer of each log as soon as it is there."""
+    if scheduler is not None:
+        yield from _run_by_dask(logs, setup, scheduler)
+        return
+    waiting = deque(logs)
+    answers: SimpleQueue[Answer | BaseException] = SimpleQueue()
+
+    def work(process: LogProcess) -> None:
+        try:
+            while True:
+                answers.put(process.answer(waiting.popleft()))
+        except IndexError:
+            process.close()
+        except BaseException as error:  # raised again where it is waited for
+            answers.put(error)
+
+    processes = [LogProcess(setup) for _ in range(workers)]
+    threads = [Thread(target=work, args=(process,), daemon=True) for process in processes]
+    for thread in threads:
+        thread.start()
+    try:
+        for _ in logs:
+            answer = answers.get()
+            if isinstance(answer, BaseException):
+                raise answer
+            yield answer
+    finally:
+        waiting.clear()
+        for process in processes:
+            process.close()
+
+
+def _run_by_dask(logs: list[str], setup: Setup, scheduler: str) -> Iterator[Answer]:
+    from dask.distributed import Client, as_completed
+
+    try:
+        client = Client(scheduler)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{scheduler}: no scheduler of Dask answers ({plain(error, 120)}): start one with dask scheduler"
+        ) from None
+    with client:
+        (common,) = client.scatter([setup], hash=False)
+        paths = {client.submit(_answer_of, common, path, pure=False): path for path in logs}
+        for task in as_completed(list(paths)):
+            path = paths.pop(task)
+            try:
+                yield task.result()
+            except Exception as error:  # the worker of Dask was lost, or has no allanite
+                what = plain(f"{type(error).__name__}: {error}", 200)
+                yield Answer(path, "", [failed_row(path, f"the workers of Dask failed ({what})")])
+
+
+def _answer_of(setup: Setup, path: str) -> Answer:
+    process = LogProcess(setup)
+    try:
+        return process.answer(path)
+    finally:
+        process.close()
+
+
+def _write(rows: list[dict[str, Any]], target: Path) -> list[dict[str, Any]]:
+    rows = sorted(rows, key=lambda row: (row["file"], row["column"]))
     write_table(rows, target)
     return rows
 
 
-@contextmanager
-def _named(path: Path) -> Iterator[None]:
-    """Of a full disk, or one that fails, the system does not say which file."""
-    try:
-        yield
-    except OSError as error:
-        if error.filename is not None:
-            raise
-        raise InputError(f"{path}: cannot be read or written ({error.strerror or error})") from None
-
-
-def _close_line(file: TextIO) -> None:
-    """End a line that was cut off: what follows would be lost with it."""
-    end = file.seek(0, os.SEEK_END)
-    if end:
-        file.seek(end - 1)
-        if file.read(1) != "\n":
-            file.write("\n")
-
-
-def _journal(path: Path) -> Iterator[list[dict[str, Any]]]:
-    """Logs that are done; the last line may be cut off where the process was killed."""
-    if path.is_file():
-        for line in path.read_text(encoding="utf-8").splitlines():
-            try:
-                yield json.loads(line)
-            except ValueError:
-                continue
-
-
-def _run(
-    todo: list[str], options: tuple[Any, ...], scheduler: str | None
-) -> Iterator[tuple[str, list[dict[str, Any]]]]:
-    """Each log with its rows, as they are done."""
-    if scheduler is not None:
-        from dask.distributed import Client, as_completed
-
-        with Client(scheduler) as client:
-            paths = {client.submit(rows_of, path, *options, pure=False): path for path in todo}
-            for task in as_completed(list(paths)):
-                yield paths[task], task.result()
-        return
-    workers = min(len(todo), processors())
-    if workers < 2:
-        for path in todo:
-            yield path, rows_of(path, *options)
-        return
-    spawn = get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=spawn, initializer=_end_with_command) as pool:
-        waiting = iter(todo)
-        running: dict[Any, str] = {}
-        while True:
-            while len(running) < AHEAD * workers and (following := next(waiting, None)) is not None:
-                running[pool.submit(rows_of, following, *options)] = following
-            if not running:
-                return
-            for task in wait(running, return_when=FIRST_COMPLETED).done:
-                path = running.pop(task)
-                yield path, task.result()
-
-
-def _end_with_command() -> None:
-    """A worker of a command that was killed would wait for logs for ever, and keep its memory."""
-
-    def follow() -> None:
-        if (command := parent_process()) is not None:
-            command.join()
-            os._exit(1)
-
-    Thread(target=follow, daemon=True).start()
-
-
 def write_table(rows: list[dict[str, Any]], target: Path) -> None:
-    """Rows as Parquet, or as text where the name ends with ``.csv``."""
+    """Write rows as Parquet, or as text where the name ends with ``.csv``; `without_quote` reads its texts."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     table = {name: [row.get(name) for row in rows] for name in names}
     with whole_file(target) as draft:
@@ -313,9 +419,22 @@ def write_table(rows: list[dict[str, Any]], target: Path) -> None:
             with draft.open("w", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file)
                 writer.writerow(names)
-                writer.writerows(zip(*table.values(), strict=True))
+                writer.writerows(map(_quoted, zip(*table.values(), strict=True)))
         else:
             import pyarrow as pa
             from pyarrow import parquet
 
             parquet.write_table(pa.table(table), draft)
+
+
+def _quoted(row: Sequence[Any]) -> list[Any]:
+    """Put an apostrophe before texts that a spreadsheet would compute, and before those that would look like that."""
+    return [
+        f"'{cell}" if isinstance(cell, str) and cell.lstrip("'").startswith(FORMULA) else cell
+        for cell in row
+    ]
+
+
+def without_quote(text: str) -> str:
+    """Return the text of a cell that `write_table` has written."""
+    return text[1:] if text.startswith("'") and text.lstrip("'").startswith(FORMULA) else text

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
+from allanite.scale.logs import without_quote
 
 __all__ = ["Deviating", "Fleet", "Population", "fleet"]
 
@@ -322,7 +323,13 @@ def _read(path: Path) -> list[dict[str, Any]]:
         import csv
 
         with path.open(newline="", encoding="utf-8") as file:
-            rows: list[dict[str, Any]] = list(csv.DictReader(file))
+            rows: list[dict[str, Any]] = [
+                {
+                    name: without_quote(text) if isinstance(text, str) else text
+                    for name, text in row.items()
+                }
+                for row in csv.DictReader(file)
+            ]
     else:
         from pyarrow import ArrowInvalid, parquet
 

@@ -21,6 +21,12 @@ from allanite.common.plain import plain
 @click.option("--rate", type=RateType(), metavar="HZ", help="Sampling rate.")
 @click.option("--unit", metavar="UNIT", help="Unit of the samples.")
 @click.option("--scheduler", metavar="ADDRESS", help="Scheduler of Dask, e.g. tcp://host:8786.")
+@click.option(
+    "--deadline",
+    type=float,
+    metavar="SECONDS",
+    help="Longest time for one log.  [default: 3600]",
+)
 @json_option
 @click.option("--quiet", is_flag=True, help="No progress.")
 def command(
@@ -30,19 +36,21 @@ def command(
     rate: float | str | None,
     unit: str | None,
     scheduler: str | None,
+    deadline: float | None,
     as_json: bool,
     quiet: bool,
 ) -> None:
     """Improve a model of every axis of LOGS, a folder, a pattern or a list of paths in a file.
 
-    Logs that are done, by their content, are not done again: run it again to go on. Prints what the fleet has in common and
-    which units deviate.
+    Finished logs (recognized by content and options) are skipped; rerun to resume. A log that cannot be read or that
+    crashes gets a row with the reason. Prints what the fleet has in common and which units deviate.
     """
     import sys
 
     from allanite.cli.output import dumps
     from allanite.effects.files import parse_model
     from allanite.scale import fleet, run_fleet
+    from allanite.scale.logs import DEADLINE
 
     parse_model(model)
 
@@ -52,8 +60,19 @@ def command(
         if shown:
             click.echo(f"{done}/{total} {plain(path)}", err=True)
 
+    def on_note(note: str) -> None:
+        click.echo(f"allanite: {plain(note)}", err=True)
+
     rows = run_fleet(
-        logs, out, model=model, rate=rate, unit=unit, scheduler=scheduler, on_done=on_done
+        logs,
+        out,
+        model=model,
+        rate=rate,
+        unit=unit,
+        scheduler=scheduler,
+        deadline=DEADLINE if deadline is None else deadline,
+        on_done=on_done,
+        on_note=on_note,
     )
     found = fleet(rows)
     click.echo(dumps(found.to_dict()) if as_json else str(found))

@@ -1,0 +1,439 @@
+"""A process that works on one log at a time: a log that crashes it, hangs or fills its memory costs one row of a fleet.
+
+The parent writes pickles to the standard input of the child: a `Setup`, then the path of each log. The child answers with
+a line of JSON each, before which it may ask for more time. The child ends when its input is closed, so no child outlives
+its parent.
+"""
+
+from __future__ import annotations
+
+import gc
+import hashlib
+import json
+import os
+import pickle
+import queue
+import signal
+import stat
+import subprocess
+import sys
+import threading
+import time
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from allanite.common.child_process import child_environment, python_command
+from allanite.common.errors import InputError
+from allanite.common.memory import VARIABLE
+from allanite.common.plain import plain
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from allanite.effects import Effect, Model
+
+__all__ = ["Answer", "LogProcess", "Setup", "failed_row", "is_child", "journal_key", "serve"]
+
+#: Seconds that a process may take to start, which is independent of the logs: it takes 1 to 3 s on an idle machine.
+START = 300.0
+#: Seconds after its deadline at which a child ends itself, for the case that its parent was killed.
+GRACE = 10.0
+#: Seconds: a file that changed no longer ago may change again without a later time stamp (FAT counts in 2 s).
+TIME_STAMP = 2.0
+#: Command of the child.
+COMMAND = "from allanite.scale.log_process import serve; serve()"
+#: Signals that damaged or truncated files cause, in words.
+SIGNALS = {
+    "SIGBUS": "the log became shorter while it was read (SIGBUS)",
+    "SIGKILL": "its process was killed from outside (SIGKILL), probably because the system ran out of memory",
+}
+
+#: Remedy for a log that takes too long.
+MORE_TIME = "give it more by deadline= (--deadline)"
+
+_state = {"child": False, "warm": False}
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """What all logs of a run have in common.
+
+    Attributes
+    ----------
+    model : Model
+        Where every ladder starts.
+    rate, unit : optional
+        As of `allanite.read`.
+    deadline : float
+        Seconds that a log may take.
+    memory : int
+        Bytes that a log may take.
+    settings : str
+        Everything that changes a result, as JSON.
+    done : frozenset of str
+        Keys of logs whose rows are known; see `journal_key`.
+    effects : tuple of type
+        Effects that the caller registered.
+    paths : tuple of str
+        Where the caller imports modules from.
+    main : tuple of (str, str)
+        How the caller's program is imported, where it registered effects of its own.
+    """
+
+    model: Model
+    rate: float | str | None
+    unit: str | None
+    deadline: float
+    memory: int
+    settings: str
+    done: frozenset[str] = frozenset()
+    effects: tuple[type[Effect], ...] = ()
+    paths: tuple[str, ...] = ()
+    main: tuple[tuple[str, str], ...] = field(default=())
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Rows of a log and its journal key; `rows` is None where the journal has them."""
+
+    path: str
+    key: str
+    rows: list[dict[str, Any]] | None
+
+
+def failed_row(path: str, why: str) -> dict[str, Any]:
+    """The row of a log without numbers, with the reason."""
+    return {
+        "file": plain(path),
+        "content": "",
+        "column": "",
+        "status": "failed",
+        "remarks": plain(why, 300),
+    }
+
+
+def journal_key(settings: str, path: str, content: str) -> str:
+    """Digest of everything that changes the rows of a log; the suffix of a name chooses the reader."""
+    text = json.dumps([settings, Path(path).suffix.lower(), content])
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def is_child() -> bool:
+    """True in a process that works on the logs of another."""
+    return _state["child"]
+
+
+class LogProcess:
+    """A child that works on logs; it is started when it is needed, and again after a log that ended it."""
+
+    def __init__(self, setup: Setup) -> None:
+        self._setup = setup
+        self._process: subprocess.Popen[bytes] | None = None
+        self._closed = False
+        self._lock = threading.Lock()
+
+    def answer(self, path: str) -> Answer:
+        """Return the rows of a log, or one row that says why there are none.
+
+        A child that worked on other logs before may have been damaged by them: only a new one shows that a log is at fault.
+        """
+        used = self._process is not None
+        answer = self._try(path)
+        if answer is None and used:
+            answer = self._try(path)
+        return answer or Answer(path, "", [failed_row(path, self._why)])
+
+    def close(self) -> None:
+        """End the child at once."""
+        with self._lock:
+            self._closed = True
+        self._end()
+
+    def _try(self, path: str) -> Answer | None:
+        """The answer of the child; None where a log ended it, which sets the reason."""
+        if self._process is None and not self._start():
+            return None
+        self._send(path)
+        seconds = self._setup.deadline
+        while True:
+            said, late = self._line(seconds)
+            if said is None or "wait" not in said:
+                break
+            seconds = said["wait"]
+        if said is not None and "rows" in said:
+            return Answer(path, said["key"], said["rows"])
+        if late:
+            rows = [failed_row(path, f"not done after {self._setup.deadline:g} s: {MORE_TIME}")]
+            self._end()
+            return Answer(path, "", rows)
+        if said is not None:
+            self._why = said["why"]
+        else:
+            self._why = self._ending()
+        self._end()
+        return None
+
+    def _start(self) -> bool:
+        alone: dict[str, Any] = (
+            # Ctrl-C goes to the processes of the terminal's group; the parent alone decides what follows.
+            {"process_group": 0}
+            if os.name == "posix"
+            else {"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)}
+        )
+        with self._lock:
+            if self._closed:
+                self._why = "the run ended"
+                return False
+            self._process = subprocess.Popen(
+                python_command("-c", COMMAND),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env=child_environment(),
+                **alone,
+            )
+        self._send((self._setup.paths, self._setup.main))
+        self._send(self._setup)
+        said, _ = self._line(START)
+        if said is not None and "refused" in said:
+            self._end()
+            raise InputError(said["refused"])
+        if said is None:
+            self._why = f"a process for the logs did not start: {self._ending()}"
+            self._end()
+        return said is not None
+
+    def _send(self, value: Any) -> None:
+        data = pickle.dumps(value)
+        assert self._process is not None
+        assert self._process.stdin is not None
+        with suppress(OSError, ValueError):  # a child that has ended gives no line either
+            self._process.stdin.write(len(data).to_bytes(8, "little") + data)
+            self._process.stdin.flush()
+
+    def _line(self, seconds: float) -> tuple[dict[str, Any] | None, bool]:
+        """The next line of the child, and whether it came too late."""
+        process = self._process
+        assert process is not None
+        assert process.stdout is not None
+        late = threading.Event()
+
+        def stop() -> None:
+            late.set()
+            process.kill()
+
+        timer = threading.Timer(seconds, stop)
+        timer.daemon = True
+        timer.start()
+        try:
+            text = process.stdout.readline()
+        except (OSError, ValueError):  # closed by the end of the run
+            text = b""
+        finally:
+            timer.cancel()
+        try:
+            return json.loads(text), False
+        except ValueError:
+            return None, late.is_set()
+
+    def _ending(self) -> str:
+        """How the child ended, in words."""
+        assert self._process is not None
+        try:
+            code = self._process.wait(GRACE)
+        except subprocess.TimeoutExpired:
+            return "its process closed its output"
+        if code >= 0:
+            return f"its process ended with code {code}"
+        try:
+            name = signal.Signals(-code).name
+        except ValueError:
+            name = f"signal {-code}"
+        return SIGNALS.get(name, f"its process crashed ({name}): the file may be damaged")
+
+    def _end(self) -> None:
+        with self._lock:
+            process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+            for pipe in (process.stdin, process.stdout):
+                if pipe is not None:
+                    with suppress(OSError):
+                        pipe.close()
+
+    _why = ""
+
+
+# -- the child ---------------------------------------------------------------------------------------
+
+
+def serve() -> NoReturn:
+    """Work on logs until the input is closed."""
+    _state["child"] = True
+    answers = os.dup(1)
+    # What libraries print must not get between the answers.
+    os.dup2(2, 1)
+    say = _sayer(answers)
+    orders: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(orders,), daemon=True).start()
+    try:
+        paths, main = pickle.loads(orders.get())
+        setup = _set_up(paths, main, orders.get())
+    except Exception as error:
+        say({"refused": plain(error, 300)})
+        os._exit(1)
+    say({})
+    while True:
+        path = pickle.loads(orders.get())
+        _end_after(setup.deadline + GRACE)
+        try:
+            say(_answer(path, setup, say))
+        except MemoryError:
+            most = f"{setup.memory / 1e9:.3g} GB"
+            say({"why": f"needs more memory than the {most} of a log: set {VARIABLE} to more"})
+            os._exit(0)
+        _end_after(0.0)
+        _release()
+
+
+def _sayer(answers: int) -> Callable[[dict[str, Any]], None]:
+    def say(value: dict[str, Any]) -> None:
+        line = memoryview(json.dumps(value).encode() + b"\n")
+        while line:
+            line = line[os.write(answers, line) :]
+
+    return say
+
+
+def _listen(orders: queue.SimpleQueue[bytes]) -> None:
+    """Pass on what the parent sends; its end, in whatever way, ends this process in the middle of its work."""
+    # A reader of its own: the lock of sys.stdin, held by this thread, would abort the end of the process.
+    with os.fdopen(os.dup(0), "rb") as stream:
+        try:
+            while True:
+                size = int.from_bytes(stream.read(8), "little")
+                data = stream.read(size)
+                if not size or len(data) < size:
+                    break
+                orders.put(data)
+        finally:
+            os._exit(0)
+
+
+def _set_up(paths: tuple[str, ...], main: tuple[tuple[str, str], ...], pickled: bytes) -> Setup:
+    """Make this process ready for logs: effects of the caller, modules, limits."""
+    # Behind those of Python: no module beside a log or a program takes the place of one of Python's.
+    sys.path += [path for path in paths if path not in sys.path]
+    if main:
+        from multiprocessing import spawn
+
+        spawn.prepare(dict(main))
+    setup: Setup = pickle.loads(pickled)
+
+    from allanite.effects.registry import CATALOGUE
+
+    for effect in setup.effects:
+        CATALOGUE.add(effect)
+    os.environ[VARIABLE] = str(setup.memory)
+    return setup
+
+
+def _warm_up(memory: int) -> None:
+    """Import what logs need, which takes seconds that count for no log, and then limit the memory."""
+    from allanite import _kernels, readers, study
+
+    assert readers
+    assert study
+    _kernels.few_arenas()
+    _limit(memory)
+    _state["warm"] = True
+
+
+def _limit(memory: int) -> None:
+    """Limit the address space to `memory` bytes beyond what this process has; no core file is written after a crash."""
+    try:
+        import resource
+    except ModuleNotFoundError:  # not on Windows
+        return
+    resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
+    try:
+        pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
+    except OSError:  # not Linux
+        return
+    most, hard = pages * resource.getpagesize() + memory, resource.getrlimit(resource.RLIMIT_AS)[1]
+    if hard != resource.RLIM_INFINITY:
+        most = min(most, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+
+
+def _end_after(seconds: float) -> None:
+    """Let the system end this process after so many seconds, also where it holds Python's lock; 0 takes that back."""
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, seconds)
+
+
+def _release() -> None:
+    """Leave nothing of a log in memory: it would count for the next."""
+    from allanite import _kernels
+
+    gc.collect()
+    _kernels.release()
+
+
+def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
+    from allanite.scale.logs import rows_of
+
+    try:
+        before, read_at = _stamp(path), time.time()
+        content = _content(path)
+        key = journal_key(setup.settings, path, content)
+        if key in setup.done:
+            return {"key": key, "rows": None}
+        if not _state["warm"]:
+            say({"wait": START})
+            _end_after(0.0)
+            _warm_up(setup.memory)
+        say({"wait": setup.deadline})
+        _end_after(setup.deadline + GRACE)
+        rows = rows_of(path, setup.model, setup.rate, setup.unit)
+        # A time stamp shows a later change only where it was not yet that of now.
+        stamped = _stamp(path) == before and read_at - before[-1] / 1e9 > TIME_STAMP
+        if not stamped and _content(path) != content:
+            why = "changed while it was read: run again when it is complete"
+            return {"key": "", "rows": [failed_row(path, why)]}
+    except OSError as error:
+        return {"key": "", "rows": [failed_row(path, error.strerror or str(error))]}
+    except InputError as error:
+        return {"key": "", "rows": [failed_row(path, str(error))]}
+    return {"key": key, "rows": [{**row, "content": content} for row in rows]}
+
+
+def _stamp(path: str) -> tuple[int, ...]:
+    """Which file a name stands for, how long it is, and when it changed last, ns."""
+    found = Path(path).stat()
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def _content(path: str) -> str:
+    """SHA-256 of a file, or of all files of a folder and their names.
+
+    Raises
+    ------
+    InputError
+        A pipe or a device, which may never end.
+    """
+    digest = hashlib.sha256()
+    log = Path(path)
+    files = sorted(p for p in log.rglob("*") if p.is_file()) if log.is_dir() else [log]
+    for one in files:
+        if not stat.S_ISREG(one.stat().st_mode):
+            raise InputError("is no file: a pipe or a device may never end")
+        if one != log:
+            digest.update(str(one.relative_to(log)).encode(errors="surrogateescape") + b"\0")
+        with one.open("rb") as file:
+            while block := file.read(1 << 20):
+                digest.update(block)
+    return digest.hexdigest()
