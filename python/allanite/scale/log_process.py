@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from allanite.common.child_process import child_environment, python_command
 from allanite.common.errors import InputError
+from allanite.common.isolation import ONE_THREAD, OVERHEAD
 from allanite.common.memory import VARIABLE
 from allanite.common.plain import plain
 
@@ -191,7 +192,7 @@ class LogProcess:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                env=child_environment(),
+                env={**child_environment(), **ONE_THREAD},
                 **alone,
             )
         self._send((self._setup.paths, self._setup.main))
@@ -363,7 +364,8 @@ def _limit(memory: int) -> None:
         pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
     except OSError:  # not Linux
         return
-    most, hard = pages * resource.getpagesize() + memory, resource.getrlimit(resource.RLIMIT_AS)[1]
+    most = pages * resource.getpagesize() + memory + int(OVERHEAD)
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
     if hard != resource.RLIM_INFINITY:
         most = min(most, hard)
     resource.setrlimit(resource.RLIMIT_AS, (most, hard))
