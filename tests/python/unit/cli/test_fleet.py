@@ -215,7 +215,7 @@ def test_an_interrupt_keeps_finished_logs_and_ends_the_run(faults, tmp_path):
     out = tmp_path / "t.csv"
     journal = out.with_name(out.name + JOURNAL)
     with started("fleet", folder, "--out", out, "--model", "N", "--rate", 1) as process:
-        until(lambda: journal.is_file() and journal.read_bytes().endswith(b"\n"))
+        until(lambda: journal.is_file() and journal.read_bytes().endswith(b"\n"), 200.0)
         before, begun = spent(process), time.monotonic()
         process.send_signal(signal.SIGINT)
         # Within 1 s where a processor is free: what this process itself takes is counted where others are busy.
