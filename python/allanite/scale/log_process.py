@@ -52,7 +52,7 @@ SIGNALS = {
 }
 
 #: Remedy for a log that takes too long.
-MORE_TIME = "give it more by deadline= (--deadline)"
+MORE_TIME = "give it a longer deadline"
 
 _state = {"child": False, "warm": False}
 
