@@ -68,6 +68,7 @@ def characterize(
     (['gx', 'gy'], {})
     """
     recorded(recording)
+    recording = recording.measured
     columns = list(recording)
     found = improve_columns(columns, [model] * len(columns), on_progress, limit, tolerance)
     studies: dict[str, Study] = {}

@@ -11,7 +11,7 @@ import click
 
 from allanite.cli.pipe import NAME, PIPE, log_file, named
 from allanite.cli.words import words_of
-from allanite.common.errors import InputError, TooShortError
+from allanite.common.errors import InputError, TooShortError, about
 from allanite.common.printing import ASKED, sample_unit
 from allanite.common.units import units_by_kind
 from allanite.common.validation import SEEDS
@@ -106,6 +106,17 @@ _LOG_OPTIONS = (
         metavar="START:END|quiet",
         help="Use only these seconds of the log, or its longest quiet stretch.",
     ),
+    click.option(
+        "--scale",
+        multiple=True,
+        metavar="NAME=FACTOR",
+        help="Multiply a column, e.g. raw counts: gx=1/131; repeatable.",
+    ),
+    click.option(
+        "--anyway",
+        is_flag=True,
+        help="Use a log that is mostly motion, or whose unit contradicts gravity.",
+    ),
     click.option("--decimate", type=int, metavar="K", help="Average K samples into one."),
     click.option("--seed", type=SEED, metavar="N", help="Seed of everything random."),
     json_option,
@@ -127,6 +138,8 @@ class LogOptions:
     topic: tuple[str, ...]
     output_unit: str | None
     trim: str | None
+    scale: tuple[str, ...]
+    anyway: bool
     decimate: int | None
     seed: int | None
     as_json: bool
@@ -156,6 +169,8 @@ class LogOptions:
 
     def reading(self) -> dict[str, Any]:
         """Return the options of `allanite.read`."""
+        from allanite.readers.scaling import parse_scales
+
         return {
             "rate": self.rate,
             "unit": self.unit,
@@ -165,6 +180,7 @@ class LogOptions:
             "time_column": self.time_column,
             "piece": self.piece,
             "topic": self.topic or None,
+            "scale": parse_scales(self.scale) or None,
         }
 
 
@@ -186,8 +202,8 @@ def is_number(taus: str) -> bool:
     return taus.isascii() and taus.isdigit()
 
 
-def columns_of(path: str, options: LogOptions) -> list[Recording]:
-    """Read a log and return one recording a column, as the options ask.
+def columns_of(path: str, options: LogOptions, *, for_fit: bool = True) -> list[Recording]:
+    """Read a log and return one recording a column, as the options ask; a fit needs a sensor at rest.
 
     Raises
     ------
@@ -196,11 +212,24 @@ def columns_of(path: str, options: LogOptions) -> list[Recording]:
     TooShortError
         Fewer samples than any command can use.
     """
-    columns = list(recording_of(path, options))
+    columns = list(recording_of(path, options, for_fit=for_fit))
     for column in columns:
         if not _varies(column):
             raise _stuck(path, column)
-    return columns
+    return _without_locked(path, columns) if for_fit else columns
+
+
+def _without_locked(path: str, columns: list[Recording]) -> list[Recording]:
+    """Return the columns without those that are locked to one code, each with a line that says so."""
+    from allanite.fit.locked import locked_error
+
+    errors = [locked_error(column) for column in columns]
+    if all(errors):
+        with about(path):
+            raise next(filter(None, errors))
+    for error in filter(None, errors):
+        click.echo(f"! {error.worded(words_of(None))}", err=True)
+    return [column for column, error in zip(columns, errors, strict=True) if error is None]
 
 
 def _stuck(path: str, column: Recording) -> InputError:
@@ -212,18 +241,25 @@ def _stuck(path: str, column: Recording) -> InputError:
 
 
 def recording_of(
-    path: str, options: LogOptions, suits: Callable[[Recording], None] | None = None
+    path: str,
+    options: LogOptions,
+    suits: Callable[[Recording], None] | None = None,
+    *,
+    for_fit: bool = True,
 ) -> Recording:
-    """Read a log with all columns that the options ask for; what `suits` refuses is refused before anything is said.
+    """Read and check a log with all columns that the options ask for.
+
+    What `suits` refuses is refused before anything is said. A log that is mostly motion is refused if a model is fitted.
 
     Raises
     ------
     InputError
-        No column in it changes.
+        No column in it changes, its unit contradicts gravity, or it is mostly motion.
     TooShortError
         Fewer samples than any command can use.
     """
     from allanite.readers import read
+    from allanite.readers.plausibility import checked
 
     with log_file(path) as file, named(file, path):
         recording = read(file, **options.reading())
@@ -236,6 +272,8 @@ def recording_of(
         recording = recording.quiet()
     elif options.trim is not None:
         recording = recording.trim(*_span(options.trim))
+    with about(path):
+        recording = checked(recording, for_fit=for_fit, anyway=options.anyway)
     _say_motion(recording, options)
     if options.decimate is not None:
         recording = recording.decimate(options.decimate)
@@ -261,7 +299,7 @@ def said_early(finding: Finding) -> bool:
 
     That nothing says the unit of a column which may be a clock's is a remark among others.
     """
-    kinds = ("not_used", "quiet_stretch", "moving")
+    kinds = ("not_used", "quiet_stretch", "motion")
     return finding.kind in kinds or (finding.kind, finding.severity) == ("no_unit", "warning")
 
 

@@ -20,6 +20,8 @@ WORDS = {
     "trim": "--trim START:END",
     "this_span": "--trim {}",
     "quiet": "--trim quiet",
+    "scale": "--scale NAME=FACTOR",
+    "anyway": "--anyway",
     "record_length": "--record-length SECONDS",
 }
 

@@ -31,6 +31,8 @@ CALL: Mapping[str, str] = {
     "trim": ".trim()",
     "this_span": ".trim({})",
     "quiet": ".quiet()",
+    "scale": "scale=",
+    "anyway": "anyway=True",
     "record_length": "record_length=",
 }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.axes.triads import letter_of
+from allanite.recording.axis_names import letter_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,16 +10,17 @@ from allanite.common.validation import recorded
 from allanite.effects import Modifier, Periodic, as_model
 from allanite.fit.engine import solve
 from allanite.fit.likelihood.data import prepare
+from allanite.fit.locked import locked_error
 from allanite.fit.measures import Error, Misfit
 from allanite.fit.missing.completion import settle
 from allanite.fit.missing.ends import without_ends
 from allanite.fit.result import Fit
 from allanite.fit.summarised import of_summary, refused
+from allanite.recording import Recording
 from allanite.summary import Summary
 
 if TYPE_CHECKING:
     from allanite.effects import Effect, Model
-    from allanite.recording import Recording
 
 __all__ = ["METHODS", "Error", "Fit", "Misfit", "completed", "fit_model", "refitted", "removes"]
 
@@ -71,10 +72,14 @@ def fit_model(
         raise InputError(f"method {method!r} is unknown (known: {', '.join(METHODS)})")
     if isinstance(recording, Summary) and recording.whole:
         recording = recording.recording()
+    if isinstance(recording, Recording):
+        recording = recording.measured
     if len(recording.columns) > 1:
         from allanite.fit.several.columns import Fits
 
         return Fits(by_column(recording, lambda column: fit_model(column, model, method)))
+    if isinstance(recording, Recording) and (error := locked_error(recording)) is not None:
+        raise error
     model = _following(model, list(recording.covariates))
     _check_values(model, recording.n, recording.rate)
     if isinstance(recording, Summary):

@@ -20,5 +20,7 @@ WORDS = {
     "trim": "trimming",
     "this_span": "trimming to {} s",
     "quiet": "trimming to it",
+    "scale": "the scale of the data sheet",
+    "anyway": "the log as it is",
     "record_length": "the length of the record",
 }

@@ -26,7 +26,7 @@ from allanite.recording.findings import Finding
 from allanite.recording.samples import locked
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -75,6 +75,7 @@ def read(
     time_column: str | int | None = None,
     piece: int | None = None,
     topic: str | Sequence[str] | None = None,
+    scale: Mapping[str, float] | None = None,
 ) -> Recording:
     r"""Read a log.
 
@@ -101,6 +102,8 @@ def read(
         Of a record that jumps of its clock part, the piece to take, from 1; default the longest.
     topic : str or sequence of str, optional
         Topic of a ROS bag, ULog or ArduPilot log; default its first inertial one.
+    scale : mapping of str to float, optional
+        Factors on columns, by name: ``{"gx": 1 / 131}`` turns the counts of a sensor with 131 LSB/(deg/s) into deg/s.
 
     Returns
     -------
@@ -120,7 +123,7 @@ def read(
     >>> al.read("gyro.csv")
     Recording(gx: 200 samples at 100 Hz (2 s) in deg/s; covariates temp)
     """
-    request = request_of(rate, unit, quantity, column, covariate, time_column, piece, topic)
+    request = request_of(rate, unit, quantity, column, covariate, time_column, piece, topic, scale)
     if is_frame(path):
         table = table_of(path)
         return _recording(None, request, table, understand(table, request))
@@ -147,6 +150,7 @@ def request_of(
     time_column: str | int | None = None,
     piece: int | None = None,
     topic: str | Sequence[str] | None = None,
+    scale: Mapping[str, float] | None = None,
 ) -> Request:
     """Return the options of `read` as one record."""
     insists = isinstance(rate, str) and rate.strip().endswith("!")
@@ -167,6 +171,7 @@ def request_of(
         piece,
         (topic,) if isinstance(topic, str) else tuple(topic or ()),
         insists,
+        dict(scale or {}),
     )
 
 

@@ -25,6 +25,8 @@ from allanite.readers.column_numbers import (
     magnitudes,
     repeats_exactly,
 )
+from allanite.readers.plausibility import without_wrong_units
+from allanite.readers.scaling import factors_of
 from allanite.readers.sensor_names import role_and_reason, role_of, sensor_kind, words_in
 from allanite.readers.time_parts import TimeParts, find_parts
 from allanite.readers.unit_kinds import (
@@ -41,7 +43,7 @@ from allanite.recording.log_column import LogColumn
 from allanite.recording.timebase import read_stamps
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -72,6 +74,8 @@ class Request:
     topics: tuple[str, ...] = ()
     insists: bool = False
     """Whether `rate` holds against the time stamps of the log."""
+    scales: Mapping[str, float] = field(default_factory=dict)
+    """Factors on columns, by name."""
 
     @property
     def kinds(self) -> dict[str, str]:
@@ -464,7 +468,12 @@ def choose(table: Table, found: Roles, request: Request) -> Layout:
     if quantity is None:
         phases = all(kind_of_unit(unit) == PHASE for unit in own) and request.unit is None
         quantity = "angle" if phases else "rate"
-    read = [_unit_and_scale(names[i], units[i], request, quantity) for i in samples]
+    factors = factors_of(request.scales, names, samples)
+    corrected, doubted = without_wrong_units(table, request.kinds)
+    read = [_unit_and_scale(names[i], corrected[i], request, quantity) for i in samples]
+    read = [
+        (unit, scale * factors.get(i, 1.0)) for i, (unit, scale) in zip(samples, read, strict=True)
+    ]
     layout = Layout(
         (),
         samples,
@@ -489,7 +498,7 @@ def choose(table: Table, found: Roles, request: Request) -> Layout:
         if request.columns and i not in used and role == "sensor":
             reason = "not named as a column to use"
         sources = {"name": table.source if table.named else "guess", "role": source}
-        unit = units[i]
+        unit = corrected[i]
         if role == "time" and unit is None and not (parts and i in parts.columns):
             unit = _time_unit(table, found, i)
         if unit is not None:
@@ -499,9 +508,13 @@ def choose(table: Table, found: Roles, request: Request) -> Layout:
             sources["unit"] = "option"
         scale = scales.get(i, 1.0)
         if scale != 1.0:
-            sources["scale"] = sources["unit"]
+            sources["scale"] = "option" if i in factors else sources["unit"]
         columns.append(LogColumn(name, role, i in used, unit, scale, None, reason, sources))
-    told = [*found.findings, *([] if request.columns else _not_used(columns, loud, request))]
+    told = [
+        *found.findings,
+        *doubted,
+        *([] if request.columns else _not_used(columns, loud, request)),
+    ]
     return replace(layout, columns=tuple(columns), findings=tuple(told))
 
 

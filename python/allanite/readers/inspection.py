@@ -14,6 +14,7 @@ from allanite.common.units import FREQUENCY, parse_unit
 from allanite.readers._table import time_unit_of
 from allanite.readers.columns import Layout, Request, Roles, choose, roles_of
 from allanite.readers.frame import is_frame, table_of
+from allanite.readers.plausibility import unit_doubts
 from allanite.readers.text import all_numbers
 from allanite.readers.unit_names import remedy_of, usual_units
 from allanite.recording import Recording
@@ -35,8 +36,10 @@ __all__ = ["Column", "Inspection", "inspect"]
 SHOWN = 3
 #: Share of a record in motion from which it is worth a look, before what carried the sensor is modelled.
 LEAST = 0.02
+#: Findings about single columns that are shown; the others concern what is computed.
+OF_COLUMNS = ("marker", "locked", "not_static")
 UNITLESS = "its unit is not in the log: give it"
-COUNTS = "whole numbers, as raw counts are: multiply them by the scale of the data sheet"
+COUNTS = "whole numbers, as raw counts are: give the scale of the data sheet"
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +176,7 @@ class Inspection:
             lines.append(f"! no unit in the log for {', '.join(open_)}{give} (gx [deg/s])")
         whole = [c.name for c in self.columns if COUNTS in c.doubts]
         if whole:
-            lines.append(f"! {', '.join(whole)}: {COUNTS}")
+            lines.append(f"! {', '.join(whole)}: {COUNTS}{worded(' ({scale}, gx=1/131)', words)}")
         lines += [
             f"! {c.name}: {doubt}"
             for c in self.columns
@@ -236,14 +239,15 @@ def inspect(path: Any, **options: Any) -> Inspection:
         rate, duration = recording.rate, recording.duration
         known = recording.log_columns
         moves = _moves(recording)
-        # Of columns that motion is said which `moves` does not know; what is said of units stands by them.
+        # Motion is said once; that a unit is missing stands beside its column.
+        said = ("no_unit", "motion", *(("not_static",) if moves else ()))
         findings = (
             *moves,
+            *unit_doubts(recording.measured),
             *(
                 f
                 for f in recording.audit
-                if (f.column is None and f.kind not in ("no_unit", "moving"))
-                or (f.kind == "not_static" and not moves)
+                if f.kind not in said and (f.column is None or f.kind in OF_COLUMNS)
             ),
         )
     except AllaniteError as error:

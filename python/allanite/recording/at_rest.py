@@ -1,4 +1,4 @@
-"""Is the sensor at rest? Noise models describe one that is; motion fitted as noise means nothing."""
+"""Whether a sensor is at rest, and where: noise models describe a sensor at rest, not its motion."""
 
 from __future__ import annotations
 
@@ -10,25 +10,33 @@ import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, conversion, parse_unit
+from allanite.recording.axis_names import letter_of
 from allanite.recording.findings import Finding
+from allanite.recording.sway import sway_of
+from allanite.recording.turns import turns_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.recording import Recording
 
-__all__ = ["Rest", "quiet", "quiet_span", "rest_of"]
+__all__ = ["Rest", "finding_of", "quiet", "quiet_span", "refusal_of", "rest_of"]
 
 #: Averaging time over which motion shows and white noise does not, s.
 AVERAGE = 0.2
 #: Averages in a window that is judged as a whole: about 5 s.
 WINDOW = 25
-#: Changes from one average to the next that no sensor at rest shows, however bad it is: ten times
-#: the noise of the worst gyroscopes (0.15 deg/s/√Hz → 0.3 deg/s) and accelerometers (2 mg/√Hz → 4 mg).
+#: Window of averages of 1 s, s: thirty changes make the usual change known to a fifth.
+SLOW_WINDOW = 30.0
+#: Changes from one average of 0.2 s to the next that no sensor at rest shows: ten times the noise of the worst gyroscopes
+#: (0.15 deg/s/√Hz → 0.3 deg/s) and accelerometers (2 mg/√Hz → 4 mg).
 LIMITS = {ANGULAR_RATE: (math.radians(1.0), "rad/s"), ACCELERATION: (0.3, "m/s^2")}
 #: The same of averages of 1 s, where motion is slow: driving, a boat.
 SLOW = {ANGULAR_RATE: (math.radians(0.6), "rad/s"), ACCELERATION: (0.12, "m/s^2")}
-#: Averages of which three neighbours tell what is noise, s: motion changes little within them, and most filters of a sensor
+#: Factor on SLOW where faster averages tell how large the white noise is, which then need not be allowed for: ten times
+#: the bias instability of the worst gyroscopes (100 °/h → 0.3 deg/s) and accelerometers (0.6 mg → 6 mg).
+WITHOUT_WHITE = 0.5
+#: Averages of which three neighbors tell what is noise, s: motion changes little within them, and most filters of a sensor
 #: are faster.
 SHORT = 0.05
 #: Noise of these is white, and that of longer averages, where the usual change between such is at most so many times what
@@ -40,6 +48,10 @@ WHITE = 1.5
 SURELY = 6.0
 #: Change of direction of gravity that is no drift of three accelerometers, degrees.
 TILT = 10.0
+#: Sway, degrees, that no building makes: ten times the 0.01° of a tall one in wind.
+SWAY = 0.1
+#: Turns that are no accident: two could be burst noise of a sensor out of order.
+MIN_TURNS = 3
 #: Activity against that of the quietest quarter of the record, above which a window is not quiet, but
 #: for less than this share of what motion shows.
 LOUD, LEAST = 6.0, 0.2
@@ -52,6 +64,8 @@ MANY = 9
 BRIEF = 4
 #: Share of the windows in motion above which the record is said to move.
 SHARE = 0.2
+#: Share of the record that the longest quiet segment must have; else the record is mostly motion.
+MIN_QUIET = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,37 +74,57 @@ class Rest:
 
     Attributes
     ----------
-    moves : bool
-        Whether it moves for more than a fifth of its length, or is turned over.
     share : float
         Share of the windows that move more than any noise.
     activity, limit : float
         Usual change between averages of the column that moves most, where it moves, and that of the worst
-        sensor at rest with the white noise that neighbouring samples tell of, in `unit`.
+        sensor at rest with the white noise that neighboring samples tell of, in `unit`.
     column, unit : str
         That column.
     tilt : float
         Change of the direction of gravity, degrees; 0 without three accelerometers.
+    turns : int
+        Number of turns of the gyroscope that turns most often.
+    largest_turn : float
+        Degrees.
+    sway : float
+        Usual standard deviation of the tilt within 20 s, degrees, where it is more than a building's; else 0.
     quiet : tuple of float or None
-        Start and end of the longest quiet stretch, s.
+        Start and end of the longest quiet segment, s.
+    duration : float
+        Length of the record, s.
     """
 
-    moves: bool
     share: float
     activity: float
     limit: float
     column: str
     unit: str
     tilt: float
+    turns: int
+    largest_turn: float
+    sway: float
     quiet: tuple[float, float] | None
+    duration: float
+
+    @property
+    def moves(self) -> bool:
+        """Whether it moves for more than a fifth of its length, turns again and again, or is turned over."""
+        return self.share > SHARE or self.tilt > TILT or self.turns >= MIN_TURNS
+
+    @property
+    def mostly_moves(self) -> bool:
+        """Whether it moves and no quiet segment is half of the record."""
+        length = 0.0 if self.quiet is None else self.quiet[1] - self.quiet[0]
+        return self.moves and length < MIN_QUIET * self.duration
 
 
 def rest_of(recording: Recording) -> Rest | None:
-    """Judge whether a recording of a gyroscope or accelerometer is at rest; None of other sensors.
+    """Judge whether a recording of gyroscopes or accelerometers is at rest; None of other sensors.
 
-    Two scales are looked at, differences between averages of 0.2 s and of 1 s, each by its median over
-    windows of some seconds, which outliers do not move; and the direction of gravity where there are
-    three accelerometers.
+    Four things show motion: changes between averages of 0.2 s and of 1 s that no sensor at rest makes, each by its median
+    over windows, which outliers do not move; turns of a gyroscope; sway, where gravity follows the gyroscopes; and
+    another direction of gravity.
     """
     if recording.quantity == "angle" or recording.n < 4 * WINDOW:
         return None
@@ -99,43 +133,106 @@ def rest_of(recording: Recording) -> Rest | None:
         return None
     worst: tuple[float, ...] = (0.0, 0.0, 0.0)
     name = unit = ""
-    loud: NDArray[np.bool_] | None = None
-    moving: NDArray[np.bool_] | None = None
     length = _length(recording)
+    windows = max(recording.n // length, 1)
+    loud, moving, turning, swaying = np.zeros((4, windows), dtype=bool)
+    turns: list[tuple[float, float, float]] = []
     for at, kind in enumerate(kinds):
         if kind not in LIMITS:
             continue
         x = _column(recording, at)
-        excess = sure = np.zeros(1)
+        excess = beyond = sure = slowly = np.zeros(windows)
         for average, limits in ((AVERAGE, LIMITS), (1.0, SLOW)):
-            level, si = limits[kind]
+            full, si = limits[kind]
             m = max(1, round(average * recording.rate))
             to_si = conversion(recording.units[at], si)
-            found = _activity(x, m, length) * to_si
-            noise = _noise(x, m, recording.rate, length) * to_si
-            if np.median(found) > WHITE * np.median(noise):
-                noise = np.zeros(found.size)
-            # Few changes make a noisy window: noise must not pass the limit by chance.
-            scatter = SCATTER / math.sqrt(_changes(m, length))
-            least = np.hypot(level * (1.0 + 2.0 * scatter), noise * (1.0 + SURELY * scatter))
-            excess = np.maximum(excess, found / level)
-            sure = np.maximum(sure, found / least)
+            # Slow motion needs a longer window for as many changes; the short one tells where it ends.
+            longer = (
+                length if limits is LIMITS else max(length, round(SLOW_WINDOW * recording.rate))
+            )
+            for own in dict.fromkeys((length, longer)):
+                found = _activity(x, m, own, windows) * to_si
+                white = noise = _noise(x, m, recording.rate, own, windows) * to_si
+                shorter = m > max(1, round(SHORT * recording.rate))
+                level = full * (WITHOUT_WHITE if own > length and shorter else 1.0)
+                if np.median(found) > WHITE * np.median(noise):
+                    noise = np.zeros(found.size)
+                # Few changes make a noisy window: noise must not pass the limit by chance.
+                scatter = SCATTER / math.sqrt(_changes(m, own))
+                least = np.hypot(level * (1.0 + 2.0 * scatter), noise * (1.0 + SURELY * scatter))
+                if own == length:
+                    excess = np.maximum(excess, found / full)
+                    rest = np.maximum(found**2 - (white * (1.0 + scatter)) ** 2, 0.0)
+                    beyond = np.maximum(beyond, np.sqrt(rest) / full)
+                    sure = np.maximum(sure, found / least)
+                else:
+                    slowly = np.maximum(slowly, found / least)
             some = found > least if np.any(found > least) else np.ones(found.size, dtype=bool)
             usual, limit = float(np.median(found[some])), math.hypot(level, np.median(noise[some]))
             if usual / limit >= worst[0]:
                 worst = (usual / limit, usual, limit)
                 name, unit = recording.columns[at], si
         quieter = float(np.quantile(excess, 0.25))
-        noisy = (sure > 1.0) | (excess > max(LOUD * quieter, LEAST))
-        loud = noisy if loud is None else loud | noisy
-        moving = sure > 1.0 if moving is None else moving | (sure > 1.0)
-    assert loud is not None
-    assert moving is not None
-    tilt = _tilt(recording, kinds)
-    share = float(moving.mean())
-    moves = share > SHARE or tilt > TILT
-    span = _stillest(recording, kinds, ~loud, length)
-    return Rest(moves, share, worst[1], worst[2], name, unit, tilt, span)
+        loud |= (sure > 1.0) | (excess > max(LOUD * quieter, LEAST))
+        # A long window that moves may hold short ones that do not.
+        loud |= (slowly > 1.0) & (beyond > LEAST)
+        moving |= (sure > 1.0) | ((slowly > 1.0) & (beyond > LEAST))
+        if kind == ANGULAR_RATE:
+            more = turns_of(x * conversion(recording.units[at], "deg/s"), recording.rate)
+            turns = max(turns, more, key=len)
+            turning |= _windows_of(more, windows, length / recording.rate)
+    sways = _sways(recording, kinds)
+    if sways is not None:
+        places = np.minimum(np.arange(windows) * sways.size // windows, sways.size - 1)
+        swaying = sways[places] > SWAY
+    sway = float(np.median(sways[sways > SWAY])) if sways is not None and swaying.any() else 0.0
+    moving |= turning | swaying
+    span = _stillest(recording, kinds, ~(loud | turning | swaying), length)
+    return Rest(
+        share=float(moving.mean()),
+        activity=worst[1],
+        limit=worst[2],
+        column=name,
+        unit=unit,
+        tilt=_tilt(recording, kinds),
+        turns=len(turns),
+        largest_turn=max((abs(angle) for *_, angle in turns), default=0.0),
+        sway=sway,
+        quiet=span,
+        duration=float(recording.duration),
+    )
+
+
+def _windows_of(
+    turns: list[tuple[float, float, float]], windows: int, seconds: float
+) -> NDArray[np.bool_]:
+    """Return which windows of this length hold a part of a turn."""
+    found = np.zeros(windows, dtype=bool)
+    for start, end, _ in turns:
+        found[int(start / seconds) : math.ceil(end / seconds)] = True
+    return found
+
+
+def _sways(recording: Recording, kinds: list[str]) -> NDArray[np.float64] | None:
+    """Return the sway in windows of 20 s, degrees; None without three axes of both sensors, or without sway."""
+    places: dict[tuple[str, str | None], int] = {}
+    for at, (name, kind) in enumerate(zip(recording.columns, kinds, strict=True)):
+        places.setdefault((kind, letter_of(name)), at)
+    wanted = [(kind, axis) for kind in (ANGULAR_RATE, ACCELERATION) for axis in "xyz"]
+    if recording.quantity != "rate" or not all(one in places for one in wanted):
+        return None
+    gyro, accel = (
+        np.stack(
+            [
+                _column(recording, places[kind, axis])
+                * conversion(recording.units[places[kind, axis]], LIMITS[kind][1])
+                for axis in "xyz"
+            ],
+            axis=1,
+        )
+        for kind in (ANGULAR_RATE, ACCELERATION)
+    )
+    return sway_of(gyro, accel, recording.rate)
 
 
 def _length(recording: Recording) -> int:
@@ -163,24 +260,25 @@ def _moves(x: NDArray[np.float64], m: int, order: int = 1) -> NDArray[np.float64
     return np.abs(np.diff(mean, order))
 
 
-def _noise(x: NDArray[np.float64], m: int, rate: float, length: int) -> NDArray[np.float64]:
-    """Activity of averages of m samples, of each window, that white noise makes, by changes of changes of short ones.
+def _noise(
+    x: NDArray[np.float64], m: int, rate: float, length: int, windows: int
+) -> NDArray[np.float64]:
+    """Return the activity of averages of m samples, of each window, that white noise makes.
 
-    0 where such averages are no shorter: of few samples a second none tells noise from motion.
+    It is found from changes of changes of shorter averages, or of the same where the samples are too far apart.
     """
-    short = max(1, round(SHORT * rate))
-    if short >= m:
-        return np.zeros(max(x.size // length, 1))
+    short = min(max(1, round(SHORT * rate)), m)
     # The middle of three thirds scatters by 0.670 √3 of what their mean does.
     middle = 1.16 if short < MANY <= m else 1.0
-    return _activity(x, short, length, order=2) * (middle * math.sqrt(short / m))
+    return _activity(x, short, length, windows, order=2) * (middle * math.sqrt(short / m))
 
 
-def _activity(x: NDArray[np.float64], m: int, length: int, order: int = 1) -> NDArray[np.float64]:
-    """Usual change between averages of m samples, of each window: shape (windows,)."""
+def _activity(
+    x: NDArray[np.float64], m: int, length: int, windows: int, order: int = 1
+) -> NDArray[np.float64]:
+    """Return the usual change between averages of m samples, found in `length` samples, of each window: (windows,)."""
     moves = _moves(x, m, order)
     per = _changes(m, length)
-    windows = max(x.size // length, 1)
     if not moves.size:
         return np.zeros(windows)
     count = max(moves.size // per, 1)
@@ -191,6 +289,9 @@ def _activity(x: NDArray[np.float64], m: int, length: int, order: int = 1) -> ND
         )
     # Median of |difference of two averages| → their standard deviation: Φ⁻¹(¾) = 0.6745; of three (1, −2, 1) √6.
     found = found / (0.6745 * math.sqrt(2 if order == 1 else 6))
+    if count < windows // 2:  # what moves in a long window says nothing of its neighbors
+        each: NDArray[np.float64] = found[np.arange(windows) * count // windows]
+        return each
     return np.interp(np.linspace(0, 1, windows), np.linspace(0, 1, count), found)
 
 
@@ -300,36 +401,59 @@ def quiet(recording: Recording) -> Recording:
 
 
 def finding_of(recording: Recording, least: float = SHARE) -> list[Finding]:
-    """Return the finding that a recording moves for more than this share of it, or is turned over; or none."""
+    """Return the finding that a recording moves for more than this share of it, turns or is turned over; or none."""
     rest = rest_of(recording)
     if rest is None or not (rest.moves or rest.share > least):
         return []
+    values = {"share": rest.share, "tilt_deg": rest.tilt, "turns": rest.turns}
+    if rest.quiet is not None:
+        values |= {"quiet_start_s": rest.quiet[0], "quiet_end_s": rest.quiet[1]}
+    return [
+        Finding(
+            "motion",
+            "warning",
+            f"not at rest: {_reasons(rest, least)}; a noise model describes a sensor at rest, not its motion;"
+            f" {_longest_quiet(rest)}",
+            values=values,
+            remedy="" if rest.quiet is None else f" ({_use_quiet(rest.quiet)})",
+        )
+    ]
+
+
+def refusal_of(recording: Recording) -> InputError | None:
+    """Return the error that a recording is mostly motion, with its longest quiet segment; None if it is not."""
+    rest = rest_of(recording)
+    if rest is None or not rest.mostly_moves:
+        return None
+    use = "" if rest.quiet is None else f": use {_use_quiet(rest.quiet)};"
+    return InputError(
+        f"not at rest: {_reasons(rest, 0.0)}; {_longest_quiet(rest)}",
+        remedy=f"{use or ';'} {{anyway}} fits the motion as noise",
+    )
+
+
+def _reasons(rest: Rest, least: float) -> str:
     why = []
-    if rest.share > least:
+    if rest.turns >= MIN_TURNS:
+        why.append(f"{rest.turns} turns of up to {rest.largest_turn:.0f}°")
+    if rest.share > least and rest.activity > rest.limit:
         why.append(
             f"{rest.column} changes by {rest.activity:.2g} {rest.unit} within a second, more than a sensor"
             f" at rest ({rest.limit:.2g}), in {rest.share:.0%} of the record"
         )
+    if rest.sway and rest.share > least:
+        why.append(f"it sways by {rest.sway:.2g}° rms, in gyroscopes and accelerometers alike")
     if rest.tilt > TILT:
         why.append(f"the direction of gravity turns by {rest.tilt:.0f}°")
-    stretch = "no stretch is quiet"
-    if rest.quiet is not None:
-        start, end = rest.quiet
-        stretch = f"longest quiet stretch {start:.6g}–{end:.6g} s"
-    return [
-        Finding(
-            "moving",
-            "warning",
-            f"not at rest: {', and '.join(why)}; a noise model describes a sensor at rest, not its"
-            f" motion; {stretch}",
-            values={"share": rest.share, "tilt_deg": rest.tilt}
-            | (
-                {}
-                if rest.quiet is None
-                else {"quiet_start_s": rest.quiet[0], "quiet_end_s": rest.quiet[1]}
-            ),
-            remedy=""
-            if rest.quiet is None
-            else f" ({{this_span:{rest.quiet[0]:.6g}:{rest.quiet[1]:.6g}}}, or {{quiet}})",
-        )
-    ]
+    return ", and ".join(why) or f"motion in {rest.share:.0%} of the record"
+
+
+def _longest_quiet(rest: Rest) -> str:
+    if rest.quiet is None:
+        return "no segment is quiet"
+    start, end = rest.quiet
+    return f"longest quiet segment {start:.6g}–{end:.6g} s"
+
+
+def _use_quiet(quiet: tuple[float, float]) -> str:
+    return f"{{this_span:{quiet[0]:.6g}:{quiet[1]:.6g}}}, or {{quiet}}"

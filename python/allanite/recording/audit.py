@@ -13,7 +13,9 @@ import numpy as np
 
 from allanite.common.units import coefficient_unit
 from allanite.recording.at_rest import finding_of
+from allanite.recording.coarse_column import coarse_step_of
 from allanite.recording.findings import Finding, of_stamps
+from allanite.recording.locked import locked_of
 from allanite.recording.repeats import longest_run
 from allanite.recording.resolution import step_of, two_codes
 from allanite.recording.tails import CENSORED, outlier_limit, tail_of
@@ -38,7 +40,11 @@ CHUNK = 1 << 18  # samples worked on at a time: stays in the cache, bounds the m
 
 
 def audit(recording: Recording) -> list[Finding]:
-    """Return the findings about the time stamps and about every column of a recording."""
+    """Return the findings about the time stamps and about every column of a recording.
+
+    Markers and repeated samples are reported once; the other checks are made without them.
+    """
+    recording = recording.measured
     findings = list(of_stamps(recording.stamps, recording.rate)) if recording.stamps else []
     # That no unit was given comes last: what is wrong with the data is more than what is not known of it.
     last = [finding for finding in recording.told if finding.kind == "no_unit"]
@@ -60,7 +66,20 @@ def audit(recording: Recording) -> list[Finding]:
             column = _Column(name, np.ascontiguousarray(x), recording.rate, unit)
             for check in CHECKS:
                 findings.extend(check(column))
-    return [*findings, *last]
+    return [*findings, *_of_coarse_columns(recording), *last]
+
+
+def _of_coarse_columns(recording: Recording) -> Iterator[Finding]:
+    """Report logged columns whose steps are those of the thermometer, not of the sensor."""
+    for name, values in recording.covariates.items():
+        step = coarse_step_of(values)
+        if step:
+            yield Finding(
+                "coarse_column",
+                "info",
+                f"{name} is logged in steps of {step:.4g}: fits use the smoothest curve that rounds to it",
+                values={"step": step},
+            )
 
 
 # -- one column ----------------------------------------------------------------------------------
@@ -168,24 +187,12 @@ def _check_constant(c: _Column) -> Iterator[Finding]:
         )
 
 
-def _check_repeats(c: _Column) -> Iterator[Finding]:
-    """Report values that are held: a register read too fast, or a sensor that stopped."""
+def _check_stuck(c: _Column) -> Iterator[Finding]:
+    """Report a value that stands: a sensor that stopped, or a lost link."""
     if c.low == c.high:
         return
     start, longest, equal = longest_run(c.pieces(overlap=1), c.n)
     share = equal / (c.n - 1)
-    changes = np.diff(np.flatnonzero(np.diff(c.x[: 1 << 16]) != 0))
-    if changes.size > 50 and not (0 < c.white < 0.6 * c.step):
-        held = int(np.median(changes))
-        if held >= 2 and np.mean(changes % held == 0) > 0.9:
-            yield c.finding(
-                "held",
-                "warning",
-                f"each value is repeated {held} times: the sensor updates at {c.rate / held:g} Hz",
-                remedy=f", {{decimate:{held}}} restores it",
-                times=held,
-            )
-            return
     # Longest run to expect of independent samples that repeat with this probability; tripled,
     # because slow noise under a coarse step repeats in clusters.
     expected = math.log(c.n) / -math.log(min(max(share, 1.0 / c.n), 0.999))
@@ -232,6 +239,18 @@ def _beside(c: _Column, edge: float) -> int:
 
 
 def _check_step(c: _Column) -> Iterator[Finding]:
+    locked = locked_of(c.x)
+    if locked is not None:
+        yield c.finding(
+            "locked",
+            "warning",
+            f"{locked.share:.1%} of the samples have one code: rounding (step {locked.step:.4g} {c.unit}) hides the noise,"
+            f" whose standard deviation is below {locked.most:.3g} {c.unit} (95 %)",
+            share=locked.share,
+            step=locked.step,
+            most=locked.most,
+        )
+        return
     # The step of two codes is for this check alone: the others judge such a column by its values.
     two = 0.0 if c.step else two_codes(c.spread, c.single)
     step = c.step or two
@@ -358,7 +377,7 @@ def _without(loud: NDArray[np.int64], span: float, blocks: NDArray[np.float64], 
 CHECKS: tuple[Callable[[_Column], Iterator[Finding]], ...] = (
     _check_missing,
     _check_constant,
-    _check_repeats,
+    _check_stuck,
     _check_clipping,
     _check_step,
     _check_outliers,

@@ -89,6 +89,8 @@ class Recording:
     >>> found = al.Recording([*x[:, 0], 9.0], rate=100, unit="deg/s").audit
     >>> gx.told_of(found).audit[0].kind
     'outliers'
+    >>> gx.with_rows(np.arange(6000) % 2 == 0, 50.0).duration, gx.with_samples(2 * gx.samples).n
+    (60.0, 6000)
     >>> figure = recording.plot("samples.svg")
     """
 
@@ -104,6 +106,7 @@ class Recording:
     told: tuple[Finding, ...]
     log_columns: tuple[LogColumn, ...]
     _audit: list[Finding] | None
+    _measured: Recording | bool | None
 
     def __init__(
         self,
@@ -154,7 +157,7 @@ class Recording:
                     )
                 rate = stamps.rate
             rate = positive_rate(rate)
-            units = (unit,) * len(names) if isinstance(unit, str) else _unit_names(unit)
+            units = (unit,) * len(names) if isinstance(unit, str) else tuple(unit)
             if len(units) != len(names):
                 raise InputError(f"{len(units)} units for {len(names)} columns")
             self._fix(
@@ -170,6 +173,7 @@ class Recording:
                 told=(),
                 log_columns=(),
                 _audit=None,
+                _measured=None,
             )
 
     def _fix(self, **fields: Any) -> None:
@@ -180,7 +184,7 @@ class Recording:
         """Copy with some fields changed; the checks of `__init__` are not repeated."""
         other = object.__new__(Recording)
         same = {field.name: getattr(self, field.name) for field in fields(self)}
-        other._fix(**{**same, "_audit": None, **changes})
+        other._fix(**{**same, "_audit": None, "_measured": None, **changes})
         return other
 
     def in_units(self, units: Mapping[str, str]) -> Recording:
@@ -204,7 +208,8 @@ class Recording:
         return self._with(told=(*self.told, *findings), log_columns=columns)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        state = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "_audit"}
+        kept = ("_audit", "_measured")
+        state = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in kept}
         state["covariates"] = dict(self.covariates)
         state["covariate_units"] = dict(self.covariate_units)
         return (_restore, (state,))
@@ -256,6 +261,31 @@ class Recording:
 
             self._fix(_audit=audit(self))
         return list(self._audit or [])
+
+    @property
+    def measured(self) -> Recording:
+        """The samples that the sensor measured: no-data markers are missing, repeated samples removed.
+
+        The recording itself if it has neither. Every fit uses these samples, and the audit says what was done.
+        """
+        if self._measured is None:
+            from allanite.recording.measured import measured_samples
+
+            found = measured_samples(self)
+            self._fix(_measured=True if found is self else found)
+            if found is not self:
+                found._fix(_measured=True)
+        return self._measured if isinstance(self._measured, Recording) else self
+
+    def with_samples(self, samples: NDArray[Any]) -> Recording:
+        """Return the recording with other samples of the same shape."""
+        return self._with(samples=locked(samples))
+
+    def with_rows(self, rows: NDArray[np.bool_], rate: float) -> Recording:
+        """Return the rows of a mask as a recording with this sampling rate; its time stamps are left out."""
+        extra = {name: locked(values[rows]) for name, values in self.covariates.items()}
+        kept = locked(self.samples[rows])
+        return self._with(samples=kept, rate=rate, stamps=None, covariates=MappingProxyType(extra))
 
     # -- parts of it -----------------------------------------------------------------------------
 
@@ -405,32 +435,13 @@ class Recording:
         return f"Recording({', '.join(self.columns)}: {what}{extra})"
 
 
-def _unit_names(unit: Any) -> tuple[str, ...]:
-    """One name of a unit for each column.
-
-    Raises
-    ------
-    InputError
-        Something else than names.
-    """
-    try:
-        names = tuple(unit)
-    except TypeError:
-        names = (unit,)
-    if not all(isinstance(name, str) for name in names):
-        raise InputError(
-            f"unit = {str(unit)[:40]!r}: give a name such as 'deg/s', or one for each column"
-        )
-    return names
-
-
 def _restore(state: dict[str, Any]) -> Recording:
     recording = object.__new__(Recording)
     state = aligned(state)
     locked(state["samples"])
     state["covariates"] = MappingProxyType({k: locked(v) for k, v in state["covariates"].items()})
     state["covariate_units"] = MappingProxyType(state["covariate_units"])
-    recording._fix(**state, _audit=None)
+    recording._fix(**state, _audit=None, _measured=None)
     return recording
 
 

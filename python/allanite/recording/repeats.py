@@ -1,13 +1,131 @@
-"""Stretches in which one value stands."""
+"""Samples that repeat the one before: stuck values, and sensors that are read faster than they measure."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["longest_run"]
+__all__ = ["Polling", "longest_run", "polling_of"]
+
+#: Least share of repeats, beyond those by chance, that is polling. A sensor of 98 Hz read at 100 Hz changes N by 1 %.
+MIN_SHARE = 0.02
+#: Largest share of samples that equal an earlier one by chance, up to which all equal neighbors are taken as repeats.
+#: 0.5 % of chance repeats change the rate and the white variance by 0.5 % at most.
+MAX_CHANCE = 0.005
+#: Lags, in samples, at which samples are equal by chance alone: longer than any hold that is recognized.
+CHANCE_LAGS = (53, 101, 211)
+#: Windows in which repeats are counted. A sensor that is polled repeats in all of them, a lost link in few.
+WINDOWS = 64
+#: Largest ratio of the count of repeats in a window to the mean of all windows, and of the mean to the smallest count.
+#: 64 windows of 50 repeats or more stay within it with probability 1 − 1e-4 even if repeats come at random.
+MAX_RATIO = 2.0
+#: Fewest repeats: 50 in each window tell a steady share from bursts.
+MIN_COUNT = 50
+#: Samples in which the rate of the sensor is searched, and in which its phase against the log is followed.
+SEARCHED, FOLLOWED = 1 << 18, 1 << 10
+#: Least share of the expected repeats that are equal to the sample before. Chance alone makes the share of CHANCE_LAGS,
+#: which is below one half for any sensor that is not locked to one code.
+MIN_MATCH = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Polling:
+    """How often samples repeat.
+
+    Attributes
+    ----------
+    kept : ndarray of bool, shape (n,)
+        Samples that are the first with their value.
+    """
+
+    kept: NDArray[np.bool_]
+
+    @property
+    def share(self) -> float:
+        """Share of samples that repeat the one before."""
+        return 1.0 - float(np.mean(self.kept))
+
+    @property
+    def ratio(self) -> float:
+        """Rate of the sensor over the rate of the log."""
+        return float(np.mean(self.kept))
+
+
+def polling_of(rows: NDArray[np.floating | np.integer]) -> Polling | None:
+    """Return the repeats of samples of shape (n,) or (n, columns) if the sensor is slower than the log, else None.
+
+    A row is a repeat if no column changes. Rows of a coarse sensor are equal by chance too; the repeats among them are
+    found by the regular pattern that two steady rates make.
+    """
+    n = len(rows)
+    if n < 2 * max(CHANCE_LAGS):
+        return None
+    equal = _equal(rows, 1)
+    share = float(np.mean(equal))
+    if share < MIN_SHARE or np.count_nonzero(equal) < MIN_COUNT:
+        return None
+    chance = max(float(np.mean(_equal(rows, lag))) for lag in CHANCE_LAGS)
+    repeats = equal if chance < min(MAX_CHANCE, 0.25 * share) else _regular(equal, chance)
+    if repeats is None:
+        return None
+    count = int(np.count_nonzero(repeats))
+    if count < max(MIN_COUNT, MIN_SHARE * n):
+        return None
+    windows = min(WINDOWS, count // MIN_COUNT)
+    edges = np.linspace(0, repeats.size, windows, endpoint=False).astype(np.int64)
+    counts = np.add.reduceat(repeats.astype(np.int64), edges)
+    mean = float(counts.mean())
+    if counts.max() > MAX_RATIO * mean or MAX_RATIO * counts.min() < mean:
+        return None
+    return Polling(np.concatenate(([True], ~repeats)))
+
+
+def _equal(rows: NDArray[np.floating | np.integer], lag: int) -> NDArray[np.bool_]:
+    same = rows[lag:] == rows[:-lag]
+    found: NDArray[np.bool_] = same if same.ndim == 1 else same.all(axis=1)
+    return found
+
+
+def _regular(equal: NDArray[np.bool_], chance: float) -> NDArray[np.bool_] | None:
+    """Return the repeats of a sensor with a steady rate among neighbors that may be equal by chance, or None.
+
+    Sample k shows the sensor's value floor(k r + φ), where r is the ratio of the rates. New values come where that number
+    changes, which makes a line at r in the spectrum of `equal`.
+    """
+    if chance > 0.5:
+        return None
+    some = equal[:SEARCHED].astype(np.float64)
+    power = np.abs(np.fft.rfft(some - some.mean(), 4 * some.size)) ** 2
+    frequency = float(np.argmax(power)) / (4 * some.size)
+    best: NDArray[np.bool_] | None = None
+    for ratio in {frequency, 1.0 - frequency}:
+        if not 0.02 < ratio < 1.0 - MIN_SHARE:
+            continue
+        expected = _expected_repeats(equal, ratio)
+        if not expected.any() or expected.all():
+            continue
+        matched, elsewhere = float(np.mean(equal[expected])), float(np.mean(equal[~expected]))
+        if matched > MIN_MATCH and elsewhere < chance + 1.0 - MIN_MATCH:
+            found = expected & equal
+            if best is None or np.count_nonzero(found) > np.count_nonzero(best):
+                best = found
+    return best
+
+
+def _expected_repeats(equal: NDArray[np.bool_], ratio: float) -> NDArray[np.bool_]:
+    """Return where the pattern of two steady rates expects repeats; its phase is followed along the record."""
+    k = np.arange(1, equal.size + 1, dtype=np.float64)
+    blocks = max(equal.size // FOLLOWED, 1)
+    edges = np.linspace(0, equal.size, blocks, endpoint=False).astype(np.int64)
+    turned = (1.0 - equal) * np.exp(-2j * np.pi * ratio * k)
+    angles = np.unwrap(np.angle(np.add.reduceat(turned, edges)))
+    middles = 0.5 * (edges + np.append(edges[1:], equal.size))
+    phase = (np.interp(k, middles, angles) + np.pi * ratio) / (2.0 * np.pi)
+    new = (k * ratio + phase) % 1.0 < ratio
+    return ~new
 
 
 def longest_run(pieces: Iterable[tuple[int, NDArray[np.float64]]], n: int) -> tuple[int, int, int]:

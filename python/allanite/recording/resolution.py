@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["step_of", "two_codes"]
+__all__ = ["FLIPS", "is_fill", "step_of", "two_codes"]
 
 #: Times that a column goes to the rarer of two values from which on that is no accident.
 FLIPS = 5
@@ -42,6 +42,12 @@ def _told_apart(levels: NDArray[np.float64], noise: float) -> NDArray[np.float64
     return levels[np.concatenate(([True], np.diff(levels) > 4 * noise))]
 
 
+def is_fill(value: float, step: float) -> bool:
+    """Return whether a rare value, so far from the usual one, is what loggers write for lost samples: 0 or -999."""
+    size = abs(value)
+    return size == 0.0 or (size >= 99.0 and size.is_integer() and step > 0.5 * size)
+
+
 def two_codes(spread: NDArray[np.float64], single: bool) -> float:
     """Distance of the two codes between which blocks of samples flip, or 0: odd samples and a status are no codes."""
     levels = np.unique(spread[np.isfinite(spread)])
@@ -54,12 +60,10 @@ def two_codes(spread: NDArray[np.float64], single: bool) -> float:
     rare = spread > levels.mean()
     if rare.mean() > 0.5:
         rare = spread < levels.mean()
-    value = abs(float(spread[rare][0]))
+    value = float(spread[rare][0])
     # Noise flips again and again, for a sample or two; a status stays.
     edges = np.diff(np.pad(rare.astype(np.int8), ((0, 0), (1, 1))), axis=1)
     starts, ends = (np.argwhere(edges == sign)[:, 1] for sign in (1, -1))
     lengths = ends - starts
-    # Lost samples are often 0 or -999.
-    fill = value == 0.0 or (value >= 99.0 and value.is_integer() and step > 0.5 * value)
-    few = lengths.size < FLIPS or (fill and rare.mean() < 0.05)
+    few = lengths.size < FLIPS or (is_fill(value, step) and rare.mean() < 0.05)
     return 0.0 if few or float(np.median(lengths)) > 3 else step

@@ -105,6 +105,7 @@ def improve(
         )
         return Several(dict(zip(tasks, results(side_by_side(list(tasks.values()))), strict=True)))
     fit = fit_model(recording, model)
+    recording = fit.recording
     ladder = [Rung(fit)]
     while True:
         check = check_fit(fit)

@@ -77,7 +77,7 @@ def flown(seed=0, seconds=300):
 def test_records_that_move(make, seed):
     r = recorded(make(seed))
     assert rest_of(r).moves
-    assert r.audit[0].kind == "moving"
+    assert r.audit[0].kind == "motion"
     assert r.audit[0].severity == "warning"
     # A single gyroscope or accelerometer tells it too.
     assert rest_of(r.column("gyro_z")).moves
@@ -185,7 +185,7 @@ def test_inspect_tells_of_a_start_in_the_hand_with_what_to_give(tmp_path):
     path = tmp_path / "hand.csv"
     for header in ("gyro_x,acc_x", "gyro_x [deg/s],acc_x [m/s^2]"):
         np.savetxt(path, in_the_hand(60.0), "%.6f", ",", header=header, comments="")
-        (told,) = [f for f in al.inspect(path, rate=50).findings if f.kind == "moving"]
+        (told,) = [f for f in al.inspect(path, rate=50).findings if f.kind == "motion"]
         assert told.message.startswith("if in deg/s,m/s^2: ") == ("[" not in header)
         words = told.worded(WORDS)
         start = float(words.split("--trim ")[1].split(":")[0])

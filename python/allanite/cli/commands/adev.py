@@ -93,7 +93,7 @@ def _stream(log: str, options: LogOptions, taus: str) -> list[_Measured]:
 def _whole(log: str, kind: str, taus: str, options: LogOptions) -> list[_Measured]:
     from allanite.cli.options import columns_of
 
-    columns = columns_of(log, options)
+    columns = columns_of(log, options, for_fit=False)
     from allanite import deviation
 
     estimate = getattr(deviation, kind)

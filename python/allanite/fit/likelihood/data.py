@@ -19,6 +19,7 @@ from allanite.fit.likelihood.peaks import seen_singly
 from allanite.fit.likelihood.remembered import Remembered, room_for, times_of
 from allanite.fit.likelihood.sections import SectionsOfSamples
 from allanite.fit.likelihood.stop_band import bins_seen
+from allanite.recording.coarse_column import without_steps
 from allanite.spectrum import Bins, bridge_gaps
 
 if TYPE_CHECKING:
@@ -30,8 +31,6 @@ __all__ = ["LOWEST", "Data", "prepare", "without_samples"]
 
 #: Fewest samples on which a model can be fitted.
 SHORTEST = 32
-#: Largest deviation of a sample from the mean. Powers are squared, and the fourth powers of these are 1e-300 and 1e300.
-SMALLEST, LARGEST = 1e-75, 1e75
 #: Share of the samples that must be there: of fewer a fit would be that of what stands for the others.
 LEAST = 1 / 200
 #: Averaging times of the curve, a decade.
@@ -285,9 +284,9 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
     filled = bridge_gaps(values, missing)
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}): there is no noise to fit")
-    _check_size(filled, label)
     covariates = {
-        name: bridge_gaps(np.asarray(values)) for name, values in dict(recording.covariates).items()
+        name: without_steps(bridge_gaps(np.asarray(values)))
+        for name, values in dict(recording.covariates).items()
     }
     ordinates = _kernels.cosine_transform(filled)
     return Data(
@@ -299,23 +298,6 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         missing=holes if there < holes.size else None,
         functions=room_for(filled.size),
     )
-
-
-def _check_size(filled: NDArray[np.float64], label: str) -> None:
-    """Refuse samples whose fourth powers are no doubles.
-
-    Raises
-    ------
-    InputError
-        Deviations from the mean below `SMALLEST` or above `LARGEST`.
-    """
-    with np.errstate(over="ignore"):
-        largest = float(np.abs(filled - filled.mean()).max())
-    if not SMALLEST <= largest <= LARGEST:
-        raise InputError(
-            f"{label} deviates from its mean by {largest:.2g} at most: a fit needs {SMALLEST:g} to {LARGEST:g};"
-            " convert the samples to another unit"
-        )
 
 
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:

@@ -1,0 +1,40 @@
+"""The refusal of a fit of samples that hardly leave one code, with the bound that they give."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.errors import TooShortError
+from allanite.common.parameters import Estimate
+from allanite.common.printing import in_table, printed
+from allanite.common.units import coefficient_unit
+from allanite.effects.angle_random_walk import AngleRandomWalk
+from allanite.recording.locked import locked_of
+
+if TYPE_CHECKING:
+    from allanite.recording import Recording
+
+__all__ = ["locked_error"]
+
+
+def locked_error(column: Recording) -> TooShortError | None:
+    """Return the error that one column is locked to one code, with the upper limit of N; None if it is not."""
+    if column.quantity != "rate":
+        return None
+    locked = locked_of(column.samples)
+    if locked is None:
+        return None
+    unit = "" if column.unit == "1" else f" {column.unit}"
+    found = (
+        f"{column.columns[0]}: {locked.share:.1%} of the samples have one code, so rounding (step {locked.step:.4g}{unit})"
+        f" hides the noise: no estimate"
+    )
+    if np.isfinite(locked.most):
+        density = locked.most / np.sqrt(column.rate)
+        declared = AngleRandomWalk().parameter("N")
+        limit = Estimate(density, None, (0.0, density), coefficient_unit(column.unit, 0.5))
+        limit = in_table(limit, declared.unit, declared.sheet, column.unit)
+        found += f", only N < {float(limit):.3g} {printed(limit.unit)} (95 %) for white noise"
+    return TooShortError(found, remedy="; log with a finer step or more noise")

@@ -1,0 +1,174 @@
+"""Checks of a log before anything is computed: no-data markers, repeated samples, units against gravity, motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from allanite.common.errors import InputError
+from allanite.common.units import ACCELERATION, FREQUENCY, parse_unit
+from allanite.readers.sensor_names import sensor_kind
+from allanite.readers.unit_names import usual_units
+from allanite.recording.at_rest import refusal_of
+from allanite.recording.axis_names import triples
+from allanite.recording.findings import Finding, named
+from allanite.recording.gravity import is_gravity, mean_acceleration, unit_by_gravity
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from allanite.readers._table import Table
+    from allanite.recording import Recording
+
+__all__ = ["checked", "unit_doubts", "without_wrong_units"]
+
+
+def checked(recording: Recording, *, for_fit: bool = True, anyway: bool = False) -> Recording:
+    """Return the samples that the sensor measured, or refuse the recording.
+
+    Every command starts with this function. Markers are missing samples of what it returns, and repeated samples are
+    removed; the audit says so.
+
+    Parameters
+    ----------
+    recording : Recording
+        As it was read.
+    for_fit : bool
+        Whether a model is fitted; then a recording that is mostly motion is refused.
+    anyway : bool
+        Take a recording that would be refused as it is; its audit says why it would be.
+
+    Raises
+    ------
+    InputError
+        Accelerometers whose mean is not gravity in their unit but in another one; motion that fills the recording.
+    """
+    measured = recording.measured
+    doubted = _doubted(measured)
+    doubts = [_finding(measured, doubt) for doubt in doubted]
+    if anyway:
+        return measured.told_of(doubts)
+    if for_fit:
+        # What gravity says of the unit is enough to see motion; the unit alone would not mend such a log.
+        likely = {measured.columns[at]: doubt.likely for doubt in doubted for at in doubt.places}
+        refusal = refusal_of(measured.in_units(likely))
+        if refusal is not None:
+            raise refusal
+    if doubts:
+        raise InputError(doubts[0].found, missing="unit", remedy=doubts[0].remedy)
+    return measured
+
+
+@dataclass(frozen=True, slots=True)
+class _Doubt:
+    """Three accelerometers whose mean is gravity in another unit than the one that is stated."""
+
+    places: tuple[int, ...]
+    stated: str | None
+    mean: float
+    likely: str
+
+
+def unit_doubts(recording: Recording) -> list[Finding]:
+    """Return the findings that the values of accelerometers are in another unit than the recording says."""
+    return [_finding(recording, doubt) for doubt in _doubted(recording)]
+
+
+def _doubted(recording: Recording) -> list[_Doubt]:
+    if recording.quantity != "rate" or recording.samples.ndim == 1:
+        return []
+    unitless = any(finding.kind == "no_unit" for finding in recording.told)
+    places = [
+        at
+        for at, (name, unit) in enumerate(zip(recording.columns, recording.units, strict=True))
+        if parse_unit(unit).kind == ACCELERATION or (unitless and _without_unit(name, unit))
+    ]
+    found = []
+    for axes in triples([recording.columns[at] for at in places]):
+        own = tuple(places[at] for at in axes)
+        unit = recording.units[own[0]]
+        stated = None if parse_unit(unit).kind == FREQUENCY else unit
+        mean = mean_acceleration([recording.samples[:, at] for at in own])
+        likely = _unit_of_values(mean, stated)
+        if likely is not None:
+            found.append(_Doubt(own, stated, mean, likely))
+    return found
+
+
+def _without_unit(name: str, unit: str) -> bool:
+    return parse_unit(unit).kind == FREQUENCY and sensor_kind(name) == ACCELERATION
+
+
+def _unit_of_values(mean: float, stated: str | None) -> str | None:
+    """Return the unit in which a mean acceleration is gravity, if it is not the one that is stated; else None."""
+    if stated is not None and is_gravity(mean, stated):
+        return None
+    likely = unit_by_gravity(mean)
+    return None if likely == stated else likely
+
+
+def _finding(recording: Recording, doubt: _Doubt) -> Finding:
+    names = named([recording.columns[at] for at in doubt.places])
+    if doubt.stated is None:
+        # Gyroscopes without a unit are asked for at once.
+        bare = [
+            name
+            for name, unit in zip(recording.columns, recording.units, strict=True)
+            if parse_unit(unit).kind == FREQUENCY and sensor_kind(name) not in (None, ACCELERATION)
+        ]
+        give = ",".join(filter(None, (usual_units(bare) if bare else "", doubt.likely)))
+        found = (
+            f"no unit given for {names}: their mean, {doubt.mean:.4g}, is gravity in {doubt.likely}"
+        )
+        remedy = f": give {{this_unit:{give}}}, or what they are in"
+    else:
+        found = (
+            f"{names} are said to be in {doubt.stated}, but their mean is {doubt.mean:.4g} {doubt.stated}, which is gravity"
+            f" in {doubt.likely}"
+        )
+        remedy = f": give {{this_unit:{doubt.likely}}}; {{anyway}} takes them in {doubt.stated}"
+    return Finding("unit_doubt", "warning", found, values={"mean": doubt.mean}, remedy=remedy)
+
+
+def without_wrong_units(
+    table: Table, given: Mapping[str, str]
+) -> tuple[list[str | None], list[Finding]]:
+    """Return the units of all columns by the log; None where the given unit is right and the log is wrong by gravity.
+
+    Parameters
+    ----------
+    table : Table
+        The log, or its first rows.
+    given : mapping of str to str
+        Units that the user gave, by kind of sensor.
+    """
+    units: list[str | None] = list(table.units)
+    wanted = given.get(ACCELERATION)
+    if wanted is None:
+        return units, []
+    accels = [
+        at
+        for at, unit in enumerate(units)
+        if unit is not None and table.columns[at] is not None and _is_acceleration(unit)
+    ]
+    told = []
+    for axes in triples([table.names[at] for at in accels]):
+        own = [accels[at] for at in axes]
+        stated = str(units[own[0]])
+        mean = mean_acceleration([table[at] for at in own])
+        if parse_unit(stated).name == parse_unit(wanted).name:
+            continue
+        if _unit_of_values(mean, stated) == parse_unit(wanted).name:
+            names = named([table.names[at] for at in own])
+            found = f"{names} are in {wanted} as given, not in {stated} as the log says: their mean is gravity in {wanted}"
+            told.append(Finding("unit_doubt", "info", found, values={"mean": mean}))
+            for at in own:
+                units[at] = None
+    return units, told
+
+
+def _is_acceleration(unit: str) -> bool:
+    try:
+        return parse_unit(unit).kind == ACCELERATION
+    except InputError:
+        return False

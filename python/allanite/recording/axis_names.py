@@ -1,0 +1,31 @@
+"""The letter of the axis in the name of a column."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["AXIS", "letter_of", "triples"]
+
+#: x, y or z by itself or at the end of a name: gyro_x, gyro.x.raw, gx.
+AXIS = re.compile(r"(?<![a-z])[xyz](?![a-z])|[xyz]$", re.IGNORECASE)
+
+
+def letter_of(name: str) -> str | None:
+    """Return ``"x"``, ``"y"`` or ``"z"`` where the name of a column says of which axis it is."""
+    found = AXIS.search(name)
+    return None if found is None else found.group().lower()
+
+
+def triples(names: Sequence[str]) -> list[tuple[int, ...]]:
+    """Return the places of three names each that differ in the letter of the axis alone; of three in all their places."""
+    stems: dict[str, dict[str, int]] = {}
+    for place, name in enumerate(names):
+        letter = letter_of(name)
+        if letter is not None:
+            stems.setdefault(AXIS.sub("", name), {}).setdefault(letter, place)
+    found = [tuple(places.values()) for places in stems.values() if len(places) == 3]
+    return found or ([tuple(range(3))] if len(names) == 3 else [])

@@ -1,0 +1,79 @@
+"""The samples that a sensor measured: without no-data markers and without samples that repeat the one before."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.recording.findings import Finding, of_stamps
+from allanite.recording.markers import markers_of
+from allanite.recording.repeats import polling_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from allanite.recording.markers import Marker
+    from allanite.recording.recording import Recording
+
+__all__ = ["measured_samples"]
+
+
+def measured_samples(recording: Recording) -> Recording:
+    """Return the recording with markers as missing samples and without repeated samples; itself if it has neither.
+
+    Markers are looked for in each column; a row is a repeat if no column changes. The findings ``marker`` and ``repeats``
+    say what was done.
+    """
+    return _without_repeats(_without_markers(recording))
+
+
+def _without_markers(recording: Recording) -> Recording:
+    found: list[Finding] = []
+    samples: NDArray[Any] | None = None
+    for at, name in enumerate(recording.columns):
+        x = recording.samples if recording.samples.ndim == 1 else recording.samples[:, at]
+        for marker in markers_of(x):
+            if samples is None:
+                samples = np.array(recording.samples, dtype=_float_type(recording.samples))
+            column = samples if samples.ndim == 1 else samples[:, at]
+            column[x == marker.value] = np.nan
+            found.append(_marker_finding(name, marker, recording.units[at]))
+    if samples is None:
+        return recording
+    return recording.with_samples(samples).told_of(found)
+
+
+def _float_type(samples: NDArray[Any]) -> type[np.floating]:
+    return np.float32 if samples.dtype == np.float32 else np.float64
+
+
+def _marker_finding(column: str, marker: Marker, unit: str) -> Finding:
+    several = marker.count > 1
+    what = f", {marker.type_end}" if marker.type_end else ", far from all other samples"
+    unit = "" if unit == "1" else f" {unit}"
+    found = (
+        f"{column}: {marker.count} sample{'s' * several} of {marker.value:.6g}{unit}{what}:"
+        f" no-data marker{'s' * several}, excluded"
+    )
+    return Finding(
+        "marker", "warning", found, column, {"value": marker.value, "count": marker.count}
+    )
+
+
+def _without_repeats(recording: Recording) -> Recording:
+    # The integral of a held rate is no repeat: increments and angles are left as they are.
+    if recording.quantity != "rate":
+        return recording
+    polling = polling_of(recording.samples)
+    if polling is None:
+        return recording
+    rate = recording.rate * polling.ratio
+    found = (
+        f"{rate:.4g} Hz sensor read at {recording.rate:.4g} Hz: {polling.share:.1%} of the samples repeat the one before;"
+        " the repeats are removed, so N is that of the sensor"
+    )
+    values = {"share": polling.share, "sensor_hz": rate, "read_hz": recording.rate}
+    kept = recording.with_rows(polling.kept, rate)
+    stamps = [] if recording.stamps is None else list(of_stamps(recording.stamps, recording.rate))
+    return kept.told_of([*stamps, Finding("repeats", "warning", found, values=values)])

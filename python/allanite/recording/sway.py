@@ -1,0 +1,78 @@
+"""Swaying of a platform: gravity turns in the accelerometers as the gyroscopes say."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["sway_of"]
+
+#: Averaging time, s, and averages in a window of 20 s: swells and hands are slower than the one and faster than the other.
+AVERAGE, WINDOW = 0.2, 100
+#: Least correlation of both directions over the whole record. Independent noise of ten windows or more stays below 0.5
+#: with probability 1 − 1e-6.
+MIN_CORRELATION = 0.5
+#: Fewest windows.
+MIN_WINDOWS = 10
+#: Ratio of the angles that accelerometers and gyroscopes show: 1 for turning alone, else accelerations dominate.
+RATIOS = (0.3, 3.0)
+
+
+def sway_of(
+    rates: NDArray[np.float64], force: NDArray[np.float64], rate: float
+) -> NDArray[np.float64] | None:
+    """Return the standard deviation of the tilt, degrees, in windows of 20 s; None without sway.
+
+    The rates of a turning platform, integrated, are the change of the direction of gravity: df/dt = −ω × f. The covariance
+    of both is the variance of the tilt, whatever the noise of the two sensors.
+
+    Parameters
+    ----------
+    rates, force : ndarray of shape (n, 3)
+        Of gyroscopes, rad/s, and accelerometers, in any unit, in the order x, y, z.
+    rate : float
+        Sampling rate, Hz.
+    """
+    m = max(1, round(AVERAGE * rate))
+    count = len(rates) // m
+    windows = count // WINDOW
+    if windows < MIN_WINDOWS:
+        return None
+    kept = windows * WINDOW
+    omega = rates[: kept * m].reshape(kept, m, 3).mean(axis=1)
+    seen = force[: kept * m].reshape(kept, m, 3).mean(axis=1)
+    omega, seen = np.nan_to_num(omega), np.nan_to_num(seen)
+    middle = np.median(seen, axis=0)
+    level = float(np.linalg.norm(middle))
+    if level == 0.0:
+        return None
+    up = middle / level
+    turned = np.cumsum(-np.cross(omega, up), axis=0) * (m / rate)
+    # Averages are of the middle of their interval, the sum is of its end.
+    turned = 0.5 * (turned + np.vstack([np.zeros(3), turned[:-1]]))
+    tilted = seen / level
+    predicted, measured = _detrended(turned, windows), _detrended(tilted, windows)
+    # Along gravity accelerometers show no tilt.
+    predicted -= (predicted @ up)[..., np.newaxis] * up
+    measured -= (measured @ up)[..., np.newaxis] * up
+    both = np.einsum("wki,wki->w", predicted, measured)
+    gyro, accel = np.sum(predicted**2), np.sum(measured**2)
+    total = float(both.sum())
+    if not total > MIN_CORRELATION * float(np.sqrt(gyro * accel)):
+        return None
+    if not RATIOS[0] < float(accel) / total < RATIOS[1]:
+        return None
+    found: NDArray[np.float64] = np.degrees(np.sqrt(np.maximum(both, 0.0) / WINDOW))
+    return found
+
+
+def _detrended(x: NDArray[np.float64], windows: int) -> NDArray[np.float64]:
+    """Return windows without their parabola, shape (windows, averages, 3): drifts of bias and integrated noise."""
+    basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, WINDOW), 3))[0]
+    parts = x.reshape(windows, WINDOW, 3)
+    left: NDArray[np.float64] = parts - basis @ (basis.T @ parts)
+    return left

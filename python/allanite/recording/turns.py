@@ -1,0 +1,66 @@
+"""Turns of a platform: the rate of a gyroscope leaves its usual level for some seconds and comes back."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["MIN_ANGLE", "turns_of"]
+
+#: Averaging time, s, at which turns are looked for.
+AVERAGE = 1.0
+#: Least rate within a turn, deg/s. Bias instability of the worst MEMS gyroscopes is 0.05 deg/s.
+MIN_RATE = 1.0
+#: The same in standard errors of the averages: 6 σ in three averages in a row do not occur by chance.
+MIN_ERRORS, MIN_AVERAGES = 6.0, 3
+#: Least angle of a turn, degrees.
+MIN_ANGLE = 10.0
+#: Longest turn, s. A rate that stays longer is a step or a warm-up of the bias.
+LONGEST = 60.0
+
+
+def turns_of(rates: NDArray[np.float64], rate: float) -> list[tuple[float, float, float]]:
+    """Return start, end (s) and angle (degrees) of each turn in the samples of a gyroscope.
+
+    Parameters
+    ----------
+    rates : ndarray of shape (n,)
+        In deg/s; NaN for missing samples.
+    rate : float
+        Sampling rate, Hz.
+    """
+    m = max(1, round(AVERAGE * rate))
+    seconds = m / rate
+    count = rates.size // m
+    window = 2 * round(LONGEST / seconds) + 1
+    if count < 2 * MIN_AVERAGES or window < 2 * MIN_AVERAGES:
+        return []
+    groups = rates[: count * m].reshape(count, m)
+    present = np.isfinite(groups)
+    average = np.where(present, groups, 0.0).sum(axis=1) / np.maximum(present.sum(axis=1), 1)
+    places = np.flatnonzero(present.any(axis=1))
+    average = average[places]
+    if places.size < 2 * MIN_AVERAGES:
+        return []
+    # A step of the bias moves the median with it; a turn is shorter than half of the window.
+    usual = median_filter(average, size=min(window, average.size), mode="nearest")
+    change = average - usual
+    error = float(np.median(np.abs(change))) / 0.6745
+    limit = max(MIN_RATE, MIN_ERRORS * error)
+    found = []
+    for sign in (1.0, -1.0):
+        fast = sign * change > limit
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], fast.astype(np.int8), [0]))))
+        for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            angle = float(change[first:end].sum()) * seconds
+            short = end - first < MIN_AVERAGES or (end - first) * seconds > LONGEST
+            if not short and abs(angle) >= MIN_ANGLE:
+                # A turn begins and ends slower than the limit.
+                start, stop = max(int(places[first]) - 2, 0), int(places[end - 1]) + 3
+                found.append((start * seconds, min(stop, count) * seconds, angle))
+    return sorted(found)
