@@ -304,6 +304,8 @@ def _deterministic(
         else:
             # 0 is that of what does not depend on amplitudes: a count.
             error = _amplitude_error(effect, parameter.name, amplitudes, covariance) or None
+            if error is not None and parameter.name == "phase":
+                error = float(np.hypot(error, _phase_by_frequency(effect, own, solution, data)))
         interval = None if error is None else (value - NORMAL * error, value + NORMAL * error)
         if error is not None and parameter.role == "shape" and parameter.low > 0.0:
             # Times are known to a factor.
@@ -315,6 +317,21 @@ def _deterministic(
             float(value), error, interval, own_unit, detected, parameter.name
         )
     return out
+
+
+def _phase_by_frequency(
+    effect: Deterministic, own: Regressed, solution: Solution, data: Data
+) -> float:
+    """What the error of the frequency adds to that of the phase at time 0, rad.
+
+    The phase at the middle of the record is independent of the frequency; from there to time 0 the line turns.
+    """
+    if "frequency" not in effect.free_shapes:
+        return 0.0
+    error = effect.shape_error("frequency", float(own.covariance[0, 0]), data.duration)
+    if error is None:
+        error = _deterministic_shape_error(effect, "frequency", solution, data)
+    return 0.0 if error is None else 2.0 * np.pi * abs(sum(data.span) / 2.0) * error
 
 
 def _amplitude_error(
