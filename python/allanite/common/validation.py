@@ -5,10 +5,16 @@ from __future__ import annotations
 import math
 import operator
 from os import PathLike, fspath
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from allanite.common.errors import InputError
 
-__all__ = ["LARGEST", "SEEDS", "moment", "positive", "positive_rate", "recorded", "whole"]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["LARGEST", "SEEDS", "floats", "moment", "positive", "positive_rate", "recorded", "whole"]
 
 #: Seeds are 64 bits of the generator's key.
 SEEDS = 2**64 - 1
@@ -78,6 +84,23 @@ def recorded(given: object) -> None:
         f"{what or type(given).__name__} is no recording:"
         " give al.Recording(x, rate=…, unit=…), or al.read(path)"
     )
+
+
+def floats(values: object, name: str) -> NDArray[np.float64]:
+    """An array of real numbers.
+
+    Raises
+    ------
+    InputError
+        Text, complex numbers, a mapping or anything else that holds no real numbers.
+    """
+    try:
+        given = np.asarray(values)
+        if given.dtype.kind in "biufO":
+            return np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise InputError(f"{name}: numbers are needed, found {str(values)[:40]!r}")
 
 
 def moment(seconds: float, rate: float) -> int:

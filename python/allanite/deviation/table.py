@@ -60,6 +60,11 @@ class Estimator:
     unbiased: bool = True
     gain: Callable[[float, Floats, float], Floats | float] | None = None
 
+    def __reduce__(self) -> tuple[Any, tuple[str]]:
+        return estimator_named, (
+            self.name,
+        )  # its functions cannot be pickled, and the table has them
+
     def complete(self, m: Ints, points: int) -> Ints:
         """Terms at each averaging factor of a record of `points` phase points without gaps."""
         return np.asarray(np.maximum(self.terms(m, points), 0), np.int64)

@@ -66,6 +66,20 @@ def theo1(
     return _theo1(src, m[even], notes)
 
 
+def _freedom(
+    laws: NDArray[np.float64],
+    near: NDArray[np.int64],
+    far: NDArray[np.int64],
+    counts: NDArray[np.int64],
+    points: int,
+) -> NDArray[np.float64]:
+    """Degrees of freedom of the overlapping deviation at the near averaging factors, of Theo1 at the far ones."""
+    split = near.size
+    first = OADEV.freedom(laws[:split], near, counts[:split], points)
+    second = THEOH.freedom(laws[split:], far, counts[split:], points)
+    return np.concatenate([first, second])
+
+
 def _theo1(src: Samples, m: NDArray[np.int64], notes: tuple[str, ...]) -> Deviation:
     variance, n, alpha, gaps, step = measured(THEO1, src.samples, m, src.angle)
     lost = THEO1.complete(m, src.points) - n
@@ -136,13 +150,7 @@ def theoh(x: object, rate: float = 1.0, taus: Taus = "octave", quantity: str = "
     rows += [(bias * of[m][0], of[m][1], of[m][2]) for m in far.tolist()]
     values, counts, laws = (np.array(column) for column in zip(*rows, strict=True))
     m = np.concatenate([near, far])
-    split = near.size
-
-    def edf() -> NDArray[np.float64]:
-        first = OADEV.freedom(laws[:split], near, counts[:split], src.points)
-        second = THEOH.freedom(laws[split:], far, counts[split:], src.points)
-        return np.concatenate([first, second])
-
+    edf = partial(_freedom, laws, near, far, counts, src.points)  # which can be pickled
     tau = np.concatenate([near, 0.75 * far]) / src.rate
     whole_n = [OADEV.complete(near, src.points), THEOH.complete(far, src.points)]
     lost = np.concatenate(whole_n) - counts

@@ -32,6 +32,9 @@ SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
 UNTIL, RATE = 1000.0, 100.0
 #: Horizon of a filter where none is given: seconds without aiding that its numbers have to be right for.
 HORIZON = 100.0
+#: Length of the stretches among which the loudest is looked for, s, as a filter averages over its first seconds; and how
+#: many of them at most.
+LEVEL_STRETCH, MOST_STRETCHES = 10.0, 1000
 #: Expected square of a coefficient that was not detected, over the square of its 95 % upper limit: the square of a
 #: deviation at its lower bound has a half-normal distribution, of mean 0.798 σ and 95 % point 1.960 σ.
 EXPECTED_SQUARE = 0.798 / 1.960
@@ -111,8 +114,13 @@ class Axis:
         return np.unique(np.round(m)) / self.sampling
 
     def steady(self, *, upper: bool = False) -> Model:
-        """The model, or its `limits`, with the mean level of its white noise."""
-        return (self.limits if upper else self.model).steady(self.span)
+        """The model with the mean level of its white noise, or its `limits` with the largest level."""
+        return _loudest(self.limits, self.span) if upper else self.model.steady(self.span)
+
+    @property
+    def loudest(self) -> tuple[float, float] | None:
+        """Begin and end in s of the stretch where the white noise is loudest; None where its level does not change."""
+        return _loudest_span(self.limits, self.span) if self.limits.levels else None
 
     @property
     def expected_steady(self) -> Model:
@@ -163,8 +171,20 @@ class Axis:
         self, curve: Callable[[Model], NDArray[np.float64]], total: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         for forms in self.corners:
-            total = total + np.maximum.reduce([curve(form.steady(self.span)) for form in forms])
+            total = total + np.maximum.reduce([curve(_loudest(form, self.span)) for form in forms])
         return total
+
+
+def _loudest_span(model: Model, span: tuple[float, float]) -> tuple[float, float]:
+    """The stretch of a record in which the mean level of the white noise is largest."""
+    count = int(np.clip((span[1] - span[0]) / LEVEL_STRETCH, 1, MOST_STRETCHES))
+    edges = np.linspace(*span, count + 1)
+    stretches = list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
+    return max(stretches, key=model.mean_level)
+
+
+def _loudest(model: Model, span: tuple[float, float]) -> Model:
+    return model.steady(_loudest_span(model, span) if model.levels else span)
 
 
 def axes_of(
@@ -221,9 +241,11 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         if isinstance(effect, Stochastic):
             interval = given[effect.coefficient].get("interval") or [None, None]
             if interval[1] is not None:
-                upper = float(interval[1])
+                # Another model that explains the log as well may have more of it.
+                over = (entry.get("over_rivals") or {}).get(effect.coefficient) or [None, None]
+                upper = max(float(interval[1]), float(over[1] or 0.0))
                 if given[effect.coefficient].get("detected") is False:
-                    square = EXPECTED_SQUARE * upper**2
+                    square = EXPECTED_SQUARE * float(interval[1]) ** 2
                     expected[-1] = effect.with_values(
                         **{effect.coefficient: float(np.sqrt(square))}
                     )

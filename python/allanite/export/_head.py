@@ -24,6 +24,8 @@ __all__ = ["GENERAL", "about", "head", "verdict"]
 GENERAL = "Written by allanite. Densities are two-sided: white noise has S(f) = N^2, sigma^2(tau) = N^2/tau."
 #: NEES from which on a filter is called overconfident, and the acceptance limit of every consumer.
 OVERCONFIDENT = 1.2
+#: An interval over all models is named if an end lies farther out by this share of the own interval's width.
+WIDER = 0.1
 
 
 def head(
@@ -97,9 +99,34 @@ def about(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list
     line = f"{axis.name}: {origin}; model {axis.model.name}; in this file: {covered}"
     left = [f"{label} ({e.kind})" for label, e in _left_out(axis, choice, simulator=simulator)]
     lines = [line, *(f"  assumed: {assumption}" for assumption in axis.assumptions)]
+    if choice is not None and choice.overbound and axis.loudest is not None:
+        begin, end = axis.loudest
+        lines.append(
+            f"  N covers the loudest stretch of the log, about {begin:.4g} s to {end:.4g} s"
+        )
+    lines += [f"  {line}" for line in _alternatives(axis)]
     if left:
         lines.append(f"  not in this file: {', '.join(left)}")
     return lines
+
+
+def _alternatives(axis: Axis) -> Iterator[str]:
+    """``K 115 (95 ... 137); 0 ... 190 if it is a gauss_markov``: what other models of the log say of a coefficient."""
+    for (label, _), entry in zip(_all(axis), axis.document["effects"], strict=True):
+        for name, ends in (entry.get("over_rivals") or {}).items():
+            given = entry["parameters"].get(name) or {}
+            own, value = given.get("interval"), given.get("value")
+            if value is None or not own or None in own or None in ends:
+                continue
+            if max(own[0] - ends[0], ends[1] - own[1]) <= WIDER * (own[1] - own[0]):
+                continue
+            key = label if name == label else f"{label} {name}"
+            kinds = " or ".join(entry.get("rivals") or ()) or "another effect"
+            numbers = [f"{float(v):.3g}" for v in (value, *own, *ends)]
+            yield (
+                f"{key} {numbers[0]} ({numbers[1]} ... {numbers[2]}) {given.get('unit', '')};".rstrip()
+                + f" {numbers[3]} ... {numbers[4]} if it is {kinds}"
+            )
 
 
 def _covered(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:

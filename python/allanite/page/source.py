@@ -248,9 +248,10 @@ def part_of(whole: Recording, span: Stretch | None, out: tuple[Stretch, ...]) ->
 
 def _without(part: Recording, out: list[Stretch]) -> Recording:
     samples = np.array(part.samples, dtype=np.promote_types(part.samples.dtype, np.float32))
-    for start, end in out:
-        first, last = (round(t * part.rate) for t in (start, end))
-        samples[max(first, 0) : max(last, 0)] = np.nan
+    for stretch in out:
+        # A stretch may end long after the record, or be of another one.
+        first, last = (round(min(max(t, 0.0), part.duration) * part.rate) for t in stretch)
+        samples[first:last] = np.nan
     return Recording(
         samples,
         part.rate,

@@ -92,7 +92,7 @@ def open_study(tab: Tab, document: Any) -> None:
         found = [_axis(axis, columns) for axis in axes]
         span = _span(document.get("span"))
         out = joined(_stretch(one) for one in document.get("left_out", [])[:MOST])
-    except (AttributeError, TypeError, KeyError, ValueError, IndexError) as error:
+    except (AttributeError, TypeError, LookupError, ValueError, ArithmeticError) as error:
         raise InputError(f"The study is damaged ({error})") from None
     seen = document.get("column")
 

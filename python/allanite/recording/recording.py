@@ -157,7 +157,7 @@ class Recording:
                     )
                 rate = stamps.rate
             rate = positive_rate(rate)
-            units = (unit,) * len(names) if isinstance(unit, str) else tuple(unit)
+            units = (unit,) * len(names) if isinstance(unit, str) else _unit_names(unit)
             if len(units) != len(names):
                 raise InputError(f"{len(units)} units for {len(names)} columns")
             self._fix(
@@ -433,6 +433,25 @@ class Recording:
         what = f"{self.n} samples at {self.rate:g} Hz ({self.duration:g} s) in {self.unit}"
         extra = f"; covariates {', '.join(self.covariates)}" if self.covariates else ""
         return f"Recording({', '.join(self.columns)}: {what}{extra})"
+
+
+def _unit_names(unit: Any) -> tuple[str, ...]:
+    """One name of a unit for each column.
+
+    Raises
+    ------
+    InputError
+        Something else than names.
+    """
+    try:
+        names = tuple(unit)
+    except TypeError:
+        names = (unit,)
+    if not all(isinstance(name, str) for name in names):
+        raise InputError(
+            f"unit = {str(unit)[:40]!r}: give a name such as 'deg/s', or one for each column"
+        )
+    return names
 
 
 def _restore(state: dict[str, Any]) -> Recording:

@@ -194,3 +194,48 @@ def test_a_state_space_has_the_fitted_value_of_what_is_not_detected():
     for overbound, walk in ((False, 1e-6), (True, 3e-6)):
         (axis,) = json.loads(export(whole, "statespace", overbound=overbound))["axes"]
         assert np.array(axis["Q"])[0, 0] == pytest.approx(walk**2 / 100.0)
+
+
+def fitted(model, **rivals):
+    """A document of a model with intervals of 10 %, and the intervals of its coefficients over other models."""
+    found = document("gyro_x", model)
+    found["schema"] = "allanite/fit/1"
+    for effect in found["effects"]:
+        for name, one in effect["parameters"].items():
+            if isinstance(one.get("value"), float):
+                one["interval"] = [0.9 * one["value"], 1.1 * one["value"]]
+            if name in rivals:
+                effect["over_rivals"] = {name: list(rivals[name])}
+                effect["rivals"] = ["gauss_markov"]
+    return found
+
+
+def test_a_head_shows_what_other_models_say_of_a_number():
+    text = export(axes_of([fitted("N(N=1e-3)+K(K=1e-5)", K=(0.0, 3e-5))]), "kalibr")
+    (line,) = (one for one in text.splitlines() if "if it is gauss_markov" in one)
+    assert re.search(r"K 0?\S+ \(\S+ \.\.\. \S+\) .*; 0 \.\.\. \S+ if it is gauss_markov", line)
+
+
+def test_an_overbound_covers_what_other_models_say():
+    alone, both = (
+        walk_of(export(axes_of([one]), "kalibr", overbound=True))
+        for one in (
+            fitted("N(N=1e-3)+K(K=1e-5)"),
+            fitted("N(N=1e-3)+K(K=1e-5)", K=(0.0, 3e-5)),
+        )
+    )
+    assert alone == pytest.approx(1.1e-5, rel=0.02)
+    assert both == pytest.approx(3e-5, rel=0.02)
+
+
+def test_an_overbound_covers_the_loudest_stretch():
+    text = export(
+        axes_of([fitted("N(N=1e-3)+K(K=1e-5)+LEVEL(start=600,end=800,factor=4)")]),
+        "kalibr",
+        overbound=True,
+    )
+    white = float(re.search(r"noise_density: (\S+)", text).group(1))
+    assert white >= 0.99 * 4 * 1.1e-3
+    # Within 1.3 of the tightest, at the upper end of the interval of the factor too.
+    assert white < 1.3 * 4 * 1.1**2 * 1e-3
+    assert "N covers the loudest stretch of the log" in text
