@@ -172,6 +172,12 @@ class Fit:
         beyond = np.nanmax(np.abs(self.curve.z)) >= _curve.FAILS
         return self.misfit.p_value >= ADEQUATE and not self.solution.discrepancy and not beyond
 
+    @property
+    def limited_by_quantization(self) -> bool:
+        """Whether the samples take so few codes that the coefficients are deformed, whatever the model."""
+        audit = getattr(self.recording, "audit", ())
+        return any(f.kind == "quantisation" and f.severity == "warning" for f in audit)
+
     def __getitem__(self, name: str) -> Any:
         """An estimate by parameter name (``N``), or by effect and parameter (``GM.q_c``, ``SIN2.frequency``)."""
         key, _, parameter = name.partition(".")

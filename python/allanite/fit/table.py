@@ -76,6 +76,8 @@ def misfit_line(fit: Fit, whole: bool = True) -> str:
     """One sentence on the agreement; of the curve alone, where the `whole` comparison is not adequate."""
     m, e = fit.misfit, fit.error
     words = ("adequate" if whole else "the curve agrees") if fit.adequate else "not adequate"
+    if fit.adequate and fit.limited_by_quantization:
+        words += ", limited by quantization"
     line = f"χ²/dof = {m.reduced:.2f} ({m.chi2:.0f}/{m.dof}), p = {m.p_value:.2g}: {words}"
     if e.adev_rms_percent is not None:
         line += (

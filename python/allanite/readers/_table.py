@@ -172,7 +172,7 @@ _LONG = re.compile(
 _LAST = re.compile(
     r"(?:^|_)(s|ms|us|µs|ns|min|mins|minutes?|h|hrs?|hours?|d|days?|m?jd|yr|years?)$"
 )
-_DAYS = re.compile(r"^(doy|day_?of_?year|julian_da(y|te))$")
+_DAYS = re.compile(r"^(doy|day_?of_?year|julian_(day|date))$")
 _YEARS = re.compile(
     r"^((dec(imal)?_?|frac(tional)?_?)?year(_?(dec(imal)?|frac))?|decyear|yyyy\w*)$"
 )

@@ -224,7 +224,7 @@ def inspect(path: Any, **options: Any) -> Inspection:
     from allanite.readers import read, request_of
 
     request = request_of(**options)
-    table, seen = _whole(path, request)
+    table, seen, damaged = _whole(path, request)
     with about(None if is_frame(path) else path):
         # What is no unit says nothing of the log.
         _ = request.kinds
@@ -254,6 +254,10 @@ def inspect(path: Any, **options: Any) -> Inspection:
         refused = error
     joined = sum(column.used and column.role == "time" for column in known) > 1
     views = [_column(table, i, column, joined=joined) for i, column in enumerate(known)]
+    views = [
+        replace(view, doubts=(*view.doubts, damaged[i])) if i in damaged else view
+        for i, view in enumerate(views)
+    ]
     if table.time is not None:
         views.insert(0, _stamps(table.time))
     shown = type(path).__name__ if is_frame(path) else plain(path)
@@ -273,30 +277,37 @@ def _moves(recording: Recording) -> list[Finding]:
     return [replace(one, found=f"if in {usual}: {one.found}") for one in found]
 
 
-def _whole(path: Any, request: Request) -> tuple[Table, Layout | Roles]:
-    """All columns of a log that hold numbers, and what is decided by its first rows."""
+def _whole(path: Any, request: Request) -> tuple[Table, Layout | Roles, dict[int, str]]:
+    """All columns of a log that hold numbers, what is decided by its first rows, and columns with damaged cells."""
     from allanite.readers import read_table
 
     decided: list[Layout | Roles] = []
+    places: list[int] = []
 
     def everything(first_rows: Table) -> list[int]:
         decided.append(_decided(first_rows, request))
-        return all_numbers(first_rows)
+        places[:] = all_numbers(first_rows)
+        return places
 
     if is_frame(path):
         table = table_of(path)
-        return table, _decided(table, request)
+        return table, _decided(table, request), {}
     path = Path(path)
+    damaged: dict[int, str] = {}
     with about(path):
         try:
             table = read_table(path, everything, request.topics)
         except InputError:
-            # A damaged cell in a column that is not used does not matter.
-            if not decided or not isinstance(decided[0], Layout):
+            for at in tuple(places):
+                try:
+                    read_table(path, lambda *_, at=at: [at], request.topics)
+                except InputError as error:
+                    damaged[at] = error.found
+            if not 0 < len(damaged) < len(places):
                 raise
-            used = decided[0].used
-            table = read_table(path, lambda _: used, request.topics)
-    return table, decided[0] if decided else _decided(table, request)
+            sound = [at for at in places if at not in damaged]
+            table = read_table(path, lambda _: sound, request.topics)
+    return table, decided[0] if decided else _decided(table, request), damaged
 
 
 def _decided(table: Table, request: Request) -> Layout | Roles:

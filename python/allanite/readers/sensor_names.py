@@ -13,10 +13,10 @@ __all__ = ["Role", "kind_of_sensor", "role_and_reason", "role_of", "sensor_kind"
 Role = str  # "sensor", "time", "temperature", "other"
 
 _TIME = re.compile(
-    r"^(t|time|times|timestamps?|time_?stamps?|stamp|sec|secs|seconds|epoch|date_?time|m?jd|julian_da(y|te)|uptime|"
+    r"^(t|time|times|timestamps?|time_?stamps?|stamp|sec|secs|seconds|epoch|date_?time|m?jd|julian_(day|date)|uptime|"
     r"(seconds|sec|s|time|millis|ms|micros|us|nanos|ns)_?elapsed|elapsed(_?(time|s|sec|seconds|ms|us))?|"
     r"millis|micros|zeit(stempel)?|temps|tiempo|i?_?tow|sow|sod|gps_?(time|tow|seconds)|sampletimefine|timestartup|"
-    r"(milli|micro|nano)?sec(ond)?s?(_(since|of|from|after)_\w+)?|days?|hours?|minutes?|years?|yr|"
+    r"(milli|micro|nano)?(sec|second)s?(_(since|of|from|after)_\w+)?|days?|hours?|minutes?|years?|yr|"
     r"doy|day_?of_?year|(dec(imal)?_?|frac(tional)?_?)?year(_?(dec(imal)?|frac))?|decyear|yyyy\W*y+|yyyy_ddd+|"
     r"\w*timestamp|time_(since|from|after)_\w+|time_of_(day|week)\w*|"
     r"(sample|unix|utc|system|sensor|host|ros|boot|local|gps|device)_?time(stamp)?(_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))?|"

@@ -31,12 +31,12 @@ _PARTS = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 
 _WEEK = re.compile(r"^(gps_?)?(week|wn|wk)(_?(no|nr|num|number))?$")
 _OF_WEEK = re.compile(
-    r"^(gps_?)?(i_?tow|tow|sow|(milli)?(sec|secs|second|seconds|time|ms)_of_(the_)?(gps_)?week|week_?sec(ond)?s?"
+    r"^(gps_?)?(i_?tow|tow|sow|(milli)?(sec|secs|second|seconds|time|ms)_of_(the_)?(gps_)?week|week_?(sec|second)s?"
     r"|secs?|seconds?|time|millis|milliseconds|ms)(_(s|sec|ms))?$"
 )
 _MJD = re.compile(r"^m?jd(_?(no|day|date|int))?$")
 _OF_DAY = re.compile(
-    r"^(utc_?)?(sod|tod|(milli)?(sec|secs|second|seconds|time|ms)_of_(the_)?day|day_?sec(ond)?s?|secs?|seconds?|time|s)"
+    r"^(utc_?)?(sod|tod|(milli)?(sec|secs|second|seconds|time|ms)_of_(the_)?day|day_?(sec|second)s?|secs?|seconds?|time|s)"
     r"(_(s|sec|ms))?$"
 )
 _YEAR, _DAY_OF_YEAR = re.compile(r"^(year|yyyy|yr)$"), re.compile(r"^(doy|day_?of_?year|ddd|day)$")
@@ -174,7 +174,7 @@ def _calendar(
     taken = [year, day] if month is None else [year, month, day]
     calendar = len(taken)
     factors: list[float] = []
-    second = re.compile(r"^(sod|sec(ond)?s?_of_day|utc_?sec\w*)$")
+    second = re.compile(r"^(sod|(sec|second)s?_of_day|utc_?sec\w*)$")
     found = at(second, tuple(taken))
     if found is not None:
         taken.append(found)

@@ -132,7 +132,7 @@ def verdict(study: Any, check: Any) -> tuple[str, str]:
     added = _all_added(study)
     if not added:
         if study.adequate:
-            return "good", f"{start} describes this record; nothing is significantly missing."
+            return "good", f"{start} describes this record; {_missing(study)}."
         if study.verdict == "within tolerance":
             return "good", f"{start} describes this record {study.ending}."
         return (
@@ -155,6 +155,12 @@ def verdict(study: Any, check: Any) -> tuple[str, str]:
     if study.verdict == "within tolerance":
         return "good", f"{words} The model is {study.ending}."
     return "bad", f"{words} Something is left that no effect of the catalogue explains."
+
+
+def _missing(study: Any) -> str:
+    if study.verdict == "limited by quantization":
+        return "its samples take so few codes that nothing else can be judged"
+    return "nothing is significantly missing"
 
 
 def _removed(study: Any) -> str:

@@ -157,8 +157,9 @@ class Study:
 
     @property
     def verdict(self) -> str:
-        """``adequate``, ``within tolerance`` or ``unexplained``."""
-        return self.stopped_because if self._good_enough else self.check.verdict
+        """``adequate``, ``limited by quantization``, ``within tolerance`` or ``unexplained``."""
+        tolerated = self.stopped_because == "within tolerance"
+        return self.stopped_because if tolerated else self.check.verdict
 
     @property
     def _good_enough(self) -> bool:
@@ -266,7 +267,7 @@ class Study:
 
     def __repr__(self) -> str:
         first, last = self.ladder[0].fit.model.name, self.fit.model.name
-        words = "adequate" if self.adequate else self.stopped_because
+        words = self.verdict if self.adequate else self.stopped_because
         return f"Study({self.recording.columns[0]}: {first} → {last}, {words})"
 
     def _repr_html_(self) -> str:

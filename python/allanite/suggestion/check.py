@@ -61,8 +61,10 @@ class Check:
 
     @property
     def verdict(self) -> str:
-        """``adequate`` or ``unexplained``."""
-        return "adequate" if self.adequate else "unexplained"
+        """``adequate``, ``limited by quantization`` or ``unexplained``."""
+        if not self.adequate:
+            return "unexplained"
+        return "limited by quantization" if self.fit.limited_by_quantization else "adequate"
 
     def to_dict(self) -> dict[str, Any]:
         """``allanite/check/2`` of the contract."""
@@ -133,7 +135,7 @@ class Check:
 
     def __repr__(self) -> str:
         missing = ", ".join(s.kind for s in self.significant)
-        words = "adequate" if self.adequate else f"missing: {missing or 'nothing known'}"
+        words = self.verdict if self.adequate else f"missing: {missing or 'nothing known'}"
         return f"Check({self.fit.recording.columns[0]}, {self.fit.model.name}: {words})"
 
     def _repr_html_(self) -> str:

@@ -89,3 +89,11 @@ def test_an_estimate_of_several_columns_says_how_to_ask_for_it():
     with pytest.raises(KeyError, match="no column 'gyro_w': there are gyro_x"):
         fit["gyro_w"]
     assert "gyro_w" not in fit
+
+
+def test_a_channel_with_three_codes_is_never_simply_adequate():
+    x = np.round(np.random.default_rng(4).standard_normal(6000) * 0.33)
+    assert np.unique(x).size == 3
+    study = al.improve(al.Recording(x * 0.01, rate=100, unit="deg/s"), "N")
+    assert study.verdict == study.check.verdict == "limited by quantization"
+    assert "adequate, limited by quantization" in str(study.fit)
