@@ -38,9 +38,9 @@ ROWS = [
     ),
     Row(
         "kalibr.csv",
-        dict.fromkeys([f"{s}_{a}" for s in ("omega", "alpha") for a in "xyz"]),
+        {f"omega_{a}": "rad/s" for a in "xyz"} | {f"alpha_{a}": "m/s^2" for a in "xyz"},
         345.0,
-        says=("give --unit deg/s,m/s^2",),
+        ("--unit", "rad/s,m/s^2"),
     ),
     Row("mjd.csv", {"clock_bias_s": "s"}, 1 / 300, time="MJD"),
     Row("phase_ns.csv", {"offset": "ns"}, 1.0),
