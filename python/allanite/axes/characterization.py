@@ -95,12 +95,12 @@ class Common:
 
 @dataclass(frozen=True, eq=False)
 class Characterization:
-    """Every axis of a recording, characterised.
+    """Every axis of a device, characterized.
 
     Attributes
     ----------
-    recording : Recording
-        All columns.
+    recordings : tuple of Recording
+        All columns: one recording, or one for each sensor where the sensors have rates of their own.
     studies : mapping of str to Study
         The ladder of each column, by its name.
     failed : mapping of str to str
@@ -121,10 +121,15 @@ class Characterization:
     >>> figure = found.plot("axes.svg")
     """
 
-    recording: Recording
+    recordings: tuple[Recording, ...]
     studies: Mapping[str, Study]
     failed: Mapping[str, str]
     common: Common
+
+    @property
+    def recording(self) -> Recording:
+        """The recording, or the first of several."""
+        return self.recordings[0]
 
     def __getitem__(self, column: str) -> Study:
         return self.studies[column]

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from allanite.axes.characterization import Characterization, common_of
-from allanite.common.errors import AllaniteError
+from allanite.common.errors import AllaniteError, InputError
 from allanite.common.threads import side_by_side
 from allanite.common.validation import recorded
 from allanite.fit.likelihood.remembered import give_back
@@ -27,7 +27,7 @@ SHOWN = 2
 
 
 def characterize(
-    recording: Recording,
+    recording: Recording | Sequence[Recording],
     model: Model | Effect | str = "N+B+K",
     on_progress: Callable[[str, int, int], None] | None = None,
     limit: int = LIMIT,
@@ -37,8 +37,9 @@ def characterize(
 
     Parameters
     ----------
-    recording : Recording
-        One or more columns; its covariates are offered to each as an explanation.
+    recording : Recording or sequence of Recording
+        One or more columns; its covariates are offered to each as an explanation. Several recordings are the sensors of
+        one device at rates of their own, as `allanite.readers.read_sensors` returns them.
     model : Model, Effect or str
         Where every ladder starts.
     on_progress : callable, optional
@@ -67,9 +68,16 @@ def characterize(
     >>> list(found.studies), dict(found.failed)
     (['gx', 'gy'], {})
     """
-    recorded(recording)
-    recording = recording.measured
-    columns = list(recording)
+    several = isinstance(recording, list | tuple) and any(hasattr(r, "columns") for r in recording)
+    recordings = tuple(recording) if several else (recording,)
+    for one in recordings:
+        recorded(one)
+    recordings = tuple(one.measured for one in recordings)
+    columns = [column for one in recordings for column in one]
+    names = [column.columns[0] for column in columns]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InputError(f"the column {twice} is in two of the recordings: name the columns apart")
     found = improve_columns(columns, [model] * len(columns), on_progress, limit, tolerance)
     studies: dict[str, Study] = {}
     failed: dict[str, AllaniteError] = {}
@@ -81,7 +89,7 @@ def characterize(
     if not studies:
         raise next(iter(failed.values()))
     return Characterization(
-        recording,
+        recordings,
         MappingProxyType(studies),
         MappingProxyType({name: str(error) for name, error in failed.items()}),
         common_of(studies),

@@ -22,14 +22,16 @@ __all__ = ["in_common", "remarks", "seen_by_several", "title"]
 
 def title(found: Characterization) -> str:
     """``imu.csv · 6 columns of 360000 samples at 100 Hz (3600 s) · covariate temperature``."""
-    r = found.recording
-    count = len(r.columns)
-    parts = [
-        Path(r.path).name if r.path else "recording",
-        f"{count} column{'s' if count > 1 else ''} of {r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s)",
-    ]
-    if r.covariates:
-        parts.append(f"covariate{'s' if len(r.covariates) > 1 else ''} {', '.join(r.covariates)}")
+    path = found.recording.path
+    parts = [Path(path).name if path else "recording"]
+    for r in found.recordings:
+        count = len(r.columns)
+        parts.append(
+            f"{count} column{'s' if count > 1 else ''} of {r.n} samples at {r.rate:g} Hz ({r.duration:.6g} s)"
+        )
+    names = list(dict.fromkeys(name for r in found.recordings for name in r.covariates))
+    if names:
+        parts.append(f"covariate{'s' if len(names) > 1 else ''} {', '.join(names)}")
     return " · ".join(parts)
 
 

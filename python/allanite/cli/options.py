@@ -17,7 +17,7 @@ from allanite.common.units import units_by_kind
 from allanite.common.validation import SEEDS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from allanite.recording import Recording
     from allanite.recording.findings import Finding
@@ -33,6 +33,7 @@ __all__ = [
     "log_options",
     "model_option",
     "recording_of",
+    "recordings_of",
     "said_early",
 ]
 
@@ -259,15 +260,36 @@ def recording_of(
         Fewer samples than any command can use.
     """
     from allanite.readers import read
-    from allanite.readers.plausibility import checked
 
     with log_file(path) as file, named(file, path):
         recording = read(file, **options.reading())
+    if suits is not None:
+        suits(recording)
+    return _prepared(recording, path, options, for_fit=for_fit)
+
+
+def recordings_of(
+    path: str, options: LogOptions, suits: Callable[[Sequence[Recording]], None] | None = None
+) -> list[Recording]:
+    """Read a log as `recording_of` does, and the sensors of the same device that have rates of their own."""
+    from allanite.readers import read_sensors
+
+    with log_file(path) as file, named(file, path):
+        recordings = read_sensors(file, **options.reading())
+    if suits is not None:
+        suits(recordings)
+    return [_prepared(recording, path, options) for recording in recordings]
+
+
+def _prepared(
+    recording: Recording, path: str, options: LogOptions, *, for_fit: bool = True
+) -> Recording:
+    """Cut, check, decimate and convert a recording as the options ask."""
+    from allanite.readers.plausibility import checked
+
     if path == PIPE:
         path = NAME
         recording = recording.called(NAME)
-    if suits is not None:
-        suits(recording)
     if options.trim == "quiet":
         recording = recording.quiet()
     elif options.trim is not None:
@@ -299,7 +321,7 @@ def said_early(finding: Finding) -> bool:
 
     That nothing says the unit of a column which may be a clock's is a remark among others.
     """
-    kinds = ("not_used", "quiet_stretch", "motion")
+    kinds = ("not_used", "other_rate", "quiet_stretch", "motion")
     return finding.kind in kinds or (finding.kind, finding.severity) == ("no_unit", "warning")
 
 

@@ -9,16 +9,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError, about
-from allanite.common.memory import require
+from allanite.common.memory import require, shown_bytes
 from allanite.common.plain import plain
-from allanite.readers import npy, npz, parquet, sentences, text
+from allanite.readers import npy, npz, parquet, text
 from allanite.readers._isolated import one_line
 from allanite.readers.arrays import hdf5, matlab
 from allanite.readers.clocks import rinex, stable32, timelab
 from allanite.readers.columns import Layout, Request, understand
+from allanite.readers.deviation_table import refuse_deviation_table
 from allanite.readers.frame import is_frame, table_of
 from allanite.readers.packed import is_packed, member, unpacked
 from allanite.readers.sensor_names import kind_of_sensor, sensor_kind
+from allanite.readers.texts import (
+    chrony,
+    hector,
+    jsonlines,
+    linuxptp,
+    ntpd,
+    pps,
+    rostopic,
+    sensorconnect,
+    sentences,
+    serial,
+    stations,
+)
 from allanite.readers.topics import ardupilot, rosbag, ulog
 from allanite.readers.unit_names import unitless
 from allanite.recording import Recording
@@ -34,7 +48,15 @@ if TYPE_CHECKING:
     from allanite.recording.log_column import LogColumn
     from allanite.recording.timebase import Stamps
 
-__all__ = ["FORMATS", "kind_of_sensor", "read", "read_table", "sensor_kind"]
+__all__ = [
+    "FORMATS",
+    "TEXTS",
+    "kind_of_sensor",
+    "read",
+    "read_sensors",
+    "read_table",
+    "sensor_kind",
+]
 
 # Suffix → the reader. Anything else is read as text.
 FORMATS: dict[str, Callable[[Path, Picker], Table]] = {
@@ -60,6 +82,29 @@ FORMATS: dict[str, Callable[[Path, Picker], Table]] = {
     ".frd": stable32.read,
     ".tim": timelab.read,
 }
+
+#: Bytes of a text log from which its format is recognized.
+HEAD = 8192
+#: Bytes of memory for each byte of a text log of such a format (measured: 6 for JSON lines, 25 for a serial plotter).
+MEMORY_PER_BYTE = 30.0
+# Formats of text that no suffix names: (recognizer of the first bytes, reader), tried in this order.
+TEXTS: tuple[tuple[Callable[[bytes], bool], Callable[[Path, Picker], Table]], ...] = tuple(
+    (module.recognizes, module.read)
+    for module in (
+        sentences,
+        stable32,
+        linuxptp,
+        chrony,
+        ntpd,
+        stations,
+        hector,
+        rostopic,
+        sensorconnect,
+        jsonlines,
+        serial,
+        pps,
+    )
+)
 
 #: Those whose logs have topics.
 TOPICAL = (rosbag.read, ulog.read, ardupilot.read)
@@ -124,21 +169,17 @@ def read(
     Recording(gx: 200 samples at 100 Hz (2 s) in deg/s; covariates temp)
     """
     request = request_of(rate, unit, quantity, column, covariate, time_column, piece, topic, scale)
-    if is_frame(path):
-        table = table_of(path)
-        return _recording(None, request, table, understand(table, request))
-    path = Path(path)
-    with about(path):
-        decided: list[Layout] = []
-
-        def pick(first_rows: Table) -> Sequence[int]:
-            decided.append(understand(first_rows, request))
-            return decided[0].used
-
-        table = read_table(path, pick, request.topics)
-        return _recording(
-            path, request, table, decided[0] if decided else understand(table, request)
+    recording, others = _read(path, request)
+    told = [
+        Finding(
+            "other_rate",
+            "warning",
+            f"topic {topic} holds another sensor of this device at a rate of its own",
+            remedy=": characterize reads both, {topic} reads one",
         )
+        for topic in others
+    ]
+    return recording.told_of(told)
 
 
 def request_of(
@@ -173,6 +214,46 @@ def request_of(
         insists,
         dict(scale or {}),
     )
+
+
+def read_sensors(path: Any, **options: Any) -> list[Recording]:
+    """Read a log, and the other sensor of the same device where it has a topic and a rate of its own.
+
+    Parameters
+    ----------
+    path : str, Path or data frame
+        As `read` takes it.
+    **options
+        Those of `read`. A topic that is given is the only one that is read.
+
+    Returns
+    -------
+    list of Recording
+        One recording, or the gyroscope's and the accelerometer's.
+    """
+    request = request_of(**options)
+    recording, others = _read(path, request)
+    beside = (_read(path, replace(request, topics=(topic,)))[0] for topic in others)
+    return [recording, *beside]
+
+
+def _read(path: Any, request: Request) -> tuple[Recording, tuple[str, ...]]:
+    """The recording of a log, and the topics of other sensors that have a rate of their own."""
+    if is_frame(path):
+        table = table_of(path)
+        return _recording(None, request, table, understand(table, request)), ()
+    path = Path(path)
+    with about(path):
+        decided: list[Layout] = []
+
+        def pick(first_rows: Table) -> Sequence[int]:
+            refuse_deviation_table(first_rows)
+            decided.append(understand(first_rows, request))
+            return decided[0].used
+
+        table = read_table(path, pick, request.topics)
+        layout = decided[0] if decided else understand(table, request)
+        return _recording(path, request, table, layout), table.others
 
 
 def _recording(path: Path | None, request: Request, table: Table, layout: Layout) -> Recording:
@@ -307,12 +388,22 @@ def read_table(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:
         with unpacked(path) as inner:
             return read_table(inner, pick, topics)
     reader = FORMATS.get(path.suffix.lower(), text.read)
-    if reader is text.read and sentences.is_sentences(path):
-        reader = sentences.read
+    if reader is text.read and (of_format := _text_format(path)) is not None:
+        reader = of_format
+        require(MEMORY_PER_BYTE * size, f"a log of {shown_bytes(size)}")
     table = _reader(reader, topics)(path, pick)
     if table.n == 0 and any(column is not None for column in table.columns):
         raise TooShortError("no row in it")
     return table
+
+
+def _text_format(path: Path) -> Callable[[Path, Picker], Table] | None:
+    """Return the reader of a text log with a format of its own, or None for a plain table."""
+    with path.open("rb") as stream:
+        head = stream.read(HEAD)
+    if b"\0" in head:
+        return None
+    return next((read for recognizes, read in TEXTS if recognizes(head)), None)
 
 
 def _reader(read: Any, topics: Sequence[str]) -> Callable[[Path, Picker], Table]:

@@ -69,6 +69,7 @@ def isolated(
                 found["time"],
                 found["named"],
                 tuple(found["notes"]),
+                others=tuple(found["others"]),
             )
 
         return in_child
@@ -90,6 +91,7 @@ def serve_reader(reader: str, path: str, topics: list[str]) -> dict[str, Any]:
         "time": table.time,
         "named": table.named,
         "notes": table.notes,
+        "others": table.others,
     }
 
 

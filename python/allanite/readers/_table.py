@@ -56,6 +56,8 @@ class Table:
         Columns whose date-times were turned into seconds.
     source : str
         Where names and units come from: ``"header"``, or ``"file"`` for a format that fixes them.
+    others : tuple of str
+        Topics of the log that hold another sensor of the same device at a rate of its own.
     """
 
     names: tuple[str, ...]
@@ -68,6 +70,7 @@ class Table:
     texts: Mapping[int, str] = field(default_factory=dict)
     dates: frozenset[int] = frozenset()
     source: str = "file"
+    others: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         # Names and units are a stranger's text.
@@ -129,9 +132,10 @@ Picker = Callable[["Table"], Sequence[int]]
 _WITH_UNIT = re.compile(
     r"^\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*(?:\([^()]*\))?[^\[\]()]*)[\])]\s*$"
 )
-#: Text in brackets that tells columns apart and is no unit: an index, an axis, what an axis is of.
+#: Text in brackets that tells columns apart and is no unit: an index, a register (x8004), an axis, what an axis is of.
 _APART = re.compile(
-    r"\d+|[xyz]|[ijk]|roll|pitch|yaw|left|right|raw|filtered|calibrated|uncalibrated", re.IGNORECASE
+    r"\d+|0?x[0-9a-f]+|[xyz]|[ijk]|roll|pitch|yaw|left|right|raw|filtered|calibrated|uncalibrated",
+    re.IGNORECASE,
 )
 
 

@@ -203,6 +203,8 @@ def roles_of(table: Table, request: Request) -> Roles:
     found = Roles([], [], [])
     for i, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
         role, reason = role_and_reason(name, unit) if table.named else ("sensor", "")
+        if i in table.dates and role == "other":
+            role, reason = "time", ""
         if i in table.texts:
             role, reason = "other", f'text, as "{plain(table.texts[i], 24)}"'
         found.roles.append(role)
@@ -522,7 +524,12 @@ def _time_unit(table: Table, found: Roles, at: int) -> str | None:
     """Unit of a column of time, if it is known before all stamps are read."""
     if at in table.dates:
         return "s"
-    return found.time_units.get(at) or time_unit_of(table.names[at], table.units[at])
+    unit = found.time_units.get(at) or time_unit_of(table.names[at], table.units[at])
+    if unit == "100us" and table.rate is not None and table.columns[at] is not None:
+        # Xsens counts SampleTimeFine in 0.1 ms in MT Manager and in 1 µs in the Movella DOT: the stated rate decides.
+        samples = float(np.median(np.diff(table[at]))) * table.rate
+        return "us" if abs(samples * 1e-6 - 1.0) < abs(samples * 1e-4 - 1.0) else unit
+    return unit
 
 
 def _sensors(
@@ -555,6 +562,12 @@ def _sensors(
                 reasons[i] = f"its name does not say that it is in {request.unit}"
                 loud.add(i)
         return tuple(chosen)
+    if table.named and any(sensor_kind(names[i]) is not None for i in sensors):
+        # Autopilots log motors, set points and errors beside the sensors, without a unit either.
+        for i in sensors:
+            if sensor_kind(names[i]) is None and kinds[i] is None:
+                reasons[i] = "no unit, and a name of no sensor, as others have"
+        sensors = [i for i in sensors if sensor_kind(names[i]) is not None or kinds[i] is not None]
     inertial = any(_is_inertial(names[i], units[i]) for i in sensors)
     phases = [i for i in sensors if kinds[i] == PHASE]
     integrals = [i for i in sensors if kinds[i] == INTEGRAL]

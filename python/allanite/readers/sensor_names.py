@@ -18,7 +18,7 @@ _TIME = re.compile(
     r"millis|micros|zeit(stempel)?|temps|tiempo|i?_?tow|sow|sod|gps_?(time|tow|seconds)|sampletimefine|timestartup|"
     r"(milli|micro|nano)?(sec|second)s?(_(since|of|from|after)_\w+)?|days?|hours?|minutes?|years?|yr|"
     r"doy|day_?of_?year|(dec(imal)?_?|frac(tional)?_?)?year(_?(dec(imal)?|frac))?|decyear|yyyy\W*y+|yyyy_ddd+|"
-    r"\w*timestamp|time_(since|from|after)_\w+|time_of_(day|week)\w*|"
+    r"\w*timestamp(_since_?\w+)?|time_(since|from|after)_\w+|time_of_(day|week)\w*|"
     r"(sample|unix|utc|system|sensor|host|ros|boot|local|gps|device)_?time(stamp)?(_?(s|sec|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?))?|"
     r"(t|time|timestamp|stamp)_?(in_)?(s|secs?|seconds?|ms|us|ns|usec|msec|nsec|nanos?|micros?|millis?|min|h|hours?|d|days?))$"
 )
@@ -31,7 +31,7 @@ _OTHER = re.compile(
     r"quat\w*|orientation|q[0-3wxyz]|heading)([^a-z]|$)|^(mag|m|b)_?[xyz]$|^unnamed: \d+$"
 )
 _GYRO = re.compile(
-    r"gyr|ang.*(vel|rate)|omega|rot\w*_?rate|^[gw]_?[xyz]$|^gy_?[xyz]$|^rate_?[xyz]?$|(^|[^a-z])gyr"
+    r"gyr|ang.*(vel|rate)|^pqr|omega|rot\w*_?rate|^[gw]_?[xyz]$|^gy_?[xyz]$|^rate_?[xyz]?$|(^|[^a-z])gyr"
 )
 #: Kalibr calls accelerometers alpha.
 _ACCEL = re.compile(r"acc(?!uracy)|^ac_?[xyz]$|^a(lpha)?_?[xyz]$|^f_?[xyz]$|spec\w*_?force")
@@ -39,6 +39,7 @@ _ACCEL = re.compile(r"acc(?!uracy)|^ac_?[xyz]$|^a(lpha)?_?[xyz]$|^f_?[xyz]$|spec
 _COVARIANCE = re.compile(
     r"(^|_)(cov(ariances?)?|variances?|sigma|std(dev|ev)?|stderr|accuracy|uncertainty)\d*(_|$)"
 )
+_STAMP = re.compile(r"(^|_)time_?stamp(_|$)")
 _NO_AXIS = (
     ("a magnitude", re.compile(r"(^|_)(abs(olute)?|magnitude|norm|total|resultant|modulus|vector_sum|rss)(_|$)")),
     (
@@ -53,8 +54,14 @@ _NO_AXIS = (
             r"(^|_)(ids?|serial|serialno|sn|uuid|mac|addr(ess)?)\d*(_|$)|(^|_)(device|dev|node)(_(no|nr|num|number))?$"
         ),
     ),
-    ("a status", re.compile(r"(^|_)(valid|status|flags?|state|mode|health|calibrated)(_|$)")),
+    (
+        "a status",
+        re.compile(r"(^|_)(valid|status|flags?|state|mode|health|calibrated|clip(ping|s)?|saturat\w+|overflows?)(_|$)"),
+    ),
+    ("another time", _STAMP),
 )  # fmt: skip
+#: A magnetometer is none of these sensors, even in G, which may be gauss or standard gravity.
+_MAGNETIC = re.compile(r"(^|_)(mag|magn|magnet\w*)(_|$)|^(mag|b)_?[xyz]$")
 #: The last word of the name of an axis.
 _AXIS = re.compile(r"(^|_|[a-z])([xyz]|[0-9])(_|$)")
 _DURATION = re.compile(
@@ -87,11 +94,15 @@ def role_and_reason(name: str, unit: str | None) -> tuple[Role, str]:
         return "temperature", ""
     if kind not in (RATE, INTEGRAL) and (_TIME.match(key) or _TIME.match(words)):
         return "time", ""
+    if kind in (PHASE, TIME_ONLY) and _STAMP.search(words):
+        return "time", ""
     reason = _no_axis(name, words)
     if reason:
         return "other", reason
     if _TEMPERATURE.search(key) or _TEMPERATURE.search(words):
         return "temperature", ""
+    if kind == RATE and _MAGNETIC.search(words) and sensor_kind(name) is None:
+        return "other", "a magnetometer"
     if kind == TIME_ONLY:
         return "time", ""
     if kind == PHASE:

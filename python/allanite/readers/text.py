@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from allanite.common.memory import require
 from allanite.common.plain import plain
 from allanite.readers._table import Table, split_header
 from allanite.readers.column_numbers import ROWS
+from allanite.readers.unit_kinds import FOREIGN, kind_of_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -47,10 +49,15 @@ def _comma(found: str) -> str:
 
 _RATE = re.compile(
     r"^[#%/!;\"\s]*(?:fs|f_s|odr|(?:update|sample|sampling|output|data|imu)[ _]*(?:data[ _]*)?(?:rate|freq\w*))"
-    r"[\"\s]*(?:[\[(]\s*hz\s*[\])])?[\"\s]*[:=,;\t ]\s*([0-9]+(?:\.[0-9]*)?)\s*(?:(k)?hz)?[\"\s,;]*$",
+    r"[\"\s]*(?:[\[(]\s*hz\s*[\])])?[\"\s]*[:=,;\t ]{1,2}\s*([0-9]+(?:\.[0-9]*)?)\s*(?:(k)?hz)?[\"\s,;]*$",
     re.IGNORECASE,
 )
 
+#: Averaging time or interval of the samples, s, as Stable32 states it: "# Tau: 1.0e+00".
+_TAU = re.compile(
+    r"^[#%/!;\"\s]*tau0?\s*[:=,]\s*([0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(?:s|sec|seconds)?[\"\s,;]*$",
+    re.IGNORECASE,
+)
 #: How the files begin that a model is read from.
 _DOCUMENT = re.compile(rb'\s*\{\s*"schema":\s*"(allanite/(?:model|fit|check)/\d+)"')
 
@@ -60,6 +67,8 @@ MEMORY_PER_CELL = 1.2 * 8.0
 #: Cells that hold a date or a time of day, and dates of which the month may stand first.
 _DATE = re.compile(r"^\d{1,4}[-/]\d{1,2}[-/]\d{1,4}|^\d\d\.\d\d\.\d{4}|^\d{1,2}:\d\d:\d\d")
 _SLASHED = re.compile(r"^\d{1,2}/\d{1,2}/\d{4}")
+#: What stands in a line of units where a column has none.
+_NO_UNIT = ("", "-", "na", "n/a", "none", "no units", "unitless")
 _UNIT = re.compile(r"^[\[(]([^\[\]()]*)[\])]$")
 
 
@@ -109,7 +118,7 @@ def _read(path: Path, pick: Picker) -> Table:
         if "" in names:
             names, units = names_below(path, names, units)
         if not any(units):
-            units = units_below(path, len(names)) or units
+            units = units_below(path, names) or units
     else:
         names, units = (), ()
     first, cells = first_rows(reader, names, units)
@@ -192,11 +201,14 @@ def _rows_expected(path: Path) -> float:
 
 
 def stated_rate(path: Path) -> float | None:
-    """Sampling rate that a comment or preamble states: ``// Update Rate: 100.0Hz``, ``Fs,100``; Hz."""
+    """Sampling rate that a comment or preamble states: ``// Update Rate: 100.0Hz``, ``Fs,100``, ``# Tau: 1.0``; Hz."""
     with path.open(encoding="latin-1") as stream:
         lines = stream.read(4096).splitlines()[:40]
     found = next((match for line in lines if (match := _RATE.match(line))), None)
-    return float(found[1]) * (1e3 if (found[2] or "").lower() == "k" else 1.0) if found else None
+    if found is not None:
+        return float(found[1]) * (1e3 if (found[2] or "").lower() == "k" else 1.0)
+    tau = next((float(match[1]) for line in lines if (match := _TAU.match(line))), 0.0)
+    return 1.0 / tau if tau > 0 else None
 
 
 def names_below(
@@ -238,10 +250,17 @@ def _rows(path: Path, count: int) -> Iterator[list[str]]:
             yield cells
 
 
-def units_below(path: Path, count: int) -> tuple[str | None, ...] | None:
-    """Units that stand in a line of their own below the names, each in brackets: ``(us) (na) (m/s^2)``."""
-    for cells in _rows(path, count):
+def units_below(path: Path, names: tuple[str, ...]) -> tuple[str | None, ...] | None:
+    """Units that stand in a line of their own below the names: ``(us) (na) (m/s^2)``, ``ms deg/s``."""
+    rows = list(_rows(path, len(names)))
+    for cells in rows:
         found = [_UNIT.match(cell) for cell in cells]
         if all(found):
             return tuple(plain(m[1]) if m is not None and m[1] else None for m in found)
+    # Without brackets only the line directly below the names, if each of its cells is a unit or says that there is none.
+    for names_of, cells in pairwise(rows):
+        if split_header(names_of)[0] == names and not any(map(_is_number, cells)):
+            units = [None if cell.lower() in _NO_UNIT else cell for cell in cells]
+            known = [kind_of_unit(u) is not None and kind_of_unit(u) != FOREIGN for u in units if u]
+            return tuple(u and plain(u) for u in units) if any(known) and all(known) else None
     return None

@@ -46,7 +46,9 @@ def unit_in_name(name: str) -> str | None:
     kind = sensor_kind(name)
     if kind is None and (phase := _PHASE.search(words_in(name))) is not None:
         return phase["unit"]
-    match = _SUFFIX.search(re.sub(r"[\s.\-]+", "_", name.strip().lower()))
+    # accelerometer_m_s2[0]: an index stands behind the unit.
+    words = re.sub(r"[\s.\-]+", "_", re.sub(r"\s*\[\d+\]$", "", name.strip()).lower())
+    match = _SUFFIX.search(words)
     if kind is None or match is None:
         return None
     unit_name = SUFFIXES[match[1]]

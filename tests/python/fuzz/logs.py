@@ -162,3 +162,57 @@ def archive():
         file.writestr("Gyroscope.csv", rows)
         file.writestr("Accelerometer.csv", rows)
     return [stream.getvalue()]
+
+
+def texts():
+    """A seed of each text format that is more than a table."""
+    x = SAMPLES[:, 0]
+    ptp = "".join(
+        f"ptp4l[{100 + k}.125]: master offset {v * 1e4:8.0f} s2 freq {k:+6d} path delay 900\n"
+        for k, v in enumerate(x)
+    )
+    chrony = (
+        "   Date (UTC) Time     IP Address   St   Freq ppm   Skew ppm     Offset L Co\n"
+        + "".join(
+            f"2021-11-20 09:{k:02d}:00 PPS 1 -764.399 0.056 {v * 1e-6:.3e} N 1\n"
+            for k, v in enumerate(x)
+        )
+    )
+    loop = "".join(
+        f"50935 {64 * k}.031 {v * 1e-6:.9f} 13.7 0.0003 0.01 6\n" for k, v in enumerate(x)
+    )
+    peer = "".join(
+        f"50935 {64 * k}.031 127.127.4.1 9714 {v * 1e-6:.9f} 0.0 0.001 0.001\n"
+        for k, v in enumerate(x)
+    )
+    station = "".join(
+        f"MPRA 02AUG09 2002.6037 {52495 + k} 1178 5 {v:.6f} 0.1 0.2 0.0083 1 1 1 0 0 0\n"
+        for k, v in enumerate(x)
+    )
+    edges = "".join(f"{1516102326 + k}.{500000 + int(1000 * v):06d}#{k}\n" for k, v in enumerate(x))
+    message = "%time,field.header.stamp,field.angular_velocity.x\n" + "".join(
+        f"{(1600000000 + k) * 10**9},{(1600000000 + k) * 10**9},{v:.6f}\n" for k, v in enumerate(x)
+    )
+    monitor = "".join(f"12:00:{k:02d}.000 -> {v:.5f},{v:.4f}\n" for k, v in enumerate(x))
+    plotter = "".join(f"gx:{v:.5f}\tgy:{v:.4f}\n" for v in x)
+    lines = "".join(f'{{"t": {k / 50}, "gyro": [{v:.5f}, 1, 2]}}\n' for k, v in enumerate(x))
+    head = "# Type: Phase\n# Tau: 1.0\n# Header End\n"
+    stable = head + "".join(f"{v * 1e-9:.6e}\n" for v in x)
+    channel = "DATA_START\nTime,6284.1:scaledGyroX\n" + "".join(
+        f"{k / 100},{v:.6f}\n" for k, v in enumerate(x)
+    )
+    found = (
+        ptp,
+        chrony,
+        loop,
+        peer,
+        station,
+        edges,
+        message,
+        monitor,
+        plotter,
+        lines,
+        stable,
+        channel,
+    )
+    return [text.encode() for text in found]

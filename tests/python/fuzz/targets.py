@@ -293,6 +293,7 @@ def targets():
         "rinex": lambda: reader(".clk", logs.rinex(), True),
         "stable32": lambda: reader(".phd", logs.stable32(), True, rate=1),
         "timelab": lambda: reader(".tim", logs.timelab(), True, rate=1),
+        "formats of text": lambda: reader(".txt", logs.texts(), True, rate=40),
         "sentences": lambda: reader(".txt", logs.sentences(), True, rate=40),
         "gzip": lambda: reader(".csv.gz", logs.packed()),
         "archive": lambda: reader(".zip", logs.archive()),

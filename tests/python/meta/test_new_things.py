@@ -12,7 +12,7 @@ from allanite.deviation import ESTIMATORS
 from allanite.effects import Effect
 from allanite.export import TARGETS
 from allanite.page.shown import documents
-from allanite.readers import FORMATS, sentences, text
+from allanite.readers import FORMATS, TEXTS, text
 
 ROOT = Path(__file__).parents[3]
 PACKAGE = ROOT / "python" / "allanite"
@@ -44,10 +44,13 @@ def test_every_effect_is_in_the_catalogue_and_public():
 
 
 def test_every_reader_has_a_suffix_and_a_log_that_is_read():
-    # Text is what has no suffix of its own; sentences are known by their first line.
+    # A text format has no suffix of its own: it is known by its first lines.
     readers = {_own(m, "read"): m for m in _modules("readers") if _own(m, "read")}
-    loose = set(readers) - set(FORMATS.values()) - {text.read, sentences.read}
-    assert not loose, f"add to FORMATS in readers/__init__.py: {[r.__module__ for r in loose]}"
+    by_content = {reader for _, reader in TEXTS}
+    loose = set(readers) - set(FORMATS.values()) - {text.read} - by_content
+    assert not loose, (
+        f"add to FORMATS or TEXTS in readers/__init__.py: {[r.__module__ for r in loose]}"
+    )
     tests = (ROOT / "tests" / "python" / "unit").glob("test_*reader*.py")
     tried = "\n".join(path.read_text(encoding="utf-8") for path in tests)
     start = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")

@@ -53,6 +53,45 @@ ROWS = [
         time="Time since start in ms",
     ),
     Row(
+        "sensorconnect.csv",
+        dict.fromkeys([f"scaledAccel{a}" for a in "XYZ"], "g")
+        | dict.fromkeys([f"scaledGyro{a}" for a in "XYZ"], "rad/s"),
+        100.0,
+        time="Time",
+    ),
+    Row(
+        "serial_monitor.txt",
+        dict.fromkeys(["x0", "x1", "x2"]),
+        50.0,
+        says=("the time is that at which the terminal received each line",),
+    ),
+    Row(
+        "serial_plotter.txt",
+        dict.fromkeys(["gx", "gy", "gz"]),
+        50.0,
+        ("--rate", "50"),
+        says=("give --unit deg/s",),
+    ),
+    Row("lines.jsonl", dict.fromkeys(["gx", "gy", "gz"]), 50.0, time="t"),
+    Row(
+        "ptp4l.txt",
+        {"offset": "s"},
+        1.0,
+        says=("2 samples before the servo locked", "delay (a duration)"),
+    ),
+    Row(
+        "chrony_tracking.log",
+        {"offset": "s"},
+        0.06202,
+        says=("the offset is the phase", "in the time column"),
+    ),
+    Row(
+        "station_tenv.txt",
+        dict.fromkeys(["east", "north", "up"]),
+        1 / 86_400,
+        says=("one unit of the values is 1 m", "gaps in the time column"),
+    ),
+    Row(
         "phyphox_rest.csv",
         {f"Gyroscope {a}": GYRO for a in "xyz"},
         100.0,
@@ -96,8 +135,12 @@ def test_what_a_person_would_read(data, capsys, row):
 
 
 @pytest.mark.data
-def test_days_and_years_of_a_station_are_the_time(data):
-    r = al.read(data("field/station_tenv.txt"))
+def test_days_and_years_of_a_station_are_the_time(data, tmp_path):
+    # The same table in no format of its own.
+    path = tmp_path / "station.csv"
+    rows = data("field/station_tenv.txt").read_text().splitlines()
+    path.write_text("".join(",".join(row.split()) + "\n" for row in rows))
+    r = al.read(path)
     assert 1 / r.rate == pytest.approx(86_400, rel=1e-3)
     assert r.gaps > 0
     columns = {c.name: c for c in r.log_columns}
@@ -105,6 +148,19 @@ def test_days_and_years_of_a_station_are_the_time(data):
     assert columns["x2"].role == "time"
     assert columns["x0"].reason.startswith("text")
     assert not {"x4", "x5"} & set(r.columns)
+
+
+@pytest.mark.data
+def test_a_table_of_deviations_is_refused_with_a_remedy(data, capsys):
+    path = data("field/allan_table.csv")
+    for command in ("adev", "fit", "characterize"):
+        with pytest.raises(SystemExit) as stop:
+            main([command, str(path)])
+        assert stop.value.code == 2
+        said = capsys.readouterr()
+        assert "a table of deviations (τ from 0.1 to 300 s), not a log of samples" in said.err
+        assert "--record-length SECONDS" in said.err
+        assert said.err.count("\n") == 1
 
 
 def test_a_phase_in_ns_is_read_in_s(tmp_path):

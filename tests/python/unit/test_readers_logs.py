@@ -5,8 +5,10 @@ import struct
 import numpy as np
 import pytest
 
+import allanite as al
+from allanite.cli import main
 from allanite.common.errors import InputError
-from allanite.readers import read
+from allanite.readers import read, read_sensors
 
 RNG = np.random.default_rng(11)
 N, RATE = 400, 200.0
@@ -248,10 +250,12 @@ def separate_topics(path, rates=(1, 1)):
 
 def test_ros_topics(tmp_path):
     path = separate_topics(tmp_path / "log.bag")
-    r = read(path)
+    # Two sensors with one rate are one recording.
+    check_imu(read(path))
+    r = read(path, topic="/gyro")
     assert r.columns == ("gyro_x", "gyro_y", "gyro_z")
-    assert "topic /accel is not read: naming it reads it" in " ".join(f.message for f in r.told)
     np.testing.assert_array_equal(r.samples, GYRO)
+    r = read(path)
     assert r.covariates["temperature"][25] == pytest.approx(20.5)
     assert r.covariate_units["temperature"] == "degC"
     r = read(path, topic="/accel")
@@ -270,6 +274,38 @@ def test_ros_topics(tmp_path):
     np.save(tmp_path / "x.npy", GYRO)
     with pytest.raises(InputError, match="no topics"):
         read(tmp_path / "x.npy", rate=1, topic="/imu")
+
+
+@pytest.mark.long
+def test_ros_sensors_with_two_rates(tmp_path, capsys):
+    path = separate_topics(tmp_path / "log.bag", (1, 2))
+    gyro, acc = read_sensors(path)
+    assert (gyro.columns, gyro.rate) == (("gyro_x", "gyro_y", "gyro_z"), pytest.approx(RATE))
+    assert (acc.columns, acc.rate) == (("acc_x", "acc_y", "acc_z"), pytest.approx(RATE / 2))
+    (told,) = [f for f in read(path).told if f.kind == "other_rate"]
+    assert not [f for f in gyro.told if f.kind == "other_rate"]
+    assert "topic /accel holds another sensor of this device" in told.message
+    assert len(read_sensors(path, topic="/accel")) == 1
+    # One command, one output file.
+    target = tmp_path / "imu.yaml"
+    words = ["characterize", str(path), "--model", "N", "--quiet", "--export", "kalibr"]
+    with pytest.raises(SystemExit) as ended:
+        main([*words, "--output", str(target)])
+    assert ended.value.code == 0
+    table = capsys.readouterr().out
+    head = " ".join(table.split("gyroscope")[0].split())
+    assert "3 columns of 400 samples at 200 Hz" in head
+    assert "3 columns of 200 samples at 100 Hz" in head
+    text = target.read_text(encoding="utf-8")
+    assert "gyroscope_noise_density" in text
+    assert "accelerometer_noise_density" in text
+    assert "update_rate: 200" in text
+
+
+def test_characterize_refuses_a_column_twice():
+    one = al.Recording(GYRO, rate=RATE, unit="rad/s", columns=["x", "y", "z"])
+    with pytest.raises(InputError, match="the column x is in two of the recordings"):
+        al.characterize([one, one])
 
 
 def test_ros_messages_of_another_type(tmp_path):

@@ -10,7 +10,7 @@ import pytest
 import allanite as al
 from allanite.cli import main
 from allanite.common.errors import InputError
-from allanite.readers.sentences import _novatel, _vectornav
+from allanite.readers.texts.sentences import _novatel, _vectornav
 
 N = 400
 X = np.random.default_rng(4).standard_normal((N, 6)) * ([0.01] * 3 + [0.05] * 3)

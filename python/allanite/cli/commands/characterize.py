@@ -15,6 +15,8 @@ from allanite.common.plain import plain
 from allanite.export import ANY_SENSOR, TARGETS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from allanite.axes import Characterization
     from allanite.recording import Recording
 
@@ -71,16 +73,17 @@ def command(
     """Improve a model of every axis of LOG: one table, what the axes share, figure, report and exports."""
     from allanite.axes import characterize
     from allanite.cli import output as out
-    from allanite.cli.options import recording_of
+    from allanite.cli.options import recordings_of
     from allanite.common.files import whole_file
     from allanite.effects.files import parse_model
 
     parsed = parse_model(model)
     _check(plot, report, save, target, output)
     suits = None if target is None else partial(_refuse, target)
-    recording = recording_of(log, options, suits)
-    with out.progress_of_axes(len(recording.columns), options) as on_progress:
-        found = characterize(recording, parsed, on_progress, tolerance=tolerance)
+    recordings = recordings_of(log, options, suits)
+    count = sum(len(recording.columns) for recording in recordings)
+    with out.progress_of_axes(count, options) as on_progress:
+        found = characterize(recordings, parsed, on_progress, tolerance=tolerance)
     written = []
     if plot is not None:
         found.plot(plot)
@@ -129,7 +132,7 @@ def _check(
         raise InputError(f"--output {output}: --export all writes into a folder that exists")
 
 
-def _refuse(target: str, recording: Recording) -> None:
+def _refuse(target: str, recordings: Sequence[Recording]) -> None:
     """Refuse columns that the target has no place for before minutes are spent on their models."""
     from allanite.common.errors import InputError
     from allanite.common.units import FREQUENCY, parse_unit
@@ -140,7 +143,7 @@ def _refuse(target: str, recording: Recording) -> None:
     from allanite.readers.unit_names import remedy_of
     from allanite.recording.findings import named
 
-    pairs = list(zip(recording.columns, recording.units, strict=True))
+    pairs = [pair for r in recordings for pair in zip(r.columns, r.units, strict=True)]
     bare = [c for c, unit in pairs if sensor_kind(c) and parse_unit(unit).kind == FREQUENCY]
     if bare and target not in ANY_SENSOR:
         raise InputError(
@@ -153,8 +156,9 @@ def _refuse(target: str, recording: Recording) -> None:
     # What the target says of a model of white noise it will say of any.
     model = model_to_dict(parse_model("N(N=1)+K(K=1)"))
     tried = (
-        {**model, "recording": {"column": c, "unit": unit, "rate_hz": recording.rate}}
-        for c, unit in pairs
+        {**model, "recording": {"column": c, "unit": unit, "rate_hz": r.rate}}
+        for r in recordings
+        for c, unit in zip(r.columns, r.units, strict=True)
     )
     export(axes_of(tried), target)
 

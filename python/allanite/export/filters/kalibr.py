@@ -27,10 +27,14 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
 
     There, sigma of a sample is N/sqrt(dt) and of a bias step K·sqrt(dt). Values of 0 are refused by Kalibr.
     """
-    update = rate_of(axes, rate, "kalibr")
+    logged = sorted({axis.rate for axis in axes if axis.rate is not None})
+    # N and K hold at any rate; a driver that unites two topics does so at the rate of the faster one.
+    apart = rate is None and len(logged) > 1
+    update = logged[-1] if apart else rate_of(axes, rate, "kalibr")
+    slower = f"; the slower sensor was logged at {logged[0]:g} Hz" if apart else ""
     convention = (
         "Kalibr and OpenVINS: continuous time, two-sided, deviations; the programs divide and multiply by sqrt(dt).",
     )
     same = {"N": float, "K": float}
     text = value_lines(axes, ROWS, same, convention, overbound=overbound)
-    return text + f"rostopic: /imu0\nupdate_rate: {update:g}  # Hz\n"
+    return text + f"rostopic: /imu0\nupdate_rate: {update:g}  # Hz{slower}\n"

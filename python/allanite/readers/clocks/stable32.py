@@ -1,4 +1,4 @@
-"""Stable32's text files: phase (.phd) in s or fractional frequency (.frd), an interval in the comments."""
+"""Stable32's text files: phase in s or fractional frequency, the interval in a header or in comments."""
 
 from __future__ import annotations
 
@@ -7,31 +7,58 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.readers import text
+from allanite.readers.texts._lines import rewritten
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from allanite.readers._table import Picker, Table
 
-__all__ = ["read"]
+__all__ = ["read", "recognizes"]
 
+# Source: Stable32 user manual, "Data File Format": lines "File:", "Date:", "Type: Phase", "Tau: 1.0e+00", each with or
+# without #, end with "# Header End"; then one value a row, or a time tag in days (MJD) before it.
 _TAU = re.compile(r"\btau0?\b\s*[:=]?\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)", re.IGNORECASE)
+_TYPE = re.compile(r"^[#\s]*type\s*[:=]\s*(phase|freq)", re.IGNORECASE | re.MULTILINE)
+_END = re.compile(r"^[#\s]*header\s+end\b", re.IGNORECASE | re.MULTILINE)
 
 
-def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - names come after the columns
+def recognizes(head: bytes) -> bool:
+    """Whether the end of such a header stands in the first lines."""
+    return _END.search(head.decode("latin-1")) is not None
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
     """Read one column of values, or time tags in days (MJD) before them.
 
-    A comment such as ``# Tau: 1.0`` gives the interval, s; else ``--rate`` does.
+    A line such as ``# Tau: 1.0`` gives the interval, s; else `rate` does. The type of the values is that of the header,
+    else that of the suffix.
     """
-    table = text.read(path, text.all_numbers)
     with path.open(encoding="latin-1") as stream:
-        head = stream.read(4096)
+        head = stream.read(8192)
+    end = _END.search(head)
+    if end is None:
+        table = text.read(path, text.all_numbers)
+    else:
+        with rewritten(path, _commented(path, head[: end.end()].count("\n") + 1)) as target:
+            table = text.read(target, text.all_numbers)
     found = _TAU.search("\n".join(line for line in head.splitlines() if not line[:1].isdigit()))
-    phase = path.suffix.lower() == ".phd"
-    names, units = ["phase" if phase else "frequency"], ["s" if phase else "1"]
-    if len(table.columns) == 2:
-        names, units = ["mjd", *names], ["d", *units]
+    said = _TYPE.search(head)
+    phase = path.suffix.lower() == ".phd" if said is None else said[1].lower() == "phase"
     if len(table.columns) > 2 or table.named:
         return table
     rate = 1.0 / float(found[1]) if found and float(found[1]) > 0 else None
+    if said is None and path.suffix.lower() not in (".phd", ".frd"):
+        return replace(table, rate=rate)
+    names, units = ["phase" if phase else "frequency"], ["s" if phase else "1"]
+    if len(table.columns) == 2:
+        names, units = ["mjd", *names], ["d", *units]
     return replace(table, names=tuple(names), units=tuple(units), rate=rate, named=True)
+
+
+def _commented(path: Path, lines: int) -> Iterator[str]:
+    """The log with its header as comments."""
+    with path.open(encoding="latin-1") as stream:
+        for number, line in enumerate(stream):
+            yield f"# {line.rstrip()}" if number < lines else line.rstrip()

@@ -75,13 +75,19 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         raise InputError(f"messages {chosen[0]} have no time: its fields are {', '.join(fields)}")
     kept = [i for i, field in enumerate(fields) if field in FIELDS or (topics and i != stamp)]
     shown = [FIELDS.get(fields[i], (fields[i], None)) for i in kept]
-    others = sorted(f"{kind}.{at}" for kind, at in rows if (kind, at) != chosen)
+    # Raw samples of gyroscope and accelerometer are messages of their own, each at its own rate.
+    mate = ("ACC", chosen[1])
+    apart = ("ACC." + str(chosen[1]),) if not topics and chosen[0] == "GYR" and mate in rows else ()
+    others = sorted(
+        f"{kind}.{at}" for kind, at in rows if (kind, at) != chosen and f"{kind}.{at}" not in apart
+    )
     return Table(
         tuple(name for name, _ in shown),
         tuple(np.ascontiguousarray(data[:, i]) for i in kept),
         tuple(unit for _, unit in shown),
         time=data[:, stamp].astype(np.int64).astype("datetime64[us]"),
         notes=(f"messages not read: {', '.join(others)} (naming one reads it)",) if others else (),
+        others=apart,
     )
 
 

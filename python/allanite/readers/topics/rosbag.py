@@ -13,7 +13,7 @@ from allanite.readers._isolated import isolated, refused_as
 from allanite.readers._table import Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -86,7 +86,7 @@ def _table(bag: Any, asked: Sequence[str]) -> Table:
         stamps, found = _topic(bag, topic, types[topic])
         if time is None:
             time = stamps
-        elif abs(stamps.size - time.size) > 0.001 * time.size + 1:
+        elif not _is_same_rate(stamps, time):
             raise InputError(
                 f"topics {main[0]} ({time.size} messages) and {topic} ({stamps.size}) have"
                 " different rates: read one topic at a time"
@@ -98,6 +98,29 @@ def _table(bag: Any, asked: Sequence[str]) -> Table:
             columns.append(values if stamps is time else values[nearest])
             units.append(unit)
     assert time is not None
+    # RealSense and others give the accelerometer a topic of its own, mostly at another rate.
+    apart: list[str] = []
+    if not asked:
+        for topic in imus[1:]:
+            seen = _sensors(names)
+            if len(seen) > 1:
+                break
+            try:
+                stamps, found = _topic(bag, topic, types[topic])
+            except InputError:  # an empty topic
+                continue
+            # A topic with both sensors is another device.
+            if _sensors(found) & seen:
+                continue
+            if _is_same_rate(stamps, time):
+                nearest = np.searchsorted((stamps[1:] + stamps[:-1]) // 2, time)
+                names += found
+                columns += [values[nearest] for values, _ in found.values()]
+                units += [unit for _, unit in found.values()]
+                main = [*main, topic]
+            else:
+                apart.append(topic)
+                break
     for topic in thermal if not asked else [t for t in asked if t in thermal]:
         stamps, found = _topic(bag, topic, TEMPERATURE)
         for name, (values, _) in found.items():
@@ -106,11 +129,28 @@ def _table(bag: Any, asked: Sequence[str]) -> Table:
                 columns.append(np.interp(time - time[0], stamps - time[0], values))
                 units.append("degC")
     others = tuple(
-        f"topic {topic} is not read: naming it reads it" for topic in imus if topic not in main
+        f"topic {topic} is not read: naming it reads it"
+        for topic in imus
+        if topic not in (*main, *apart)
     )
     return Table(
-        tuple(names), tuple(columns), tuple(units), time=time.astype("datetime64[ns]"), notes=others
+        tuple(names),
+        tuple(columns),
+        tuple(units),
+        time=time.astype("datetime64[ns]"),
+        notes=others,
+        others=tuple(apart),
     )
+
+
+def _sensors(names: Iterable[str]) -> set[str]:
+    """Which sensors columns are of: ``gyro``, ``acc``."""
+    return {name.partition("_")[0] for name in names} & {"gyro", "acc"}
+
+
+def _is_same_rate(one: NDArray[np.int64], other: NDArray[np.int64]) -> bool:
+    """Whether two topics have as many messages, but for the ends of the bag and a thousandth that was lost."""
+    return abs(one.size - other.size) <= 0.001 * other.size + 1
 
 
 def _topic(

@@ -74,6 +74,9 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
                 units.append("degC")
                 break
     others = [t.removesuffix(".0") for t in found if t.split(".")[0] in TOPICS and t != name]
+    # Gyroscope and accelerometer are topics of their own where no topic has both.
+    apart = [] if topics or name != "sensor_gyro.0" else [t for t in others if t == "sensor_accel"]
+    others = [t for t in others if t not in apart]
     notes = f"topics not read: {', '.join(sorted(others))} (naming one reads it)" if others else ""
     return Table(
         tuple(columns),
@@ -82,6 +85,7 @@ def read(path: Path, pick: Picker, topics: Sequence[str] = ()) -> Table:  # noqa
         # Microseconds since boot; as date-times their unit cannot be mistaken.
         time=time.astype("datetime64[us]"),
         notes=(notes,) if notes else (),
+        others=tuple(apart),
     )
 
 

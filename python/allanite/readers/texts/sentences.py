@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from allanite.readers._table import Picker
 
-__all__ = ["is_sentences", "read"]
+__all__ = ["read", "recognizes"]
 
 _FIRST = re.compile(
     rb"^[ \t]*(?:\$VN(?:IMU|MAR|YMR|QMR|GYR|ACC),"
@@ -73,10 +73,9 @@ RATES = {
 _AXES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
 
 
-def is_sentences(path: Path) -> bool:
+def recognizes(head: bytes) -> bool:
     """Whether a text begins with such a sentence, or has one in its first kilobytes."""
-    with path.open("rb") as stream:
-        return _FIRST.search(stream.read(4096)) is not None
+    return _FIRST.search(head) is not None
 
 
 def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
@@ -90,7 +89,7 @@ def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
         More than one line in twenty is damaged, or none is whole.
     """
     with path.open("rb") as stream:
-        first = _FIRST.search(stream.read(4096))
+        first = _FIRST.search(stream.read(8192))
     if first is None:
         raise InputError("no sentence of an IMU in it")
     start = first.group().strip()

@@ -1,0 +1,95 @@
+"""Logs of chronyd: tracking.log, statistics.log and measurements.log."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.common.plain import plain
+from allanite.readers._table import Table
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.readers._table import Picker
+
+__all__ = ["read", "recognizes"]
+
+# Source: chrony.conf(5), "log"; reference.c, sourcestats.c and ntp_core.c print a banner of three lines every 32 rows.
+# Each kind: words of its banner that the others lack, and (name, unit, field) of the numbers that are read.
+_KINDS: dict[str, tuple[bytes, tuple[tuple[str, str, int], ...]]] = {
+    "tracking": (
+        b"Offset L Co",
+        (("offset", "s", 6), ("frequency", "ppm", 4), ("skew", "ppm", 5)),
+    ),
+    "statistics": (b"Est offset", (("offset", "s", 4), ("offset_std", "s", 5))),
+    "measurements": (b"LP RP Score", (("offset", "s", 11), ("peer_delay", "s", 12))),
+}
+_ROW = re.compile(r"^\d{4}-\d\d-\d\d$")
+
+
+def _kind(head: bytes) -> str | None:
+    if b"Date (UTC) Time" not in head:
+        return None
+    return next((kind for kind, (words, _) in _KINDS.items() if words in head), None)
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether the banner of such a log stands among the first lines."""
+    return _kind(head) is not None
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+    """Read the offset of the local clock, s, with what is known beside it.
+
+    Of several sources the one with most rows is read, and the others are told.
+
+    Raises
+    ------
+    InputError
+        A row with too few fields or with text where a number belongs, or no row at all.
+    """
+    with path.open("rb") as stream:
+        kind = _kind(stream.read(8192))
+    assert kind is not None
+    fields = _KINDS[kind][1]
+    rows: dict[str, list[tuple[np.datetime64, list[float]]]] = {}
+    with path.open(encoding="utf-8", errors="replace") as lines:
+        for number, line in enumerate(lines, start=1):
+            cells = line.split()
+            if not cells or not _ROW.match(cells[0]):
+                continue
+            try:
+                moment = np.datetime64(f"{cells[0]}T{cells[1]}", "ns")
+                values = [float(cells[at]) for _, _, at in fields]
+            except (IndexError, ValueError):
+                raise InputError(f"row {number} is no whole row of chrony's {kind}.log") from None
+            rows.setdefault(cells[2], []).append((moment, values))
+    if not rows:
+        raise InputError(f"no row in this {kind}.log of chrony")
+    counts = Counter({source: len(found) for source, found in rows.items()})
+    if kind == "tracking":
+        # The local clock is one; its source may change on the way.
+        found = sorted((row for of in rows.values() for row in of), key=lambda row: row[0])
+        notes = ["the offset is the phase of the local clock against its source"]
+        if len(counts) > 1:
+            notes.append(f"the source changes: {plain(', '.join(counts), 200)}")
+    else:
+        source = counts.most_common(1)[0][0]
+        found = rows[source]
+        notes = [f"the offset against {plain(source)} is the phase"]
+        others = [f"{plain(name)} ({n} rows)" for name, n in counts.items() if name != source]
+        if others:
+            notes.append(f"sources not read: {', '.join(others)}; cut the file to read one")
+    numbers = np.array([values for _, values in found])
+    return Table(
+        tuple(name for name, _, _ in fields),
+        tuple(numbers.T),
+        tuple(unit for _, unit, _ in fields),
+        time=np.array([row[0] for row in found]),
+        notes=tuple(notes),
+    )

@@ -1,0 +1,131 @@
+"""JSON lines: one object a line, its numbers the columns."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.common.plain import plain
+from allanite.readers._table import Table, split_unit
+from allanite.readers.sensor_names import role_of
+from allanite.readers.texts._lines import first_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from allanite.readers._table import Picker
+
+__all__ = ["read", "recognizes"]
+
+# Source: jsonlines.org: UTF-8, one JSON value a line; a line that is not an object is no row of a log.
+#: Share of the lines that may lack a key of the others: more of them are lines of another kind.
+LACKING = 0.05
+_MOMENT = re.compile(r"\d{4}-\d\d-\d\d[T ]")
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether the first lines are JSON objects."""
+    lines = first_lines(head)[:3]
+    return bool(lines) and all(_object(line) is not None for line in lines)
+
+
+def _object(line: str) -> dict[str, Any] | None:
+    try:
+        found = json.loads(line)
+    except (ValueError, RecursionError):
+        return None
+    # A model file on one line is an object with a schema.
+    return found if isinstance(found, dict) and found and "schema" not in found else None
+
+
+def _flat(value: object, path: str) -> Iterator[tuple[str, object]]:
+    """Every value that is no container, with its path; three numbers in a list are x, y and z."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _flat(inner, f"{path}_{key}" if path else str(key))
+    elif isinstance(value, list):
+        labels = "xyz" if len(value) == 3 else [str(i) for i in range(len(value))]
+        for label, inner in zip(labels, value, strict=True):
+            yield from _flat(inner, f"{path}_{label}")
+    else:
+        yield path, value
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+    """Read the numbers of the objects; values of nested objects are named by their path.
+
+    Raises
+    ------
+    InputError
+        A line that is no object, lines of different kinds, or text where the other lines have a number.
+    """
+    rows: list[dict[str, object]] = []
+    numbers: list[int] = []
+    with path.open(encoding="utf-8-sig", errors="replace") as lines:
+        for number, line in enumerate(lines, start=1):
+            if not line.strip():
+                continue
+            found = _object(line)
+            if found is None:
+                raise InputError(f"row {number} is no JSON object: {plain(line.strip(), 60)}")
+            rows.append(dict(_flat(found, "")))
+            numbers.append(number)
+    keys = list(dict.fromkeys(key for row in rows for key in row))
+    lacking = {key: sum(key not in row for row in rows) for key in keys}
+    worst = max(keys, key=lambda key: lacking[key])
+    if lacking[worst] > LACKING * len(rows):
+        raise InputError(
+            f"the lines hold different kinds of objects: {lacking[worst]} of {len(rows)} lack {plain(worst)};"
+            " write the lines of one kind into a file of their own"
+        )
+    names, units = zip(*(split_unit(key) for key in keys), strict=True)
+    columns: list[NDArray[Any] | None] = []
+    notes = [f"{n} lines lack {plain(key)}: missing samples" for key, n in lacking.items() if n]
+    time = None
+    texts: list[int] = []
+    for at, key in enumerate(keys):
+        values = [row.get(key) for row in rows]
+        moments = [isinstance(v, str) and bool(_MOMENT.match(v)) for v in values]
+        if all(moments) and role_of(names[at], units[at]) == "time" and time is None:
+            time = np.array(values, dtype=object)
+        if any(isinstance(v, str) and _number(v) is None for v in values):
+            texts.append(at)
+            columns.append(None)
+        else:
+            columns.append(np.array([_number(v) for v in values], dtype=np.float64))
+    if texts:
+        notes.append(f"text, not read: {', '.join(plain(keys[at]) for at in texts)}")
+    kept = [at for at in range(len(keys)) if at not in texts]
+    if not kept:
+        raise InputError("no number in these JSON lines")
+    for at in kept:
+        column = columns[at]
+        assert column is not None
+        infinite = np.flatnonzero(np.isinf(column))
+        if infinite.size:
+            where = f"row {numbers[infinite[0]]}, {plain(keys[at])}"
+            raise InputError(f"{where}: infinite: write null for a missing sample")
+    return Table(
+        tuple(names[at] for at in kept),
+        tuple(columns[at] for at in kept),
+        tuple(units[at] for at in kept),
+        time=time,
+        notes=tuple(notes),
+    )
+
+
+def _number(value: object) -> float | None:
+    """The number of a JSON value, NaN of null; None of text."""
+    if value is None:
+        return float("nan")
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        return None

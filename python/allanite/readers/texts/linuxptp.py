@@ -1,0 +1,110 @@
+"""Logs of linuxptp: ptp4l, phc2sys and ts2phc, as they print them or as syslog and journald keep them."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.common.plain import plain
+from allanite.readers._table import Table
+from allanite.readers.texts._lines import date_times, first_lines
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.readers._table import Picker
+
+__all__ = ["read", "recognizes"]
+
+# Source: linuxptp 4, clock.c, phc2sys.c and ts2phc.c print
+#   "%s offset %10lld s%d freq %+7.0f path delay %10lld"   (ptp4l; "master offset" before 4.0)
+#   "%s %s offset %9lld s%d freq %+7.0f delay %6lld"       (phc2sys: the clock, then phc or sys)
+#   "%s offset %10lld s%d freq %+7.0f"                     (ts2phc)
+# Offset and delay are in ns, the frequency in ppb; print.c puts "program[monotonic seconds]: [config] " before them.
+_PROGRAM = re.compile(r"\b(?P<program>ptp4l|phc2sys|ts2phc)\b")
+_SAMPLE = re.compile(
+    r"\boffset\s+(?P<offset>[-+]?\d+)\s+s(?P<state>[0-3])\s+freq\s+(?P<freq>[-+]?\d+)"
+    r"(?:\s+(?:path\s+)?delay\s+(?P<delay>[-+]?\d+))?"
+)
+_SECONDS = re.compile(r"\[(\d+\.\d+)\]")
+_SUMMARY = re.compile(r"\brms\s+\d+\s+max\s+\d+\s+freq\b")
+#: States of the servo: 0 unlocked, 1 the clock is stepped, 2 locked, 3 locked and stable.
+LOCKED = 2
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether lines of linuxptp stand among the first lines."""
+    lines = [line for line in first_lines(head) if _PROGRAM.search(line)]
+    return any(
+        _SAMPLE.search(line) or _SUMMARY.search(line) or _SECONDS.search(line) for line in lines
+    )
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+    """Read the offset of the clock, s, with the frequency and the delay beside it.
+
+    Of several clocks the one with most lines is read. Samples before the servo locks are left out: its step would be
+    a step of the clock. Both are told.
+
+    Raises
+    ------
+    InputError
+        No line with an offset; lines without a time; only lines of summaries.
+    """
+    rows: dict[tuple[str, str], list[tuple[str, ...]]] = {}
+    summaries = 0
+    with path.open(encoding="utf-8", errors="replace") as lines:
+        for number, line in enumerate(lines, start=1):
+            program = _PROGRAM.search(line)
+            if program is None:
+                continue
+            found = _SAMPLE.search(line)
+            if found is None:
+                summaries += _SUMMARY.search(line) is not None
+                continue
+            seconds = _SECONDS.search(line)
+            if seconds is None:
+                raise InputError(
+                    f"row {number} has an offset without the seconds in brackets ([1234.567]) that linuxptp prints"
+                )
+            # What stands between the program and the offset, without numbers and names in brackets.
+            between = re.sub(r"\[[^\]]*\]|:(?=\s|$)", " ", line[program.end() : found.start()])
+            clock = " ".join(between.split())
+            numbers = (found[k] for k in ("offset", "state", "freq", "delay"))
+            sample = (seconds[1], *(n or "nan" for n in numbers))
+            rows.setdefault((program["program"], clock), []).append(sample)
+    if not rows and summaries:
+        raise InputError(
+            f"only summaries (rms, max) in {summaries} lines, no offsets: log with summary_interval 0 in ptp4l,"
+            " or -u 0 in phc2sys"
+        )
+    if not rows:
+        raise InputError("no line with an offset in this log of linuxptp")
+    counts = Counter({key: len(samples) for key, samples in rows.items()})
+    chosen = counts.most_common(1)[0][0]
+    values = np.array(rows[chosen], dtype=np.float64)
+    notes = [f"the offset of {plain(' '.join(chosen).strip())} is the phase"]
+    others = [
+        f"{plain(' '.join(key).strip())} ({n} lines)" for key, n in counts.items() if key != chosen
+    ]
+    if others:
+        notes.append(f"clocks not read: {', '.join(others)}; cut the file to read one")
+    locked = values[:, 2] >= LOCKED
+    first = int(np.argmax(locked)) if locked.any() else 0
+    if first:
+        notes.append(f"{first} samples before the servo locked (s0, s1) are left out")
+        values, locked = values[first:], locked[first:]
+    if locked.any() and not locked.all():
+        notes.append(f"the servo was not locked at {np.count_nonzero(~locked)} later samples")
+    time, offset, _, frequency, delay = values.T
+    return Table(
+        ("offset", "frequency", "delay"),
+        (offset * 1e-9, frequency, delay * 1e-9),
+        ("s", "ppb", "s"),
+        time=date_times(time),
+        notes=tuple(notes),
+    )

@@ -1,0 +1,83 @@
+"""Statistics of ntpd: loopstats and peerstats."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.common.plain import plain
+from allanite.readers._table import Table
+from allanite.readers.texts._lines import MJD_OF_1970, date_times, first_lines
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.readers._table import Picker
+
+__all__ = ["read", "recognizes"]
+
+# Source: ntp.org, "Monitoring Commands and Options". Both begin with the MJD and the seconds past UTC midnight.
+#   loopstats: 50935 75440.031 0.000006019 13.778190 0.000351733 0.0133806 6
+#              offset s, frequency ppm, jitter s, wander ppm, poll exponent
+#   peerstats: 48773 10847.650 127.127.4.1 9714 -0.001605376 0.000000000 0.001424877 0.000958674
+#              address, status (hexadecimal), offset s, delay s, dispersion s, jitter s
+_NUMBER = r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?"
+_DAY = r"(?P<day>[4-9]\d{4})\s+(?P<second>\d{1,5}(?:\.\d+)?)"
+_LOOP = re.compile(
+    rf"^{_DAY}\s+(?P<offset>{_NUMBER})\s+(?P<frequency>{_NUMBER})\s+{_NUMBER}\s+{_NUMBER}\s+\d{{1,2}}$"
+)
+_PEER = re.compile(
+    rf"^{_DAY}\s+(?P<peer>[\w.:()]*[.:(][\w.:()]*)\s+[0-9a-fA-F]{{3,8}}\s+(?P<offset>{_NUMBER})\s+(?P<delay>{_NUMBER})\s"
+)
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether all of the first lines are such statistics."""
+    lines = first_lines(head)
+    return bool(lines) and any(all(map(form.match, lines)) for form in (_LOOP, _PEER))
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+    """Read the offset, s, and the frequency or the delay beside it; of several peers the one with most rows.
+
+    Raises
+    ------
+    InputError
+        A row that is none of such a file.
+    """
+    rows: dict[str, list[tuple[float, float, float]]] = {}
+    with path.open(encoding="utf-8", errors="replace") as lines:
+        first = next((line for line in lines if line.strip()), "").strip()
+        form = _LOOP if _LOOP.match(first) else _PEER
+        lines.seek(0)
+        for number, line in enumerate(lines, start=1):
+            text = line.strip()
+            if not text:
+                continue
+            found = form.match(text)
+            if found is None:
+                raise InputError(f"row {number} is no row of ntpd's statistics: {plain(text, 60)}")
+            seconds = 86400.0 * (int(found["day"]) - MJD_OF_1970) + float(found["second"])
+            beside = float(found["frequency" if form is _LOOP else "delay"])
+            peer = "" if form is _LOOP else found["peer"]
+            rows.setdefault(peer, []).append((seconds, float(found["offset"]), beside))
+    counts = Counter({peer: len(samples) for peer, samples in rows.items()})
+    chosen = counts.most_common(1)[0][0]
+    of = f" of {plain(chosen)}" if chosen else ""
+    notes = [f"the offset{of} is the phase"]
+    others = [f"{plain(peer)} ({n} rows)" for peer, n in counts.items() if peer != chosen]
+    if others:
+        notes.append(f"peers not read: {', '.join(others)}; cut the file to read one")
+    time, offset, beside_it = np.array(rows[chosen]).T
+    name, unit = ("frequency", "ppm") if form is _LOOP else ("delay", "s")
+    return Table(
+        ("offset", name),
+        (offset, beside_it),
+        ("s", unit),
+        time=date_times(time),
+        notes=tuple(notes),
+    )

@@ -1,0 +1,158 @@
+"""Captured edges of a pulse per second: times of the edges, which become the phase of the clock."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.common.plain import plain
+from allanite.readers._table import Table
+from allanite.readers.texts._lines import first_lines
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from allanite.readers._table import Picker
+
+__all__ = ["read", "recognizes"]
+
+# Sources:
+#   pps-tools, ppstest.c: "source 0 - assert 1516102326.992172280, sequence: 8108815 - clear  0.000000000, sequence: 0"
+#   Linux, Documentation/driver-api/pps.rst: /sys/class/pps/pps0/assert holds "1170026870.983207967#8"
+#   TAPR TICC, TICC.ino: "# timestamp (seconds)", then "1.123456789012 chA" a line
+#   a column of times alone, with or without a name
+_TIME = r"(?P<seconds>\d{1,10})[.,](?P<fraction>\d{3,12})"
+_FORMS = (
+    re.compile(rf"source \d+ - assert {_TIME}, sequence: (?P<number>\d+)"),
+    re.compile(rf"^{_TIME}#(?P<number>\d+)$"),
+    re.compile(rf"^{_TIME}\s+(?P<channel>ch[A-D])\b"),
+    re.compile(rf"^{_TIME}$"),
+)
+#: Edges in the first lines from which a column of times is recognized.
+FEWEST = 8
+#: Largest distance of the edges' interval from a round period, relative: no clock that has a pulse is so far off.
+OFF = 1e-3
+PICOSECOND = 10**12
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether the first lines are times of edges, at intervals that are a round period."""
+    lines = first_lines(head)
+    form = _form(lines)
+    if form is None:
+        return False
+    if form is not _FORMS[-1]:
+        return True
+    # A bare column may be anything; edges rise by one period each, but not by exactly the same, as an index does.
+    found = [m for line in lines if (m := form.match(line))]
+    if len(found) < FEWEST or len(found) < len(lines) - 1:
+        return False
+    times = [_picoseconds(m) for m in found]
+    steps = np.diff([float(t - times[0]) for t in times]) / PICOSECOND
+    period = _round_period(float(np.median(steps)))
+    return (
+        period is not None
+        and bool(np.all(steps > 0))
+        and bool(np.any(steps != steps[0]))
+        and _on_grid(steps, period)
+    )
+
+
+def _on_grid(steps: NDArray[np.float64], period: float) -> bool:
+    """Whether all steps are whole numbers of periods, but for what a clock is off."""
+    periods = np.rint(steps / period)
+    return bool(np.all(np.abs(steps / period - periods) <= OFF * np.maximum(periods, 1)))
+
+
+def _form(lines: list[str]) -> re.Pattern[str] | None:
+    return next(
+        (form for form in _FORMS if sum(bool(form.search(line)) for line in lines) >= 2), None
+    )
+
+
+def _picoseconds(found: re.Match[str]) -> int:
+    return int(found["seconds"]) * PICOSECOND + int(found["fraction"].ljust(12, "0"))
+
+
+def _round_period(step: float) -> float | None:
+    """The nearest 1, 2 or 5 times a power of ten, s, where it is near."""
+    if not step > 0:
+        return None
+    power = 10.0 ** np.floor(np.log10(step))
+    nearest = min((factor * power for factor in (1, 2, 5, 10)), key=lambda p: abs(step / p - 1))
+    return float(nearest) if abs(step / nearest - 1) <= OFF else None
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+    """Read the phase, s: the time of each edge less the whole periods since the first.
+
+    Raises
+    ------
+    InputError
+        Edges at no round period, two in one period, or text among the times.
+    """
+    with path.open("rb") as stream:
+        lines = first_lines(stream.read(8192))
+    form = _form(lines)
+    assert form is not None
+    edges: dict[str, list[int]] = {}
+    rows: dict[str, list[int]] = {}
+    with path.open(encoding="utf-8-sig", errors="replace") as text:
+        for row, line in enumerate(text, start=1):
+            found = form.search(line.strip())
+            if found is not None:
+                channel = found.groupdict().get("channel") or ""
+                edges.setdefault(channel, []).append(_picoseconds(found))
+                rows.setdefault(channel, []).append(row)
+            elif (
+                form is _FORMS[-1] and edges and line.strip() and not line.lstrip().startswith("#")
+            ):
+                raise InputError(f"row {row} is no time of an edge: {plain(line.strip(), 40)}")
+    phases, notes = [], []
+    for channel, times in edges.items():
+        of = f" of {channel}" if channel else ""
+        phase, period = _phase(np.array(times, dtype=object), rows[channel], of)
+        phases.append((channel, phase, period))
+        notes.append(f"the phase{of} is the time of each edge less whole periods of {period:g} s")
+    if len({period for _, _, period in phases}) > 1:
+        raise InputError("the channels have different periods: write each into a file of its own")
+    length = max(len(phase) for _, phase, _ in phases)
+    columns = tuple(
+        np.concatenate((phase, np.full(length - len(phase), np.nan))) for _, phase, _ in phases
+    )
+    names = tuple(f"phase_{channel}" if channel else "phase" for channel, _, _ in phases)
+    return Table(names, columns, ("s",) * len(names), rate=1.0 / phases[0][2], notes=tuple(notes))
+
+
+def _phase(
+    times: NDArray[np.object_], rows: list[int], of: str
+) -> tuple[NDArray[np.float64], float]:
+    """Phase of every period, s, NaN where an edge is missing, and the period, s."""
+    if times.size < 2:
+        raise InputError(f"{times.size} edge{of}: a phase needs two")
+    # Integers of any length: doubles resolve no more than 0.2 µs of seconds since 1970.
+    since = times - times[0]
+    step = float(np.median(np.diff(since).astype(np.float64))) / PICOSECOND
+    period = _round_period(step)
+    if period is None:
+        raise InputError(
+            f"the edges{of} are {step:.6g} s apart, which is no round period: not a pulse of a clock"
+        )
+    whole = round(period * PICOSECOND)
+    # The nearest period of each step, so that a clock that is off does not gain one over a long record.
+    steps = np.rint(np.diff(since).astype(np.float64) / whole).astype(np.int64)
+    double = np.flatnonzero(steps < 1)
+    if double.size:
+        raise InputError(
+            f"row {rows[int(double[0]) + 1]}: an edge{of} within the period of the one before, {double.size} such in all:"
+            " remove the false edges"
+        )
+    number = np.concatenate(([0], np.cumsum(steps)))
+    phase = np.full(int(number[-1]) + 1, np.nan)
+    phase[number] = (since - number.astype(object) * whole).astype(np.float64) / PICOSECOND
+    return phase, period

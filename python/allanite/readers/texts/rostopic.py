@@ -1,0 +1,85 @@
+"""CSV of ``rostopic echo -p`` (ROS 1): one message a row, fields by their path."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.readers import text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.readers._table import Picker, Table
+
+__all__ = ["read", "recognizes"]
+
+# Source: wiki.ros.org/rostopic, "echo -p": the first line names the fields ("%time,field.header.seq,…"); %time is when
+# the message was received, field.header.stamp when the sensor was read, both in ns.
+_HEADER = re.compile(rb"^(?:\xef\xbb\xbf)?%time,field")
+_RECEIVED, _STAMP = "time", "field.header.stamp"
+# Units of sensor_msgs/Imu and sensor_msgs/Temperature (REP 103).
+_UNITS = {"angular_velocity": "rad/s", "linear_acceleration": "m/s^2", "temperature": "degC"}
+_NAMES = {"angular_velocity": "gyro", "linear_acceleration": "acc"}
+_VECTOR = re.compile(r"^(.*?)([^.]+)\.([xyz])$")
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether the first line names such fields."""
+    return _HEADER.match(head) is not None
+
+
+def _shown(field: str) -> tuple[str, str | None]:
+    """Column name and unit of a field."""
+    path = field.removeprefix("field.")
+    vector = _VECTOR.match(path)
+    if vector is None:
+        return path, _UNITS.get(path)
+    name = _NAMES.get(vector[2], vector[2])
+    return f"{vector[1]}{name}_{vector[3]}", _UNITS.get(vector[2])
+
+
+def _is_kept(field: str) -> bool:
+    """Whether a field can be a sample or a time: no part of the header, no covariance, no orientation."""
+    if field in (_RECEIVED, _STAMP):
+        return True
+    return not re.search(r"\.header\.|_?covariance|orientation|frame_id|\.seq$", field)
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - the format says which fields are samples
+    """Read the fields that can be samples, stamped by the header of each message if it is filled in.
+
+    Raises
+    ------
+    InputError
+        A cell that is no number.
+    """
+    with path.open(encoding="utf-8-sig", errors="replace") as stream:
+        fields = stream.readline().strip().lstrip("%").split(",")
+    kept = [i for i, field in enumerate(fields) if _is_kept(field)]
+    table = text.read(path, lambda _: kept)
+    times = {name: table[i] for i, name in enumerate(table.names) if name in (_RECEIVED, _STAMP)}
+    stamps = times.get(_STAMP)
+    stamped = stamps is not None and bool(np.all(stamps > 0))
+    time = stamps if stamped and stamps is not None else times[_RECEIVED]
+    left = [i for i in range(len(table.names)) if table.names[i] not in (_RECEIVED, _STAMP)]
+    left = [i for i in left if _is_kept(table.names[i])]
+    shown, units = zip(*(_shown(table.names[i]) for i in left), strict=True)
+    note = (
+        "the stamps of the headers are the time"
+        if stamped
+        else "the headers have no stamps: the time of receipt (%time) is the time"
+    )
+    return replace(
+        table,
+        names=shown,
+        columns=tuple(table.columns[i] for i in left),
+        units=units,
+        texts={},
+        dates=frozenset(),
+        time=np.rint(time).astype(np.int64).astype("datetime64[ns]"),
+        notes=(*table.notes, note),
+    )

@@ -1,0 +1,47 @@
+"""CSV of MicroStrain's SensorConnect: a preamble of keys and values, names with the serial number in front."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from allanite.readers import text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.readers._table import Picker, Table
+
+__all__ = ["read", "recognizes"]
+
+# Source: the channel names of MicroStrain's MSCL (MipTypes.cpp, "scaledAccelX", "deltaThetaX", …) and the manuals of the
+# 3DM series, which fix their units: scaled acceleration in g, rates in rad/s, ambient pressure in mbar.
+_CHANNEL = re.compile(
+    rb"(?:^|[,;\t])\"?\d+\.\d+:(?:scaled|delta|est|raw|cf|gps|temp|mag|stab|gnss)", re.MULTILINE
+)
+_SERIAL = re.compile(r"^\d+\.\d+:")
+_UNITS = {"scaledAccel": "g", "scaledGyro": "rad/s"}
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether channels with a serial number are named in the first lines."""
+    return _CHANNEL.search(head) is not None
+
+
+def _shown(name: str, unit: str | None) -> tuple[str, str | None]:
+    """Name of a channel without the serial number of its sensor, and the unit that the vendor gives it."""
+    channel = _SERIAL.sub("", name)
+    known = next((u for start, u in _UNITS.items() if re.match(rf"{start}[XYZ]$", channel)), None)
+    return channel, unit or known
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - every channel is a number
+    """Read the channels of the log; those of several sensors keep their serial numbers."""
+    table = text.read(path, text.all_numbers)
+    shown = [_shown(*one) for one in zip(table.names, table.units, strict=True)]
+    units = tuple(unit for _, unit in shown)
+    serials = {m[0] for name in table.names if (m := _SERIAL.match(name))}
+    # Two sensors in one log have the same channels: there the serial number is part of the name.
+    names = table.names if len(serials) > 1 else tuple(name for name, _ in shown)
+    return replace(table, names=names, units=units)

@@ -1,0 +1,138 @@
+"""What a serial terminal shows: Arduino's serial monitor with time stamps, its plotter with labels."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.common.plain import plain
+from allanite.readers import text
+from allanite.readers._table import Table, split_unit
+from allanite.readers.sensor_names import role_of
+from allanite.readers.texts._lines import date_times, first_lines, rewritten
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from allanite.readers._table import Picker
+
+__all__ = ["read", "recognizes"]
+
+# Source: docs.arduino.cc, "Serial Monitor" (IDE 1.8 and 2: "Show timestamp" puts "12:00:00.000 -> " before each line)
+# and arduino-serial-plotter-webapp, protocol.md ("label:value" pairs, separated by comma, blank or tab).
+_STAMP = re.compile(r"^(?P<clock>\d\d:\d\d:\d\d\.\d{3}) ?-> ?")
+_LABEL = r"[A-Za-z_][^\s:,;]*"
+_VALUE = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|inf|ovf"
+_PAIR = re.compile(rf"(?P<label>{_LABEL})\s*[:=]\s*(?P<value>{_VALUE})(?=$|[\s,;])", re.IGNORECASE)
+_SEPARATORS = " \t,;"
+#: Seconds of a day: the clock of the terminal begins anew at midnight.
+DAY = 86_400.0
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether most of the first lines have such a stamp, or are nothing but labels with values."""
+    lines = first_lines(head)
+    special = sum(_STAMP.match(line) is not None or _pairs(line) is not None for line in lines)
+    return special > 0 and 2 * special > len(lines)
+
+
+def _pairs(line: str) -> list[tuple[str, str]] | None:
+    """Labels and values of a line of nothing else, or None."""
+    found = [(m["label"], m["value"]) for m in _PAIR.finditer(line)]
+    rest = _PAIR.sub("", line).strip(_SEPARATORS)
+    return found if found and not rest else None
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - roles need the names below
+    """Read the values behind the stamps, or behind their labels.
+
+    Lines of text before the first values are passed over. The stamp of the terminal is the time, unless a column of
+    the log is; it says when the line arrived.
+
+    Raises
+    ------
+    InputError
+        A line of text among those of values; a value without its label, or another label than before.
+    """
+    with path.open(encoding="utf-8-sig", errors="replace") as stream:
+        lines = [line.strip() for line in stream]
+    stamps = [_STAMP.match(line) for line in lines]
+    bare = [line[m.end() :].strip() if m else line for line, m in zip(lines, stamps, strict=True)]
+    labelled = [_pairs(line) for line in bare]
+    labels: list[str] | None = None
+    if any(pairs is not None for pairs in labelled):
+        labels, plain_lines = _unlabelled(bare, labelled)
+    else:
+        plain_lines = bare
+    first = next((i for i, line in enumerate(plain_lines) if _is_row(line)), len(plain_lines))
+
+    # Lines of a sketch that starts ("MPU6050 found") are comments; names of columns stay.
+    def shown() -> Iterator[str]:
+        for i, line in enumerate(plain_lines):
+            is_names = i < first and labels is None and _is_header(line, plain_lines[first:])
+            yield line if i >= first or is_names or not line else f"# {line}"
+
+    with rewritten(path, shown()) as target:
+        table = text.read(target, text.all_numbers)
+    if labels is not None:
+        names, units = zip(*map(split_unit, labels), strict=True)
+        table = replace(table, names=names, units=units, named=True)
+    stamped = [m for m, line in zip(stamps[first:], plain_lines[first:], strict=True) if line]
+    roles = [role_of(*one) for one in zip(table.names, table.units, strict=True)]
+    if not stamped or any(m is None for m in stamped) or (table.named and "time" in roles):
+        return table
+    if len(stamped) != table.n:
+        raise InputError(f"{len(stamped)} lines have a stamp, {table.n} rows have values")
+    seconds = np.array([_seconds(m["clock"]) for m in stamped if m])
+    seconds[1:] += DAY * np.cumsum(np.diff(seconds) < -DAY / 2)
+    note = "the time is that at which the terminal received each line"
+    return replace(table, time=date_times(seconds), notes=(*table.notes, note))
+
+
+def _unlabelled(
+    lines: Sequence[str], labelled: Sequence[list[tuple[str, str]] | None]
+) -> tuple[list[str], list[str]]:
+    """Labels, and the values alone of each line."""
+    labels: list[str] = []
+    values: list[str] = []
+    for number, (line, pairs) in enumerate(zip(lines, labelled, strict=True), start=1):
+        if pairs is None:
+            if labels and line:
+                raise InputError(f"row {number} is not of labels and values: {plain(line, 60)}")
+            values.append(line)
+            continue
+        own = [label for label, _ in pairs]
+        labels = labels or own
+        if own != labels:
+            raise InputError(
+                f"row {number} has the labels {plain(', '.join(own), 80)}, the rows before {plain(', '.join(labels), 80)}"
+            )
+        values.append(",".join(value for _, value in pairs))
+    return labels, values
+
+
+def _cells(line: str) -> list[str]:
+    """Cells of a line, whichever of comma, semicolon, tab and blank separates them."""
+    return [cell for cell in re.split(r"[\s,;]+", line.strip(_SEPARATORS)) if cell]
+
+
+def _is_row(line: str) -> bool:
+    cells = _cells(line)
+    return bool(cells) and all(re.fullmatch(_VALUE, cell, re.IGNORECASE) for cell in cells)
+
+
+def _is_header(line: str, rows: Sequence[str]) -> bool:
+    """Whether a line of text has a name for each of the values below it."""
+    separated = re.split(r"[\t,;]", line.strip(_SEPARATORS))
+    width = len(_cells(rows[0])) if rows else 0
+    return width > 0 and width in (len(separated), len(_cells(line)))
+
+
+def _seconds(clock: str) -> float:
+    hour, minute, second = clock.split(":")
+    return 3600.0 * int(hour) + 60.0 * int(minute) + float(second)

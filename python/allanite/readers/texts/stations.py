@@ -1,0 +1,97 @@
+"""Daily positions of a GNSS station: ``.tenv`` and ``.tenv3`` of the Nevada Geodetic Laboratory (UNR)."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.errors import InputError
+from allanite.common.plain import plain
+from allanite.readers._table import Table
+from allanite.readers.texts._lines import MJD_OF_1970, date_times, first_lines
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.readers._table import Picker
+
+__all__ = ["read", "recognizes"]
+
+# Source: geodesy.unr.edu, README_tenv.txt and README_tenv3.txt. Fields are separated by blanks.
+#   both: station, date (YYMMMDD), decimal year, MJD, GPS week, day of the week
+#   tenv: east, north, up, antenna height, three standard deviations, three correlations; lengths in m
+#   tenv3: longitude of the reference meridian, then whole and fractional part of east, north and up, m
+_ROW = re.compile(
+    r"^\S{4} +\d\d[A-Z]{3}\d\d +\d{4}\.\d+ +(?P<day>\d{5}(?:\.\d+)?) +\d+ +\d +(?P<rest>.+)$"
+)
+_HEADER = re.compile(r"^site +YYMMMDD +yyyy\.yyyy +__MJD ")
+#: Fields of a row behind the day of the week: at least these.
+TENV, TENV3 = 10, 13
+
+
+def recognizes(head: bytes) -> bool:
+    """Whether the first lines are such rows."""
+    lines = first_lines(head)
+    return bool(lines) and (_HEADER.match(lines[0]) is not None or _ROW.match(lines[0]) is not None)
+
+
+def read(path: Path, pick: Picker) -> Table:  # noqa: ARG001 - all are at hand
+    """Read east, north and up of each day; days without a solution are missing samples.
+
+    Raises
+    ------
+    InputError
+        A row that is none, or of another length.
+    """
+    days: list[float] = []
+    values: list[list[float]] = []
+    whole = False
+    width: int | None = None
+    station: str | None = None
+    with path.open(encoding="utf-8", errors="replace") as lines:
+        for number, line in enumerate(lines, start=1):
+            text = line.strip()
+            if not text or (number == 1 and _HEADER.match(text)):
+                whole = whole or bool(text)
+                continue
+            found = _ROW.match(text)
+            cells = [] if found is None else found["rest"].split()
+            if (
+                found is None
+                or len(cells) < (TENV3 if whole else TENV)
+                or len(cells) != (width or len(cells))
+            ):
+                raise InputError(f"row {number} is no row of a tenv file: {plain(text, 60)}")
+            width = len(cells)
+            name = text[:4]
+            if station is not None and name != station:
+                raise InputError(
+                    f"row {number} is of the station {plain(name)}, the rows before of {plain(station)}:"
+                    " one file a station"
+                )
+            station = name
+            days.append(float(found["day"]))
+            try:
+                numbers = [float(cell) for cell in cells[:TENV]]
+            except ValueError:
+                raise InputError(
+                    f"row {number} holds text where a number belongs: {plain(text, 60)}"
+                ) from None
+            values.append(numbers)
+    if not values:
+        raise InputError("no row in this tenv file")
+    table = np.array(values)
+    columns = (
+        [table[:, 1 + 2 * k] + table[:, 2 + 2 * k] for k in range(3)]
+        if whole
+        else list(table[:, :3].T)
+    )
+    return Table(
+        ("east", "north", "up"),
+        tuple(columns),
+        (None,) * 3,
+        time=date_times(86400.0 * (np.array(days) - MJD_OF_1970)),
+        notes=(f"positions of the station {plain(station or '')}: one unit of the values is 1 m",),
+    )
