@@ -85,6 +85,8 @@ class Rest:
     quiet: tuple[float, float] | None
 
 
+# Sums of samples near the largest double are infinite: such a sensor moves.
+@np.errstate(over="ignore", invalid="ignore")
 def rest_of(recording: Recording) -> Rest | None:
     """Judge whether a recording of a gyroscope or accelerometer is at rest; None of other sensors.
 

@@ -170,7 +170,7 @@ def _check_constant(c: _Column) -> Iterator[Finding]:
 
 def _check_repeats(c: _Column) -> Iterator[Finding]:
     """Report values that are held: a register read too fast, or a sensor that stopped."""
-    if c.low == c.high:
+    if c.n < 2 or c.low == c.high:
         return
     start, longest, equal = longest_run(c.pieces(overlap=1), c.n)
     share = equal / (c.n - 1)
