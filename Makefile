@@ -72,8 +72,9 @@ lint: $(VENV)/.developed ## formatting, spelling, style, types, stubs, layers, c
 	$(BIN)/check-jsonschema --builtin-schema vendor.dependabot .github/dependabot.yml
 	$(BIN)/zizmor --quiet --offline --no-progress .github
 
-fuzz: $(VENV)/.developed ## ten minutes of damaged files, strings and requests (SECONDS_EACH=, SEED=)
+fuzz: $(VENV)/.developed ## ten minutes of damaged files, strings and requests, and logs with one field changed (SECONDS_EACH=, MUTANTS=, SEED=)
 	$(BIN)/python tests/python/fuzz/run.py --seconds $(or $(SECONDS_EACH),25) --seed $(or $(SEED),0)
+	$(BIN)/python tests/python/fuzz/structured.py --mutants $(or $(MUTANTS),20000) --seed $(or $(SEED),0)
 
 fuzz-core: ## the text reader of the core by libFuzzer, a minute each of its targets (needs nightly and cargo-fuzz)
 	for target in text dialect pipes; do \

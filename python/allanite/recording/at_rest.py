@@ -119,6 +119,8 @@ class Rest:
         return self.moves and length < MIN_QUIET * self.duration
 
 
+# Sums of samples near the largest double are infinite: such a sensor moves.
+@np.errstate(over="ignore", invalid="ignore")
 def rest_of(recording: Recording) -> Rest | None:
     """Judge whether a recording of gyroscopes or accelerometers is at rest; None of other sensors.
 

@@ -189,7 +189,7 @@ def _check_constant(c: _Column) -> Iterator[Finding]:
 
 def _check_stuck(c: _Column) -> Iterator[Finding]:
     """Report a value that stands: a sensor that stopped, or a lost link."""
-    if c.low == c.high:
+    if c.n < 2 or c.low == c.high:
         return
     start, longest, equal = longest_run(c.pieces(overlap=1), c.n)
     share = equal / (c.n - 1)

@@ -46,6 +46,18 @@ def test_damaged_input_is_answered(target, tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.long
+@pytest.mark.skipif(sys.platform == "win32", reason="readers run in forks")
+def test_logs_with_one_field_changed_are_answered(tmp_path):
+    for library in ("h5py", "pyarrow", "rosbags", "pyulog", "pymavlink"):
+        pytest.importorskip(library)
+    done = subprocess.run(
+        [sys.executable, HERE / "structured.py", "--mutants", "420"],
+        cwd=tmp_path, capture_output=True, text=True, check=False, timeout=900,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 @pytest.mark.parametrize("target", [name for name in TARGETS if not name.startswith("page")])
 def test_seeds_are_accepted(target, tmp_path, monkeypatch):
     """What is refused as it is leads nowhere when it is damaged: the data sheets of both forms once were."""
