@@ -50,8 +50,11 @@ def turns_of(rates: NDArray[np.float64], rate: float) -> list[tuple[float, float
     # A step of the bias moves the median with it; a turn is shorter than half of the window.
     usual = median_filter(average, size=min(window, average.size), mode="nearest")
     change = average - usual
-    error = float(np.median(np.abs(change))) / 0.6745
-    limit = max(MIN_RATE, MIN_ERRORS * error)
+    # Noise may be louder for a while. A turn is smooth: its second differences are those of the noise.
+    bends = np.abs(np.diff(average, 2, prepend=average[:1], append=average[-1:])) / np.sqrt(6.0)
+    local = median_filter(bends, size=min(window, average.size), mode="nearest") / 0.6745
+    error = np.maximum(local, float(np.median(np.abs(change))) / 0.6745)
+    limit = np.maximum(MIN_RATE, MIN_ERRORS * error)
     found = []
     for sign in (1.0, -1.0):
         fast = sign * change > limit
