@@ -475,7 +475,7 @@ def columnar(kind):
 
 def mat5():
     seeds = targets._mat()
-    return patched(".mat", lambda: [seeds[0], seeds[2]], words, rate=10)
+    return patched(".mat", lambda: [seeds[0], seeds[2]], words)
 
 
 FORMATS = {
