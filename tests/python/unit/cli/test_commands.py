@@ -141,7 +141,9 @@ def test_a_model_that_is_not_adequate_is_said_by_fit_and_export(run, tmp_path):
     assert "the fit is not adequate" in err
     assert err.count("\n") == 1
     assert f"at {worst['tau_s']:.3g} s" in err
-    assert "WARNING: the fit is not adequate" in out
+    first = out.splitlines()[0]
+    assert first.startswith("# Use: no.")
+    assert "the fit is not adequate" in first
 
 
 def test_check_strict(run, tmp_path):

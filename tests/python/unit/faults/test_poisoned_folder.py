@@ -121,16 +121,7 @@ def test_the_poison_works(poisoned):
     assert poisoned.executed() == ["json"]
 
 
-NOT_YET = pytest.mark.xfail(reason="workers of a fleet start without a safe path", strict=False)
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        *sorted(set(RUNS) - {"demo", "explore", "fleet", "watch"}),
-        pytest.param("fleet", marks=NOT_YET),
-    ],
-)
+@pytest.mark.parametrize("name", sorted(set(RUNS) - {"demo", "explore", "watch"}))
 def test_a_command(poisoned, name):
     done = poisoned.run(name, *RUNS[name])
     assert poisoned.executed() == []
