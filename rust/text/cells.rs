@@ -100,9 +100,24 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
                 other => other,
             };
         }
-        return fast_float2::parse(&*copy).ok().or_else(|| moment(cell));
+        return fast_float2::parse(&*copy).ok().or_else(|| fortran(copy)).or_else(|| moment(cell));
     }
-    fast_float2::parse(cell).ok().or_else(|| moment(cell))
+    fast_float2::parse(cell).ok().or_else(|| fortran(cell)).or_else(|| moment(cell))
+}
+
+/// The number in a cell with the exponent of a Fortran double: 1.5D-03, -.25d+2.
+fn fortran(cell: &[u8]) -> Option<f64> {
+    let mark = memchr::memchr2(b'D', b'd', cell)?;
+    // A digit or a point before the mark, and at least one digit behind it: "3D" and "day" are words.
+    let mantissa = mark > 0 && (cell[mark - 1].is_ascii_digit() || cell[mark - 1] == b'.');
+    if !mantissa || !cell.last()?.is_ascii_digit() {
+        return None;
+    }
+    let mut copy = [0; 64];
+    let copy = copy.get_mut(..cell.len())?;
+    copy.copy_from_slice(cell);
+    copy[mark] = b'e';
+    fast_float2::parse(&*copy).ok()
 }
 
 /// Whether a cell is a hexadecimal number, as C and Python print them ("-0x1.8p+3"); none is read.

@@ -244,8 +244,9 @@ fn choose(lines: &[Line], comment: Option<&Line>, options: &Options) -> (Delimit
             }
             let score = score(sample, delimiter, comma);
             // Blanks between tabs part the date from the time of the day, not columns.
-            let tabs = best.1.0 == Delimiter::Byte(b'\t') && best.0 >= ROW;
-            if tabs && delimiter == Delimiter::Space && score / ROW <= best.0 / ROW {
+            let tabs = best.1.0 == Delimiter::Byte(b'\t')
+                && (best.0 >= ROW && score / ROW <= best.0 / ROW || is_table(sample, best.1.0));
+            if tabs && delimiter == Delimiter::Space {
                 continue;
             }
             if score > best.0 {
@@ -259,6 +260,13 @@ fn choose(lines: &[Line], comment: Option<&Line>, options: &Options) -> (Delimit
         return (Delimiter::Space, true);
     }
     found
+}
+
+/// Whether a delimiter parts all lines, names included, into the same number of cells: a column of text leaves no row
+/// of nothing but numbers.
+fn is_table(sample: &[Line], delimiter: Delimiter) -> bool {
+    let mut widths = sample.iter().map(|line| split(line.text, delimiter).len());
+    widths.next().is_some_and(|first| first > 1 && sample.len() > 1 && widths.all(|width| width == first))
 }
 
 /// Whether commas that may as well stand between two whole numbers are decimal commas: they are under a single name,

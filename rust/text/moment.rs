@@ -12,6 +12,7 @@ pub(super) fn moment(cell: &[u8]) -> Option<f64> {
     if !dated && !day_first {
         return match cell {
             [_, b'/', ..] | [_, _, b'/', ..] => slashed(cell),
+            [_, _, b'-', first, ..] if first.is_ascii_alphabetic() => named_month(cell),
             [_, _, b':', ..] => time(cell),
             _ => None,
         };
@@ -32,6 +33,16 @@ fn at_day(day: i64, rest: &[u8]) -> Option<f64> {
         Some(b'T' | b't' | b' ' | b'_') => Some(midnight + time(rest[1..].trim_ascii())?),
         _ => None,
     }
+}
+
+/// Date-times with the name of the month, as MATLAB writes them: 31-Jan-2026 12:00:00.5.
+fn named_month(cell: &[u8]) -> Option<f64> {
+    const MONTHS: &[u8] = b"janfebmaraprmayjunjulaugsepoctnovdec";
+    let name = cell.get(3..6)?.to_ascii_lowercase();
+    let month = 1 + i64::try_from(MONTHS.chunks(3).position(|month| *month == *name)?).ok()?;
+    let (day, year) = (digits(cell.get(..2)?)?, digits(cell.get(7..11)?)?);
+    let valid = cell[6] == b'-' && (1..=31).contains(&day);
+    if valid { at_day(days(year, month, day), &cell[11..]) } else { None }
 }
 
 /// Date-times such as 05/03/2026 14:00:00.000000000 and 5/3/2026 2:00:00 PM.
@@ -145,6 +156,8 @@ mod tests {
             ("1/31/2026 1:00:00.5 PM", 1_769_864_400.5),
             ("1/31/2026 12:00:00 am", 1_769_817_600.0),
             ("1/31/2026", 1_769_817_600.0),
+            ("31-Jan-2026 12:00:00.500", 1_769_860_800.5),
+            ("31-JAN-2026", 1_769_817_600.0),
             ("1969-12-31T23:59:59", -1.0),
         ] {
             assert_eq!(moment(text.as_bytes()), Some(seconds), "{text}");
@@ -161,6 +174,10 @@ mod tests {
             "2026-01-31T",
             "12:0a:00",
             "13/13/2026",
+            "31-Abc-2026",
+            "32-Jan-2026",
+            "31-Jan-26",
+            "31-Jan 2026",
             "1/2",
             "1/2/26",
             "1/31/2026 13:00:00 PM",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from allanite.axes.characterization import Characterization, common_of
 from allanite.common.errors import AllaniteError, InputError
@@ -69,10 +69,10 @@ def characterize(
     (['gx', 'gy'], {})
     """
     several = isinstance(recording, list | tuple) and any(hasattr(r, "columns") for r in recording)
-    recordings = tuple(recording) if several else (recording,)
-    for one in recordings:
+    given: tuple[Any, ...] = tuple(recording) if several else (recording,)
+    for one in given:
         recorded(one)
-    recordings = tuple(one.measured for one in recordings)
+    recordings: tuple[Recording, ...] = tuple(one.measured for one in given)
     columns = [column for one in recordings for column in one]
     names = [column.columns[0] for column in columns]
     if len(set(names)) < len(names):

@@ -141,6 +141,10 @@ CASES["HyperIMU"] = Case(
     of(named("bmi160_accelerometer."), None) | of(named("bmi160_gyroscope."), None), 50.0,
     give={"unit": "rad/s,m/s^2"},
 )
+CASES["MATLAB Mobile, timetable as CSV"] = Case(
+    log("Timestamp,X,Y,Z", dates(100, "%d-%b-%Y %H:%M:%S.%f"), GYRO),
+    of("XYZ", None), 100.0, give={"unit": "rad/s"},
+)
 CASES["SensorLog (iOS)"] = Case(
     log(
         "loggingTime(txt),loggingSample(N),accelerometerTimestamp_sinceReboot(s),accelerometerAccelerationX(G),"
@@ -387,6 +391,13 @@ CASES["Analog Devices, channels of IIO"] = Case(
     log("anglvel_x,anglvel_y,anglvel_z,accel_x,accel_y,accel_z,temp0", GYRO, ACC, TEMP),
     of(named("anglvel_"), None) | of(named("accel_"), None), None, ("temp0",), {"rate": 2460.0, "unit": "rad/s,m/s^2"},
 )
+CASES["WitMotion"] = Case(
+    log(
+        "time\tDeviceName\tAccX(g)\tAccY(g)\tAccZ(g)\tAsX(°/s)\tAsY(°/s)\tAsZ(°/s)\tAngleX(°)\tAngleY(°)\tAngleZ(°)\tT(°)",
+        dates(20), ["WT901(c4)"] * N, ACC / G, GYRO * DEG, GYRO * DEG, TEMP, sep="\t",
+    ),
+    of(named("Acc", "XYZ"), "g") | of(named("As", "XYZ"), "°/s"), 20.0, suffix=".txt",
+)
 CASES["PicoQuake"] = Case(
     log(
         "count,a_x,a_y,a_z,g_x,g_y,g_z", K + 1, ACC / G, GYRO * DEG,
@@ -429,6 +440,10 @@ CASES["Arduino, serial monitor"] = Case(
 CASES["Arduino, serial plotter"] = Case(
     "".join("gx:{:.5f}\tgy:{:.5f}\tgz:{:.5f}\n".format(*GYRO[k]) for k in K),
     of(named("g"), None), None, give={"rate": 50.0, "unit": "rad/s"}, suffix=".txt",
+)
+CASES["Fortran, doubles with D"] = Case(
+    log("", K / 10, GYRO, sep="  ", form="{:.12E}").replace("E", "D"),
+    of(("x1", "x2", "x3"), None), 10.0, give={"unit": "rad/s"}, suffix=".dat",
 )
 
 # -- clocks, time servers, stations ----------------------------------------------------------------------------------------

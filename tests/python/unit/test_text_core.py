@@ -74,8 +74,30 @@ FOUND = {
         [[1, np.inf], [-np.inf, 2], [3, np.inf]],
     ),
     "exponents": ("1e3,-2.5E-3\n.5,5.\n", ",", False, None, [[1000, -0.0025], [0.5, 5]]),
+    "Fortran exponents": (
+        "1D3,-2.5d-3\n.5D+00,5.D0\n",
+        ",",
+        False,
+        None,
+        [[1000, -0.0025], [0.5, 5]],
+    ),
     "degree sign": ("t,x [°/s]\n1,2\n", ",", False, ["t", "x [°/s]"], [[1, 2]]),
 }
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from("Dd"), st.integers(0, 17))
+def test_exponents_of_fortran_are_those_of_c(tmp_path_factory, value, mark, digits):
+    cell = f"{value:.{digits}e}"
+    path = tmp_path_factory.mktemp("core") / "log.csv"
+    path.write_text(f"{cell.replace('e', mark)},0\n{cell},1\n", encoding="utf-8")
+    _, (found, _), _ = _core.read_text(str(path))
+    assert found.tolist() == [float(cell)] * 2
+
+
+def test_words_with_a_d_are_no_numbers(log):
+    for word in ("3D", "D3", "1D", "day5", "1D2D3"):
+        with pytest.raises(InputError):
+            _core.read_text(log(f"1,2\n3,4\n5,{word}\n"))
 
 
 @pytest.mark.parametrize("name", FOUND)
