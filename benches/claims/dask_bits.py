@@ -55,6 +55,17 @@ def kill(client, after):
     return timer
 
 
+def both_workers(cluster, client):
+    """Wait for two workers. Dask does not always replace a worker that it lost beside a killed one: begin again then."""
+    try:
+        client.wait_for_workers(2, timeout=20)
+    except TimeoutError:
+        cluster.scale(0)
+        client.sync(cluster._correct_state)
+        cluster.scale(2)
+        client.wait_for_workers(2, timeout=60)
+
+
 def main():
     import dask
     import dask.array as da
@@ -84,7 +95,8 @@ def main():
             processes = run % 2 == 0
             size = int(np.exp(rng.uniform(np.log(1e4), np.log(1e6))))
             client = clients[processes]
-            client.wait_for_workers(2 if processes else 1)
+            if processes:
+                both_workers(clusters[processes], client)
             timer = None
             if processes and run % 8 == 0 and run:
                 timer = kill(client, rng.uniform(0.0, took))
