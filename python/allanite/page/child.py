@@ -11,6 +11,7 @@ import numpy as np
 from allanite.common.errors import AllaniteError
 from allanite.common.isolation import LOOK, Limits, call_isolated
 from allanite.recording.findings import Finding
+from allanite.recording.log_column import LogColumn
 from allanite.recording.recording import of_fields
 from allanite.recording.timebase import Stamps
 
@@ -92,6 +93,9 @@ def read_log(path: str, options: dict[str, Any]) -> dict[str, Any]:
         "covariate_units": dict(recording.covariate_units),
         "stamps": None if recording.stamps is None else _fields(recording.stamps),
         "told": [{**_fields(one), "values": dict(one.values)} for one in recording.told],
+        "log_columns": [
+            {**_fields(one), "sources": dict(one.sources)} for one in recording.log_columns
+        ],
     }
 
 
@@ -115,6 +119,7 @@ def _restored(found: dict[str, Any]) -> Recording:
             if stamps is None
             else Stamps(**{k: _tuples(v) for k, v in stamps.items()}),
             "told": tuple(Finding(**one) for one in found["told"]),
+            "log_columns": tuple(LogColumn(**one) for one in found["log_columns"]),
         }
     )
 
