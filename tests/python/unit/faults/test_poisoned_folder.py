@@ -121,6 +121,8 @@ def test_the_poison_works(poisoned):
     assert poisoned.executed() == ["json"]
 
 
+#: Each command starts an interpreter that looks for thousands of names.
+@pytest.mark.long
 @pytest.mark.parametrize("name", sorted(set(RUNS) - {"demo", "explore", "watch"}))
 def test_a_command(poisoned, name):
     done = poisoned.run(name, *RUNS[name])
@@ -149,6 +151,7 @@ def test_the_demo(poisoned):
     assert poisoned.executed() == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("log", FOREIGN)
 def test_a_format_that_a_library_reads(poisoned, log):
     path = poisoned.folder / log
