@@ -134,6 +134,7 @@ def _check_one_imu(axes: Sequence[Axis], target: str) -> None:
         names = [axis.name for axis in axes if axis.kind == kind]
         if len(names) > 3:
             raise InputError(
-                f"{target} holds one IMU, found {len(names)} axes of {kind} ({', '.join(names)}):"
-                " choose three of them, with column= or --column"
+                f"{target} holds one IMU, found {len(names)} axes of {kind} ({', '.join(names)})",
+                missing="column",
+                remedy=": choose three of them with {column}",
             )

@@ -17,7 +17,7 @@ SENSORS = [
     ("gyro({a})", "", None),
     ("Gyroscope {a}", "rad/s", "rad/s"),
     ("w{a}", "°/s", "°/s"),
-    ("6284.12345:scaledGyro{a}", "", None),
+    ("6284.12345:gyro_{a}", "", None),
     ("angular_velocity.{a}", "rad/s", "rad/s"),
 ]
 ACCELERATIONS = [
