@@ -101,17 +101,18 @@ def magnitudes(columns: Sequence[NDArray[Any]]) -> list[int]:
     square of this difference is below 5 % of the column's own standard deviation; independent noise reaches 100 %.
     """
     found = []
-    for place, column in enumerate(columns):
-        x = np.asarray(column[:ROWS], dtype=np.float64)
-        if x.size < FEWEST or not np.isfinite(x).all() or x.min() < 0:
-            continue
-        for others in (columns[max(place - 3, 0) : place], columns[place + 1 : place + 4]):
-            if len(others) < 3:
+    # A damaged log may hold numbers whose squares are none.
+    with np.errstate(all="ignore"):
+        for place, column in enumerate(columns):
+            x = np.asarray(column[:ROWS], dtype=np.float64)
+            if x.size < FEWEST or not np.isfinite(x).all() or x.min() < 0:
                 continue
-            norm = np.sqrt(sum(np.asarray(y[:ROWS], dtype=np.float64) ** 2 for y in others))
-            with np.errstate(invalid="ignore"):
+            for others in (columns[max(place - 3, 0) : place], columns[place + 1 : place + 4]):
+                if len(others) < 3:
+                    continue
+                norm = np.sqrt(sum(np.asarray(y[:ROWS], dtype=np.float64) ** 2 for y in others))
                 off = float(np.sqrt(np.mean((norm - x) ** 2)))
-            if off < 0.05 * float(np.std(x)):
-                found.append(place)
-                break
+                if off < 0.05 * float(np.std(x)):
+                    found.append(place)
+                    break
     return found
