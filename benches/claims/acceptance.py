@@ -29,7 +29,7 @@ def record(rng: np.random.Generator, n: int) -> np.ndarray:
 
 
 def true_figures() -> dict[str, tuple[float, str]]:
-    """What an ideal data sheet of this sensor prints."""
+    """True figures of the simulated sensor: value and unit by name."""
     tau = np.geomspace(0.1, 1e5, 4000)
     variance = al.parse_model(f"N(N={N})+B(B={B})+K(K={K})").allan_variance(tau, rate=RATE)
     return {

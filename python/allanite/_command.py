@@ -1,4 +1,4 @@
-"""What the installed command calls: the command line, and one line where Ctrl-C comes before it is imported."""
+"""Entry point of the installed command. Ctrl-C during the import prints one line instead of a traceback."""
 
 from __future__ import annotations
 

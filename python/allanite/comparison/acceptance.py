@@ -15,6 +15,7 @@ from allanite.common.units import parse_unit
 from allanite.comparison.curves import Curves, Drawn, compare
 from allanite.comparison.datasheet import minimum_of, with_figures
 from allanite.effects import as_model, find
+from allanite.planning.duration import spoken
 from allanite.sources.datasheet import MINIMUM, known_figures
 
 if TYPE_CHECKING:
@@ -183,14 +184,6 @@ class Acceptance:
             if (line := _limit_line(f, recording.unit, tau)) is not None
         ]
         return plot_compare(Curves((*curves.curves, *limits)), path, title=f"{self.sheet.name}")
-
-
-def spoken(seconds: float) -> str:
-    """A duration in the unit in which one thinks of it."""
-    for name, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2.0 * size:
-            return f"{seconds / size:.2g} {name}"
-    return f"{seconds:.2g} s"
 
 
 def _limit_line(tested: FigureVerdict, unit: str, tau: Any) -> tuple[Any, Any] | None:

@@ -12,7 +12,8 @@ import numpy as np
 from allanite.common.files import whole_file
 from allanite.common.numbers import tidy
 from allanite.common.plain import plain
-from allanite.comparison.acceptance import DOES_NOT_MEET, MEETS, spoken
+from allanite.comparison.acceptance import DOES_NOT_MEET, MEETS
+from allanite.planning.duration import spoken
 from allanite.report.blocks import Block, Bullets, Heading, Paragraph, Picture, Table
 from allanite.report.html import blocks_html, skeleton
 
