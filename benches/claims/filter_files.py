@@ -27,7 +27,7 @@ N = 1e-3
 DT = 1.0 / RATE
 DEGREE = math.pi / 180
 #: B (per sample), lags (q_c, T), lines (amplitude, Hz), corner of a first-order filter of the white noise (Hz).
-SHAPES = {
+SHAPES: dict[str, dict[str, object]] = {
     "N+B": {"B": 2e-4},
     "N+lag 10 s": {"lags": [(3e-4, 10.0)]},
     "N+lag 120 s": {"lags": [(1e-4, 120.0)]},
@@ -170,13 +170,15 @@ def one_sensor(rng, truth, segments, states):
     horizon = float(COASTING[-1])
     for target in TARGETS:
         text = export(axes_of([document]), target, horizon=horizon)
-        out[target] = bias_filter(*white_and_walk(text, target), None, integrals)
+        white, walk = white_and_walk(text, target)
+        out[target] = bias_filter(white, walk, None, integrals)
     text = export(axes_of([document, accel]), "kfgins", horizon=horizon)
     arw, sigma = number(text, "arw") * DEGREE / 60, number(text, "gbstd") * DEGREE / 3600
     T = number(text, "corrtime") * 3600
     out["kfgins"] = bias_filter(arw, sigma * math.sqrt(2 / T), T, integrals)
     text = export(axes_of([document]), "kalibr", horizon=horizon, overbound=True)
-    out["overbound"] = bias_filter(*white_and_walk(text, "kalibr"), None, integrals)
+    white, walk = white_and_walk(text, "kalibr")
+    out["overbound"] = bias_filter(white, walk, None, integrals)
     if states:
         (axis,) = json.loads(export(axes_of([document]), "statespace"))["axes"]
         out["statespace"] = state_filter(axis, segments)

@@ -61,7 +61,8 @@ def one_run(name, run, segments):
         x = model.simulate(n=n, rate=RATE, seed=7, axis=run).samples
     else:
         x = DISTRIBUTIONS[name](np.random.default_rng([run, 9]), FITTED + n)
-        model, x = al.AngleRandomWalk(N=x[:FITTED].std() / np.sqrt(RATE)), x[FITTED:]
+        white = al.AngleRandomWalk(N=x[:FITTED].std() / np.sqrt(RATE))
+        model, x = al.Model([white]), x[FITTED:]
     watch, top = Watch(model, RATE), 0.0
     for segment in np.reshape(x, (segments, SEGMENT)):
         watch.update(segment)
