@@ -5,7 +5,7 @@ file is aided for 300 s by the exact angle each second, then it coasts for 10, 6
 The generator and the filters are plain NumPy, with each consumer's conversion transcribed. NEES is the mean squared error
 over the variance that the filter predicts: 1 is consistent.
 
-    python benches/claims/filter_files.py [--sensors 50] [--truths 12] [--segments 200]
+    python benches/claims/filter_files.py [--sensors 50] [--truths 12] [--segments 200] [--models FOLDER]
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import json
 import math
 import re
 import warnings
+from pathlib import Path
 
 import numpy as np
 
@@ -155,15 +156,19 @@ def state_filter(axis, samples):
 TARGETS = ("kalibr", "vins", "gtsam", "fastlio", "px4", "ardupilot")
 
 
-def one_sensor(rng, truth, segments, states):
-    """Rows of (target, NEES at 10, 60, 120 s)."""
+def model_of(rng, truth):
+    """The document of a model of one log."""
     log = al.Recording(record(rng, truth, LOG * RATE), rate=RATE, unit="rad/s")
     study = al.improve(log, "N+B+K")
-    document = {
+    return {
         "schema": "allanite/fit/1",
         **study.to_dict()["ladder"][-1],
         "recording": {**log.describe(), "column": "gyro_x"},
     }
+
+
+def nees_of(document, segments, states):
+    """NEES at 10, 60, 120 s of each target's filter."""
     accel = json.loads(json.dumps(document).replace("rad/s", "m/s^2").replace("gyro_x", "acc_x"))
     out = {}
     integrals = segments.reshape(len(segments), -1, RATE).sum(axis=2) * DT
@@ -182,20 +187,27 @@ def one_sensor(rng, truth, segments, states):
     if states:
         (axis,) = json.loads(export(axes_of([document]), "statespace"))["axes"]
         out["statespace"] = state_filter(axis, segments)
-    return study.fit.model.name, out
+    return out
 
 
-def study_of(name, sensors, segments, states=True, seed=0):
+def study_of(name, sensors, segments, states=True, seed=0, folder=None):
     """NEES of all sensors of one truth: target → array of shape (sensors, 3); and the models' names."""
     truth = TRUTHS[name]
-    rng = np.random.default_rng([seed, list(TRUTHS).index(name)])
+    place = list(TRUTHS).index(name)
     length = (AIDED + COASTING[-1]) * RATE
+    rng = np.random.default_rng([seed, place])
     new = np.array([record(rng, truth, length) for _ in range(segments)])
     found, names = {}, []
-    for _ in range(sensors):
-        model, nees = one_sensor(rng, truth, new, states)
-        names.append(model)
-        for target, row in nees.items():
+    for sensor in range(sensors):
+        kept = None if folder is None else folder / f"{place}-{sensor}.json"
+        if kept is not None and kept.exists():
+            document = json.loads(kept.read_text())
+        else:
+            document = model_of(np.random.default_rng([seed, place, sensor]), truth)
+            if kept is not None:
+                kept.write_text(json.dumps(document))
+        names.append(document["model"])
+        for target, row in nees_of(document, new, states).items():
             found.setdefault(target, []).append(row)
     return {target: np.array(rows) for target, rows in found.items()}, names
 
@@ -207,9 +219,10 @@ def main() -> None:
     parser.add_argument("--sensors", type=int, default=3)
     parser.add_argument("--truths", type=int, default=len(TRUTHS))
     parser.add_argument("--segments", type=int, default=200)
+    parser.add_argument("--models", type=Path, help="Folder in which fitted models are kept.")
     asked = parser.parse_args()
     for name in list(TRUTHS)[: asked.truths]:
-        found, names = study_of(name, asked.sensors, asked.segments)
+        found, names = study_of(name, asked.sensors, asked.segments, folder=asked.models)
         print(f"{name}: models {', '.join(sorted(set(names)))}")
         for target, rows in found.items():
             mean = ", ".join(f"{v:.2f}" for v in rows.mean(axis=0))

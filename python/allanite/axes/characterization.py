@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from allanite.axes.working import Working
     from allanite.recording import Recording
     from allanite.study import Study
 
@@ -106,6 +107,8 @@ class Characterization:
     failed : mapping of str to str
         Why there is none, of columns that are too short or constant.
     common : Common
+    working : mapping of str to Working
+        Noise at work of each column, where a working log was given: files for filters follow it.
 
     Examples
     --------
@@ -125,6 +128,7 @@ class Characterization:
     studies: Mapping[str, Study]
     failed: Mapping[str, str]
     common: Common
+    working: Mapping[str, Working] = field(default_factory=dict)
 
     @property
     def recording(self) -> Recording:
@@ -141,10 +145,12 @@ class Characterization:
 
     def to_dict(self) -> dict[str, Any]:
         """``allanite/characterize/1`` of the contract; its JSON Schema is in ``allanite/schemas``."""
+        working = {name: state.to_dict() for name, state in self.working.items()}
         return {
             "schema": "allanite/characterize/1",
             "version": _kernels.version(),
             "columns": [study.to_dict() for study in self.studies.values()],
+            **({"working": working} if working else {}),
             "samples": {name: samples_of(study) for name, study in self.studies.items()},
             "failed": dict(self.failed),
             "common": self.common.to_dict(),

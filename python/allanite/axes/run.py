@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from allanite.axes.characterization import Characterization, common_of
+from allanite.axes.working import check_working, working_states
 from allanite.common.errors import AllaniteError, InputError
-from allanite.common.threads import side_by_side
-from allanite.common.validation import recorded
+from allanite.common.threads import at_once, side_by_side
+from allanite.common.validation import positive, recorded
 from allanite.fit.likelihood.remembered import give_back
 from allanite.study import LIMIT, improve
 
@@ -20,18 +23,25 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.study import Study
 
+    Start = Model | Effect | str
+
 __all__ = ["characterize", "improve_columns"]
 
 #: Suggestions that are kept of a last model that lacks nothing.
 SHOWN = 2
+#: Seconds for a column where none are left: it gets its first model alone.
+SOON = 1e-3
 
 
 def characterize(
     recording: Recording | Sequence[Recording],
-    model: Model | Effect | str = "N+B+K",
+    model: Start | Mapping[str, Start] = "N+B+K",
     on_progress: Callable[[str, int, int], None] | None = None,
     limit: int = LIMIT,
     tolerance: float | None = None,
+    seconds: float | None = None,
+    on_study: Callable[[Study], None] | None = None,
+    working: Recording | Sequence[Recording] = (),
 ) -> Characterization:
     """Improve a model of every axis, two at a time, and say what the axes have in common.
 
@@ -40,8 +50,8 @@ def characterize(
     recording : Recording or sequence of Recording
         One or more columns; its covariates are offered to each as an explanation. Several recordings are the sensors of
         one device at rates of their own, as `allanite.readers.read_sensors` returns them.
-    model : Model, Effect or str
-        Where every ladder starts.
+    model : Model, Effect, str or mapping
+        Where every ladder starts, or the start of each by the name of its column.
     on_progress : callable, optional
         Called with (column, rungs done, most rungs), from the threads that compute; once a column is done, with two equal
         numbers.
@@ -49,6 +59,13 @@ def characterize(
         Most additions to a model.
     tolerance : float, optional
         Per cent of the deviation: a model whose discrepancy is below it is good enough.
+    seconds : float, optional
+        Time after which no further effect is looked for, shared between the columns. Each gets a first model whatever it
+        takes.
+    on_study : callable, optional
+        Called with the study of a column as soon as it is finished, from the thread that computed it.
+    working : Recording or sequence of Recording
+        The same columns with motors or engine running: files for filters then follow the noise at work.
 
     Returns
     -------
@@ -73,12 +90,16 @@ def characterize(
     for one in given:
         recorded(one)
     recordings: tuple[Recording, ...] = tuple(one.measured for one in given)
+    at_work = tuple(working) if isinstance(working, list | tuple) else (working,)
+    if at_work:
+        check_working(recordings, at_work)
     columns = [column for one in recordings for column in one]
     names = [column.columns[0] for column in columns]
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise InputError(f"the column {twice} is in two of the recordings: name the columns apart")
-    found = improve_columns(columns, [model] * len(columns), on_progress, limit, tolerance)
+    starts = [model[name] if isinstance(model, Mapping) else model for name in names]
+    found = improve_columns(columns, starts, on_progress, limit, tolerance, seconds, on_study)
     studies: dict[str, Study] = {}
     failed: dict[str, AllaniteError] = {}
     for column, result in zip(columns, found, strict=True):
@@ -88,11 +109,13 @@ def characterize(
             studies[column.columns[0]] = result
     if not studies:
         raise next(iter(failed.values()))
+    states = working_states(studies, at_work) if at_work else {}
     return Characterization(
         recordings,
         MappingProxyType(studies),
         MappingProxyType({name: str(error) for name, error in failed.items()}),
         common_of(studies),
+        MappingProxyType(states),
     )
 
 
@@ -110,17 +133,31 @@ def _lighter(study: Study) -> Study:
 
 def improve_columns(
     columns: Sequence[Recording],
-    models: Sequence[Model | Effect | str],
+    models: Sequence[Start],
     on_progress: Callable[[str, int, int], None] | None = None,
     limit: int = LIMIT,
     tolerance: float | None = None,
+    seconds: float | None = None,
+    on_study: Callable[[Study], None] | None = None,
 ) -> list[Study | AllaniteError]:
     """The ladder of each column, two at a time, or why there is none; each has a model to start from.
 
     Parameters as of `characterize`.
     """
+    end = None
+    if seconds is not None:
+        end = time.monotonic() + positive(seconds, "seconds", "s", "give seconds, such as 60")
+    waiting = list(columns)
 
-    def task(column: Recording, model: Model | Effect | str) -> Callable[[], Study]:
+    def share() -> float | None:
+        """Seconds for the column that begins: those that wait get as much."""
+        left = len(waiting)
+        waiting.pop()
+        if end is None:
+            return None
+        return max((end - time.monotonic()) * min(at_once(), left) / left, SOON)
+
+    def task(column: Recording, model: Start) -> Callable[[], Study]:
         name, most = column.columns[0], limit + 1
 
         def report(done: int, _total: int) -> None:
@@ -128,14 +165,17 @@ def improve_columns(
                 on_progress(name, done, most)
 
         def study() -> Study:
+            own = share()
             _ = column.audit  # kept by the column
             try:
-                found: Study = improve(column, model, report, limit, tolerance)
+                found: Study = improve(column, model, report, limit, tolerance, own)
             finally:
                 if on_progress is not None:
                     on_progress(name, most, most)
             found = _lighter(found)
             give_back(found.fit.data.n)
+            if on_study is not None:
+                on_study(found)
             return found
 
         return study

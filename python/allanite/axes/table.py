@@ -6,7 +6,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from allanite.axes.rows import Row, convention, legend, rows
-from allanite.axes.words import in_common, remarks, seen_by_several
+from allanite.axes.words import at_work, in_common, remarks, seen_by_several
 from allanite.axes.words import title as heading
 from allanite.common.errors import CALL
 
@@ -40,6 +40,7 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
     if compared:
         lines += ["", *wrap(compared, width)]
     told = {
+        "at work": at_work(found),
         "seen by several axes": seen_by_several(found.common),
         "remarks": remarks(found, words),
     }

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from allanite.axes.characterization import Characterization, Common, Sensor
     from allanite.axes.forms import Agreement, Form
 
-__all__ = ["in_common", "remarks", "seen_by_several", "title"]
+__all__ = ["at_work", "in_common", "remarks", "seen_by_several", "title"]
 
 
 def title(found: Characterization) -> str:
@@ -62,6 +62,11 @@ def seen_by_several(common: Common) -> list[str]:
     return [tidy(str(one)) for one in (*lines, *common.events, *rest)]
 
 
+def at_work(found: Characterization) -> list[str]:
+    """What the working log adds to the noise of each column."""
+    return [tidy(f"{name}: {'; '.join(w.reasons)}") for name, w in found.working.items()]
+
+
 def _besides(form: Form) -> str:
     """What axes show beside the form: ``; besides, acc_x has SIN, acc_z has SIN+RES``."""
     own = [f"{name} has {'+'.join(shorts)}" for name, shorts in form.besides.items() if shorts]
@@ -103,10 +108,5 @@ def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[st
     out += [f.worded(words) for f in warned if f.severity == "warning" or f.kind == "no_unit"]
     for name, study in found.studies.items():
         if not study.adequate:
-            why = (
-                "stopped at the limit of steps"
-                if study.stopped_because == "limit"
-                else study.ending
-            )
-            out.append(f"{name}: {'; '.join([why, *study.check.where.sentences()[:1]])}")
+            out.append(f"{name}: {'; '.join([study.ending, *study.check.where.sentences()[:1]])}")
     return [tidy(text) for text in out]

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DEFAULT_MODEL",
+    "INFLATE",
     "SEED",
     "LogOptions",
     "RateType",
@@ -49,6 +50,14 @@ model_option = click.option(
 )
 #: What every generator of random numbers takes.
 SEED = click.IntRange(0, SEEDS)
+#: Factor on the deviations of a parameter file.
+INFLATE = click.option(
+    "--inflate",
+    type=click.FloatRange(0.0, 1e6, min_open=True),
+    default=1.0,
+    metavar="FACTOR",
+    help="Multiply all deviations in the file, which records this as your choice.",
+)
 json_option = click.option("--json", "as_json", is_flag=True, help="JSON on stdout, nothing else.")
 plot_option = click.option("--plot", metavar="FILE", help="Figure: SVG, PNG or PDF.")
 

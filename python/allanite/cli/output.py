@@ -11,6 +11,7 @@ from pathlib import Path
 from shutil import get_terminal_size
 from textwrap import wrap
 from threading import Lock
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -32,6 +33,7 @@ __all__ = [
     "check_targets",
     "dumps",
     "notes",
+    "phase",
     "plot",
     "progress",
     "progress_of_axes",
@@ -40,6 +42,9 @@ __all__ = [
     "width",
     "wrapped",
 ]
+
+#: Time of a whole study over that of its first step: measured 1 without additions, 2.5 after two; 5 after five.
+STEPS = 5.0
 
 
 def dumps(document: Any) -> str:
@@ -161,16 +166,27 @@ def progress(label: str, options: LogOptions) -> Iterator[Callable[[int, int], N
         yield report
 
 
+def phase(name: str, options: LogOptions) -> None:
+    """Say on a terminal what is done now."""
+    if not options.quiet and sys.stderr.isatty():
+        click.echo(f"· {name}", err=True)
+
+
 @contextmanager
 def progress_of_axes(
     columns: int, options: LogOptions
 ) -> Iterator[Callable[[str, int, int], None] | None]:
-    """Give a callback that shows what each axis is at, on a terminal."""
+    """Give a callback that shows what each axis is at, on a terminal, and how long all will take once one step is done."""
     if options.quiet or not sys.stderr.isatty():
         yield None
         return
+    from allanite.common.threads import at_once
+
     at: dict[str, int] = {}
     lock = Lock()
+    begin = monotonic()
+    turns = -(-columns // at_once())
+    phase(f"{columns} axes, {at_once()} at a time", options)
 
     def shown(_item: object) -> str:
         return " · ".join(f"{name} step {done}" for name, done in at.items())
@@ -181,6 +197,10 @@ def progress_of_axes(
 
         def report(column: str, done: int, total: int) -> None:
             with lock:
+                if not at and not bar.pos:
+                    first = turns * (monotonic() - begin)
+                    low, high = (_time(share * first) for share in (1.0, STEPS))
+                    click.echo(f"\r· about {low} to {high}, by the first step", err=True)
                 ended = done == total
                 at[column] = done
                 if ended:
@@ -188,3 +208,7 @@ def progress_of_axes(
                 bar.update(int(ended), at)
 
         yield report
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"

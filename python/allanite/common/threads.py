@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextvars
 import os
 import threading
+import time
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 __all__ = [
     "Ended",
     "Pool",
+    "at_once",
+    "before",
     "computing",
     "go_on",
     "processors",
@@ -51,6 +54,11 @@ def processors() -> int:
     return os.cpu_count() or 1
 
 
+def at_once() -> int:
+    """Columns that are computed at a time."""
+    return min(WORKERS, processors())
+
+
 class Ended(BaseException):
     """Raised inside work that is not wanted any more; no error, so that nothing inside takes it for one."""
 
@@ -70,6 +78,27 @@ def go_on() -> None:
     wanted = _wanted.get()
     if wanted is not None and not wanted():
         raise Ended
+
+
+@contextmanager
+def before(deadline: float | None) -> Iterator[None]:
+    """End what is computed inside at its next `go_on` after a deadline (`time.monotonic`), with `TimeoutError`."""
+    if deadline is None:
+        yield
+        return
+    outer = _wanted.get()
+
+    def is_wanted() -> bool:
+        return time.monotonic() < deadline and (outer is None or outer())
+
+    try:
+        with while_wanted(is_wanted):
+            go_on()
+            yield
+    except Ended:
+        if outer is not None and not outer():
+            raise
+        raise TimeoutError from None
 
 
 class Pool(ThreadPoolExecutor):
@@ -140,7 +169,7 @@ def side_by_side(tasks: Sequence[Callable[[], T]]) -> list[T | AllaniteError]:
             finally:
                 at_work.discard(place)
 
-    for _ in range(min(WORKERS, processors(), len(tasks))):
+    for _ in range(min(at_once(), len(tasks))):
         # What was set for the caller (units of tables) holds for its workers.
         context = contextvars.copy_context()
         threading.Thread(target=context.run, args=(work,), daemon=True, name=NAME).start()

@@ -183,6 +183,7 @@ def characterization_export(
     as_fitted: bool = False,
     horizon: float | None = None,
     until: float | None = None,
+    inflate: float = 1.0,
 ) -> str:
     """Text of a parameter file for a filter or simulator with every axis in it.
 
@@ -201,6 +202,8 @@ def characterization_export(
         Longest time without aiding, s; else 100 s, or a tenth of the recording if that is shorter.
     until : float, optional
         Former name of `horizon`.
+    inflate : float
+        Factor on all deviations, which the file records as your choice.
 
     Raises
     ------
@@ -215,8 +218,9 @@ def characterization_export(
             "schema": "allanite/fit/1",
             "recording": s.recording.describe(),
             **s.ladder[-1].to_dict(s.misfit_left[-1], over_rivals=s.undecided),
+            "working": self.working[name].to_dict() if name in self.working else None,
         }
-        for s in self.studies.values()
+        for name, s in self.studies.items()
     )
     axes = axes_of(documents, source="recording")
     return export(
@@ -227,6 +231,7 @@ def characterization_export(
         as_fitted=as_fitted,
         horizon=horizon,
         until=until,
+        inflate=inflate,
     )
 
 

@@ -1,69 +1,23 @@
-"""Parameters of a model for filters and simulators: one target a file, one registry."""
+"""Parameters of a model for filters and simulators: one target a file, one table of all of them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE
-from allanite.export import c_header, matlab, plain_json, ros, statespace
-from allanite.export.filters import (
-    ardupilot,
-    fastlio,
-    gtsam,
-    kalibr,
-    kfgins,
-    liosam,
-    openvins,
-    orbslam3,
-    px4,
-    vins,
-)
-from allanite.export.simulators import airsim, gazebo, gnss_ins_sim
+from allanite.export._lines import value_lines
+from allanite.export._target import Target, Targets
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
 
-__all__ = ["ANY_SENSOR", "TARGETS", "export"]
+__all__ = ["TARGETS", "Target", "export", "value_lines"]
 
-
-class Render(Protocol):
-    """Text of a parameter file for some axes, at the rate of the target."""
-
-    def __call__(self, axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-        """Text of the file."""
-
-
-# Name on the command line → the target.
-TARGETS: dict[str, Render] = {
-    "json": plain_json.render,
-    "kalibr": kalibr.render,
-    "openvins": openvins.render,
-    "matlab": matlab.render,
-    "ros": ros.render,
-    "vins": vins.render,
-    "gtsam": gtsam.render,
-    "orbslam3": orbslam3.render,
-    "liosam": liosam.render,
-    "fastlio": fastlio.render,
-    "px4": px4.render,
-    "px4-params": px4.render_tabs,
-    "ardupilot": ardupilot.render,
-    "gazebo": gazebo.render,
-    "airsim": airsim.render,
-    "kfgins": kfgins.render,
-    "gnss-ins-sim": gnss_ins_sim.render,
-    "c-header": c_header.render,
-    "statespace": statespace.render,
-}
-#: Targets that take any sensor; the others hold gyroscopes and accelerometers.
-ANY_SENSOR = ("json", "c-header", "statespace")
-#: Targets whose numbers hold for the rate of the filter, not of the sensor.
-OWN_RATE = ("px4", "px4-params", "ardupilot")
-#: Simulators, the state space and the variance of a sample: right over a tenth of the recording unless a horizon is given.
-WHOLE_RECORD = ("gazebo", "airsim", "gnss-ins-sim", "matlab", "statespace", "ros")
+#: Every format by its name on the command line.
+TARGETS = Targets("allanite.export", "allanite.export.filters", "allanite.export.simulators")
 
 
 def export(
@@ -75,6 +29,7 @@ def export(
     as_fitted: bool = False,
     horizon: float | None = None,
     until: float | None = None,
+    inflate: float = 1.0,
 ) -> str:
     """Text of a parameter file.
 
@@ -96,6 +51,8 @@ def export(
         the state space always a tenth of the recording.
     until : float, optional
         Former name of `horizon`.
+    inflate : float
+        Factor on all deviations, which the file records as the user's choice.
 
     Raises
     ------
@@ -111,21 +68,22 @@ def export(
     own = [
         used(
             axis,
-            None if target in OWN_RATE else rate,
+            None if TARGETS[target].own_rate else rate,
             until if horizon is None else horizon,
-            whole_record=target in WHOLE_RECORD,
+            whole_record=TARGETS[target].whole_record,
             as_fitted=as_fitted,
+            inflate=inflate,
         )
         for axis in axes
     ]
-    if target not in ANY_SENSOR:
+    if not TARGETS[target].any_sensor:
         _check_one_imu(own, target)
     for axis in own:
-        if target not in ANY_SENSOR and not axis.has_noise:
+        if not TARGETS[target].any_sensor and not axis.has_noise:
             raise InputError(
                 f"{axis.name}: the model {axis.model.name} has no noise: fit one that has"
             )
-    return TARGETS[target](own, rate, overbound=overbound)
+    return TARGETS[target].render(own, rate, overbound=overbound)
 
 
 def _check_one_imu(axes: Sequence[Axis], target: str) -> None:

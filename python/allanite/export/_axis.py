@@ -11,7 +11,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import ACCELERATION, ANGULAR_RATE, coefficient_unit, parse_unit
-from allanite.common.validation import positive_rate
+from allanite.common.validation import positive, positive_rate
 from allanite.effects._base import Stochastic
 from allanite.effects._modifier import Modifier
 from allanite.effects.files import model_from_dict
@@ -80,6 +80,10 @@ class Axis:
         Why the numbers are not to be trusted: the fit was not adequate. Empty where nothing speaks against them.
     assumptions : tuple of str
         What was assumed where the numbers came from no log: a data sheet, another tool's file.
+    notes : tuple of str
+        What else is said of the numbers: the parts of a working state, a factor of the user.
+    inflate : float
+        Factor of the user on all deviations, which `scale` and `coefficients` have in them.
     """
 
     name: str
@@ -100,6 +104,8 @@ class Axis:
     as_fitted: bool = False
     warning: str = ""
     assumptions: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    inflate: float = 1.0
 
     @property
     def sampling(self) -> float:
@@ -212,6 +218,7 @@ def axes_of(
 def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
     recording = document.get("recording") or {}
     own = recording.get("unit") or unit
+    document = {**document, **(document.get("working") or {})}
     effects = document.get("effects")
     if not effects:
         raise InputError(f"{source}: the document holds no effects")
@@ -272,6 +279,7 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         min(HORIZON, until),
         warning=warning_of(document),
         assumptions=tuple(plain(line) for line in document.get("assumptions", ())),
+        notes=tuple(plain(line) for line in document.get("notes", ())),
     )
 
 
@@ -326,6 +334,19 @@ def _estimate(given: Mapping[str, Any], one: Parameter, own: str, target: str) -
     ).to(coefficient_unit(target, power))
 
 
+def _times(value: Estimate, factor: float) -> Estimate:
+    return Estimate(
+        factor * value,
+        None if value.std_error is None else factor * value.std_error,
+        None
+        if value.interval is None
+        else (factor * value.interval[0], factor * value.interval[1]),
+        value.unit,
+        value.detected,
+        value.name,
+    )
+
+
 def split(axes: Iterable[Axis]) -> tuple[list[Axis], list[Axis]]:
     """Gyroscope and accelerometer axes; anything else has no place in an inertial format."""
     axes = list(axes)
@@ -360,8 +381,9 @@ def used(
     *,
     whole_record: bool = False,
     as_fitted: bool = False,
+    inflate: float = 1.0,
 ) -> Axis:
-    """The axis at another rate, up to another horizon.
+    """The axis at another rate, up to another horizon, with a factor on all deviations.
 
     Parameters
     ----------
@@ -372,9 +394,10 @@ def used(
         Longest time without aiding, s; else 100 s or a tenth of the recording, whichever is shorter.
     whole_record : bool
         Whether the horizon, where none is given, is a tenth of the recording.
-    as_fitted : bool
+    as_fitted, inflate : bool, float
         See `Axis`.
     """
+    positive(inflate, "inflate", "", "give a factor, such as 5")
     if horizon is not None and not 0.0 < horizon < np.inf:
         raise InputError(f"horizon = {horizon:g} s: give a positive number of seconds")
     found = axis.until if whole_record else axis.horizon
@@ -383,4 +406,11 @@ def used(
         rate=axis.rate if rate is None else positive_rate(rate),
         horizon=found if horizon is None else horizon,
         as_fitted=as_fitted,
+        inflate=inflate,
+        scale=axis.scale * inflate,
+        coefficients={n: _times(value, inflate) for n, value in axis.coefficients.items()},
+        notes=(
+            *axis.notes,
+            *([f"all deviations x{inflate:g}: the user's choice"] if inflate != 1.0 else []),
+        ),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ from allanite.effects._known import Deterministic, Periodic
 from allanite.export._follow import Quality, quality
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from allanite.effects import Effect
     from allanite.export._axis import Axis
@@ -24,6 +25,8 @@ __all__ = ["GENERAL", "about", "head", "verdict"]
 GENERAL = "Written by allanite. Densities are two-sided: white noise has S(f) = N^2, sigma^2(tau) = N^2/tau."
 #: NEES from which on a filter is called overconfident, and the acceptance limit of every consumer.
 OVERCONFIDENT = 1.2
+#: Effects that are listed one by one; of more their kinds are counted.
+MANY = 8
 #: An interval over all models is named if an end lies farther out by this share of the own interval's width.
 WIDER = 0.1
 
@@ -96,9 +99,13 @@ def about(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list
     if axis.assumptions:
         origin = f"from {axis.source}, no log"
     covered = _covered(axis, choice, simulator=simulator)
-    line = f"{axis.name}: {origin}; model {axis.model.name}; in this file: {covered}"
+    name = "+".join(_counted(e.short for e in axis.model))
+    line = f"{axis.name}: {origin}; model {name}; in this file: {covered}"
     left = [f"{label} ({e.kind})" for label, e in _left_out(axis, choice, simulator=simulator)]
-    lines = [line, *(f"  assumed: {assumption}" for assumption in axis.assumptions)]
+    if len(left) > MANY:
+        left = _counted(e.kind for _, e in _left_out(axis, choice, simulator=simulator))
+    lines = [line, *(f"  {note}" for note in axis.notes)]
+    lines += [f"  assumed: {assumption}" for assumption in axis.assumptions]
     if choice is not None and choice.overbound and axis.loudest is not None:
         begin, end = axis.loudest
         lines.append(
@@ -108,6 +115,11 @@ def about(axis: Axis, choice: Choice | None, *, simulator: bool = False) -> list
     if left:
         lines.append(f"  not in this file: {', '.join(left)}")
     return lines
+
+
+def _counted(names: Iterable[str]) -> list[str]:
+    """Each name once, with how often it is there: ``12 SIN``."""
+    return [name if n == 1 else f"{n} {name}" for name, n in Counter(names).items()]
 
 
 def _alternatives(axis: Axis) -> Iterator[str]:
@@ -139,7 +151,11 @@ def _covered(axis: Axis, choice: Choice | None, *, simulator: bool) -> str:
     else:
         missing = {label for label, _ in _left_out(axis, choice, simulator=simulator)}
         own = (label for label, _ in _all(axis) if label not in missing)
-        covered = "numbers that cover " + ", ".join(own)
+        labels = tuple(own)
+        shorts = (e.short for label, e in _all(axis) if label in labels)
+        covered = "numbers that cover " + ", ".join(
+            labels if len(labels) <= MANY else _counted(shorts)
+        )
     if choice is not None and choice.others:
         of: dict[str, list[str]] = {}
         for name, other in choice.others:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from allanite.export._head import head
 from allanite.export._lines import chosen
+from allanite.export._target import Target
 from allanite.export._text import comments
 
 if TYPE_CHECKING:
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
@@ -34,3 +35,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         lines.append("};\n")
     lines.append("\n#endif\n")
     return "".join(lines)
+
+
+TARGETS = (Target("c-header", "C header", "noise.h", render, any_sensor=True),)

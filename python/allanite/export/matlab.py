@@ -9,6 +9,7 @@ from allanite.effects import Stochastic
 from allanite.export._axis import rate_of, split
 from allanite.export._choice import LIMIT, choose, covering
 from allanite.export._head import head
+from allanite.export._target import Target
 from allanite.export._text import comments
 from allanite.export._triad import in_xyz
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from allanite.export._axis import Axis
     from allanite.export._held import Choice
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 NOTE = (
     "imuSensor: continuous time, deviations. NoiseDensity is double-sided, and said to be; where NoiseType does",
@@ -120,3 +121,6 @@ def _remarks(pairs: Sequence[tuple[Axis, Choice]], name: str) -> str:
         of.setdefault(choice.remark(name), []).append(axis.name)
     said = ((r, names) for r, names in of.items() if r)
     return "".join(f"; {r}" if len(of) == 1 else f"; {', '.join(n)}: {r}" for r, n in said)
+
+
+TARGETS = (Target("matlab", "MATLAB", "matlab.m", render, whole_record=True),)

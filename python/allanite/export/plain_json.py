@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from allanite import _kernels
 from allanite.export._choice import choose
+from allanite.export._target import Target
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
@@ -34,6 +35,7 @@ def _axis(axis: Axis, rate: float | None, *, overbound: bool) -> dict[str, objec
         "rate_hz": rate or axis.rate,
         "source": axis.source,
         "warning": axis.warning or None,
+        "notes": list(axis.notes),
         "density": "two-sided",
         "coefficients": {n: e.to_dict() for n, e in axis.coefficients.items()},
         "left_out": [
@@ -48,3 +50,6 @@ def _axis(axis: Axis, rate: float | None, *, overbound: bool) -> dict[str, objec
         choice = choose(axis, overbound=True)
         out["overbound"] = {"N": choice.N, "K": choice.K, "until_s": axis.until}
     return out
+
+
+TARGETS = (Target("json", "JSON", "parameters.json", render, any_sensor=True, alternatives=True),)

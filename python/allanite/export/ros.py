@@ -13,6 +13,7 @@ from allanite.export._axis import rate_of, split
 from allanite.export._follow import small_walk
 from allanite.export._head import head
 from allanite.export._held import Choice
+from allanite.export._target import Target
 from allanite.export._text import comments
 from allanite.export._triad import in_xyz
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
@@ -106,3 +107,6 @@ def variance(axis: Axis, rate: float, *, upper: bool = False, in_band: bool = Fa
 def _within(term: Term, w: NDArray[np.float64]) -> float:
     """Power of a term between the first and the last of these frequencies, rad a sample."""
     return float(np.trapezoid(term.spectrum(w) * w, np.log(w))) / np.pi
+
+
+TARGETS = (Target("ros", "ROS", "ros.yaml", render, whole_record=True),)

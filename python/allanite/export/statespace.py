@@ -10,6 +10,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.export._axis import rate_of
+from allanite.export._target import Target
 from allanite.statespace import state_space
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from allanite.export._axis import Axis
     from allanite.statespace import StateSpace
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 STATES = 8
 
@@ -37,8 +38,10 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         about = {"name": axis.name, "unit": axis.unit, "source": axis.source}
         kinds = document["known"]
         document["functions"] = [e for e in axis.document["effects"] if e["kind"] in kinds]
-        document["functions_unit_si"] = axis.scale
-        out.append({**about, "warning": axis.warning or None, **document})
+        document["functions_unit_si"] = axis.scale / axis.inflate
+        out.append(
+            {**about, "warning": axis.warning or None, "notes": list(axis.notes), **document}
+        )
     whole = {"schema": "allanite/state_spaces/1", "version": _kernels.version(), "axes": out}
     return json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -49,3 +52,15 @@ def _small(model: Model, rate: float, duration: float) -> StateSpace:
         return state_space(model, rate, states=STATES, duration=duration)
     except InputError:
         return state_space(model, rate, duration=duration)
+
+
+TARGETS = (
+    Target(
+        "statespace",
+        "State space (JSON)",
+        "state-space.json",
+        render,
+        any_sensor=True,
+        whole_record=True,
+    ),
+)

@@ -160,6 +160,7 @@ def _ending(study: Any) -> str:
         return f"{what} added; {study.ending}"
     why = {
         "nothing helps": "nothing in the catalogue helps further",
-        "limit": "stopped at the limit",
+        "limit": "stopped at the limit of steps",
+        "time": "stopped at the time limit",
     }
     return f"{what} added; {why.get(study.stopped_because, study.stopped_because)}, something is left unexplained"

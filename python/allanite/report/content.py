@@ -388,7 +388,8 @@ def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     why = {
         "nothing helps": "No further effect of the catalogue helps without predicting unseen data worse.",
         "within tolerance": "The ladder ended at the tolerance that was asked for.",
-        "limit": "The ladder was stopped at its longest.",
+        "limit": "The limit of steps was reached: further effects were not examined.",
+        "time": "The time limit was reached: further effects were not examined.",
     }
     out.append(Paragraph(why.get(study.stopped_because, study.stopped_because)))
     out += _where(check)

@@ -120,12 +120,23 @@ def _of_json(path: Path) -> list[dict[str, Any]]:
             raise InputError(
                 f"{path}: its columns are not as fit, improve or characterize write them"
             )
-        return [_last_step(document) for document in documents]
+        working = tree.get("working")
+        return [
+            _at_work(_last_step(one), working if isinstance(working, dict) else {})
+            for one in documents
+        ]
     if any(isinstance(tree.get(table), dict) for table in TABLES):
         return documents_of_sheet(datasheet_of(tree, path.stem), str(path))
     if is_matlab_json(tree):
         return documents_of_matlab_json(tree, str(path))
     raise InputError(f"{path}: not a model file: no allanite schema in it")
+
+
+def _at_work(document: dict[str, Any], working: dict[str, Any]) -> dict[str, Any]:
+    """The document with the noise at work of its column, which files for filters follow."""
+    column = (document.get("recording") or {}).get("column")
+    state = working.get(str(column))
+    return {**document, "working": state} if isinstance(state, dict) else document
 
 
 def _last_step(document: dict[str, Any]) -> dict[str, Any]:

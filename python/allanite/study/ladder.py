@@ -124,7 +124,7 @@ class Study:
     check : Check
         Of the last rung: what is left unexplained.
     stopped_because : str
-        ``adequate``, ``within tolerance``, ``nothing helps`` or ``limit``.
+        ``adequate``, ``within tolerance``, ``nothing helps``, ``limit`` or ``time``.
     tolerance : float or None
         Per cent of the deviation that was asked for.
 
@@ -263,6 +263,11 @@ class Study:
                 why.setdefault(s.kind, refusal(self.fit, s.found, s.effect_happens_once))
             told = ", ".join(f"{title_of(kind)} {reason}" for kind, reason in why.items())
             return f"nothing helps further (significant, but: {told})"
+        steps = len(self.ladder) - 1
+        ended = {"limit": "the limit of steps", "time": "the time limit"}.get(self.stopped_because)
+        if ended is not None:
+            count = f"{steps} step{'' if steps == 1 else 's'}"
+            return f"{ended} was reached after {count}; further effects were not examined"
         return self.stopped_because
 
     def __repr__(self) -> str:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import time
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.common.blas import one_thread
 from allanite.common.errors import TooShortError
 from allanite.common.several import Several, by_column
-from allanite.common.threads import results, side_by_side
+from allanite.common.threads import before, results, side_by_side
 from allanite.common.validation import positive, recorded
 from allanite.effects import Away, Modifier, Stochastic
 from allanite.fit import fit_model
@@ -59,6 +61,7 @@ def improve(
     on_progress: Callable[[int, int], None] | None = None,
     limit: int = LIMIT,
     tolerance: float | None = None,
+    seconds: float | None = None,
 ) -> Study | Any:
     """Add the best missing effect until nothing significant is left.
 
@@ -74,6 +77,8 @@ def improve(
         Most additions, beside at most 32 lines and stretches left out: each has ordinates or times of its own.
     tolerance : float, optional
         Per cent of the deviation: a model whose discrepancy is below it is good enough.
+    seconds : float, optional
+        Time after which no further effect is looked for. The first model is fitted and checked whatever it takes.
 
     Returns
     -------
@@ -101,9 +106,12 @@ def improve(
         )
     if len(recording.columns) > 1:
         tasks = by_column(
-            recording, lambda c: lambda: improve(c, model, on_progress, limit, tolerance)
+            recording, lambda c: lambda: improve(c, model, on_progress, limit, tolerance, seconds)
         )
         return Several(dict(zip(tasks, results(side_by_side(list(tasks.values()))), strict=True)))
+    deadline = None
+    if seconds is not None:
+        deadline = time.monotonic() + positive(seconds, "seconds", "s", "give seconds, such as 60")
     fit = fit_model(recording, model)
     recording = fit.recording
     ladder = [Rung(fit)]
@@ -115,15 +123,22 @@ def improve(
         if stop is None and full(ladder, limit):
             stop = "limit"
         better = None
-        if stop != "within tolerance":
-            better = _ending(ladder, check) if stop is not None else next_rung(ladder, check)
+        try:
+            with before(deadline):
+                if stop is None:
+                    better, stop = next_rung(ladder, check), "nothing helps"
+                elif stop != "within tolerance":
+                    better = _ending(ladder, check)
+        except TimeoutError:
+            stop = stop or "time"
         if better is None:
             return Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
         ladder.append(better)
-        for rung in _more(ladder, check):
-            if full(ladder, limit) or _within(rung.fit, tolerance):
-                break
-            ladder.append(rung)
+        with suppress(TimeoutError), before(deadline):
+            for rung in _more(ladder, check):
+                if full(ladder, limit) or _within(rung.fit, tolerance):
+                    break
+                ladder.append(rung)
         fit = ladder[-1].fit
         for rung in ladder:
             if rung.fit.data is not fit.data:

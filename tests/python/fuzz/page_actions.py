@@ -54,7 +54,7 @@ PARTS = [
     "nothing",
 ]
 FILES = [
-    "study.json", "report.html", "kalibr.yaml", "parameters.json", "matlab.m", "ros.yaml", "gtsam.txt", "noise.h",
+    "study.json", "report.html", "kalibr.yaml", "parameters.json", "matlab.m", "ros.yaml", "gtsam_parameters.py", "noise.h",
     "allan.csv", "allan.svg", "psd.csv", "map.csv", "samples.csv", "error.csv", "nis.csv", "compare.csv", "../x", "x",
 ]  # fmt: skip
 OPTIONS = {

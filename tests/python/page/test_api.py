@@ -163,12 +163,12 @@ def test_a_unit_chosen_for_one_kind_of_sensor_leaves_the_others_in_their_own():
 
 def test_a_clock_is_offered_the_files_that_take_one(client):
     tab, state = opened(client, checked=False)
-    assert "kalibr.yaml" in state["recording"]["targets"]
+    assert ["kalibr.yaml", "Kalibr"] in state["recording"]["targets"]
     rng = np.random.default_rng(1)
     clock = Recording(rng.standard_normal(2000), 1.0, unit="1", columns=["y"])
     other = client_of(Sessions([Source("clock.npz", recording=clock)]))
     tab, state = opened(other, checked=False)
-    offered = state["recording"]["targets"]
+    offered = [name for name, _ in state["recording"]["targets"]]
     assert set(offered) == {"parameters.json", "noise.h", "state-space.json"}
     assert {other.get(f"tabs/{tab}/file/{name}").status_code for name in offered} == {200}
 

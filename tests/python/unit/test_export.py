@@ -253,7 +253,7 @@ def test_three_axes_and_two_sensors():
 
 
 def test_errors():
-    with pytest.raises(InputError, match="one of json, kalibr"):
+    with pytest.raises(InputError, match="one of airsim, ardupilot"):
         export(axes(), "simulink")
     with pytest.raises(InputError, match="with unit="):
         axes_of([model_to_dict(parse_model("N(N=1)"))], None, "model")

@@ -9,16 +9,41 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from allanite.cli.commands.improve import Percent
-from allanite.cli.options import LogOptions, log_options, model_option, plot_option
+from allanite.cli.options import INFLATE, LogOptions, log_options, model_option, plot_option
 from allanite.cli.words import words_of
 from allanite.common.plain import plain
-from allanite.export import ANY_SENSOR, TARGETS
+from allanite.export import TARGETS
+from allanite.study import LIMIT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.axes import Characterization
     from allanite.recording import Recording
+
+
+class Seconds(click.types.FloatParamType):
+    """A positive time: 60, 60s, 10min or 2h."""
+
+    name = "seconds"
+    units = (("min", 60.0), ("h", 3600.0), ("s", 1.0))
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """Seconds; a float is one already."""
+        text, factor = str(value).strip(), 1.0
+        for unit, size in self.units:
+            if text.endswith(unit):
+                text, factor = text.removesuffix(unit).strip(), size
+                break
+        try:
+            number = factor * float(text)
+        except ValueError:
+            number = -1.0
+        if not 0.0 < number < float("inf"):
+            self.fail(f"{value!r} is not a time, as 60s, 10min or 2h is", param, ctx)
+        return number
 
 
 @click.command("characterize")
@@ -29,6 +54,20 @@ if TYPE_CHECKING:
     type=Percent(),
     help="Stop once a model is within this much of the deviation, e.g. 5%.",
 )
+@click.option(
+    "--steps",
+    type=click.IntRange(1),
+    default=LIMIT,
+    show_default=True,
+    help="Most additions to a model; lines and excluded samples do not count.",
+)
+@click.option(
+    "--time",
+    "seconds",
+    type=Seconds(),
+    metavar="TIME",
+    help="Look for no further effect after this time, e.g. 60s or 10min; each axis gets a first model.",
+)
 @plot_option
 @click.option("--report", metavar="FILE", help="Report on all axes: HTML or Markdown.")
 @click.option("--save", metavar="FILE", help="Write the models of all axes as JSON.")
@@ -36,9 +75,14 @@ if TYPE_CHECKING:
     "--export",
     "target",
     type=click.Choice((*TARGETS, "all")),
-    help="Parameters of all axes for a filter or simulator; all: a file a target.",
+    help="Parameters of all axes for a filter or simulator; all: one file per target.",
 )
-@click.option("--output", metavar="FILE", help="Where --export writes: a file; of all, a folder.")
+@click.option(
+    "--output",
+    metavar="PATH",
+    help="File for --export, or a folder (with / at its end) for all files: those of an axis are written as soon as it is"
+    " finished, and a repeated run continues.",
+)
 @click.option(
     "--overbound",
     is_flag=True,
@@ -50,6 +94,12 @@ if TYPE_CHECKING:
     help="With --export: the fitted coefficients alone, without B, lags and lines.",
 )
 @click.option(
+    "--working",
+    metavar="LOG",
+    help="The same sensor with motors or engine running: files for filters then follow its noise at work.",
+)
+@INFLATE
+@click.option(
     "--horizon",
     type=float,
     metavar="SECONDS",
@@ -60,6 +110,8 @@ def command(
     log: str,
     model: str,
     tolerance: float | None,
+    steps: int,
+    seconds: float | None,
     plot: str | None,
     report: str | None,
     save: str | None,
@@ -67,37 +119,81 @@ def command(
     output: str | None,
     overbound: bool,
     as_fitted: bool,
+    working: str | None,
+    inflate: float,
     horizon: float | None,
     options: LogOptions,
 ) -> None:
-    """Improve a model of every axis of LOG: one table, what the axes share, figure, report and exports."""
+    """Improve a model of every axis of LOG: one table, what the axes share, figure, report and exports.
+
+    With --output FOLDER/ the model, table and parameter files of each axis are written as soon as the axis is finished.
+    After an interrupt, or with more --steps or --time, the same command continues from the saved models.
+    """
     from allanite.axes import characterize
     from allanite.cli import output as out
     from allanite.cli.options import recordings_of
+    from allanite.cli.run_folder import RunFolder
     from allanite.common.files import whole_file
     from allanite.effects.files import parse_model
 
     parsed = parse_model(model)
-    _check(plot, report, save, target, output)
+    in_folder = _is_folder(target, output)
+    _check(plot, report, save, target, output, in_folder=in_folder)
     suits = None if target is None else partial(_refuse, target)
     recordings = recordings_of(log, options, suits)
+    at_work = _at_work(working, options, recordings)
+    how: dict[str, Any] = {
+        "overbound": overbound,
+        "as_fitted": as_fitted,
+        "horizon": horizon,
+        "inflate": inflate,
+    }
+    folder, starts = None, {}
+    if in_folder:
+        assert output is not None
+        targets = TARGETS if target == "all" else (target,) if target is not None else ()
+        folder = RunFolder(Path(output), targets, how, f"{tolerance}", at_work)
+        starts = {c.columns[0]: folder.start_of(c, parsed) for r in recordings for c in r.measured}
     count = sum(len(recording.columns) for recording in recordings)
-    with out.progress_of_axes(count, options) as on_progress:
-        found = characterize(recordings, parsed, on_progress, tolerance=tolerance)
+    try:
+        with out.progress_of_axes(count, options) as on_progress:
+            found = characterize(
+                recordings,
+                starts or parsed,
+                on_progress,
+                limit=steps,
+                tolerance=tolerance,
+                seconds=seconds,
+                on_study=None if folder is None else folder.write,
+                working=at_work,
+            )
+    except KeyboardInterrupt:
+        if folder is not None and folder.finished:
+            done = ", ".join(folder.finished)
+            click.echo(plain(f"{output}: holds {done}; the same command continues"), err=True)
+        raise
     written = []
     if plot is not None:
+        out.phase("figure", options)
         found.plot(plot)
         written.append(plot)
     if report is not None:
+        out.phase("report", options)
         found.report().save(report)
         written.append(report)
     if save is not None:
         with whole_file(save) as draft:
             draft.write_text(out.dumps(found.to_dict()) + "\n", encoding="utf-8")
         written.append(save)
-    if target is not None and output is not None:
-        how = {"overbound": overbound, "as_fitted": as_fitted, "horizon": horizon}
-        written += _export(found, target, Path(output), how)
+    if target is not None:
+        _warn(found)
+    if folder is not None:
+        out.phase("files of all axes", options)
+        written += folder.finish(found)
+    elif target is not None and output is not None:
+        with whole_file(output) as draft:
+            draft.write_text(found.export(target, **how), encoding="utf-8")
+        written.append(output)
     if options.as_json:
         click.echo(out.dumps(found.to_dict()))
         return
@@ -106,8 +202,40 @@ def command(
         click.echo(f"\nwritten: {plain(', '.join(written))}")
 
 
+def _at_work(
+    working: str | None, options: LogOptions, rest: Sequence[Recording]
+) -> list[Recording]:
+    """The working log as it is read with the same options; it may move, and is used whole."""
+    from dataclasses import replace
+
+    from allanite.axes.working import check_working
+    from allanite.cli.options import recordings_of
+    from allanite.common.errors import about
+
+    if working is None:
+        return []
+    own = replace(options, anyway=True, trim=None, quiet=True)
+    found = recordings_of(working, own)
+    with about(working):
+        check_working(rest, found)
+    return found
+
+
+def _is_folder(target: str | None, output: str | None) -> bool:
+    """Whether --output names a folder: by a slash at its end, by being one, or for all targets."""
+    return output is not None and (
+        target == "all" or output.endswith(("/", "\\")) or Path(output).is_dir()
+    )
+
+
 def _check(
-    plot: str | None, report: str | None, save: str | None, target: str | None, output: str | None
+    plot: str | None,
+    report: str | None,
+    save: str | None,
+    target: str | None,
+    output: str | None,
+    *,
+    in_folder: bool,
 ) -> None:
     """Refuse what cannot be written before anything long is computed."""
     from allanite.cli import output as out
@@ -119,17 +247,14 @@ def _check(
     if report is not None:
         kind_of(Path(report))
         check_target(report)
-    if (target is None) != (output is None):
-        given, other = (
-            ("--output", "--export TARGET") if target is None else ("--export", "--output FILE")
-        )
-        raise InputError(f"{given} needs {other} beside it")
-    if output is None:
-        return
-    if target != "all":
+    if target is not None and output is None:
+        raise InputError("--export needs --output beside it: a file, or a folder with / at its end")
+    if output is not None and not in_folder:
+        if target is None:
+            raise InputError(
+                f"--output {output} needs --export TARGET beside it, or a / at its end for a folder"
+            )
         check_target(output)
-    elif not Path(output).is_dir():
-        raise InputError(f"--output {output}: --export all writes into a folder that exists")
 
 
 def _refuse(target: str, recordings: Sequence[Recording]) -> None:
@@ -145,7 +270,7 @@ def _refuse(target: str, recordings: Sequence[Recording]) -> None:
 
     pairs = [pair for r in recordings for pair in zip(r.columns, r.units, strict=True)]
     bare = [c for c, unit in pairs if sensor_kind(c) and parse_unit(unit).kind == FREQUENCY]
-    if bare and target not in ANY_SENSOR:
+    if bare and (target == "all" or not TARGETS[target].any_sensor):
         raise InputError(
             f"{named(bare)} {'have' if len(bare) > 1 else 'has'} no unit, which {target} needs",
             missing="unit",
@@ -163,30 +288,11 @@ def _refuse(target: str, recordings: Sequence[Recording]) -> None:
     export(axes_of(tried), target)
 
 
-def _export(found: Characterization, target: str, output: Path, how: dict[str, Any]) -> list[str]:
-    """Write one target, or all that have a place for these axes."""
-    from allanite.common.errors import InputError
-    from allanite.common.files import whole_file
+def _warn(found: Characterization) -> None:
+    """Name the axes whose fit is not adequate."""
     from allanite.export._axis import warning_of
 
     for name, study in found.studies.items():
         warning = warning_of(study.fit.body(searched=False))
         if warning:
-            click.echo(f"! {name}: {warning}", err=True)
-
-    if target != "all":
-        with whole_file(output) as draft:
-            draft.write_text(found.export(target, **how), encoding="utf-8")
-        return [str(output)]
-    written = []
-    for name in TARGETS:
-        try:
-            text = found.export(name, **how)
-        except InputError as error:
-            click.echo(f"! {name}: {error}", err=True)
-            continue
-        path = output / f"{name}.txt"
-        with whole_file(path) as draft:
-            draft.write_text(text, encoding="utf-8")
-        written.append(str(path))
-    return written
+            click.echo(plain(f"! {name}: {warning}"), err=True)

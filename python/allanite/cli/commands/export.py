@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from allanite.cli.options import INFLATE
 from allanite.common.plain import plain
 from allanite.export import TARGETS
 
@@ -41,6 +42,7 @@ from allanite.export import TARGETS
     metavar="SECONDS",
     help="Longest time without aiding (default: 100 s, or a tenth of the log if shorter).",
 )
+@INFLATE
 @click.option(
     "--record-length",
     type=float,
@@ -59,6 +61,7 @@ def command(
     overbound: bool,
     as_fitted: bool,
     horizon: float | None,
+    inflate: float,
     record_length: float | None,
     column: tuple[str, ...],
     output: str | None,
@@ -89,7 +92,15 @@ def command(
     if column:
         names = [axis.name for axis in axes]
         axes = [axes[find_column(name, names)] for name in column]
-    text = export(axes, target, rate, overbound=overbound, as_fitted=as_fitted, horizon=horizon)
+    text = export(
+        axes,
+        target,
+        rate,
+        overbound=overbound,
+        as_fitted=as_fitted,
+        horizon=horizon,
+        inflate=inflate,
+    )
     for axis in axes:
         if axis.warning:
             click.echo(plain(f"! {axis.name}: {axis.warning}; improve the model first"), err=True)

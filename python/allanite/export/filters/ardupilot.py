@@ -6,13 +6,14 @@ import math
 from typing import TYPE_CHECKING
 
 from allanite.export._lines import value_lines
+from allanite.export._target import Target
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 #: EKF_TARGET_DT = 0.012 s: the filter's own rate, whatever the sensor's, Hz.
 FILTER_RATE = 1.0 / 0.012
@@ -52,3 +53,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         form="{note}\n{key},{value:.6e}",
         ranges=RANGES,
     )
+
+
+TARGETS = (Target("ardupilot", "ArduPilot", "ardupilot.param", render, own_rate=True),)

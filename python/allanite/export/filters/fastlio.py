@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 from allanite.export._axis import rate_of
 from allanite.export._lines import value_lines
+from allanite.export._target import Target
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 ROWS = (
     ("acc_cov", "accel", "N", "(m/s^2)^2, variance per sample"),
@@ -31,3 +32,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     )
     convert = {"N": lambda v: v * v * fs, "K": lambda v: v * v * fs}
     return value_lines(axes, ROWS, convert, convention, overbound=overbound)
+
+
+TARGETS = (Target("fastlio", "FAST-LIO", "fastlio.yaml", render),)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from allanite.export._axis import split
 from allanite.export._head import head
 from allanite.export._lines import chosen, largest, shared
+from allanite.export._target import Target
 from allanite.export._text import comments
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
@@ -57,3 +58,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "parameters.setIntegrationCovariance(1e-8**2 * np.eye(3))\n"
     )
     return "".join(lines)
+
+
+TARGETS = (Target("gtsam", "GTSAM", "gtsam_parameters.py", render),)

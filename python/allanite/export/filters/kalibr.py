@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 from allanite.export._axis import rate_of
 from allanite.export._lines import value_lines
+from allanite.export._target import Target
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 ROWS = (
     ("accelerometer_noise_density", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),
@@ -38,3 +39,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     same = {"N": float, "K": float}
     text = value_lines(axes, ROWS, same, convention, overbound=overbound)
     return text + f"rostopic: /imu0\nupdate_rate: {update:g}  # Hz{slower}\n"
+
+
+TARGETS = (Target("kalibr", "Kalibr", "kalibr.yaml", render),)

@@ -12,6 +12,7 @@ from allanite.export._axis import split
 from allanite.export._choice import choose_lag
 from allanite.export._follow import shared_lag
 from allanite.export._head import head
+from allanite.export._target import Target
 from allanite.export._text import comments
 from allanite.export._triad import in_xyz
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 DEGREE = math.pi / 180.0
 
@@ -66,3 +67,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "  asstd: [0.0, 0.0, 0.0]  # ppm\n"
         f"  corrtime: {time / 3600:.6e}  # hr\n"
     )
+
+
+TARGETS = (Target("kfgins", "KF-GINS", "kf-gins.yaml", render),)

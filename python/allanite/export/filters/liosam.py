@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.export._lines import value_lines
+from allanite.export._target import Target
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 ROWS = (
     ("imuAccNoise", "accel", "N", "m/s^2/sqrt(Hz), two-sided, continuous time"),
@@ -28,3 +29,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     )
     same = {"N": float, "K": float}
     return value_lines(axes, ROWS, same, convention, overbound=overbound)
+
+
+TARGETS = (Target("liosam", "LIO-SAM", "liosam.yaml", render),)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from allanite.common.errors import InputError
 from allanite.export._axis import rate_of, split
 from allanite.export._lines import value_lines
+from allanite.export._target import Target
 from allanite.export.filters.kalibr import ROWS
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 #: Rows of the matrices that the loader looks for: no rotation, no misalignment, no sensitivity to acceleration.
 IDENTITY = tuple([float(i == j) for j in range(3)] for i in range(3))
@@ -53,3 +54,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         lines.append(f"  {name}:\n" + "".join(f"    - {row}\n" for row in rows))
     lines.append(f'{first}{numbers}  model: "kalibr"\n  rostopic: /imu0\n  time_offset: 0.0\n')
     return "".join(lines) + f"  update_rate: {update:.6f}  # Hz\n"
+
+
+TARGETS = (Target("openvins", "OpenVINS", "kalibr_imu_chain.yaml", render),)

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 from allanite.export._axis import rate_of
 from allanite.export._lines import value_lines
+from allanite.export._target import Target
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 ROWS = (
     ("IMU.NoiseGyro", "gyro", "N", "rad/s/sqrt(Hz), two-sided, continuous time"),
@@ -40,3 +41,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         else "  # Hz"
     )
     return text + f"IMU.Frequency: {whole}{near}\n"
+
+
+TARGETS = (Target("orbslam3", "ORB-SLAM3", "orbslam3.yaml", render),)

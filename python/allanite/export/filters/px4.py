@@ -6,13 +6,14 @@ import math
 from typing import TYPE_CHECKING
 
 from allanite.export._lines import value_lines
+from allanite.export._target import Target
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
 
-__all__ = ["render", "render_tabs"]
+__all__ = ["TARGETS"]
 
 #: EKF2_PREDICT_US = 10 000: the filter's own rate, whatever the sensor's, Hz.
 FILTER_RATE = 100.0
@@ -55,3 +56,9 @@ def _file(axes: Sequence[Axis], rate: float | None, form: str, *, overbound: boo
     return value_lines(
         axes, ROWS, convert, convention, overbound=overbound, form=form, ranges=RANGES
     )
+
+
+TARGETS = (
+    Target("px4", "PX4 (shell)", "px4.sh", render, own_rate=True),
+    Target("px4-params", "PX4 (QGroundControl)", "px4.params", render_tabs, own_rate=True),
+)

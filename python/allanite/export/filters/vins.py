@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from allanite.export._axis import rate_of
 from allanite.export._lines import value_lines
+from allanite.export._target import Target
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 ROWS = (
     ("acc_n", "accel", "N", "m/s^2, deviation per sample times sqrt(2)"),
@@ -36,3 +37,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     )
     convert = {"N": lambda v: v * math.sqrt(2.0 * fs), "K": lambda v: v * math.sqrt(fs)}
     return value_lines(axes, ROWS, convert, convention, overbound=overbound)
+
+
+TARGETS = (Target("vins", "VINS", "vins.yaml", render),)

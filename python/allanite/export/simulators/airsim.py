@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 from allanite.export._axis import split
 from allanite.export._head import head
 from allanite.export._lines import chosen, largest, shared
+from allanite.export._target import Target
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 #: Standard gravity, m/s² (CGPM 1901): AirSim counts acceleration in mg.
 GRAVITY = 9.80665
@@ -48,3 +49,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         notes += [f"{key}: {r}" for key, r in ((keys[0], n_remark), (keys[2], k_remark)) if r]
     document = {"_comment": notes, "Sensors": {"Imu": sensor}}
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+
+
+TARGETS = (Target("airsim", "AirSim", "airsim.json", render, whole_record=True),)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from allanite.export._axis import rate_of, split
 from allanite.export._choice import choose_lag
 from allanite.export._head import head
+from allanite.export._target import Target
 from allanite.export._text import block
 from allanite.export._triad import in_xyz
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
@@ -49,3 +50,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         body.append(f"  </{tag}>\n")
     notes = head(pairs, convention, simulator=True)
     return block(notes) + "<imu>\n" + "".join(body) + "</imu>\n"
+
+
+TARGETS = (Target("gazebo", "Gazebo", "gazebo.sdf", render, whole_record=True),)

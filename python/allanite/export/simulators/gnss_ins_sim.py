@@ -9,6 +9,7 @@ from allanite.export._axis import split
 from allanite.export._choice import choose_lag
 from allanite.export._head import head
 from allanite.export._held import Choice
+from allanite.export._target import Target
 from allanite.export._text import comments
 from allanite.export._triad import in_xyz
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from allanite.export._axis import Axis
 
-__all__ = ["render"]
+__all__ = ["TARGETS"]
 
 DEGREE = math.pi / 180.0
 SENSORS = (
@@ -47,3 +48,6 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
             lines.append(f'    "{sensor}_{key}": np.array([{values}]),  # {spelled}\n')
     notes = head(pairs, convention, simulator=True)
     return comments(notes) + "import numpy as np\n\nimu_err = {\n" + "".join(lines) + "}\n"
+
+
+TARGETS = (Target("gnss-ins-sim", "gnss-ins-sim", "gnss-ins-sim.py", render, whole_record=True),)

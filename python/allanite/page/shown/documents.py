@@ -36,28 +36,6 @@ ASKED = ("rate", "unit", "quantity", "column")
 KINDS = {".svg": "image/svg+xml", ".png": "image/png", ".csv": "text/csv; charset=utf-8"}
 #: What the samples of a clock are, and of a sensor whose unit is not known.
 RATIO = parse_unit("1").kind
-#: File that the page offers → target of the export.
-TARGETS = {
-    "parameters.json": "json",
-    "kalibr.yaml": "kalibr",
-    "openvins.yaml": "openvins",
-    "matlab.m": "matlab",
-    "ros.yaml": "ros",
-    "vins.yaml": "vins",
-    "gtsam.txt": "gtsam",
-    "orbslam3.yaml": "orbslam3",
-    "liosam.yaml": "liosam",
-    "fastlio.yaml": "fastlio",
-    "px4.params": "px4-params",
-    "px4.sh": "px4",
-    "ardupilot.param": "ardupilot",
-    "kf-gins.yaml": "kfgins",
-    "gazebo.sdf": "gazebo",
-    "airsim.json": "airsim",
-    "gnss-ins-sim.py": "gnss-ins-sim",
-    "noise.h": "c-header",
-    "state-space.json": "statespace",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +48,13 @@ class Made:
     note: str = ""
 
 
-def targets(recording: Recording) -> list[str]:
-    """The parameter files that a log can be exported to: most are for gyroscopes and accelerometers alone."""
-    from allanite.export import ANY_SENSOR
+def targets(recording: Recording) -> list[list[str]]:
+    """File name and title of the parameter files that a log can be exported to: most are for inertial sensors alone."""
+    from allanite.export import TARGETS
 
     other = any(parse_unit(unit).kind == RATIO for unit in recording.units)
-    return [name for name, target in TARGETS.items() if not other or target in ANY_SENSOR]
+    offered = [target for target in TARGETS.values() if not other or target.any_sensor]
+    return [[target.file_name, target.title] for target in offered]
 
 
 def accept(tab: Tab, source: Source, role: str) -> None:
@@ -204,20 +183,24 @@ def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = No
         return Made(body, "application/json", f"{_stem(tab)}-study.json")
     if name == "report.html":
         return _report(tab)
-    if name in TARGETS:
-        from allanite.export import export
+    from allanite.export import TARGETS, export
+
+    wanted = next((one for one in TARGETS.values() if one.file_name == name), None)
+    if wanted is not None:
         from allanite.export._axis import axes_of
 
         fits = [s.fit for ladder in tab.board.ladders if (s := ladder.step) is not None]
         if not fits:
             raise InputError("Nothing is fitted yet: open a log first")
-        # A filter's file names no rivals, whose search takes longer than all else.
-        rivals = TARGETS[name] == "json"
-        found = [{"recording": f.recording.describe(), **f.body(searched=rivals)} for f in fits]
-        text = export(axes_of(found), TARGETS[name])
+        found = [
+            {"recording": f.recording.describe(), **f.body(searched=wanted.alternatives)}
+            for f in fits
+        ]
+        text = export(axes_of(found), wanted.name)
         kind = "text/plain; charset=utf-8"
         return Made(text.encode(), kind, f"{_stem(tab)}-{name}", _missing(tab))
-    known = [*(f"{v}.svg" for v in VIEWS), "study.json", "report.html", *TARGETS]
+    known = [*(f"{v}.svg" for v in VIEWS), "study.json", "report.html"]
+    known += [one.file_name for one in TARGETS.values()]
     raise InputError(f"No file {name[:60]!r}: one of {', '.join(known)}")
 
 

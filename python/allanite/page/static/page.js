@@ -10,8 +10,6 @@ import { ask, doubtful, listenReading } from "./reading.js";
 import { listenTour } from "./tour.js";
 import { controls, figure, get, go, listenViews, redraw } from "./views.js";
 
-const TARGETS = [["kalibr.yaml", "Kalibr"], ["openvins.yaml", "OpenVINS"], ["ros.yaml", "ROS"], ["vins.yaml", "VINS"], ["gtsam.txt", "GTSAM"], ["orbslam3.yaml", "ORB-SLAM3"], ["liosam.yaml", "LIO-SAM"], ["fastlio.yaml", "FAST-LIO"],
-  ["kf-gins.yaml", "KF-GINS"], ["px4.params", "PX4 (QGroundControl)"], ["px4.sh", "PX4 (shell)"], ["ardupilot.param", "ArduPilot"], ["matlab.m", "MATLAB"], ["gazebo.sdf", "Gazebo"], ["airsim.json", "AirSim"], ["gnss-ins-sim.py", "gnss-ins-sim"], ["noise.h", "C header"], ["state-space.json", "State space (JSON)"], ["parameters.json", "JSON"]];
 const KEYS = [["I", "Improve this axis"], ["A", "Improve all axes"], ["E", "Add an effect"], ["M", "Type a model"], ["[  ]", "Axis before, axis after"], ["1 … 8", "Views"], ["N", "Numbers behind the figure"], ["F", "Full screen"],
   ["T", "Light or dark"], ["Ctrl Z, Ctrl Shift Z", "Undo, redo"], ["Esc", "Close, restore the view"], ["?", "These keys"]];
 
@@ -67,7 +65,7 @@ function head() {
   $("recording").textContent = $("recording").title = recording ? recording.text : "";
   $("reading").disabled = !log || fixed;
   // A clock has no file of Kalibr: what can be exported is offered, and what a hand chose stays chosen.
-  const offered = TARGETS.filter(t => !recording || recording.targets.includes(t[0]));
+  const offered = recording ? recording.targets : [];
   fill($("target"), offered, [S.target, "kalibr.yaml", "state-space.json"].find(name => offered.some(t => t[0] === name)));
   document.title = log ? `${log} – allanite` : "allanite";
 }

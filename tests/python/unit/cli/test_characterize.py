@@ -23,7 +23,6 @@ def six(tmp_path_factory):
 
 @pytest.mark.long
 def test_one_command_gives_table_figure_report_models_and_exports(run, six, tmp_path):
-    (tmp_path / "all").mkdir()
     made = {name: tmp_path / name for name in ("six.svg", "six.html", "six.json", "imu.yaml")}
     plot, report, save, kalibr = made.values()
     code, out, err = run(
@@ -42,7 +41,11 @@ def test_one_command_gives_table_figure_report_models_and_exports(run, six, tmp_
     assert out.count("# gyro_") == 3
     code, out, err = run("characterize", six, "--export", "all", "--output", tmp_path / "all")
     assert code == 0
-    assert {p.stem for p in (tmp_path / "all").iterdir()} == set(TARGETS)
+    files = {p.name for p in (tmp_path / "all").iterdir() if p.is_file()}
+    others = {"models.json", "axes.svg", "report.html"}
+    assert files == {target.file_name for target in TARGETS.values()} | others
+    folders = {p.name for p in (tmp_path / "all").iterdir() if p.is_dir()}
+    assert folders == set(NAMES)
 
 
 def test_json_is_the_contract(run, six):
@@ -67,9 +70,14 @@ def test_a_stuck_axis_is_a_remark(run, tmp_path):
 
 def test_what_cannot_be_written_is_refused_first(run, six, tmp_path):
     refused(run("characterize", six, "--export", "kalibr"), 2, "--output")
-    refused(run("characterize", six, "--output", "x"), 2, "--export")
+    refused(run("characterize", six, "--output", "x"), 2, "--export", "/ at its end")
     refused(run("characterize", six, "--report", "x.pdf"), 2, ".html")
-    refused(run("characterize", six, "--export", "all", "--output", tmp_path / "no"), 2, "folder")
+    (tmp_path / "file").write_text("")
+    under = tmp_path / "file" / "below"
+    refused(run("characterize", six, "--export", "all", "--output", under), 2, "cannot be made")
+    refused(run("characterize", six, "--time", "soon"), 2, "'soon' is not a time, as 60s")
+    refused(run("characterize", six, "--time", "-1s"), 2, "is not a time")
+    refused(run("characterize", six, "--steps", "0"), 2, "--steps")
     refused(run("characterize", six, "--plot", tmp_path / "no" / "x.svg"), 2, "does not exist")
 
 
@@ -142,3 +150,95 @@ def test_columns_without_a_unit_are_refused_before_anything_is_computed(run, tmp
 def test_what_a_target_has_no_place_for_is_refused_at_once(run, log, tmp_path):
     given = run("characterize", log, "--export", "kfgins", "--output", tmp_path / "k.yaml")
     refused(given, 2, "kfgins needs a model of a gyroscope and one of an accelerometer")
+
+
+@pytest.fixture
+def two(tmp_path):
+    """A log of two axes, of which one has a line."""
+    t = np.arange(1000) / 10
+    x = np.random.default_rng(3).standard_normal((t.size, 2))
+    x[:, 1] += np.sin(2 * np.pi * 1.3 * t)
+    path = tmp_path / "two.npz"
+    np.savez(path, data=x, rate_hz=10.0, channels=["gx", "gy"], unit="deg/s")
+    return path
+
+
+@pytest.fixture
+def one_at_a_time(monkeypatch):
+    """Columns one after the other, whatever the machine."""
+    monkeypatch.setattr("allanite.common.threads.WORKERS", 1)
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("one_at_a_time")
+def test_an_interrupt_loses_only_the_current_axis(run, two, tmp_path, monkeypatch):
+    from allanite.cli import run_folder
+
+    folder = tmp_path / "out"
+    words = ("characterize", two, "--export", "kalibr", "--output", f"{folder}/")
+    inner = run_folder.RunFolder.write
+
+    def interrupted(self, study):
+        if study.recording.columns == ("gy",):
+            raise KeyboardInterrupt
+        inner(self, study)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(run_folder.RunFolder, "write", interrupted)
+        code, out, err = run(*words)
+    assert (code, out) == (130, "")
+    assert "holds gx; the same command continues" in err
+    kept = {path.name for path in (folder / "gx").iterdir()}
+    assert kept == {"model.json", "table.txt", "kalibr.yaml", "input.sha256"}
+    assert "gyroscope_noise_density" in (folder / "gx" / "kalibr.yaml").read_text()
+    assert not (folder / "gy").exists()
+
+    code, out, err = run(*words)
+    assert code == 0
+    assert err.count("continues from") == 1
+    assert "gx: continues from" in err
+    assert {path.name for path in folder.iterdir()} == {
+        "gx", "gy", "models.json", "kalibr.yaml", "axes.svg", "report.html"
+    }  # fmt: skip
+    # The same numbers as without an interrupt.
+    other = tmp_path / "whole"
+    code, whole, _ = run("characterize", two, "--export", "kalibr", "--output", f"{other}/")
+    assert code == 0
+    assert out.split("written:")[0] == whole.split("written:")[0]
+    given = [(path / "kalibr.yaml").read_text() for path in (folder, other)]
+    assert given[0] == given[1]
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("one_at_a_time")
+def test_what_was_not_examined_is_said_and_continued(run, two, tmp_path):
+    folder = tmp_path / "out"
+    words = ("characterize", two, "--model", "N", "--output", f"{folder}/")
+    code, out, _ = run(*words, "--time", "0.001s", "--column", "gy")
+    assert code == 0
+    said = "gy: the time limit was reached after 0 steps; further effects were not examined"
+    assert said in " ".join(out.split())
+    document = strict((folder / "gy" / "model.json").read_text())
+    assert document["stopped_because"] == "time"
+    # More time: it goes on from the first model. Another log, another unit or a damaged file: it begins again.
+    code, out, err = run(*words, "--column", "gy")
+    assert code == 0
+    assert "gy: continues from" in err
+    assert "not examined" not in out
+    assert "N+SIN" in out
+    assert "continues" not in run(*words, "--column", "gx")[2]
+    assert "continues" not in run(*words, "--column", "gy", "--tolerance", "5")[2]
+    (folder / "gy" / "model.json").write_text("{")
+    assert "continues" not in run(*words, "--column", "gy")[2]
+
+
+@pytest.mark.long
+def test_a_limit_of_steps_is_said(run, tmp_path):
+    truth = al.parse_model("N(N=0.1)+GM(q_c=0.1,T=5)+BW(cutoff=2)")
+    x = truth.simulate(n=6000, rate=20, seed=2, unit="deg/s").samples
+    path = tmp_path / "one.npz"
+    np.savez(path, data=x, rate_hz=20.0, channels=["gx"], unit="deg/s")
+    code, out, _ = run("characterize", path, "--model", "N", "--steps", "1")
+    assert code == 0
+    said = "the limit of steps was reached after 1 step; further effects were not examined"
+    assert said in " ".join(out.split())

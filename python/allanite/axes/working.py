@@ -1,0 +1,370 @@
+"""The noise of a sensor at work: what a second log, with motors or engine running, adds to the model of the first.
+
+The log at rest gives the noise of the sensor. The spectrum of the working log has vibration and motion on top of it:
+
+* Lines are single frequencies far above their neighbors; multiples that fold at half of the rate are named as aliases.
+* Motion is what falls from the lowest frequency on, below 10 Hz: a vehicle is steered no faster. A filter has to follow
+  motion, so that it is no noise.
+* Vibration is the rest of the excess. Its density in the octave above motion, or up to 10 Hz, adds to N: integration
+  remembers what is there. Each band above becomes a line of its power, which adds the same to an angle or a velocity.
+
+Slow noise is that of the log at rest, since motion hides it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.numbers import number
+from allanite.common.units import parse_unit
+from allanite.effects.files import model_to_dict
+from allanite.effects.model import Model
+from allanite.effects.sinusoid import Sinusoid
+from allanite.spectrum.spectrum import bridge_gaps
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.fit.result import Fit
+    from allanite.recording import Recording
+    from allanite.study import Study
+
+__all__ = ["Line", "Working", "check_working", "working_states"]
+
+Array = NDArray[np.float64]
+
+#: Highest frequency of motion, Hz: attitude loops of small multicopters cross over at 2 to 8 Hz, other vehicles are slower.
+MOTION = 10.0
+#: Segments of half overlap whose spectra are averaged: each density is then known to 18 %. Fewest samples of a segment.
+SEGMENTS, SHORTEST = 32, 64
+#: Variance of an average of overlapping Hann segments over that of as many independent ones.
+OVERLAP = 1.0 + 2.0 / 36.0
+#: Relative difference of the rates of both logs that moves no line to another bin that matters.
+SAME_RATE = 0.01
+#: Bins beside zero that the window mixes with the mean.
+MIXED = 3
+#: Probability that white noise shows a line anywhere in a spectrum.
+FALSE_LINE = 1e-3
+#: Bins on both sides whose median is the level beside a line, and half of the window's main lobe.
+BESIDE, LOBE = 15, 2
+#: Standard errors above the valley by which a band below it is motion.
+SURELY = 4.0
+#: Bands an octave in which spectra are averaged.
+DENSITY = 3
+#: Share of the density at rest from which on excess is spoken of.
+NAMED = 0.1
+#: Highest multiple of a line that is looked for among the others.
+MULTIPLES = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of the working log: frequency in Hz, rms, and the base line of which it is a folded multiple."""
+
+    frequency: float
+    rms: float
+    multiple: int = 1
+    base: float = 0.0
+
+    def __str__(self) -> str:
+        where = f"{number(self.frequency, 3)} Hz"
+        if self.multiple == 1:
+            return where
+        whole = self.multiple * self.base
+        folded = abs(whole - self.frequency) > 0.5 * self.base
+        what = f"{self.multiple} x {number(self.base, 3)} Hz"
+        return f"{where} (alias of {what})" if folded else f"{where} ({what})"
+
+
+@dataclass(frozen=True, slots=True)
+class Working:
+    """The working state of one axis.
+
+    Attributes
+    ----------
+    source : str
+        The working log.
+    model : Model
+        The model of the log at rest with vibration: N of the working state, corners, bands and lines.
+    effects : tuple of dict
+        The same as in a document of a fit, with the intervals of the log at rest where they still hold.
+    N, interval : float, (float, float)
+        White noise of the working state and its 95 % interval, in the recording's unit.
+    level : float
+        Density at low frequencies over that at rest, as a ratio of deviations.
+    lines : tuple of Line
+    broad : float
+        Frequency up to which the density is that of N, Hz.
+    bands : tuple of (float, float, float)
+        Lowest and highest frequency in Hz and rms of vibration above N.
+    motion : (float, float)
+        Highest frequency of motion in Hz and its rms; zeros without motion.
+    """
+
+    source: str
+    model: Model
+    effects: tuple[dict[str, Any], ...]
+    N: float
+    interval: tuple[float, float]
+    level: float
+    lines: tuple[Line, ...]
+    broad: float
+    bands: tuple[tuple[float, float, float], ...]
+    motion: tuple[float, float]
+    rate: float
+    unit: str
+
+    @property
+    def reasons(self) -> list[str]:
+        """What the working state adds, one sentence each; ASCII."""
+        out = []
+        if self.level > 1.0 + NAMED:
+            half = 0.5 * self.rate
+            out.append(
+                f"N x{self.level:.2g}: vibration at 0-{number(self.broad, 2)} Hz, or folded there from above {half:g} Hz"
+            )
+        out += [
+            f"vibration at {number(low, 2)}-{number(high, 2)} Hz, {number(rms, 2)} {self.unit} rms"
+            for low, high, rms in self.bands
+        ]
+        out += [f"line at {line}, {number(line.rms, 2)} {self.unit} rms" for line in self.lines]
+        if self.motion[0]:
+            out.append(
+                f"motion below {number(self.motion[0], 2)} Hz ({number(self.motion[1], 2)} {self.unit} rms)"
+                " is left out: a filter follows it"
+            )
+        return out or ["nothing above the noise at rest"]
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form; a file for a filter takes its `effects` and `notes`."""
+        return {
+            "source": self.source,
+            "N": {"value": self.N, "interval": list(self.interval)},
+            "level": self.level,
+            "broad_hz": self.broad,
+            "lines": [
+                {"frequency_hz": one.frequency, "rms": one.rms, "multiple": one.multiple}
+                for one in self.lines
+            ],
+            "bands": [{"low_hz": a, "high_hz": b, "rms": rms} for a, b, rms in self.bands],
+            "motion": None
+            if not self.motion[0]
+            else {"below_hz": self.motion[0], "rms": self.motion[1]},
+            "model": self.model.name,
+            "effects": list(self.effects),
+            "notes": [f"working state, from {self.source}:", *self.reasons],
+        }
+
+
+def working_states(
+    studies: Mapping[str, Study], recordings: Sequence[Recording]
+) -> dict[str, Working]:
+    """The working state of each column that a working log has.
+
+    Raises
+    ------
+    InputError
+        A model without white noise.
+    """
+    at_work = {column.columns[0]: column for one in recordings for column in one.measured}
+    return {name: _state(s.fit, at_work[name]) for name, s in studies.items() if name in at_work}
+
+
+def check_working(rest: Sequence[Recording], recordings: Sequence[Recording]) -> None:
+    """Refuse a working log that has not the columns, units and rates of the log at rest, before anything is computed."""
+    kinds = {
+        name: (parse_unit(unit).kind, unit, one.rate)
+        for one in rest
+        for name, unit in zip(one.columns, one.units, strict=True)
+    }
+    found = [
+        (name, unit, one)
+        for one in recordings
+        for name, unit in zip(one.columns, one.units, strict=True)
+    ]
+    if not any(name in kinds for name, _, _ in found):
+        raise InputError(
+            f"no column of the log at rest ({', '.join(kinds)}): it has {', '.join(n for n, _, _ in found)}"
+        )
+    for name, unit, one in found:
+        if name not in kinds:
+            continue
+        kind, own, rate = kinds[name]
+        if parse_unit(unit).kind != kind:
+            raise InputError(f"{name} is in {unit}, at rest in {own}: give both logs one unit")
+        if not np.isclose(one.rate, rate, rtol=SAME_RATE):
+            raise InputError(
+                f"{name} is at {one.rate:.6g} Hz, at rest at {rate:.6g} Hz, and vibration folds elsewhere: record both"
+                " at one rate"
+            )
+        if one.n < SHORTEST * (SEGMENTS + 1) // 2:
+            raise TooShortError(
+                f"{name}: {one.n} samples at work are too few: {SHORTEST * (SEGMENTS + 1) // 2} are needed"
+            )
+
+
+def _state(fit: Fit, log: Recording) -> Working:
+    rest = fit.recording
+    model = fit.model.steady((0.0, rest.duration))
+    white = model.white
+    if white is None:
+        raise InputError(f"{rest.columns[0]}: the model at rest, {model.name}, has no white noise")
+    f, S, count, variance = _spectrum(log.to(rest.unit))
+    nu = 2.0 * count / OVERLAP
+    quiet = model.psd(f, rest.rate)
+    lines, smooth = _lines(f, S, nu, log.rate)
+    begin = _end_of_motion(f, smooth, quiet, nu)
+    unit = Model((white.with_values(**{white.coefficient: 1.0}), *model.modifiers))
+    each = unit.psd(f, rest.rate)
+    top = min(max(MOTION, 2.0 * begin), log.rate / 4.0)
+    near = (f >= begin) & (f <= max(top, begin + 2.0 * (f[1] - f[0])))
+    # Each density is known to the same share of itself.
+    ratio = float((smooth[near] / quiet[near]).mean())
+    square = float((quiet[near] / each[near]).mean())
+    error = square * ratio * np.sqrt(2.0 / (nu * near.sum()))
+    excess = max(ratio - 1.0, 0.0) * square
+    at_rest = float(getattr(white, white.coefficient))
+    N = float(np.sqrt(at_rest**2 + excess))
+    ends = [np.sqrt(max(N**2 + side * 1.96 * error, 0.0)) for side in (-1.0, 1.0)]
+    floor = quiet + excess * each
+    bands, broad = _bands(f, smooth, floor, float(f[near][-1]))
+    tones = [(one.frequency, one.rms) for one in lines]
+    tones += [(float(np.sqrt(low * high)), rms) for low, high, rms in bands]
+    sines = [
+        Sinusoid(frequency=frequency, amplitude=float(np.sqrt(2.0) * rms), phase=0.0)
+        for frequency, rms in tones
+    ]
+    entries = fit.body(searched=False)["effects"]
+    for entry in entries:
+        if entry["kind"] == white.kind:
+            given = entry["parameters"][white.coefficient]
+            given |= {"value": N, "interval": [float(end) for end in ends], "detected": True}
+    entries += model_to_dict(Model(tuple(sines)))["effects"]
+    place = next(i for i, e in enumerate(model.effects) if e is white)
+    moving = f < begin
+    width = f[1] - f[0]
+    motion = float(np.sqrt(max(variance - 2.0 * width * S[~moving].sum(), 0.0)))
+    return Working(
+        source=Path(log.path).name if log.path else "working log",
+        model=Model((*model.replaced(place, **{white.coefficient: N}).effects, *sines)),
+        effects=tuple(entries),
+        N=N,
+        interval=(float(ends[0]), float(ends[1])),
+        level=N / at_rest,
+        lines=lines,
+        broad=broad,
+        bands=_joined(bands, width),
+        motion=(float(begin), motion) if moving.any() else (0.0, 0.0),
+        rate=log.rate,
+        unit=rest.unit,
+    )
+
+
+def _spectrum(log: Recording) -> tuple[Array, Array, int, float]:
+    """Frequencies, two-sided density, how many segments were averaged, and the variance of the samples."""
+    from scipy.signal import welch
+
+    x = bridge_gaps(log.rate_samples())
+    size = 1 << int(np.log2(max(2.0 * x.size / (SEGMENTS + 1), 1.0)))
+    f, S = welch(x, log.rate, "hann", size, size // 2, detrend="constant")
+    count = (x.size - size) // (size // 2) + 1
+    return f[MIXED:-1], 0.5 * S[MIXED:-1], count, float(x.var())
+
+
+def _lines(f: Array, S: Array, nu: float, rate: float) -> tuple[tuple[Line, ...], Array]:
+    """Lines of a spectrum, and the spectrum with the level beside them in their place."""
+    from scipy.ndimage import median_filter
+    from scipy.stats import chi2
+
+    smooth = S.copy()
+    width = f[1] - f[0]
+    # The median of a chi-squared variable is below its mean.
+    level = median_filter(S, 2 * BESIDE + 1, mode="nearest") * nu / chi2.median(nu)
+    high = level * chi2.isf(FALSE_LINE / S.size, nu) / nu < S
+    found = []
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], high, [0]])))
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        around = slice(max(first - LOBE, 0), min(last + LOBE, S.size))
+        excess = np.maximum(S[around] - level[around], 0.0)
+        smooth[around] = level[around]
+        middle = float((f[around] @ excess) / excess.sum())
+        # A line has two halves of the two-sided density.
+        found.append(Line(middle, float(np.sqrt(2.0 * width * excess.sum()))))
+    return tuple(_named(found, width, rate)), smooth
+
+
+def _named(lines: list[Line], width: float, rate: float) -> list[Line]:
+    """Lines with the base of which each is a multiple, folded at half of the rate; the base has the most multiples."""
+
+    def multiples(base: Line) -> dict[int, int]:
+        """Place of a line → multiple of the base that falls there."""
+        out: dict[int, int] = {}
+        for k in range(2, MULTIPLES + 1):
+            whole = k * base.frequency
+            folded = abs(whole - rate * round(whole / rate))
+            for place, line in enumerate(lines):
+                if line is not base and abs(line.frequency - folded) < k * width:
+                    out.setdefault(place, k)
+        return out
+
+    if len(lines) < 2:
+        return lines
+    base = max(lines, key=lambda line: (len(multiples(line)), line.rms))
+    found = multiples(base)
+    return [
+        Line(line.frequency, line.rms, found[place], base.frequency) if place in found else line
+        for place, line in enumerate(lines)
+    ]
+
+
+def _end_of_motion(f: Array, S: Array, quiet: Array, nu: float) -> float:
+    """Lowest frequency without motion, Hz: the valley below 10 Hz where lower bands are surely above it."""
+    top = min(MOTION, f[-1] / 2.0)
+    count = max(2, int(DENSITY * np.log2(top / f[0])) + 1)
+    edges = np.unique(np.searchsorted(f, np.geomspace(f[0], top, count)))
+    spans = [slice(a, b) for a, b in itertools.pairwise(edges)]
+    if not spans:
+        return float(f[0])
+    level = np.array([S[s].mean() for s in spans])
+    excess = level - np.array([quiet[s].mean() for s in spans])
+    size = np.array([s.stop - s.start for s in spans])
+    error = level * np.sqrt(2.0 / (nu * size))
+    valley = int(np.argmin(excess))
+    apart = excess[:valley] - excess[valley] > SURELY * np.hypot(error[:valley], error[valley])
+    return float(f[spans[valley].start]) if apart.any() else float(f[0])
+
+
+def _bands(f: Array, S: Array, floor: Array, low: float) -> tuple[list[Any], float]:
+    """Thirds of an octave a tenth above the floor (lowest and highest frequency, rms), and where the floor ends, Hz."""
+    high = float(f[-1])
+    count = max(1, round(DENSITY * float(np.log2(high / low))))
+    edges = np.unique(np.searchsorted(f, np.geomspace(low, high * 1.0001, count + 1)))
+    found, broad = [], high
+    for first, last in itertools.pairwise(edges):
+        own = slice(first, last)
+        more = float((S[own] - floor[own]).sum())
+        if more > NAMED * floor[own].sum():
+            rms = float(np.sqrt(2.0 * (f[1] - f[0]) * more))
+            found.append((float(f[first]), float(f[last - 1]), rms))
+        if broad == high and S[own].sum() < floor[own].sum() / 2.0:
+            broad = float(f[first])
+    return found, broad
+
+
+def _joined(bands: list[Any], width: float) -> tuple[Any, ...]:
+    """Neighbors as one band."""
+    out: list[list[float]] = []
+    for low, high, rms in bands:
+        if out and low < out[-1][1] + 1.5 * width:
+            out[-1][1:] = high, float(np.hypot(out[-1][2], rms))
+        else:
+            out.append([low, high, rms])
+    return tuple((low, high, rms) for low, high, rms in out)
