@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo screenshots test test-all test-rust test-python test-long floors lint bench bars miri sanitize clean gallery docs fuzz fuzz-core release
+.PHONY: help demo screenshots test test-all test-nightly test-rust test-python test-long floors lint bench bars miri sanitize clean gallery docs fuzz fuzz-core release
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -19,13 +19,12 @@ $(VENV)/.made:
 $(VENV)/.installed: $(VENV)/.made $(RUST) $(PYTHON_FILES) pyproject.toml
 	$(BIN)/maturin build --release --quiet --locked --interpreter $(BIN)/python --out target/wheels
 	$(BIN)/python -m pip install --quiet --force-reinstall --no-deps "$$(ls -t target/wheels/*.whl | head -n 1)"
-	$(BIN)/python -m pip install --quiet "$$(ls -t target/wheels/*.whl | head -n 1)[plots]"
+	$(BIN)/python -m pip install --quiet "$$(ls -t target/wheels/*.whl | head -n 1)[plots,page]"
 	touch $@
 
 $(VENV)/.developed: $(VENV)/.made $(RUST) pyproject.toml
 	$(BIN)/python -m pip install --quiet --group test --group lint
-	$(BIN)/python -m pip install --quiet 'matplotlib>=3.9' 'plotly>=6.0' 'starlette>=0.46' 'uvicorn>=0.34' 'python-multipart>=0.0.20' 'h5py>=3.12.1' 'rosbags>=0.11' 'pyulog>=1.2' 'pyarrow>=18' 'pymavlink>=2.4.40' 'dask>=2024.12' 'distributed>=2024.12' 'numpy>=2.2' 'scipy>=1.15' 'click>=8.2' 'threadpoolctl>=3.5' 'pyyaml>=6'
-	$(BIN)/maturin develop --release --quiet --locked
+	$(BIN)/maturin develop --release --quiet --locked --extras plots,page,logs,scale
 	touch $@ $(VENV)/.installed
 
 demo: $(VENV)/.installed ## build, install into .venv and run the whole loop on a recording with a hidden effect
@@ -37,7 +36,10 @@ screenshots: $(VENV)/.developed ## photograph the page in both themes (needs chr
 
 test: test-rust test-python ## everything but what is long (minutes)
 
-test-all: test test-long ## with it: every statistical claim on few records (all: benches/claims/full_counts.py), the page in every view
+test-all: test test-long ## with it: every statistical claim on few records, the page in every view
+
+test-nightly: test-all ## with it: every statistical claim on all its records (hours)
+	$(BIN)/python benches/claims/full_counts.py -n 2 -q
 
 test-rust: ## the core's own tests, no interpreter needed (PROPTEST_RNG_SEED= looks for other examples)
 	PROPTEST_RNG_SEED=$(or $(PROPTEST_RNG_SEED),0) cargo test --quiet --locked

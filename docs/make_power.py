@@ -1,7 +1,7 @@
 """Measure and draw the power of `check`: python docs/make_power.py [--records 30] (half an hour).
 
-For each kind of effect the strength is chosen (by `al.power`, without simulation) at which its expected rise of logL is
-5 … 30; records are made by code independent of the package (tests/python/generators.py), the model without the effect is
+For each kind of effect the strength is chosen (by `al.detection_power`, without simulation) at which its expected rise
+of logL is 5 … 30; records are made by code independent of the package (tests/python/generators.py), the model without the effect is
 fitted and checked, and it is counted how often the effect is named as significant. The counts go to figures/power.csv,
 from which the figure is drawn; `--draw` only draws, `--kind` measures one kind again and keeps the other rows.
 """
@@ -106,13 +106,13 @@ KINDS = {
 
 
 def strength(kind, target):
-    """The strength whose expected rise of logL is `target`, and what `al.power` says of it."""
+    """The strength whose expected rise of logL is `target`, and what `al.detection_power` says of it."""
     base, effect, start, _ = KINDS[kind]
     neutral = 1.0 if kind == "noise_level_change" else 0.0
 
     def predict(x):
         size = start / x if kind == "bandwidth" else neutral + (start - neutral) * x
-        return size, al.power(base, effect(size), duration=N / RATE, rate=RATE)
+        return size, al.detection_power(base, effect(size), duration=N / RATE, rate=RATE)
 
     low, high = 0.05, 20.0
     for _ in range(24):
@@ -192,7 +192,9 @@ def draw():
             # 68 % interval of a proportion (Wilson): the spread of the count itself.
             centre = (hits + 0.5) / (count + 1.0)
             half = np.sqrt(hits * (count - hits) / count + 0.25) / (count + 1.0)
-            panel.plot(x, [float(r["predicted"]) for r in mine], color="0.35", label="al.power")
+            panel.plot(
+                x, [float(r["predicted"]) for r in mine], color="0.35", label="al.detection_power"
+            )
             panel.errorbar(
                 x,
                 hits / count,

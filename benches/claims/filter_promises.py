@@ -54,7 +54,7 @@ def main() -> None:
         if seed < asked.overbound:
             bounds.append(bound_of(fit))
         if seed < asked.growth:
-            growth = al.predict(fit, aided=5.0, tau=list(TAU))[0]
+            growth = al.error_growth(fit, aided=5.0, tau=list(TAU))[0]
             measured = al.measured_growth(second, growth)
             inside.append(measured.inside)
             ratios.append(measured.rms / growth.total)

@@ -105,7 +105,7 @@ def strength(base, kind, u):
     low, high = (1 / 25.0, 1 / 0.5) if kind == "BW" else (1e-8, LARGEST)
     for _ in range(40):
         middle = float(np.sqrt(low * high))
-        found = al.power(
+        found = al.detection_power(
             base,
             effect_of(kind, middle, u),
             duration=DURATION,

@@ -46,7 +46,7 @@ def strength(time, worth):
             lag(q_c, t) for q_c, t in zip(lags(middle, time), (time, APART * time), strict=True)
         ]
         found = min(
-            al.power(
+            al.detection_power(
                 f"N(N={N})+{one}", other, duration=LENGTH / RATE, rate=RATE
             ).delta_log_likelihood
             or 0.0

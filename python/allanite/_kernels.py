@@ -26,6 +26,7 @@ __all__ = [
     "envelope",
     "family_variance",
     "few_arenas",
+    "free_buffers",
     "gls_nonnegative",
     "in_order",
     "inverse_cosine_transform",
@@ -36,7 +37,6 @@ __all__ = [
     "padded_periodogram",
     "power_law_bank",
     "read_text",
-    "release",
     "simulate",
     "squares",
     "steps",
@@ -75,7 +75,7 @@ def end_with_line(line: str, code: int) -> None:
     _core.end_with_line(line, code)
 
 
-def release() -> int:
+def free_buffers() -> int:
     """Give the memory that is kept between calls back to the system.
 
     At most two arrays stay for the next call, a simulated record and the phase of one, each of less than twice the
@@ -93,8 +93,8 @@ def release() -> int:
 
     Examples
     --------
-    >>> freed = al.release()
-    >>> al.release()
+    >>> freed = al.free_buffers()
+    >>> al.free_buffers()
     0
     """
     forget()

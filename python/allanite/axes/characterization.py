@@ -13,7 +13,6 @@ from allanite.axes.lines import CommonEvent, CommonLine, common_events, common_l
 from allanite.axes.shared import SharedNoise, shared_noise
 from allanite.axes.triads import NAMES, triads
 from allanite.axes.twin import samples_of, twin
-from allanite.common import verbs
 from allanite.common.errors import CALL
 from allanite.common.files import whole_file
 from allanite.common.threads import results, side_by_side
@@ -23,8 +22,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from numpy.typing import ArrayLike
+
     from allanite.axes.working import Working
+    from allanite.plots import Figure
     from allanite.recording import Recording
+    from allanite.report import Report
     from allanite.study import Study
 
 __all__ = ["Characterization", "Common", "Sensor", "common_of"]
@@ -164,15 +167,109 @@ class Characterization:
         with whole_file(path) as draft:
             draft.write_text(text + "\n", encoding="utf-8")
 
-    def simulate(self, **options: Any) -> Recording:
-        """A simulated sensor of the same axes; options as of `allanite.axes.twin`, which also says what is left out."""
-        return twin(self.to_dict(), **options).recording
+    def simulate(
+        self,
+        *,
+        duration: float | None = None,
+        n: int | None = None,
+        rate: float | None = None,
+        seed: int = 0,
+        covariates: Mapping[str, ArrayLike] | None = None,
+    ) -> Recording:
+        """A simulated sensor of the same axes.
 
-    plot = verbs.characterization_plot
+        Parameters
+        ----------
+        duration, n : float, int, optional
+            Seconds, or samples; as long as the measured record if neither is given.
+        rate : float, optional
+            Hz; that of the measured record if left out.
+        seed : int
+        covariates : mapping of str to array_like of shape (n,), optional
+            Columns that the models follow. Without one its effect is left out; `allanite.axes.twin` says which.
+        """
+        return twin(
+            self.to_dict(), duration=duration, n=n, rate=rate, seed=seed, covariates=covariates
+        ).recording
 
-    report = verbs.characterization_report
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """Measured and modelled Allan deviation of every axis in one figure, a panel a kind of sensor.
 
-    export = verbs.characterization_export
+        Parameters
+        ----------
+        path : str or Path, optional
+            SVG, PNG or PDF, written if given.
+        theme : {"light", "dark"}
+        """
+        from allanite.comparison.curves import of_studies
+        from allanite.plots import plot_compare
+
+        return plot_compare(of_studies(self.studies), path, theme, "All axes")
+
+    def report(self) -> Report:
+        """One report on all axes: the table, what they have in common, then each by itself."""
+        from allanite.report.document import report_of
+
+        return report_of(self)
+
+    def export(
+        self,
+        target: str,
+        rate: float | None = None,
+        *,
+        overbound: bool = False,
+        as_fitted: bool = False,
+        horizon: float | None = None,
+        until: float | None = None,
+        inflate: float = 1.0,
+    ) -> str:
+        """Text of a parameter file for a filter or simulator with every axis in it.
+
+        Parameters
+        ----------
+        target : str
+            ``kalibr``, ``vins``, ``gtsam``, …: a key of `allanite.export.TARGETS`.
+        rate : float, optional
+            Sampling rate in Hz for targets whose numbers are per sample; else the recording's.
+        overbound : bool
+            Whether N and K are the smallest that are above the models' upper limits up to the horizon. By default they
+            follow the whole model.
+        as_fitted : bool
+            Whether the coefficients are written as they were fitted, without the other effects.
+        horizon : float, optional
+            Longest time without aiding, s; else 100 s, or a tenth of the recording if that is shorter.
+        until : float, optional
+            Former name of `horizon`.
+        inflate : float
+            Factor on all deviations, which the file records as your choice.
+
+        Raises
+        ------
+        InputError
+            Unknown target, or a sensor that the target has no place for.
+        """
+        from allanite.export import export
+        from allanite.export._axis import axes_of
+
+        documents = (
+            {
+                "schema": "allanite/fit/1",
+                "recording": s.recording.describe(),
+                **s.ladder[-1].to_dict(s.misfit_left[-1], over_rivals=s.undecided),
+                "working": self.working[name].to_dict() if name in self.working else None,
+            }
+            for name, s in self.studies.items()
+        )
+        return export(
+            axes_of(documents, source="recording"),
+            target,
+            rate,
+            overbound=overbound,
+            as_fitted=as_fitted,
+            horizon=horizon,
+            until=until,
+            inflate=inflate,
+        )
 
     def table(self, width: int = 100, words: Mapping[str, str] = CALL) -> str:
         """One table of all axes, no line longer than `width`: what ``print`` shows; remedies in `words`."""

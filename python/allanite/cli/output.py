@@ -6,7 +6,7 @@ import json
 import math
 import re
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from shutil import get_terminal_size
 from textwrap import wrap
@@ -41,6 +41,7 @@ __all__ = [
     "show",
     "width",
     "wrapped",
+    "write_csv",
 ]
 
 #: Time of a whole study over that of its first step: measured 1 without additions, 2.5 after two; 5 after five.
@@ -212,3 +213,23 @@ def progress_of_axes(
 
 def _time(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
+
+
+def write_csv(recording: Recording, path: Path | None) -> None:
+    """Write time stamps and samples with a header, to the last digit; to standard output without a path."""
+    import numpy as np
+
+    with nullcontext(sys.stdout) if path is None else path.open("w", encoding="utf-8") as stream:
+        header = [
+            f"{name} [{unit}]"
+            for name, unit in zip(recording.columns, recording.units, strict=True)
+        ]
+        stream.write(",".join(["time [s]", *header]) + "\n")
+        samples = recording.samples.reshape(recording.n, -1)
+        for start in range(0, recording.n, 65536):
+            rows = samples[start : start + 65536]
+            stamps = np.arange(start, start + len(rows)) / recording.rate
+            stream.writelines(
+                f"{stamp:.9g}," + ",".join(map(repr, row)) + "\n"
+                for stamp, row in zip(stamps.tolist(), rows.tolist(), strict=True)
+            )

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sized
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
 from allanite.common.errors import InputError
 
-__all__ = ["NoColumnError", "Several", "by_column"]
+__all__ = ["NoColumnError", "Several", "by_column", "former_use"]
 
 T = TypeVar("T")
 
@@ -24,6 +25,16 @@ class Several(Mapping[str, T], Generic[T]):
     ----------
     results : mapping of str to result
         By the name of the column, in the recording's order.
+
+    Examples
+    --------
+    >>> white = np.random.default_rng(1).standard_normal((1000, 2))
+    >>> log = al.Recording(white, rate=100, unit="deg/s", columns=["gyro_x", "gyro_y"])
+    >>> found = al.deviations(log)
+    >>> len(found), list(found), found["gyro_x"].tau[0]
+    (2, ['gyro_x', 'gyro_y'], np.float64(0.01))
+    >>> found.to_dict()["schema"], found.document("gyro_y")["recording"]["column"]
+    ('allanite/adev/1', 'gyro_y')
     """
 
     def __init__(self, results: Mapping[str, T]) -> None:
@@ -69,6 +80,15 @@ class Several(Mapping[str, T], Generic[T]):
             f"<h4>{escape(name)}</h4>{f'<pre>{escape(str(self[name]))}</pre>' if html is None else html()}"
             for name, html in parts
         )
+
+
+def former_use(columns: Sized, instead: str) -> None:
+    """Warn of a function for one column that was given several, and name the one to use."""
+    warnings.warn(
+        f"a recording of {len(columns)} columns: use {instead}, or choose one with recording[name]",
+        DeprecationWarning,
+        stacklevel=3,
+    )
 
 
 def by_column(recording: Any, compute: Callable[[Any], T]) -> dict[str, T]:

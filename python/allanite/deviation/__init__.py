@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from allanite.deviation.accumulator import Accumulator
+from allanite.deviation.columns import Deviations, deviations
 from allanite.deviation.dynamic import DynamicDeviation, dynamic_oadev
 from allanite.deviation.estimators import (
     adev,
@@ -27,9 +28,11 @@ __all__ = [
     "ESTIMATORS",
     "Accumulator",
     "Deviation",
+    "Deviations",
     "DynamicDeviation",
     "Estimator",
     "adev",
+    "deviations",
     "dynamic_oadev",
     "estimator_named",
     "hdev",

@@ -5,15 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, TypeGuard
 
 from allanite import _kernels
-from allanite.common import verbs
 from allanite.common.several import Several, by_column
 from allanite.deviation.result import Deviation
+from allanite.deviation.table import estimator_named
 from allanite.recording import Recording
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
-__all__ = ["Deviations", "deviations", "has_columns"]
+    from numpy.typing import ArrayLike
+
+    from allanite.deviation.averaging import Taus
+    from allanite.plots import Figure
+
+__all__ = ["Deviations", "deviations", "has_columns", "of_columns"]
 
 
 class Deviations(Several[Deviation]):
@@ -24,6 +30,14 @@ class Deviations(Several[Deviation]):
     recording : Recording
         Of several columns.
     results : mapping of str to Deviation
+
+    Examples
+    --------
+    >>> white = np.random.default_rng(1).standard_normal((1000, 2))
+    >>> log = al.Recording(white, rate=100, unit="deg/s", columns=["gyro_x", "gyro_y"])
+    >>> found = log.deviations()
+    >>> len(found.plot().panels), found.document("gyro_x")["kind"]
+    (1, 'oadev')
     """
 
     def __init__(self, recording: Recording, results: dict[str, Deviation]) -> None:
@@ -36,11 +50,66 @@ class Deviations(Several[Deviation]):
         told = self.recording.column(column).describe()
         return {**head, "recording": told, **self[column].to_dict()}
 
-    plot = verbs.deviations_plot
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """The curves of all columns in one figure, a panel a kind of sensor.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            SVG, PNG or PDF, written if given.
+        theme : {"light", "dark"}
+        """
+        from allanite.comparison.curves import of_deviations
+        from allanite.plots import plot_compare
+
+        return plot_compare(of_deviations(self), path, theme, "Columns")
 
 
-def deviations(recording: Recording, compute: Callable[[Recording], Deviation]) -> Deviations:
-    """What an estimator makes of each column."""
+def deviations(
+    recording: Recording,
+    kind: str = "oadev",
+    taus: Taus = "octave",
+    factors: ArrayLike | None = None,
+) -> Deviations:
+    """A deviation of each column of a recording.
+
+    Parameters
+    ----------
+    recording : Recording
+        One or more columns.
+    kind : str
+        Name of the estimator: ``oadev``, ``mdev``, ``hdev``, … (a key of `allanite.deviation.ESTIMATORS`).
+    taus, factors
+        As of `allanite.oadev`.
+
+    Returns
+    -------
+    Deviations
+        A mapping from the name of a column to its `Deviation`.
+
+    Raises
+    ------
+    InputError
+        Unknown kind, or as of `allanite.oadev`.
+    TooShortError
+        As of `allanite.oadev`.
+
+    Examples
+    --------
+    >>> white = np.random.default_rng(1).standard_normal((1000, 2))
+    >>> log = al.Recording(white, rate=100, unit="deg/s", columns=["gyro_x", "gyro_y"])
+    >>> found = al.deviations(log, "mdev", taus=[1.0])
+    >>> list(found), found["gyro_x"].tau
+    (['gyro_x', 'gyro_y'], array([1.]))
+    """
+    from allanite import deviation
+
+    estimate = getattr(deviation, estimator_named(kind).name)
+    return of_columns(recording, lambda column: estimate(column, taus=taus, factors=factors))
+
+
+def of_columns(recording: Recording, compute: Callable[[Recording], Deviation]) -> Deviations:
+    """The deviation that `compute` gives of each column."""
     return Deviations(recording, by_column(recording, compute))
 
 

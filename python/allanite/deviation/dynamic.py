@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common import verbs
 from allanite.common.errors import TooShortError
 from allanite.common.showing import html_list, html_table
 from allanite.common.validation import positive
@@ -18,7 +17,11 @@ from allanite.deviation.gaps import gap_notes
 from allanite.deviation.result import cell
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from numpy.typing import ArrayLike, NDArray
+
+    from allanite.plots import Figure
 
 
 __all__ = ["DynamicDeviation", "dynamic_oadev"]
@@ -95,7 +98,18 @@ class DynamicDeviation:
         """Numbers of at most so many averaging times, spread evenly, the first and the last among them."""
         return np.unique(np.round(np.linspace(0, self.tau.size - 1, most)).astype(np.int64))
 
-    plot = verbs.dynamic_plot
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """Deviations over the time of the window.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            SVG, PNG or PDF, written if given.
+        theme : {"light", "dark"}
+        """
+        from allanite.plots import plot_dynamic
+
+        return plot_dynamic(self, path, theme)
 
     def _table(self) -> tuple[str, list[str], list[list[str]], list[str]]:
         """Title, head, rows and remarks: not more than can be read at once."""

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from allanite import _kernels
+from allanite.common.several import former_use
 from allanite.deviation import bias
 from allanite.deviation.averaging import Taus, samples_of
-from allanite.deviation.columns import deviations, has_columns
+from allanite.deviation.columns import has_columns, of_columns
 from allanite.deviation.estimation import estimate
 from allanite.deviation.table import ESTIMATORS, Estimator
 
@@ -28,7 +29,7 @@ TEXT = """{title}: {source}.
     ----------
     x : array_like of shape (n,) or Recording
         Samples; a recording brings its own rate, unit and quantity. NaN samples cost only the terms that touch
-        them; integers are used exactly. Of a recording of several columns each is taken.
+        them; integers are used exactly. Of several columns `deviations` takes each.
     rate : float
         Sampling rate, Hz.
     taus : {{"octave", "decade", "all"}} or int or sequence of float
@@ -44,7 +45,7 @@ TEXT = """{title}: {source}.
     -------
     Deviation
         Shape (k,), in the unit of the rate{unit};
-        {interval}. Of several columns a mapping from their names.
+        {interval}.
 
     Raises
     ------
@@ -78,7 +79,7 @@ class Deviate(Protocol):
         taus: Taus = "octave",
         factors: ArrayLike | None = None,
         quantity: str = "rate",
-    ) -> Deviation | Any:
+    ) -> Deviation:
         """Deviation of a record."""
 
 
@@ -95,7 +96,7 @@ class Correctable(Protocol):
         factors: ArrayLike | None = None,
         quantity: str = "rate",
         unbiased: bool = ...,
-    ) -> Deviation | Any:
+    ) -> Deviation:
         """Deviation of a record."""
 
 
@@ -133,9 +134,13 @@ def _deviation(more: str, nbs14: str, **what: Any) -> Deviate:
         taus: Taus = "octave",
         factors: ArrayLike | None = None,
         quantity: str = "rate",
-    ) -> Deviation | Any:
+    ) -> Deviation:
         if has_columns(x):
-            return deviations(x, lambda column: deviation(column, taus=taus, factors=factors))
+            former_use(x.columns, f"al.deviations(recording, {row.name!r})")
+            several: Any = of_columns(
+                x, lambda column: deviation(column, taus=taus, factors=factors)
+            )
+            return several
         return estimate(row, samples_of(x, rate, quantity), taus, factors)
 
     function: Deviate = _described(deviation, row, more, nbs14)
@@ -153,11 +158,13 @@ def _corrected(more: str, nbs14: str, **what: Any) -> Correctable:
         factors: ArrayLike | None = None,
         quantity: str = "rate",
         unbiased: bool = row.unbiased,
-    ) -> Deviation | Any:
+    ) -> Deviation:
         if has_columns(x):
-            return deviations(
+            former_use(x.columns, f"al.deviations(recording, {row.name!r})")
+            several: Any = of_columns(
                 x, lambda column: deviation(column, taus=taus, factors=factors, unbiased=unbiased)
             )
+            return several
         return estimate(row, samples_of(x, rate, quantity), taus, factors, unbiased)
 
     function: Correctable = _described(deviation, row, more, nbs14)

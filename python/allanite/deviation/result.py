@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common import verbs
 from allanite.deviation.confidence import interval
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from numpy.typing import NDArray
+
+    from allanite.plots import Figure
 
 
 __all__ = ["Deviation", "cell"]
@@ -116,7 +118,18 @@ class Deviation:
     def __len__(self) -> int:
         return self.tau.size
 
-    plot = verbs.deviation_plot
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """The deviation over averaging time, with its interval where one is known.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            SVG, PNG or PDF, written if given.
+        theme : {"light", "dark"}
+        """
+        from allanite.plots import plot_deviation
+
+        return plot_deviation(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON form: `kind`, `unit` of the deviations, and `points`; null for what is not known."""

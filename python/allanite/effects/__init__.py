@@ -1,38 +1,99 @@
-"""The catalogue of physical effects, one a file, and their sums."""
+"""The catalogue of physical effects, one a file, and their sums.
 
-from allanite.effects._base import Effect, Parameter, Stochastic, StraightLine
-from allanite.effects._event import Away
-from allanite.effects._known import Deterministic, Periodic
-from allanite.effects._level import Level
-from allanite.effects._limits import limitable
-from allanite.effects._modifier import Modifier
-from allanite.effects._moving import Moving, weights
-from allanite.effects.files import as_model, model_from_dict, model_to_dict, parse_model
-from allanite.effects.model import Model
-from allanite.effects.registry import CATALOGUE, find, register, standard, title_of, white_noise
+A new effect is one file here, one import below and its place in the order of the catalogue.
+"""
 
-__all__ = [
-    "CATALOGUE",
-    "Away",
-    "Deterministic",
-    "Effect",
-    "Level",
-    "Model",
-    "Modifier",
-    "Moving",
-    "Parameter",
-    "Periodic",
-    "Stochastic",
-    "StraightLine",
-    "as_model",
-    "find",
-    "limitable",
-    "model_from_dict",
-    "model_to_dict",
-    "parse_model",
-    "register",
-    "standard",
-    "title_of",
-    "weights",
-    "white_noise",
-]
+from allanite.effects._base import Effect as Effect
+from allanite.effects._base import Parameter as Parameter
+from allanite.effects._base import Stochastic as Stochastic
+from allanite.effects._base import StraightLine as StraightLine
+from allanite.effects._event import Away as Away
+from allanite.effects._known import Deterministic as Deterministic
+from allanite.effects._known import Periodic as Periodic
+from allanite.effects._level import Level as Level
+from allanite.effects._limits import limitable as limitable
+from allanite.effects._modifier import Modifier as Modifier
+from allanite.effects._moving import Moving as Moving
+from allanite.effects._moving import weights as weights
+from allanite.effects.angle_random_walk import AngleRandomWalk as AngleRandomWalk
+from allanite.effects.band_level_change import BandLevelChange as BandLevelChange
+from allanite.effects.bandwidth import Bandwidth as Bandwidth
+from allanite.effects.bias_instability import BiasInstability as BiasInstability
+from allanite.effects.bias_step import BiasStep as BiasStep
+from allanite.effects.burst_noise import BurstNoise as BurstNoise
+from allanite.effects.covariate import Covariate as Covariate
+from allanite.effects.disturbance import Disturbance as Disturbance
+from allanite.effects.drifting_line import DriftingLine as DriftingLine
+from allanite.effects.drifting_resonance import DriftingResonance as DriftingResonance
+from allanite.effects.excursion import Excursion as Excursion
+from allanite.effects.excursions import Excursions as Excursions
+from allanite.effects.files import as_model as as_model
+from allanite.effects.files import model_from_dict as model_from_dict
+from allanite.effects.files import model_to_dict as model_to_dict
+from allanite.effects.files import parse_model as parse_model
+from allanite.effects.gauss_markov import GaussMarkov as GaussMarkov
+from allanite.effects.high_pass import HighPass as HighPass
+from allanite.effects.hysteresis import Hysteresis as Hysteresis
+from allanite.effects.model import Model as Model
+from allanite.effects.modulated_vibration import ModulatedVibration as ModulatedVibration
+from allanite.effects.noise_level_change import NoiseLevelChange as NoiseLevelChange
+from allanite.effects.noise_levels import NoiseLevels as NoiseLevels
+from allanite.effects.noise_of_column import NoiseOfColumn as NoiseOfColumn
+from allanite.effects.notch import Notch as Notch
+from allanite.effects.outliers import Outliers as Outliers
+from allanite.effects.periodic_noise_level import PeriodicNoiseLevel as PeriodicNoiseLevel
+from allanite.effects.power_law import PowerLaw as PowerLaw
+from allanite.effects.quantization import Quantization as Quantization
+from allanite.effects.rate_of_change import RateOfChange as RateOfChange
+from allanite.effects.rate_ramp import RateRamp as RateRamp
+from allanite.effects.rate_random_walk import RateRandomWalk as RateRandomWalk
+from allanite.effects.registry import CATALOGUE as CATALOGUE
+from allanite.effects.registry import find as find
+from allanite.effects.registry import register as register
+from allanite.effects.registry import standard as standard
+from allanite.effects.registry import title_of as title_of
+from allanite.effects.registry import white_noise as white_noise
+from allanite.effects.resonance import Resonance as Resonance
+from allanite.effects.sinusoid import Sinusoid as Sinusoid
+from allanite.effects.tone_burst import ToneBurst as ToneBurst
+from allanite.effects.transient import Transient as Transient
+from allanite.effects.two_lags import TwoLags as TwoLags
+from allanite.effects.unexplained import Unexplained as Unexplained
+from allanite.effects.warm_up import WarmUp as WarmUp
+
+CATALOGUE.begin(
+    Quantization,
+    AngleRandomWalk,
+    BiasInstability,
+    RateRandomWalk,
+    RateRamp,
+    GaussMarkov,
+    Sinusoid,
+    DriftingLine,
+    ToneBurst,
+    Bandwidth,
+    HighPass,
+    Notch,
+    Resonance,
+    ModulatedVibration,
+    DriftingResonance,
+    PowerLaw,
+    Unexplained,
+    Covariate,
+    TwoLags,
+    Hysteresis,
+    RateOfChange,
+    BiasStep,
+    Excursion,
+    Excursions,
+    Transient,
+    WarmUp,
+    BurstNoise,
+    NoiseLevelChange,
+    NoiseLevels,
+    PeriodicNoiseLevel,
+    NoiseOfColumn,
+    BandLevelChange,
+    Disturbance,
+    Outliers,
+)

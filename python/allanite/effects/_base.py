@@ -17,7 +17,10 @@ from allanite.effects._limits import NONE, limits_of
 if TYPE_CHECKING:
     from allanite.effects.model import Model
     from allanite.effects.terms import Term
+    from allanite.fit import Fit
+    from allanite.fit.several.columns import Fits
     from allanite.recording import Recording
+    from allanite.summary import Summary
 
 __all__ = ["SCREENS", "Effect", "Parameter", "Stochastic", "StraightLine"]
 
@@ -43,7 +46,7 @@ class Effect:
 
     >>> lag.parameter("q_c").unit, lag.grid("correlation_time", 10_000, 10.0).size
     (-0.5, 24)
-    >>> al.GaussMarkov.may_be(al.BurstNoise), len(al.GaussMarkov.candidates(al.parse_model("N"), {}))
+    >>> al.GaussMarkov.may_be(al.effects.BurstNoise), len(al.GaussMarkov.candidates(al.parse_model("N"), {}))
     (True, 1)
     >>> len(lag.variants()), lag.extended(), lag.otherwise(), lag.shape_error("q_c", 1e-4, 1000.0)
     (1, (), (), None)
@@ -52,7 +55,7 @@ class Effect:
     >>> slow = al.GaussMarkov(limits={"correlation_time": (600, 900)})
     >>> lag.errors(10.0), *(ask("correlation_time", 10_000, 10.0) for ask in (slow.searched, slow.search_ends))
     ({}, array([600., 900.]), (300.0, 1800.0))
-    >>> al.HighPass(cutoff=1.0).shows(al.parse_model("N(N=1)+HP(f=1,order=1)"), 100.0, 600.0)
+    >>> al.effects.HighPass(cutoff=1.0).shows(al.parse_model("N(N=1)+HP(f=1,order=1)"), 100.0, 600.0)
     True
     """
 
@@ -303,17 +306,63 @@ class Effect:
 
         return Model((self,))
 
-    def fit(self, recording: Recording, **options: Any) -> Any:
-        """Fit this effect alone to a recording; `options` as of `Model.fit`."""
-        return self._model().fit(recording, **options)
+    def fit(self, recording: Recording | Summary, method: str = "whittle") -> Fit:
+        """Fit this effect alone to one column; `method` as of `allanite.fit_model`."""
+        return self._model().fit(recording, method)
 
-    def simulate(self, **options: Any) -> Recording:
-        """Samples of this effect alone; `options` as of `Model.simulate`."""
-        return self._model().simulate(**options)
+    def fit_columns(self, recording: Recording, method: str = "whittle") -> Fits:
+        """Fit this effect alone to every column; `method` as of `allanite.fit_model`."""
+        return self._model().fit_columns(recording, method)
 
-    def simulate_chunks(self, **options: Any) -> Iterator[Recording]:
-        """The same samples in consecutive pieces; `options` as of `Model.simulate_chunks`."""
-        return self._model().simulate_chunks(**options)
+    def simulate(
+        self,
+        *,
+        duration: float | None = None,
+        n: int | None = None,
+        rate: float,
+        seed: int = 0,
+        unit: str = "1",
+        covariates: Mapping[str, ArrayLike] | None = None,
+        axis: int = 0,
+        replicate: int = 0,
+    ) -> Recording:
+        """Samples of this effect alone; parameters as of `Model.simulate`."""
+        return self._model().simulate(
+            duration=duration,
+            n=n,
+            rate=rate,
+            seed=seed,
+            unit=unit,
+            covariates=covariates,
+            axis=axis,
+            replicate=replicate,
+        )
+
+    def simulate_chunks(
+        self,
+        *,
+        size: int = 2**20,
+        duration: float | None = None,
+        n: int | None = None,
+        rate: float,
+        seed: int = 0,
+        unit: str = "1",
+        covariates: Mapping[str, ArrayLike] | None = None,
+        axis: int = 0,
+        replicate: int = 0,
+    ) -> Iterator[Recording]:
+        """The samples of `simulate` in consecutive pieces; parameters as of `Model.simulate_chunks`."""
+        return self._model().simulate_chunks(
+            size=size,
+            duration=duration,
+            n=n,
+            rate=rate,
+            seed=seed,
+            unit=unit,
+            covariates=covariates,
+            axis=axis,
+            replicate=replicate,
+        )
 
     def psd(self, f: ArrayLike, rate: float | None = None) -> NDArray[np.float64]:
         """Two-sided density in U²/Hz at the frequencies `f`, Hz, of samples at `rate` Hz; see `Model.psd`."""
@@ -332,17 +381,17 @@ class Stochastic(Effect):
     --------
     >>> al.AngleRandomWalk().unit_terms(rate=10.0), len(al.AngleRandomWalk(N=0.1).terms(rate=10.0))
     ((White(variance=10.0),), 1)
-    >>> al.BurstNoise(amplitude=1.0, dwell_time=2.0).generator(rate=10.0) is None
+    >>> al.effects.BurstNoise(amplitude=1.0, dwell_time=2.0).generator(rate=10.0) is None
     False
-    >>> print(al.BurstNoise.like(al.GaussMarkov(q_c=1.0, correlation_time=2.0)))
+    >>> print(al.effects.BurstNoise.like(al.GaussMarkov(q_c=1.0, correlation_time=2.0)))
     RTS(amplitude=1, dwell_time=4)
-    >>> pieces = al.Unexplained.pieces(10_000, 100.0)  # of which a fit puts this effect together
-    >>> len(pieces), al.Unexplained.joined(pieces[:2], [1.0, 3.0]).rms
+    >>> pieces = al.effects.Unexplained.pieces(10_000, 100.0)  # of which a fit puts this effect together
+    >>> len(pieces), al.effects.Unexplained.joined(pieces[:2], [1.0, 3.0]).rms
     (24, 2.0)
-    >>> print(al.Resonance(rms=0.1).banded(9.9, 10.1), al.Quantization().banded(9.9, 10.1))
+    >>> print(al.effects.Resonance(rms=0.1).banded(9.9, 10.1), al.Quantization().banded(9.9, 10.1))
     RES(frequency=10, damping=0.01, rms=0.1) None
-    >>> band = al.Resonance(frequency=10.0, damping=0.01, rms=0.1)
-    >>> print(al.ModulatedVibration.modulating(band, 2.0, 0.5), al.Quantization.modulating(band, 2.0, 0.5))
+    >>> band = al.effects.Resonance(frequency=10.0, damping=0.01, rms=0.1)
+    >>> print(al.effects.ModulatedVibration.modulating(band, 2.0, 0.5), al.Quantization.modulating(band, 2.0, 0.5))
     MOD(frequency=10, damping=0.01, rms=0.106066, modulation=2, depth=0.5) None
     """
 

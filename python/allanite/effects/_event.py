@@ -52,9 +52,9 @@ class Away(Event):
 
     Examples
     --------
-    >>> once = al.Excursion(start=20.0, end=60.0, height=0.2)
-    >>> twice = al.Excursions.together([al.Excursion(start=80.0, end=90.0, height=-0.1), once])
-    >>> [e.start for e in twice.singly], once.singly == (once,), al.Excursion.together([once])
+    >>> once = al.effects.Excursion(start=20.0, end=60.0, height=0.2)
+    >>> twice = al.effects.Excursions.together([al.effects.Excursion(start=80.0, end=90.0, height=-0.1), once])
+    >>> [e.start for e in twice.singly], once.singly == (once,), al.effects.Excursion.together([once])
     ([20.0, 80.0], True, None)
     """
 

@@ -21,20 +21,20 @@ class Deterministic(Effect):
 
     Examples
     --------
-    >>> step, time = al.BiasStep(time=1.0, height=0.2), np.arange(3.0)
+    >>> step, time = al.effects.BiasStep(time=1.0, height=0.2), np.arange(3.0)
     >>> step.signal(time, {}), step.regressors(time, {}).shape, step.sampler(3, 1.0, {})(1, 3)
     (array([0. , 0.2, 0.2]), (3, 1), array([0.2, 0.2]))
     >>> step.amplitudes(), step.with_amplitudes(np.array([0.3])).height
     (array([0.2]), 0.3)
-    >>> step.amplitudes_held, al.BiasStep(height=0.2, hold=("height",)).amplitudes_held
+    >>> step.amplitudes_held, al.effects.BiasStep(height=0.2, hold=("height",)).amplitudes_held
     (False, True)
     >>> al.RateRamp(R=0.1).own_allan_variance(np.array([10.0]), 1.0).round(6)
     array([0.5])
-    >>> al.DriftingLine(frequency=3.0, drift=0.1).seen_between(0.0, 10.0), step.seen_between(0.0, 2.0)
+    >>> al.effects.DriftingLine(frequency=3.0, drift=0.1).seen_between(0.0, 10.0), step.seen_between(0.0, 2.0)
     ((3.0, 4.0), None)
     >>> al.RateRamp.best_span(np.ones(3), np.ones(3), np.zeros((3, 0)), 100, 1.0) is None
     True
-    >>> al.BiasStep.regressor_ordinates([step], np.arange(1, 3), 3, 1.0, 0.0).shape
+    >>> al.effects.BiasStep.regressor_ordinates([step], np.arange(1, 3), 3, 1.0, 0.0).shape
     (1, 2)
     """
 

@@ -64,12 +64,12 @@ class Level(Modifier):
     --------
     How a check of levels makes such an effect of what it found:
 
-    >>> al.NoiseLevels.switched((5.0, 9.0), (2.0, 1.0)).switching_at((5.5, 9.0), (2.0, 1.0)).switches
+    >>> al.effects.NoiseLevels.switched((5.0, 9.0), (2.0, 1.0)).switching_at((5.5, 9.0), (2.0, 1.0)).switches
     ((5.5, 9.0), (2.0, 1.0))
-    >>> al.PeriodicNoiseLevel.gated(60.0, 12.0, 0.25, 2.0).share
+    >>> al.effects.PeriodicNoiseLevel.gated(60.0, 12.0, 0.25, 2.0).share
     0.25
-    >>> louder = al.NoiseOfColumn(column="temp").following(np.linspace(10.0, 30.0, 5), 0.02)
-    >>> round(louder.reference, 2), al.NoiseLevels.gated(60.0, 12.0, 0.25, 2.0)
+    >>> louder = al.effects.NoiseOfColumn(column="temp").following(np.linspace(10.0, 30.0, 5), 0.02)
+    >>> round(louder.reference, 2), al.effects.NoiseLevels.gated(60.0, 12.0, 0.25, 2.0)
     (20.99, None)
     """
 

@@ -24,19 +24,20 @@ class Modifier(Effect):
 
     Examples
     --------
-    >>> louder = al.NoiseLevelChange(start=50.0, end=100.0, factor=2.0)
+    >>> louder = al.effects.NoiseLevelChange(start=50.0, end=100.0, factor=2.0)
     >>> louder.gain(np.array([10.0, 60.0])), float(louder.mean_power(0.0, 100.0))
     (array([1., 2.]), 2.5)
     >>> louder.missing(2, 10.0), louder.generators(1.0, 10.0), louder.whole
     (array([False, False]), None, None)
-    >>> al.NoiseLevelChange.during(50.0, 100.0, 2.0) == louder, al.NoiseLevelChange.at([1.0])
+    >>> al.effects.NoiseLevelChange.during(50.0, 100.0, 2.0) == louder, al.effects.NoiseLevelChange.at([1.0])
     (True, None)
-    >>> al.Outliers.at([1.0, 7.0]).moments
+    >>> al.effects.Outliers.at([1.0, 7.0]).moments
     (1.0, 7.0)
-    >>> fan = al.BandLevelChange.changing((2.0, 4.0), (50.0, 100.0), 3.0)
+    >>> fan = al.effects.BandLevelChange.changing((2.0, 4.0), (50.0, 100.0), 3.0)
     >>> fan.band, fan.power_between(50.0, 100.0, (0.0, 100.0)), louder.band
     ((2.0, 4.0), array(1.8), None)
-    >>> fan.swells(al.Resonance(frequency=3.0, damping=0.01)), fan.swells(al.Resonance(frequency=5.0, damping=0.01))
+    >>> near, far = (al.effects.Resonance(frequency=f, damping=0.01) for f in (3.0, 5.0))
+    >>> fan.swells(near), fan.swells(far)
     (True, False)
     >>> louder.modify(1.0, 10.0, (0.0, 100.0))  # white noise of variance 1 over the whole record
     (White(variance=2.5),)

@@ -20,10 +20,10 @@ class Moving(Stochastic):
 
     Examples
     --------
-    >>> fan = al.DriftingResonance.along(al.Resonance(frequency=10.0, damping=0.02, rms=0.1), (11.0, 10.0))
+    >>> fan = al.effects.DriftingResonance.along(al.effects.Resonance(frequency=10.0, damping=0.02, rms=0.1), (11.0, 10.0))
     >>> fan.middles
     (11.0, 10.0)
-    >>> print(fan.stretches[0], al.DriftingResonance.along(al.GaussMarkov(), (11.0, 10.0)))
+    >>> print(fan.stretches[0], al.effects.DriftingResonance.along(al.GaussMarkov(), (11.0, 10.0)))
     RES(frequency=11, damping=0.02, rms=0.1) None
     """
 

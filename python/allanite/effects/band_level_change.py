@@ -23,7 +23,7 @@ class BandLevelChange(Modifier):
 
     Examples
     --------
-    >>> fan = al.BandLevelChange(low=2.0, high=4.0, start=50.0, end=100.0, factor=3.0)
+    >>> fan = al.effects.BandLevelChange(low=2.0, high=4.0, start=50.0, end=100.0, factor=3.0)
     >>> fan.power_between(0.0, 50.0, (0.0, 100.0)), fan.power_between(50.0, 100.0, (0.0, 100.0))
     (array(0.2), array(1.8))
     >>> x = (al.AngleRandomWalk(N=0.1) + fan).simulate(duration=100, rate=10, seed=1).samples

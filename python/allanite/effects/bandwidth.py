@@ -39,7 +39,7 @@ class Bandwidth(Modifier):
 
     Examples
     --------
-    >>> model = al.AngleRandomWalk(N=0.1) + al.Bandwidth(cutoff=10.0)
+    >>> model = al.AngleRandomWalk(N=0.1) + al.effects.Bandwidth(cutoff=10.0)
     >>> print((model.psd([0.01, 10.0], rate=1000) / 0.1**2).round(2))  # half the power at the cutoff
     [1.  0.5]
     """

@@ -23,7 +23,7 @@ class BiasStep(Event):
 
     Examples
     --------
-    >>> step = al.BiasStep(time=50.0, height=0.2)
+    >>> step = al.effects.BiasStep(time=50.0, height=0.2)
     >>> x = (al.AngleRandomWalk(N=0.01) + step).simulate(duration=100, rate=10, seed=1).samples
     >>> print((x[500:].mean() - x[:500].mean()).round(1))
     0.2

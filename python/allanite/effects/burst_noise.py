@@ -22,7 +22,7 @@ class BurstNoise(Stochastic):
 
     Examples
     --------
-    >>> x = al.BurstNoise(amplitude=0.5, dwell_time=2.0).simulate(duration=100, rate=10, seed=1).samples
+    >>> x = al.effects.BurstNoise(amplitude=0.5, dwell_time=2.0).simulate(duration=100, rate=10, seed=1).samples
     >>> np.unique(x)
     array([-0.5,  0.5])
     """

@@ -28,7 +28,7 @@ class Covariate(Follower):
     >>> temp = 20 + np.cumsum(rng.normal(0, 0.05, 6000))
     >>> x = rng.normal(0, 0.1, 6000) + 0.02 * temp
     >>> recording = al.Recording(x, rate=10, unit="deg/s", covariates={"temp": temp})
-    >>> fit = (al.AngleRandomWalk() + al.Covariate(column="temp")).fit(recording)
+    >>> fit = (al.AngleRandomWalk() + al.effects.Covariate(column="temp")).fit(recording)
     >>> low, high = fit["COV.coefficient"].interval
     >>> bool(low < 0.02 < high)
     True

@@ -18,7 +18,7 @@ class DriftingLine(Tone):
 
     Examples
     --------
-    >>> motor = al.DriftingLine(frequency=12.3, drift=0.2 / 600, amplitude=0.04)
+    >>> motor = al.effects.DriftingLine(frequency=12.3, drift=0.2 / 600, amplitude=0.04)
     >>> x = (al.AngleRandomWalk(N=0.01) + motor).simulate(duration=600, rate=50, seed=1)
     >>> check = al.AngleRandomWalk().fit(x).check()
     >>> print(check.suggestions[0].kind, round(check.suggestions[0].effect.frequency, 2))

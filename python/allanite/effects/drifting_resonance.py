@@ -28,7 +28,7 @@ class DriftingResonance(Moving):
 
     Examples
     --------
-    >>> fan = al.DriftingResonance(course=(11.0, 10.4, 10.1, 10.0), damping=0.02, rms=0.1)
+    >>> fan = al.effects.DriftingResonance(course=(11.0, 10.4, 10.1, 10.0), damping=0.02, rms=0.1)
     >>> fan.lowest, fan.highest, fan.numbers, len(fan.stretches)
     (10.0, 11.0, 6, 4)
     >>> x = (al.AngleRandomWalk(N=0.001) + fan).simulate(duration=1000, rate=50, seed=1).samples

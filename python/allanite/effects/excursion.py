@@ -22,7 +22,7 @@ class Excursion(Away):
 
     Examples
     --------
-    >>> away = al.Excursion(start=20.0, end=60.0, height=0.2)
+    >>> away = al.effects.Excursion(start=20.0, end=60.0, height=0.2)
     >>> x = (al.AngleRandomWalk(N=0.01) + away).simulate(duration=100, rate=10, seed=1).samples
     >>> print((x[200:600].mean() - x[600:].mean()).round(1))
     0.2

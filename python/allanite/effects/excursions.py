@@ -29,7 +29,7 @@ class Excursions(Away):
 
     Examples
     --------
-    >>> away = al.Excursions(starts=(20.0, 70.0), ends=(30.0, 90.0), heights=(0.2, -0.1))
+    >>> away = al.effects.Excursions(starts=(20.0, 70.0), ends=(30.0, 90.0), heights=(0.2, -0.1))
     >>> away.count, away.largest, away.numbers
     (2.0, 0.2, 6)
     >>> x = (al.AngleRandomWalk(N=0.01) + away).simulate(duration=100, rate=10, seed=1)

@@ -33,7 +33,7 @@ class HighPass(Filter):
 
     Examples
     --------
-    >>> model = al.AngleRandomWalk(N=0.1) + al.HighPass(cutoff=0.2, order=1)
+    >>> model = al.AngleRandomWalk(N=0.1) + al.effects.HighPass(cutoff=0.2, order=1)
     >>> print((model.psd([0.002, 0.2, 40.0], rate=100) / 0.1**2).round(2))
     [0.  0.5 1. ]
     >>> model.effects[1].response(rate=100).settling > 1000, len(model.effects[1].passed((), 100))

@@ -25,7 +25,7 @@ class Hysteresis(Proportional):
     Examples
     --------
     >>> up_and_down = {"temperature": [20.0, 24.0, 28.0, 24.0, 20.0]}
-    >>> x = al.Hysteresis(column="temperature", coefficient=1.0, width=1.0).simulate(
+    >>> x = al.effects.Hysteresis(column="temperature", coefficient=1.0, width=1.0).simulate(
     ...     n=5, rate=1, seed=1, covariates=up_and_down
     ... )
     >>> print(x.samples - x.samples[0])

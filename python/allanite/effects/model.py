@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.common import verbs
 from allanite.common.errors import InputError
 from allanite.common.validation import floats, positive_rate
 from allanite.effects._base import Effect, Stochastic
@@ -18,6 +18,13 @@ from allanite.effects._filter import Filter
 from allanite.effects._known import Deterministic
 from allanite.effects._modifier import Modifier
 from allanite.effects.terms import Term, White
+
+if TYPE_CHECKING:
+    from allanite.fit import Fit
+    from allanite.fit.several.columns import Fits
+    from allanite.recording import Recording
+    from allanite.statespace import StateSpace
+    from allanite.summary import Summary
 
 __all__ = ["Model"]
 
@@ -43,6 +50,8 @@ class Model:
     [4000, 4000, 2000]
     >>> model.fit(recording)["N"].unit, model.state_space(10.0).states
     ('deg/s·s^½', 1)
+    >>> list(model.fit_columns(recording))
+    ['samples']
     >>> len(model.terms(10.0)), len(model.unit_terms(model.effects[0], 10.0)), model.missing(3, 10.0)
     (2, 1, None)
     >>> twice = al.parse_model("N(N=1)+LEVEL(start=0,end=30,factor=3)")
@@ -241,12 +250,115 @@ class Model:
             return 1.0 / smallest if np.isfinite(smallest) and smallest > 0 else 1.0
         return positive_rate(rate)
 
-    fit = verbs.model_fit
+    def fit(self, recording: Recording | Summary, method: str = "whittle") -> Fit:
+        """Fit the model to one column; `method` as of `allanite.fit_model`."""
+        from allanite.fit import fit_model
 
-    simulate = verbs.model_simulate
+        return fit_model(recording, self, method)
 
-    simulate_chunks = verbs.model_simulate_chunks
+    def fit_columns(self, recording: Recording, method: str = "whittle") -> Fits:
+        """Fit the model to every column; `method` as of `allanite.fit_model`."""
+        from allanite.fit import fit_columns
 
-    state_space = verbs.model_state_space
+        return fit_columns(recording, self, method)
 
-    save = verbs.model_save
+    def simulate(
+        self,
+        *,
+        duration: float | None = None,
+        n: int | None = None,
+        rate: float,
+        seed: int = 0,
+        unit: str = "1",
+        covariates: Mapping[str, ArrayLike] | None = None,
+        axis: int = 0,
+        replicate: int = 0,
+    ) -> Recording:
+        """Samples of the model.
+
+        Parameters
+        ----------
+        duration, n : float, int
+            Seconds, or number of samples; one of them.
+        rate : float
+            Sampling rate in Hz.
+        seed : int
+            From 0 to 2^64 − 1. The same seed gives the same bits whatever the number of threads.
+        unit : str
+            Unit U of the samples and of the model's values.
+        covariates : mapping of str to array_like, shape (n,), optional
+            Columns that covariate effects refer to.
+        axis, replicate : int
+            Another axis or replicate is another, independent record of the same seed.
+
+        Raises
+        ------
+        InputError
+            As of `allanite.simulate.simulate`.
+        """
+        from allanite.simulate import simulate
+
+        return simulate(
+            self,
+            duration=duration,
+            n=n,
+            rate=rate,
+            seed=seed,
+            unit=unit,
+            covariates=covariates,
+            axis=axis,
+            replicate=replicate,
+        )
+
+    def simulate_chunks(
+        self,
+        *,
+        size: int = 2**20,
+        duration: float | None = None,
+        n: int | None = None,
+        rate: float,
+        seed: int = 0,
+        unit: str = "1",
+        covariates: Mapping[str, ArrayLike] | None = None,
+        axis: int = 0,
+        replicate: int = 0,
+    ) -> Iterator[Recording]:
+        """The samples of `simulate` in consecutive pieces of `size` samples."""
+        from allanite.simulate import simulate_chunks
+
+        return simulate_chunks(
+            self,
+            size=size,
+            duration=duration,
+            n=n,
+            rate=rate,
+            seed=seed,
+            unit=unit,
+            covariates=covariates,
+            axis=axis,
+            replicate=replicate,
+        )
+
+    def state_space(
+        self, rate: float, *, states: int | None = None, duration: float | None = None
+    ) -> StateSpace:
+        """F, Q, H, R, P0 of the random part.
+
+        Parameters
+        ----------
+        rate : float
+            Samples a second, Hz.
+        states : int, optional
+            Largest number of states; `StateSpace.cost` says what a reduction loses.
+        duration : float, optional
+            Seconds over which the slowest noise has to be right; else a million samples.
+        """
+        from allanite.statespace import state_space
+
+        return state_space(self, rate, states=states, duration=duration)
+
+    def save(self, path: str | Path) -> None:
+        """Write the model to `path` as JSON (schema ``allanite/model/1``)."""
+        from allanite.effects.files import save_model
+
+        save_model(self, path)

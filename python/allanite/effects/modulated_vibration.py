@@ -30,7 +30,7 @@ class ModulatedVibration(Resonance):
 
     Examples
     --------
-    >>> pump = al.ModulatedVibration(frequency=9.0, damping=1e-3, rms=0.1, modulation=0.5, depth=1.0)
+    >>> pump = al.effects.ModulatedVibration(frequency=9.0, damping=1e-3, rms=0.1, modulation=0.5, depth=1.0)
     >>> f = np.array([8.5, 8.75, 9.0, 9.5])
     >>> print((pump.psd(f, rate=100) / pump.psd(9.0, rate=100)).round(2))
     [0.25 0.   1.   0.25]

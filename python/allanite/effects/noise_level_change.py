@@ -23,7 +23,7 @@ class NoiseLevelChange(Level):
 
     Examples
     --------
-    >>> louder = al.AngleRandomWalk(N=0.1) + al.NoiseLevelChange(start=50.0, end=100.0, factor=2.0)
+    >>> louder = al.AngleRandomWalk(N=0.1) + al.effects.NoiseLevelChange(start=50.0, end=100.0, factor=2.0)
     >>> x = louder.simulate(duration=100, rate=10, seed=1).samples
     >>> print((x[500:].std() / x[:500].std()).round(0))
     2.0

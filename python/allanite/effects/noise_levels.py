@@ -24,7 +24,7 @@ class NoiseLevels(Level):
 
     Examples
     --------
-    >>> duty = al.NoiseLevels(times=(20.0, 40.0, 60.0), factors=(2.0, 1.0, 2.0))
+    >>> duty = al.effects.NoiseLevels(times=(20.0, 40.0, 60.0), factors=(2.0, 1.0, 2.0))
     >>> duty.numbers, duty.changes, duty.loudest  # three times and one factor
     (4, 3.0, 2.0)
     >>> x = (al.AngleRandomWalk(N=0.1) + duty).simulate(duration=80, rate=100, seed=1).samples

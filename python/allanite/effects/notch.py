@@ -31,10 +31,10 @@ class Notch(Filter):
 
     Examples
     --------
-    >>> model = al.AngleRandomWalk(N=0.1) + al.Notch(frequency=25.0, quality=5.0)
+    >>> model = al.AngleRandomWalk(N=0.1) + al.effects.Notch(frequency=25.0, quality=5.0)
     >>> print((model.psd([0.01, 22.5, 25.0], rate=100) / 0.1**2).round(1).clip(0))
     [1.  0.5 0. ]
-    >>> len(al.Notch(frequency=25.0, quality=5.0).response(rate=100).poles), len(model.effects[1].passed((), 100))
+    >>> len(al.effects.Notch(frequency=25.0, quality=5.0).response(rate=100).poles), len(model.effects[1].passed((), 100))
     (2, 0)
     """
 

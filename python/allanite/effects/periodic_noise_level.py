@@ -19,7 +19,7 @@ class PeriodicNoiseLevel(Level):
 
     Examples
     --------
-    >>> pump = al.PeriodicNoiseLevel(period=10.0, start=2.0, share=0.3, factor=2.0)
+    >>> pump = al.effects.PeriodicNoiseLevel(period=10.0, start=2.0, share=0.3, factor=2.0)
     >>> print(pump.gain(np.array([1.0, 2.5, 4.9, 5.1, 12.5])), pump.mean_power(0.0, 100.0).round(2))
     [1. 2. 2. 1. 2.] 1.9
     """

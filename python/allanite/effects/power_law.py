@@ -23,7 +23,7 @@ class PowerLaw(Stochastic):
 
     Examples
     --------
-    >>> flicker = al.PowerLaw(exponent=-1.0, level=0.01)
+    >>> flicker = al.effects.PowerLaw(exponent=-1.0, level=0.01)
     >>> print((flicker.psd([0.01], rate=100) / flicker.psd([0.1], rate=100)).round(1))
     [10.]
     """

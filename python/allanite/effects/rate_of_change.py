@@ -22,7 +22,7 @@ class RateOfChange(Proportional):
     Examples
     --------
     >>> warming = {"temperature": [20.0 + 0.1 * k for k in range(200)]}
-    >>> x = al.RateOfChange(column="temperature", coefficient=3.0, lag=5.0).simulate(
+    >>> x = al.effects.RateOfChange(column="temperature", coefficient=3.0, lag=5.0).simulate(
     ...     n=200, rate=1, seed=1, covariates=warming
     ... )
     >>> print((x.samples - x.samples[0])[[5, 199]].round(2))

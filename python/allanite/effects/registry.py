@@ -1,4 +1,4 @@
-"""The catalogue: a new effect is one file and one line here; users' effects join it by `register` or an entry point."""
+"""The catalogue of effects; users' effects join it by `register` or an entry point."""
 
 from __future__ import annotations
 
@@ -9,40 +9,6 @@ from typing import TypeVar
 
 from allanite.common.errors import InputError
 from allanite.effects._base import SCREENS, Effect, Stochastic
-from allanite.effects.angle_random_walk import AngleRandomWalk
-from allanite.effects.band_level_change import BandLevelChange
-from allanite.effects.bandwidth import Bandwidth
-from allanite.effects.bias_instability import BiasInstability
-from allanite.effects.bias_step import BiasStep
-from allanite.effects.burst_noise import BurstNoise
-from allanite.effects.covariate import Covariate
-from allanite.effects.disturbance import Disturbance
-from allanite.effects.drifting_line import DriftingLine
-from allanite.effects.drifting_resonance import DriftingResonance
-from allanite.effects.excursion import Excursion
-from allanite.effects.excursions import Excursions
-from allanite.effects.gauss_markov import GaussMarkov
-from allanite.effects.high_pass import HighPass
-from allanite.effects.hysteresis import Hysteresis
-from allanite.effects.modulated_vibration import ModulatedVibration
-from allanite.effects.noise_level_change import NoiseLevelChange
-from allanite.effects.noise_levels import NoiseLevels
-from allanite.effects.noise_of_column import NoiseOfColumn
-from allanite.effects.notch import Notch
-from allanite.effects.outliers import Outliers
-from allanite.effects.periodic_noise_level import PeriodicNoiseLevel
-from allanite.effects.power_law import PowerLaw
-from allanite.effects.quantization import Quantization
-from allanite.effects.rate_of_change import RateOfChange
-from allanite.effects.rate_ramp import RateRamp
-from allanite.effects.rate_random_walk import RateRandomWalk
-from allanite.effects.resonance import Resonance
-from allanite.effects.sinusoid import Sinusoid
-from allanite.effects.tone_burst import ToneBurst
-from allanite.effects.transient import Transient
-from allanite.effects.two_lags import TwoLags
-from allanite.effects.unexplained import Unexplained
-from allanite.effects.warm_up import WarmUp
 
 __all__ = ["CATALOGUE", "Catalogue", "find", "register", "standard", "white_noise"]
 
@@ -63,9 +29,9 @@ class Catalogue:
     ['B']
     """
 
-    def __init__(self, ours: tuple[type[Effect], ...]) -> None:
-        self._effects = list(ours)
-        self._ours = len(ours)
+    def __init__(self) -> None:
+        self._effects: list[type[Effect]] = []
+        self._ours = 0
         self._asked = False
         self._lock = RLock()
 
@@ -80,6 +46,11 @@ class Catalogue:
     def __getitem__(self, place: int) -> type[Effect]:
         self._ask()
         return self._effects[place]
+
+    def begin(self, *ours: type[Effect]) -> None:
+        """Fill the catalogue with the effects of this package."""
+        self._effects[: self._ours] = ours
+        self._ours = len(ours)
 
     def find(self, name: str) -> type[Effect] | None:
         """The effect of a short or long name, or None."""
@@ -150,44 +121,7 @@ def _require(effect: type[Effect]) -> None:
 
 
 #: Every effect; those of installed packages are loaded when it is first looked through.
-CATALOGUE = Catalogue(
-    (
-        Quantization,
-        AngleRandomWalk,
-        BiasInstability,
-        RateRandomWalk,
-        RateRamp,
-        GaussMarkov,
-        Sinusoid,
-        DriftingLine,
-        ToneBurst,
-        Bandwidth,
-        HighPass,
-        Notch,
-        Resonance,
-        ModulatedVibration,
-        DriftingResonance,
-        PowerLaw,
-        Unexplained,
-        Covariate,
-        TwoLags,
-        Hysteresis,
-        RateOfChange,
-        BiasStep,
-        Excursion,
-        Excursions,
-        Transient,
-        WarmUp,
-        BurstNoise,
-        NoiseLevelChange,
-        NoiseLevels,
-        PeriodicNoiseLevel,
-        NoiseOfColumn,
-        BandLevelChange,
-        Disturbance,
-        Outliers,
-    )
-)
+CATALOGUE = Catalogue()
 
 
 def find(name: str) -> type[Effect] | None:

@@ -34,7 +34,7 @@ class Resonance(Stochastic):
 
     Examples
     --------
-    >>> mount = al.Resonance(frequency=20.0, damping=0.05, rms=0.1)
+    >>> mount = al.effects.Resonance(frequency=20.0, damping=0.05, rms=0.1)
     >>> f = np.linspace(1.0, 49.0, 97)
     >>> print(f[np.argmax(mount.psd(f, rate=100))].round())
     20.0

@@ -26,7 +26,7 @@ class ToneBurst(Tone):
 
     Examples
     --------
-    >>> fan = al.ToneBurst(frequency=12.3, start=200.0, end=350.0, amplitude=0.04)
+    >>> fan = al.effects.ToneBurst(frequency=12.3, start=200.0, end=350.0, amplitude=0.04)
     >>> x = (al.AngleRandomWalk(N=0.01) + fan).simulate(duration=600, rate=50, seed=1)
     >>> found = al.AngleRandomWalk().fit(x).check().suggestions[0]
     >>> print(found.kind, round(found.effect.frequency, 2), round(found.effect.start))

@@ -22,7 +22,7 @@ class Transient(Event):
 
     Examples
     --------
-    >>> pulse = al.Transient(time=50.0, time_constant=20.0, height=0.2)
+    >>> pulse = al.effects.Transient(time=50.0, time_constant=20.0, height=0.2)
     >>> x = pulse.simulate(duration=100, rate=10, seed=1).samples
     >>> print(x[[499, 500, 700]].round(3))
     [0.    0.2   0.074]

@@ -22,7 +22,7 @@ class TwoLags(Follower):
     Examples
     --------
     >>> step = {"temperature": [20.0] + [21.0] * 999}
-    >>> x = al.TwoLags(column="temperature", fast=1.0, slow=2.0, fast_lag=0.0, slow_lag=10.0).simulate(
+    >>> x = al.effects.TwoLags(column="temperature", fast=1.0, slow=2.0, fast_lag=0.0, slow_lag=10.0).simulate(
     ...     n=1000, rate=1, seed=1, covariates=step
     ... )
     >>> print((x.samples - x.samples[0])[[1, 10, 100]].round(2))

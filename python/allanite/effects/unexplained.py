@@ -30,7 +30,7 @@ class Unexplained(Stochastic):
 
     Examples
     --------
-    >>> rest = al.Unexplained(rms=0.02, bands=(8.0, 0.7, 14.0, 0.3))
+    >>> rest = al.effects.Unexplained(rms=0.02, bands=(8.0, 0.7, 14.0, 0.3))
     >>> x = (al.AngleRandomWalk(N=0.01) + rest).simulate(duration=600, rate=100, seed=1)
     >>> fit = al.fit_model(x, "N+X")
     >>> print(fit.model.effects[1].kind, round(fit["X.rms"].value, 2))

@@ -22,7 +22,7 @@ class WarmUp(Deterministic):
 
     Examples
     --------
-    >>> x = al.WarmUp(time_constant=100.0, amplitude=1.0).simulate(duration=500, rate=1, seed=1).samples
+    >>> x = al.effects.WarmUp(time_constant=100.0, amplitude=1.0).simulate(duration=500, rate=1, seed=1).samples
     >>> print((x[100] / x[0]).round(3))
     0.368
     """

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, cast
 
 from allanite.common.errors import InputError
-from allanite.common.several import by_column
+from allanite.common.several import by_column, former_use
 from allanite.common.validation import recorded
 from allanite.effects import Modifier, Periodic, as_model
 from allanite.fit.engine import solve
@@ -21,21 +21,32 @@ from allanite.summary import Summary
 
 if TYPE_CHECKING:
     from allanite.effects import Effect, Model
+    from allanite.fit.several.columns import Fits
 
-__all__ = ["METHODS", "Error", "Fit", "Misfit", "completed", "fit_model", "refitted", "removes"]
+__all__ = [
+    "METHODS",
+    "Error",
+    "Fit",
+    "Misfit",
+    "completed",
+    "fit_columns",
+    "fit_model",
+    "refitted",
+    "removes",
+]
 
 METHODS = ("whittle", "gls", "lines")
 
 
 def fit_model(
     recording: Recording | Summary, model: Model | Effect | str, method: str = "whittle"
-) -> Fit | Any:
+) -> Fit:
     """Fit a model to a recording.
 
     Parameters
     ----------
     recording : Recording or Summary
-        One column; of a recording of several each is fitted.
+        One column; `fit_columns` fits each of several.
     model : Model, Effect or str
         Values are starting values, held ones stay, None is found.
     method : {"whittle", "gls", "lines"}
@@ -45,7 +56,6 @@ def fit_model(
     Returns
     -------
     Fit
-        Of several columns `Fits`, a mapping from their names.
 
     Raises
     ------
@@ -74,10 +84,10 @@ def fit_model(
         recording = recording.recording()
     if isinstance(recording, Recording):
         recording = recording.measured
-    if len(recording.columns) > 1:
-        from allanite.fit.several.columns import Fits
-
-        return Fits(by_column(recording, lambda column: fit_model(column, model, method)))
+    if isinstance(recording, Recording) and len(recording.columns) > 1:
+        former_use(recording.columns, "al.fit_columns(recording, model)")
+        several: Any = fit_columns(recording, model, method)
+        return several
     if isinstance(recording, Recording) and (error := locked_error(recording)) is not None:
         raise error
     model = _following(model, list(recording.covariates))
@@ -104,6 +114,41 @@ def fit_model(
     from allanite.fit.classical.refit import refit
 
     return refit(fit, method)
+
+
+def fit_columns(recording: Recording, model: Model | Effect | str, method: str = "whittle") -> Fits:
+    """Fit one model to each column of a recording.
+
+    Parameters
+    ----------
+    recording : Recording
+        One or more columns.
+    model, method
+        As of `fit_model`.
+
+    Returns
+    -------
+    Fits
+        A mapping from the name of a column to its `Fit`; columns of one unit are also pooled.
+
+    Raises
+    ------
+    InputError, TooShortError
+        As of `fit_model`.
+
+    Examples
+    --------
+    >>> white = np.random.default_rng(1).standard_normal((5000, 2))
+    >>> log = al.Recording(white, rate=100, unit="deg/s", columns=["gyro_x", "gyro_y"])
+    >>> fits = al.fit_columns(log, "N")
+    >>> list(fits), fits["gyro_x"]["N"].value.round(2)
+    (['gyro_x', 'gyro_y'], np.float64(0.1))
+    """
+    from allanite.fit.several.columns import Fits
+
+    recorded(recording)
+    parsed = as_model(model)
+    return Fits(by_column(recording.measured, lambda column: fit_model(column, parsed, method)))
 
 
 def _following(model: Model, columns: list[str]) -> Model:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite import _kernels
-from allanite.common import verbs
 from allanite.common.files import whole_file
 from allanite.common.parameters import Estimate
 from allanite.effects.files import kept_of
@@ -36,8 +35,10 @@ if TYPE_CHECKING:
     from allanite.fit.rivals.together import Pair
     from allanite.fit.simulated import SimulatedCheck
     from allanite.fit.solution import Solution
+    from allanite.plots import Figure
     from allanite.recording import Recording
     from allanite.statespace import StateSpace
+    from allanite.suggestion import Check
 
 __all__ = ["Fit"]
 
@@ -232,7 +233,17 @@ class Fit:
     def _together(self) -> dict[int, tuple[Pair, ...]]:
         return {}
 
-    check = verbs.fit_check
+    def check(self, on_progress: Callable[[int, int], None] | None = None) -> Check:
+        """Where the model fails and what is missing.
+
+        Parameters
+        ----------
+        on_progress : callable, optional
+            Called with (screens done, all screens).
+        """
+        from allanite.suggestion import check_fit
+
+        return check_fit(self, on_progress)
 
     def add(self, addition: Any) -> Fit:
         """Refit with an `addition`: an effect, or the effect of a suggestion.
@@ -307,7 +318,18 @@ class Fit:
 
         return compare_methods(self)
 
-    plot = verbs.fit_plot
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """Allan curve and spectrum with the model.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            SVG, PNG or PDF, written if given.
+        theme : {"light", "dark"}
+        """
+        from allanite.plots import plot_fit
+
+        return plot_fit(self, path, theme)
 
     def to_dict(self) -> dict[str, Any]:
         """``allanite/fit/1`` of the contract, with the band of the Allan curve beside it."""

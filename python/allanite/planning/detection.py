@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from allanite.fit.solution import Solution
     from allanite.planning.expected import Array, Columns
 
-__all__ = ["Power", "power"]
+__all__ = ["Power", "detection_power"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,7 +61,7 @@ class Power:
 
     Examples
     --------
-    >>> found = al.power("N(N=0.01)+K(K=1e-4)", duration=3600, rate=10)
+    >>> found = al.detection_power("N(N=0.01)+K(K=1e-4)", duration=3600, rate=10)
     >>> found.value("N"), bool(found.relative("N") < 0.01), found.to_dict()["schema"]
     (0.01, True, 'allanite/power/1')
     """
@@ -145,7 +145,7 @@ class Power:
         return f"<pre>{self}</pre>"
 
 
-def power(
+def detection_power(
     model: Model | Effect | str,
     effect: Effect | str | None = None,
     *,
@@ -188,7 +188,7 @@ def power(
     Examples
     --------
     >>> line = al.Sinusoid(frequency=7.3, amplitude=6e-3)
-    >>> found = al.power("N(N=0.01)", line, duration=600, rate=100)
+    >>> found = al.detection_power("N(N=0.01)", line, duration=600, rate=100)
     >>> bool(found.probability > 0.9)
     True
     """

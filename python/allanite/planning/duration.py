@@ -12,8 +12,7 @@ from allanite.common.errors import InputError
 from allanite.common.validation import positive, positive_rate
 from allanite.effects import as_model
 from allanite.planning import expected as _expected
-from allanite.planning.detection import Power, as_effect, chance_of
-from allanite.planning.detection import power as power_of
+from allanite.planning.detection import Power, as_effect, chance_of, detection_power
 from allanite.planning.errors import standard_errors
 from allanite.planning.telling import log_odds, two_of
 
@@ -192,7 +191,7 @@ def plan(
     return Plan(
         duration,
         chosen,
-        power_of(base, effect, duration=duration, rate=chosen, covariates=covariates),
+        detection_power(base, effect, duration=duration, rate=chosen, covariates=covariates),
         question,
         tried,
     )
@@ -224,7 +223,7 @@ def _told_apart(
 def _known_enough(
     base: Model, name: str, wanted: float, covariates: Columns | None
 ) -> Callable[[float, float], bool]:
-    value = power_of(base, duration=1e4, rate=1.0, covariates=covariates).value(name)
+    value = detection_power(base, duration=1e4, rate=1.0, covariates=covariates).value(name)
 
     def enough(duration: float, rate: float) -> bool:
         data = _expected.blank(round(duration * rate), rate)

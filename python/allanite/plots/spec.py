@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.common import verbs
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
 
@@ -270,13 +270,28 @@ class Figure:
 
         return tuple(sorted(seen.values(), key=rank))
 
-    to_plotly = verbs.figure_to_plotly
+    def to_plotly(self, theme: str = "light") -> dict[str, Any]:
+        """The figure as plotly's JSON document: ``{"data": […], "layout": {…}}``."""
+        from allanite.plots.plotly_painter import paint
 
-    to_matplotlib = verbs.figure_to_matplotlib
+        return paint(self, theme)
 
-    save = verbs.figure_save
+    def to_matplotlib(self, theme: str = "light", size: tuple[float, float] = (12.8, 7.2)) -> Any:
+        """The figure as a ``matplotlib.figure.Figure`` of `size` inches, to be changed at will."""
+        from allanite.plots.matplotlib_painter import draw
 
-    _repr_svg_ = verbs.figure_svg
+        return draw(self, theme, size)
+
+    def save(self, path: str | Path, theme: str = "light") -> None:
+        """Write SVG, PNG or PDF, by the suffix of `path`."""
+        from allanite.plots.matplotlib_painter import save
+
+        save(self, path, theme)
+
+    def _repr_svg_(self) -> str:
+        from allanite.plots.matplotlib_painter import render
+
+        return render(self, "svg").decode()
 
     def __repr__(self) -> str:
         return f"Figure({self.kind}: {self.title})"

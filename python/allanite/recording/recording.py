@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common import verbs
 from allanite.common.aligned import aligned
 from allanite.common.errors import InputError, about
 from allanite.common.units import rate_unit
@@ -24,8 +23,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from allanite.deviation import Deviation, Deviations
+    from allanite.deviation.averaging import Taus
+    from allanite.plots import Figure
     from allanite.recording.audit import Finding
     from allanite.recording.log_column import LogColumn
+    from allanite.spectrum import Spectrum
 
 __all__ = ["QUANTITIES", "Recording", "find_column"]
 
@@ -84,6 +87,8 @@ class Recording:
     ('deg/h', 10.0, 1000, 3000, 6000)
     >>> gx.oadev().tau.size, gx.psd().density.size > 10, gx.rate_samples().shape, gx.describe()["n"]
     (12, True, (6000,), 6000)
+    >>> list(recording.deviations("mdev"))
+    ['gx', 'gy']
     >>> recording.in_units({"gx": "rad/s"}).units, recording.called("a.csv").path
     (('rad/s', 'deg/s'), 'a.csv')
     >>> found = al.Recording([*x[:, 0], 9.0], rate=100, unit="deg/s").audit
@@ -405,9 +410,25 @@ class Recording:
 
     # -- what follows from it --------------------------------------------------------------------
 
-    oadev = verbs.recording_oadev
+    def oadev(self, taus: Taus = "octave", factors: ArrayLike | None = None) -> Deviation:
+        """Overlapping Allan deviation of one column; `taus` and `factors` as of `allanite.oadev`."""
+        from allanite.deviation import oadev
 
-    psd = verbs.recording_psd
+        return oadev(self, taus=taus, factors=factors)
+
+    def deviations(
+        self, kind: str = "oadev", taus: Taus = "octave", factors: ArrayLike | None = None
+    ) -> Deviations:
+        """A deviation of every column; parameters as of `allanite.deviations`."""
+        from allanite.deviation import deviations
+
+        return deviations(self, kind, taus, factors)
+
+    def psd(self) -> Spectrum:
+        """Two-sided power spectral density of one column, as of `allanite.psd`."""
+        from allanite.spectrum import psd
+
+        return psd(self)
 
     def describe(self) -> dict[str, Any]:
         """JSON form: path, column, n, rate_hz, duration_s, unit, gaps, audit."""
@@ -422,7 +443,18 @@ class Recording:
             "audit": [finding.to_dict() for finding in self.audit],
         }
 
-    plot = verbs.recording_plot
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """Samples over time, a panel a column.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            SVG, PNG or PDF, written if given.
+        theme : {"light", "dark"}
+        """
+        from allanite.plots import plot_recording
+
+        return plot_recording(self, path, theme)
 
     def _repr_html_(self) -> str:
         from allanite.common.showing import recording_html

@@ -382,7 +382,7 @@ def _release() -> None:
     from allanite import _kernels
 
     gc.collect()
-    _kernels.release()
+    _kernels.free_buffers()
 
 
 def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> dict[str, Any]:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.recording import Recording
 
-__all__ = ["Growth", "Measured", "measured_growth", "predict"]
+__all__ = ["Growth", "Measured", "error_growth", "measured_growth"]
 
 Array = NDArray[np.float64]
 #: Standard gravity, m/s² (CGPM 1901).
@@ -74,7 +74,7 @@ class Growth:
     Examples
     --------
     >>> drift = al.AngleRandomWalk(N=0.01) + al.RateRandomWalk(K=1e-4)
-    >>> angle = al.predict(drift, aided=100.0, tau=[10.0], unit="deg/s", rate=10)[0]
+    >>> angle = al.error_growth(drift, aided=100.0, tau=[10.0], unit="deg/s", rate=10)[0]
     >>> print(angle.quantity, angle.unit, sorted(angle.to_dict()["budget"]))
     angle rad ['K', 'N']
     >>> print(angle.table().splitlines()[0][:27])
@@ -173,7 +173,7 @@ class Measured:
         }
 
 
-def predict(
+def error_growth(
     model: Model | Effect | str | Any,
     *,
     aided: float,
@@ -213,7 +213,7 @@ def predict(
     --------
     The angle of white noise grows by N √t, and by N t/√T of the bias known from T seconds:
 
-    >>> angle = al.predict(al.AngleRandomWalk(N=0.01), aided=1e4, tau=[100.0], unit="rad/s", rate=1)[0]
+    >>> angle = al.error_growth(al.AngleRandomWalk(N=0.01), aided=1e4, tau=[100.0], unit="rad/s", rate=1)[0]
     >>> print(angle.total.round(2))
     [0.1]
     """
@@ -283,7 +283,7 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
     Examples
     --------
     >>> noise = al.AngleRandomWalk(N=0.01)
-    >>> angle = al.predict(noise, aided=10.0, tau=[1.0], unit="rad/s", rate=10)[0]
+    >>> angle = al.error_growth(noise, aided=10.0, tau=[1.0], unit="rad/s", rate=10)[0]
     >>> log = noise.simulate(duration=5000, rate=10, seed=1, unit="rad/s")
     >>> seen = al.measured_growth(log, angle)
     >>> print((seen.rms / angle.total).round(1), seen.segments)

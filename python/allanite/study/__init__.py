@@ -2,6 +2,16 @@
 
 from allanite.study.ending import exchanged
 from allanite.study.ladder import Rung, Study, misfit_left
-from allanite.study.search import LIMIT, full, improve, next_rung
+from allanite.study.search import LIMIT, full, improve, improve_columns, next_rung
 
-__all__ = ["LIMIT", "Rung", "Study", "exchanged", "full", "improve", "misfit_left", "next_rung"]
+__all__ = [
+    "LIMIT",
+    "Rung",
+    "Study",
+    "exchanged",
+    "full",
+    "improve",
+    "improve_columns",
+    "misfit_left",
+    "next_rung",
+]

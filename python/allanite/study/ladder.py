@@ -9,16 +9,17 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
-from allanite.common import verbs
 from allanite.effects import title_of
 from allanite.fit.rivals.undecided import Undecided, undecided
 from allanite.study.errors import refusal
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from allanite.effects import Effect
     from allanite.fit.result import Fit
+    from allanite.plots import Figure
     from allanite.recording import Recording
     from allanite.suggestion import Check
 
@@ -201,7 +202,18 @@ class Study:
             "unexplained": self.unexplained,
         }
 
-    plot = verbs.study_plot
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """The errors of the ladder, with the first and the last model.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            SVG, PNG or PDF, written if given.
+        theme : {"light", "dark"}
+        """
+        from allanite.plots import plot_study
+
+        return plot_study(self, path, theme)
 
     def __str__(self) -> str:
         from allanite.fit.table import fit_table, undecided_sentence

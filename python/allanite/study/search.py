@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.blas import one_thread
 from allanite.common.errors import TooShortError
-from allanite.common.several import Several, by_column
+from allanite.common.several import Several, by_column, former_use
 from allanite.common.threads import before, results, side_by_side
 from allanite.common.validation import positive, recorded
 from allanite.effects import Away, Modifier, Stochastic
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.suggestion import Check, Suggestion
 
-__all__ = ["LIMIT", "full", "improve", "next_rung"]
+__all__ = ["LIMIT", "full", "improve", "improve_columns", "next_rung"]
 
 #: No sensor record supports more additions than this, beside lines and stretches that are left out; no more of these.
 LIMIT, ALONE = 8, 32
@@ -62,13 +62,13 @@ def improve(
     limit: int = LIMIT,
     tolerance: float | None = None,
     seconds: float | None = None,
-) -> Study | Any:
+) -> Study:
     """Add the best missing effect until nothing significant is left.
 
     Parameters
     ----------
     recording : Recording
-        Of several columns each is improved, two at a time.
+        One column; `improve_columns` improves each of several.
     model : Model, Effect or str
         Where to start.
     on_progress : callable, optional
@@ -83,7 +83,6 @@ def improve(
     Returns
     -------
     Study
-        Of several columns `Several`, a mapping from their names; `allanite.characterize` compares them.
 
     Raises
     ------
@@ -105,10 +104,9 @@ def improve(
             tolerance, "tolerance", "%", "give per cent of the deviation, such as 5"
         )
     if len(recording.columns) > 1:
-        tasks = by_column(
-            recording, lambda c: lambda: improve(c, model, on_progress, limit, tolerance, seconds)
-        )
-        return Several(dict(zip(tasks, results(side_by_side(list(tasks.values()))), strict=True)))
+        former_use(recording.columns, "al.improve_columns(recording, model)")
+        several: Any = improve_columns(recording, model, on_progress, limit, tolerance, seconds)
+        return several
     deadline = None
     if seconds is not None:
         deadline = time.monotonic() + positive(seconds, "seconds", "s", "give seconds, such as 60")
@@ -144,6 +142,50 @@ def improve(
             if rung.fit.data is not fit.data:
                 rung.fit.data.forget()
         give_back(fit.data.n)
+
+
+def improve_columns(
+    recording: Recording,
+    model: Model | Effect | str = "N+B+K",
+    on_progress: Callable[[int, int], None] | None = None,
+    limit: int = LIMIT,
+    tolerance: float | None = None,
+    seconds: float | None = None,
+) -> Several[Study]:
+    """Improve the model of each column, two columns at a time.
+
+    `allanite.characterize` also says what the columns have in common.
+
+    Parameters
+    ----------
+    recording : Recording
+        One or more columns.
+    model, on_progress, limit, tolerance, seconds
+        As of `improve`.
+
+    Returns
+    -------
+    Several
+        A mapping from the name of a column to its `Study`.
+
+    Raises
+    ------
+    InputError, TooShortError
+        As of `improve`.
+
+    Examples
+    --------
+    >>> white = np.random.default_rng(1).standard_normal((5000, 2))
+    >>> log = al.Recording(white, rate=100, unit="deg/s", columns=["gyro_x", "gyro_y"])
+    >>> studies = al.improve_columns(log, "N")
+    >>> [study.stopped_because for study in studies.values()]
+    ['adequate', 'adequate']
+    """
+    recorded(recording)
+    tasks = by_column(
+        recording, lambda c: lambda: improve(c, model, on_progress, limit, tolerance, seconds)
+    )
+    return Several(dict(zip(tasks, results(side_by_side(list(tasks.values()))), strict=True)))
 
 
 def _stop(check: Check, tolerance: float | None) -> str | None:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from allanite.common import verbs
 from allanite.common.blas import one_thread
 from allanite.common.numbers import chance_text, trials_text
 from allanite.criticism import Where, criticise
@@ -16,8 +15,10 @@ from allanite.suggestion.suggest import Suggestion, same_misfit, suggest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from allanite.fit.result import Fit
+    from allanite.plots import Figure
 
 __all__ = ["Check", "check_fit"]
 
@@ -115,7 +116,18 @@ class Check:
         groups = [("what is missing", [first]), (f"instead of {first[0]}", instead)]
         return [group for group in (*groups, (f"besides {first[0]}", beside)) if group[1]]
 
-    plot = verbs.check_plot
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """As `Fit.plot`, with the ranges shaded in which the model fails.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            SVG, PNG or PDF, written if given.
+        theme : {"light", "dark"}
+        """
+        from allanite.plots import plot_check
+
+        return plot_check(self, path, theme)
 
     def __str__(self) -> str:
         from allanite.fit.table import fit_table

@@ -71,7 +71,7 @@ def test_suggested(toy):
 
 def test_planned_as_it_is_found(toy):
     effect, recording, check = toy
-    found = al.power(WHITE, effect, duration=recording.duration, rate=recording.rate)
+    found = al.detection_power(WHITE, effect, duration=recording.duration, rate=recording.rate)
     assert found.probability > 0.99
     seen = next(s for s in check.suggestions if s.kind == effect.kind)
     # Rises of logL scatter from record to record; five of their standard deviations.

@@ -15,7 +15,9 @@ import allanite as al
 
 #: Public, and neither a class nor a function.
 VALUES = {"CATALOGUE", "__version__"}
-CLASSES = [n for n in al.__all__ if inspect.isclass(getattr(al, n))]
+#: What has a name in `allanite`, and the effects.
+PUBLIC = {n: getattr(al, n) for n in al.__all__} | {e.__name__: e for e in al.CATALOGUE}
+CLASSES = [n for n, thing in PUBLIC.items() if inspect.isclass(thing)]
 FUNCTIONS = [n for n in al.__all__ if n not in VALUES and n not in CLASSES]
 PARSER = doctest.DocTestParser()
 
@@ -25,7 +27,7 @@ def ours(cls):
     return [c for c in cls.__mro__ if c.__module__.startswith("allanite")]
 
 
-THINGS = [getattr(al, name) for name in al.__all__ if name not in VALUES] + [type(al.CATALOGUE)]
+THINGS = [thing for name, thing in PUBLIC.items() if name not in VALUES] + [type(al.CATALOGUE)]
 #: Each docstring once, by the name of what it describes: classes that others build on are read by their heirs, too.
 DESCRIBED = {
     thing.__qualname__: inspect.getdoc(thing) or ""
@@ -51,9 +53,9 @@ def attributes(names):
     return {n.attr for n in ast.walk(ast.parse(code)) if isinstance(n, ast.Attribute)}
 
 
-@pytest.mark.parametrize("name", sorted(set(al.__all__) - VALUES))
+@pytest.mark.parametrize("name", sorted(set(PUBLIC) - VALUES))
 def test_every_public_name_has_an_example(name):
-    assert EXAMPLES[getattr(al, name).__qualname__], f"al.{name}: add Examples to its docstring"
+    assert EXAMPLES[PUBLIC[name].__qualname__], f"al.{name}: add Examples to its docstring"
 
 
 def test_the_catalogue_has_an_example():
@@ -63,7 +65,7 @@ def test_the_catalogue_has_an_example():
 @pytest.mark.parametrize("name", CLASSES)
 def test_every_method_is_described_and_in_an_example(name):
     """In that of its class, or of the class that it comes from."""
-    cls = getattr(al, name)
+    cls = PUBLIC[name]
     found = methods(cls)
     mute = [m for m, member in found.items() if not inspect.getdoc(member)]
     assert not mute, f"al.{name}: describe {mute}"
@@ -73,7 +75,7 @@ def test_every_method_is_described_and_in_an_example(name):
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_every_property_is_described(name):
-    cls = getattr(al, name)
+    cls = PUBLIC[name]
     found = inspect.getmembers(cls, lambda v: isinstance(v, property))
     mute = [m for m, p in found if not m.startswith("_") and not p.__doc__]
     assert not mute
@@ -81,7 +83,7 @@ def test_every_property_is_described(name):
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_result_and_errors_of_a_function_are_described(name):
-    function = getattr(al, name)
+    function = PUBLIC[name]
     text = DESCRIBED[function.__qualname__]
     if inspect.signature(function).return_annotation not in {None, "None"}:
         assert "Returns\n-------" in text, f"al.{name}: say what it returns"
@@ -92,8 +94,8 @@ def test_result_and_errors_of_a_function_are_described(name):
 
 def callables():
     """Every public function and method by its name, those of base classes under the class that defines them."""
-    found = {name: getattr(al, name) for name in FUNCTIONS}
-    for cls in {one for name in CLASSES for one in ours(getattr(al, name))}:
+    found = {name: PUBLIC[name] for name in FUNCTIONS}
+    for cls in {one for name in CLASSES for one in ours(PUBLIC[name])}:
         for name, member in methods(cls).items():
             if name in vars(cls):
                 found[f"{cls.__name__}.{name}"] = getattr(member, "__func__", member)
@@ -142,12 +144,12 @@ def test_help_of_an_effect_shows_what_it_declares(effect):
 
 
 def test_what_help_says_of_a_parameter():
-    text = inspect.getdoc(al.Bandwidth)
+    text = inspect.getdoc(al.effects.Bandwidth)
     assert "cutoff : Hz\n    −3 dB frequency; range 1e-12 … ∞." in text
     assert "floor : 1, optional\n" in text
     assert "design : a choice\n" in text
     assert "sigma : U, derived\n" in inspect.getdoc(al.GaussMarkov)
-    assert inspect.getdoc(al.BiasStep.grid).endswith("Parameters as of `Effect.grid`.")
+    assert inspect.getdoc(al.effects.BiasStep.grid).endswith("Parameters as of `Effect.grid`.")
 
 
 #: What a method is from, by the name of what uses it.
@@ -176,7 +178,7 @@ SOURCES = {
 
 @pytest.mark.parametrize("name", sorted(SOURCES))
 def test_the_source_is_named(name):
-    assert re.search(SOURCES[name], inspect.getdoc(getattr(al, name)))
+    assert re.search(SOURCES[name], inspect.getdoc(PUBLIC[name]))
 
 
 @pytest.mark.parametrize("name", sorted(n for n, examples in EXAMPLES.items() if examples))

@@ -66,7 +66,7 @@ def _document(model, fit):
 def test_growth_covers_held_out_segments(fits):
     inside, ratios = [], []
     for fit, second in fits:
-        growth = al.predict(fit, aided=5.0, tau=[1.0, 5.0, 20.0])[0]
+        growth = al.error_growth(fit, aided=5.0, tau=[1.0, 5.0, 20.0])[0]
         found = al.measured_growth(second, growth)
         inside.append(found.inside)
         ratios.append(found.rms / growth.total)

@@ -41,7 +41,7 @@ def recording(kind, seed):
 @pytest.mark.parametrize("kind", HIDDEN)
 def test_the_rise_of_logl_and_its_spread_are_those_of_fits(kind):
     effect = HIDDEN[kind][0]
-    told = al.power(N_B, effect, duration=N / RATE, rate=RATE)
+    told = al.detection_power(N_B, effect, duration=N / RATE, rate=RATE)
     rises = []
     for seed in range(RECORDS):
         record = recording(kind, seed)
@@ -58,7 +58,7 @@ def test_the_rise_of_logl_and_its_spread_are_those_of_fits(kind):
 def test_standard_errors_are_the_scatter_of_fits():
     truth = {"N": LEVEL, "B": 6e-3, "K": 5e-3, "Q": 4e-4}
     model = "+".join(f"{k}({k}={v})" for k, v in truth.items())
-    told = al.power(model, duration=N / RATE, rate=RATE)
+    told = al.detection_power(model, duration=N / RATE, rate=RATE)
     found = {name: [] for name in truth}
     for seed in range(RECORDS):
         rng = np.random.default_rng([seed, 12])
@@ -75,7 +75,7 @@ def test_standard_errors_are_the_scatter_of_fits():
 
 @pytest.mark.parametrize("kind", ["gauss_markov", "rate_random_walk"])
 def test_the_probability_is_the_rate_at_which_check_names_the_effect(kind):
-    told = al.power(N_B, HIDDEN[kind][0], duration=N / RATE, rate=RATE)
+    told = al.detection_power(N_B, HIDDEN[kind][0], duration=N / RATE, rate=RATE)
     records = 24
     named = 0
     for seed in range(records):
@@ -117,7 +117,7 @@ BESIDE = {
 @pytest.mark.parametrize("case", BESIDE)
 def test_what_is_there_takes_its_part_of_the_rise(case):
     base, effect, make = BESIDE[case]
-    told = al.power(base, effect, duration=1200.0, rate=50.0)
+    told = al.detection_power(base, effect, duration=1200.0, rate=50.0)
     rises = []
     for seed in range(RECORDS):
         rng = np.random.default_rng([seed, 13, *case.encode()])

@@ -62,7 +62,7 @@ def test_a_change_of_all_noise_is_no_change_of_a_band():
 
 @pytest.mark.parametrize("model", ["N(N=0.01)", "N(N=0.01)+RES(f=12,zeta=0.05,rms=0.05)"])
 def test_it_is_simulated_in_pieces_as_in_one(model):
-    model = al.parse_model(model) + al.BandLevelChange(
+    model = al.parse_model(model) + al.effects.BandLevelChange(
         low=10.0, high=14.0, start=200.0, end=400.0, factor=3.0
     )
     options = {"n": 40_000, "rate": RATE, "seed": 3, "unit": "deg/s"}

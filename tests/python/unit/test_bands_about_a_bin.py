@@ -52,7 +52,7 @@ def test_what_is_taken_out_again_was_not_asked_for():
     """How many of the start's effects are left does not fall with those that were added."""
     recording = _recording(1, 0.03)
     before = al.fit_model(recording, "N+GM(T=2)")
-    fit = before.add(al.Resonance(frequency=20.0, damping=0.03))
+    fit = before.add(al.effects.Resonance(frequency=20.0, damping=0.03))
     less, removed, asked = pruned(fit, before, 1, set(), set())
     assert removed == ["gauss_markov"]
     assert less.model.name == "N+RES"

@@ -65,7 +65,7 @@ def test_what_is_held_stays():
     x = g.white(rng, LENGTH, RATE, N) + _wandering(rng, 7.3, 0.003, 0.03)[0]
     values = {"frequency": 7.3, "damping": 0.003 / 7.3, "rms": 0.03 / np.sqrt(2.0)}
     for held in ("rms", "damping"):
-        band = al.Resonance(**values | {held: 0.8 * values[held]}, hold=(held,))
+        band = al.effects.Resonance(**values | {held: 0.8 * values[held]}, hold=(held,))
         fit = al.fit_model(_recording(x), al.Model((al.AngleRandomWalk(), band)))
         assert fit.model.effects[1].values[held] == 0.8 * values[held]
         # With one shape held the other is found in the bins, 1.2 % wide.
@@ -107,7 +107,7 @@ def test_noise_has_no_band():
 )
 def test_the_mean_of_a_bin_is_that_of_its_ordinates(frequency, ordinates, n):
     half = ordinates * RATE / (2.0 * n)
-    band = al.Resonance(frequency=frequency, damping=half / frequency, rms=1.0)
+    band = al.effects.Resonance(frequency=frequency, damping=half / frequency, rms=1.0)
     data = prepare(_recording(np.random.default_rng(0).standard_normal(n)))
     found = column_of(al.Model((band,)), band, data)
     if not is_narrow(band):
@@ -123,9 +123,9 @@ def test_the_mean_of_a_bin_is_that_of_its_ordinates(frequency, ordinates, n):
 def test_few_ordinates_tell_the_means_of_bins_that_have_many(half, depth, monkeypatch):
     n = 3_000_000
     bins, hertz = bins_of(n), RATE / (2.0 * n)
-    band = al.Resonance(frequency=7.3, damping=half * hertz / 7.3, rms=1.0)
+    band = al.effects.Resonance(frequency=7.3, damping=half * hertz / 7.3, rms=1.0)
     if depth is not None:
-        band = al.ModulatedVibration.modulating(band, 0.9, depth)
+        band = al.effects.ModulatedVibration.modulating(band, 0.9, depth)
     terms = tuple(band.terms(RATE))
     found = []
     for singly in (n, 0):

@@ -23,7 +23,34 @@ def test_unknown_names_are_refused():
 
 def test_listing():
     assert dir(allanite) == sorted(allanite.__all__)
-    assert set(allanite._HOME) | {"__version__"} == set(allanite.__all__)
+
+
+@pytest.mark.parametrize(
+    ("former", "now"),
+    [
+        ("power", "detection_power"),
+        ("predict", "error_growth"),
+        ("release", "free_buffers"),
+        ("Bandwidth", "effects.Bandwidth"),
+        ("WarmUp", "effects.WarmUp"),
+    ],
+)
+def test_a_former_name_works_and_warns_of_the_new_one(former, now):
+    code = (
+        "import warnings, allanite\n"
+        "with warnings.catch_warnings(record=True) as caught:\n"
+        "    warnings.simplefilter('always')\n"
+        f"    found = allanite.{former}\n"
+        f"assert found is allanite.{now}\n"
+        "print(*[f'{w.category.__name__}: {w.message}' for w in caught])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == f"DeprecationWarning: al.{former} is now al.{now}"
+
+
+def test_every_effect_is_public():
+    names = {effect.__name__ for effect in allanite.CATALOGUE if "allanite" in effect.__module__}
+    assert all(hasattr(allanite.effects, name) for name in names)
 
 
 def test_the_package_itself_imports_nothing():

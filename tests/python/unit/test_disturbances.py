@@ -217,13 +217,13 @@ def test_what_happened_in_a_stretch_that_is_taken_out_leaves():
     shaken = (time >= 700.0) & (time < 760.0)
     x = _noise(12) + np.where(shaken, np.random.default_rng(3).standard_normal(N), 0.0)
     inside = [
-        al.Excursion(start=702.0, end=705.0),
-        al.Outliers.at([701.0, 730.0, 755.0]),
-        al.Disturbance(start=710.0, end=712.0),
+        al.effects.Excursion(start=702.0, end=705.0),
+        al.effects.Outliers.at([701.0, 730.0, 755.0]),
+        al.effects.Disturbance(start=710.0, end=712.0),
     ]
-    outside = [al.BiasStep(time=300.0), al.Outliers.at([10.0, 2000.0, 730.0])]
+    outside = [al.effects.BiasStep(time=300.0), al.effects.Outliers.at([10.0, 2000.0, 730.0])]
     for effect in (*inside, *outside):
-        whole = al.Disturbance(start=699.0, end=761.0)
+        whole = al.effects.Disturbance(start=699.0, end=761.0)
         fit = al.fit_model(al.Recording(x, rate=RATE), al.parse_model(MODEL) + effect)
         found = added_to(fit, whole, 3)
         assert found is not None
@@ -236,6 +236,6 @@ def test_a_ramp_is_not_of_the_end_of_a_record():
     """More than half of its squares are in the last fifth."""
     x = _noise(13) + 1e-4 * np.arange(N) / RATE
     fit = al.fit_model(al.Recording(x, rate=RATE), al.parse_model(MODEL) + al.RateRamp())
-    found = added_to(fit, al.Disturbance(start=1950.0, end=2400.0), 3)
+    found = added_to(fit, al.effects.Disturbance(start=1950.0, end=2400.0), 3)
     assert found is not None
     assert [e.kind for e in found[0].model.effects[3:]] == ["rate_ramp", "disturbance"]

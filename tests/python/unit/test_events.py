@@ -25,7 +25,11 @@ def test_a_disturbance_of_minutes_is_one_event():
     time = np.arange(n) / rate
     x = _quiet(rng, n, rate) + 5.0 * MG * ((time >= 700.0) & (time < 1100.0))
     study = al.improve(al.Recording(x, rate, unit="m/s^2", columns=("acc_x",)), "N+B+K")
-    slow = [e for e in study.fit.model if isinstance(e, al.Excursion | al.BiasStep | al.Transient)]
+    slow = [
+        e
+        for e in study.fit.model
+        if isinstance(e, al.effects.Excursion | al.effects.BiasStep | al.effects.Transient)
+    ]
     assert [e.kind for e in slow] == ["excursion"], study.fit.model
     assert (slow[0].start, slow[0].end) == (
         pytest.approx(700, abs=0.1),
@@ -119,7 +123,9 @@ def test_the_best_span_is_the_best_of_all_pairs(size, others, seed):
     basis = np.linalg.qr(rng.normal(size=(size, min(others, size))))[0]
     left = residual - basis @ (basis.T @ residual)
     times = np.arange(1, size + 1) * (n / rate / (size + 1))
-    rows = al.BiasStep.regressor_ordinates([al.BiasStep(time=t) for t in times], j, n, rate, 0.0)
+    rows = al.effects.BiasStep.regressor_ordinates(
+        [al.effects.BiasStep(time=t) for t in times], j, n, rate, 0.0
+    )
     rows = rows * root
     rows -= (rows @ basis) @ basis.T
     best = max(
@@ -128,7 +134,7 @@ def test_the_best_span_is_the_best_of_all_pairs(size, others, seed):
         for k in range(i + 1, size)
         if (d := rows[i] - rows[k]) @ d > 1e-6 * (rows[i] @ rows[i])
     )
-    found, arc = al.BiasStep.best_span(residual, root, basis, n, rate)
+    found, arc = al.effects.BiasStep.best_span(residual, root, basis, n, rate)
     i, k = (int(np.argmin(abs(times - t))) for t in found.when)
     d = rows[i] - rows[k]
     assert 0.5 * float(d @ left) ** 2 / float(d @ d) - np.log(k - i) == pytest.approx(best)

@@ -51,7 +51,7 @@ def test_a_further_one_joins_those_that_are_known():
     first = al.improve(away(5, VISITS), start, limit=1)
     assert first.fit.model.effects[-1].count == 3
     # The same by hand: two that the start asks for stay its own.
-    model = al.parse_model(start) + al.Excursions(
+    model = al.parse_model(start) + al.effects.Excursions(
         starts=(300.0, 1210.0), ends=(340.0, 1235.0), heights=(0.02, -0.03)
     )
     study = al.improve(away(5, VISITS), model)
@@ -64,11 +64,11 @@ def test_a_further_one_joins_those_that_are_known():
 )
 def test_lists_that_do_not_match_are_refused(bad):
     with pytest.raises(InputError, match="excursions:"):
-        al.Excursions(**bad)
+        al.effects.Excursions(**bad)
 
 
 def test_several_excursions_are_written_and_read(tmp_path):
-    model = al.parse_model("N(N=0.01)") + al.Excursions(
+    model = al.parse_model("N(N=0.01)") + al.effects.Excursions(
         starts=(1.0, 5.0), ends=(2.0, 9.0), heights=(0.1, -0.2)
     )
     path = tmp_path / "model.json"
@@ -78,15 +78,15 @@ def test_several_excursions_are_written_and_read(tmp_path):
 
 def test_one_within_another_that_takes_it_back_is_two():
     long, within = (
-        al.Excursion(start=a, end=b, height=h)
+        al.effects.Excursion(start=a, end=b, height=h)
         for a, b, h in ((12.0, 15.6, 0.06), (12.3, 15.0, -0.061))
     )
-    both = al.Excursions.together([long, within])
+    both = al.effects.Excursions.together([long, within])
     assert both.starts == (12.0, 15.0)
     assert both.ends == (12.3, 15.6)
     assert both.heights == (0.06, 0.06)
-    deeper = al.Excursion(start=12.3, end=15.0, height=-0.03)
-    assert al.Excursions.together([long, deeper]).heights == (0.06, -0.03)
+    deeper = al.effects.Excursion(start=12.3, end=15.0, height=-0.03)
+    assert al.effects.Excursions.together([long, deeper]).heights == (0.06, -0.03)
 
 
 @pytest.mark.parametrize("seed", [15, 38, 44, 56])

@@ -14,7 +14,7 @@ def test_outliers_of_angle_samples():
     increments[[700, 1500, 3000]] += 1.0
     angle = np.concatenate([[0.0], np.cumsum(increments)])
     recording = al.Recording(angle, rate=rate, unit="deg", quantity="angle")
-    spikes = al.Outliers(times=(70.0, 150.0, 300.0))
+    spikes = al.effects.Outliers(times=(70.0, 150.0, 300.0))
     with_spikes = al.AngleRandomWalk().fit(recording)["N"]
     without = (al.AngleRandomWalk() + spikes).fit(recording)["N"]
     # 4000 ordinates know N to 1.1 %; 4 σ.

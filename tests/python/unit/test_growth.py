@@ -15,7 +15,7 @@ RATE = 50.0
 
 def angle(text, **options):
     options = {"unit": "rad/s", "rate": RATE, "aided": 10.0, **options}
-    return al.predict(parse_model(text), **options)[0]
+    return al.error_growth(parse_model(text), **options)[0]
 
 
 def test_closed_forms():
@@ -46,7 +46,7 @@ def test_hours_are_exact_at_once_and_at_the_end():
     # 1.8 million samples: a sample after hours of aiding as well as hours later.
     model = parse_model("N(N=0.1)+B(B=0.01)+K(K=1e-3)+GM(q_c=0.01,T=5)")
     tau = np.array([0.02, 0.1, 18_000.0])
-    found = al.predict(model, aided=18_000.0, unit="rad/s", rate=RATE, tau=tau)[0]
+    found = al.error_growth(model, aided=18_000.0, unit="rad/s", rate=RATE, tau=tau)[0]
     expected = np.sqrt(2.0) * 18_000.0 * np.sqrt(model.allan_variance(18_000.0, RATE))
     assert found.total[-1] == pytest.approx(expected, rel=1e-9)
     np.testing.assert_allclose(
@@ -76,7 +76,7 @@ def test_fast_lines_are_not_taken_for_slow_ones():
     # n samples of a line add up to A/|sin(πf/rate)| at most; those of the aiding count t/aided times.
     tau = np.array([0.3, 100.0, 300.0])
     for frequency in (50.0, 142.86, 499.0):
-        growth = al.predict(
+        growth = al.error_growth(
             parse_model(f"N(N=1e-9)+SIN(f={frequency},A=0.01)"),
             aided=10.0, unit="rad/s", rate=1000.0, tau=tau,
         )[0]  # fmt: skip
@@ -87,10 +87,10 @@ def test_fast_lines_are_not_taken_for_slow_ones():
 def test_a_changing_level_is_averaged_over_the_record_or_left_out():
     model = parse_model("N(N=0.02)+CYCLE(period=10,start=1,share=0.3,factor=2)")
     tau = [1.0, 10.0]
-    alone = al.predict(model, aided=7.0, unit="rad/s", rate=10.0, tau=tau)[0]
+    alone = al.error_growth(model, aided=7.0, unit="rad/s", rate=10.0, tau=tau)[0]
     assert alone.left_out == ("periodic_noise_level",)
     log = model.simulate(duration=20_000, rate=10.0, seed=3, unit="rad/s")
-    growth = al.predict(model, aided=7.0, unit="rad/s", rate=10.0, tau=tau, duration=20_000)[0]
+    growth = al.error_growth(model, aided=7.0, unit="rad/s", rate=10.0, tau=tau, duration=20_000)[0]
     assert growth.left_out == ()
     np.testing.assert_allclose(growth.total / alone.total, np.sqrt(1.9), rtol=1e-3)
     # 1000 segments, of which some have more loud samples than others: √(1/2000) = 2.2 %, and as much again.
@@ -98,7 +98,7 @@ def test_a_changing_level_is_averaged_over_the_record_or_left_out():
 
 
 def test_budget_adds_in_squares_and_names_what_is_left_out():
-    growth = al.predict(
+    growth = al.error_growth(
         parse_model("N(N=0.1)+B(B=0.01)+SIN(f=0.1,A=0.01)+STEP(t=5,h=1)"),
         aided=10.0, unit="mg", rate=RATE,
     )  # fmt: skip
@@ -131,7 +131,9 @@ def test_what_follows_a_column_is_left_out_for_that_reason():
 @pytest.mark.parametrize("quantity", [0, 1, 2])
 def test_simulation_agrees(quantity):
     model = parse_model("Q(Q=1e-4)+N(N=0.01)+B(B=0.02)+K(K=2e-3)+GM(q_c=0.02,T=2)+R(R=1e-3)")
-    growth = al.predict(model, aided=5.0, unit="deg/s", rate=RATE, tau=[0.1, 2.0, 20.0])[quantity]
+    growth = al.error_growth(model, aided=5.0, unit="deg/s", rate=RATE, tau=[0.1, 2.0, 20.0])[
+        quantity
+    ]
     recording = model.simulate(n=1250 * 400, rate=RATE, seed=4, unit="deg/s")
     found = al.measured_growth(recording, growth)
     assert found.segments == 400
@@ -144,7 +146,7 @@ def test_a_clock_and_a_fit():
     assert angle("N(N=1e-9)", unit="1").quantity == "phase"
     recording = parse_model("N(N=0.1)+B(B=0.01)").simulate(n=20_000, rate=10.0, seed=1, unit="mg")
     fit = parse_model("N+B").fit(recording)
-    growth = al.predict(fit, aided=10.0)
+    growth = al.error_growth(fit, aided=10.0)
     assert [g.unit for g in growth] == ["m/s", "m"]
     document = growth[0].to_dict()
     assert set(document["budget"]) == {"N", "B"}
@@ -153,7 +155,7 @@ def test_a_clock_and_a_fit():
 
 def test_refusals():
     with pytest.raises(InputError, match="unit and the rate"):
-        al.predict(parse_model("N(N=1)"), aided=10.0)
+        al.error_growth(parse_model("N(N=1)"), aided=10.0)
     with pytest.raises(InputError, match="aided"):
         angle("N(N=1)", aided=0.0)
     with pytest.raises(InputError, match="tau"):

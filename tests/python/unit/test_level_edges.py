@@ -91,7 +91,7 @@ def test_the_interval_of_an_edge_covers(factor):
     The error of a border has a discrete law where the change is large: there more than 95 % are covered.
     """
     rng = np.random.default_rng(9)
-    error = al.NoiseLevelChange(start=0.0, end=1000.0, factor=factor).errors(1.0)["start"]
+    error = al.effects.NoiseLevelChange(start=0.0, end=1000.0, factor=factor).errors(1.0)["start"]
     reach = int(20.0 * error) + 20
     levels = np.array([1.0, factor**2])
     covered = 0

@@ -47,17 +47,17 @@ def test_chance_of_the_other_forms_is_no_smaller_than_simulated():
 
 def test_levels_are_times_and_factors_together():
     with pytest.raises(InputError, match="2 times and 1 factors"):
-        al.NoiseLevels(times=(1.0, 2.0), factors=(2.0,))
+        al.effects.NoiseLevels(times=(1.0, 2.0), factors=(2.0,))
     with pytest.raises(InputError, match="must rise"):
-        al.NoiseLevels(times=(2.0, 1.0), factors=(2.0, 1.0))
+        al.effects.NoiseLevels(times=(2.0, 1.0), factors=(2.0, 1.0))
 
 
 @pytest.mark.parametrize(
     "effect",
     [
-        al.NoiseLevels(times=(3.0, 7.5), factors=(2.0, 0.5)),
-        al.PeriodicNoiseLevel(period=2.3, start=-1.1, share=0.4, factor=3.0),
-        al.NoiseLevelChange(start=2.2, end=4.1, factor=1.5),
+        al.effects.NoiseLevels(times=(3.0, 7.5), factors=(2.0, 0.5)),
+        al.effects.PeriodicNoiseLevel(period=2.3, start=-1.1, share=0.4, factor=3.0),
+        al.effects.NoiseLevelChange(start=2.2, end=4.1, factor=1.5),
     ],
 )
 def test_mean_power_is_the_mean_of_the_gain(effect):
@@ -75,9 +75,9 @@ def test_a_strong_change_leaves_few_independent_ordinates():
     rng = np.random.default_rng(3)
     x = rng.standard_normal(20_000)
     x[4000:6000] *= 7.0
-    fit = (al.AngleRandomWalk() + al.NoiseLevelChange(start=40.0, end=60.0, factor=7.0)).fit(
-        al.Recording(x, rate=100.0)
-    )
+    fit = (
+        al.AngleRandomWalk() + al.effects.NoiseLevelChange(start=40.0, end=60.0, factor=7.0)
+    ).fit(al.Recording(x, rate=100.0))
     whole = fit.data.bins.count.sum()
     assert whole / fit.solution.count.sum() == pytest.approx(6.54, abs=4 * 0.17)
     low, high = fit["N"].interval
@@ -118,7 +118,11 @@ def test_a_change_of_level_that_steadies_nothing_is_not_offered_again(seed):
     x = 0.003 * rng.standard_normal(n)
     x += moving * (g.gauss_markov(rng, n, rate, 0.8, 0.3) + g.white(rng, n, rate, 0.02))
     study = al.improve(al.Recording(x, rate=rate, unit="rad/s"), "N+B+K")
-    levels = [e for e in study.fit.model if isinstance(e, al.NoiseLevelChange | al.NoiseLevels)]
+    levels = [
+        e
+        for e in study.fit.model
+        if isinstance(e, al.effects.NoiseLevelChange | al.effects.NoiseLevels)
+    ]
     assert len(levels) == 1
 
 
@@ -138,7 +142,7 @@ def test_a_pulse_that_comes_back_is_no_level_of_noise():
 def test_a_level_scales_the_whole_of_what_a_bandwidth_leaves(design):
     # A quiet stretch behind a filter made the density negative: its white term alone was scaled.
     white, band = al.parse_model(f"N(N=1)+BW(cutoff=3.5,order=1,design={design})").effects
-    level = al.NoiseLevels(times=(20.0, 900.0), factors=(0.2, 0.1))
+    level = al.effects.NoiseLevels(times=(20.0, 900.0), factors=(0.2, 0.1))
     rate, span = 10.0, (0.0, 1000.0)
     w = np.linspace(0.01, np.pi, 200)
     whole = sum(t.spectrum(w) for t in al.Model((white, band)).terms(rate))

@@ -46,7 +46,7 @@ def test_release_empties_the_caches_of_fitted_models():
     fit = al.fit_model(recording, "N+K+BW")
     caches = (expected._behind, expected._open, lowpass.terms)
     assert all(cache.cache_info().currsize for cache in caches)
-    al.release()
+    al.free_buffers()
     assert not any(cache.cache_info().currsize for cache in caches)
     again = al.fit_model(recording, "N+K+BW")
     assert again.to_dict() == fit.to_dict()

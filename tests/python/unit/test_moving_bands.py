@@ -112,7 +112,7 @@ def test_a_course_is_met_by_chance_as_seldom_as_said():
 @pytest.mark.parametrize("seed", [2, 3])
 def test_what_is_simulated_is_where_its_course_says(seed):
     course = tuple(np.linspace(22.0, 20.0, 32).tolist())
-    band = al.DriftingResonance(course=course, damping=0.01, rms=0.05)
+    band = al.effects.DriftingResonance(course=course, damping=0.01, rms=0.05)
     model = al.AngleRandomWalk(N=0.005) + band
     x = model.simulate(duration=2000, rate=RATE, seed=seed).samples
     for part, middle in ((x[:20_000], 21.9), (x[-20_000:], 20.1)):
@@ -128,7 +128,7 @@ def test_what_is_simulated_is_where_its_course_says(seed):
 
 
 def test_its_density_is_the_mean_of_its_parts():
-    band = al.DriftingResonance(course=(11.0, 10.0, 10.5), damping=0.02, rms=0.3)
+    band = al.effects.DriftingResonance(course=(11.0, 10.0, 10.5), damping=0.02, rms=0.3)
     f = np.linspace(1.0, 49.0, 200)
     parts = [Resonance(frequency=c, damping=0.02, rms=0.3).psd(f, rate=RATE) for c in band.course]
     assert band.psd(f, rate=RATE) == pytest.approx(np.mean(parts, axis=0), rel=1e-12)
@@ -144,11 +144,11 @@ def test_behind_a_filter_it_is_the_mean_of_its_parts_there(filtering):
     """Its exponentials pass together, those of a single band one by one."""
     course = tuple(np.linspace(8.0, 12.0, 9))
     f, filters = np.linspace(0.5, 49.0, 400), al.parse_model(filtering)
-    moving = (filters + al.DriftingResonance(course=course, damping=0.02, rms=0.1)).psd(
+    moving = (filters + al.effects.DriftingResonance(course=course, damping=0.02, rms=0.1)).psd(
         f, rate=100.0
     )
     parts = [
-        (filters + al.Resonance(frequency=c, damping=0.02, rms=0.1)).psd(f, rate=100.0)
+        (filters + al.effects.Resonance(frequency=c, damping=0.02, rms=0.1)).psd(f, rate=100.0)
         for c in course
     ]
     assert moving == pytest.approx(np.mean(parts, axis=0), rel=1e-9, abs=1e-12 * moving.max())
@@ -156,16 +156,16 @@ def test_behind_a_filter_it_is_the_mean_of_its_parts_there(filtering):
 
 def test_a_course_is_checked():
     with pytest.raises(al.InputError, match="two frequencies"):
-        al.DriftingResonance(course=(10.0,))
+        al.effects.DriftingResonance(course=(10.0,))
     with pytest.raises(al.InputError, match="above 0"):
-        al.DriftingResonance(course=(10.0, -1.0))
+        al.effects.DriftingResonance(course=(10.0, -1.0))
 
 
 def test_a_course_may_be_wide():
     """From one frequency to ten times that: an eighth of it is wider than a resonance may be at the lower end."""
     course = np.geomspace(2.0, 20.0, LENGTH)
     places = tuple(course[:: LENGTH // 80][1::2].tolist())
-    model = al.AngleRandomWalk() + al.DriftingResonance(course=places)
+    model = al.AngleRandomWalk() + al.effects.DriftingResonance(course=places)
     fit = al.fit_model(_recording(0, course), model)
     # 0.2 Hz wide at any time: 0.01 of 20 Hz and 0.1 of 2 Hz, one damping for all.
     assert fit["DRES.rms"].value == pytest.approx(0.05, rel=0.1)

@@ -21,7 +21,7 @@ def _recording(seed, *more):
 
 @pytest.mark.long
 def test_a_band_between_two_points_of_a_coarse_grid_is_found():
-    # 8.1 mrad/s rms is worth ΔlogL 29 ± 8 here and 11 are needed (`al.power`): by chance one in 400 is missed.
+    # 8.1 mrad/s rms is worth ΔlogL 29 ± 8 here and 11 are needed (`al.detection_power`): by chance one in 400 is missed.
     found = 0
     for seed, frequency in enumerate(np.geomspace(4.6, 5.06, 8)):
         band = (RATE, frequency, 0.023, 8.1e-3)
@@ -37,7 +37,7 @@ def test_a_band_between_two_points_of_a_coarse_grid_is_found():
 
 def test_a_band_narrower_than_the_record_resolves_is_a_line():
     model = al.parse_model("N")
-    wide, narrow = (al.Resonance(frequency=0.01, damping=d, rms=1e-3) for d in (0.2, 0.005))
+    wide, narrow = (al.effects.Resonance(frequency=0.01, damping=d, rms=1e-3) for d in (0.2, 0.005))
     assert wide.shows(model + wide, RATE, 1000.0)
     assert not narrow.shows(model + narrow, RATE, 1000.0)
 

@@ -18,7 +18,7 @@ LAG = "GM(q_c=1.9e-3,T=30)"
 
 
 def test_white_noise_is_known_to_one_over_root_two_n():
-    found = al.power("N(N=0.01)", duration=1000.0, rate=100.0)
+    found = al.detection_power("N(N=0.01)", duration=1000.0, rate=100.0)
     # n − 1 ordinates, each one degree of freedom of N²: relative error 1/√(2(n−1)).
     assert found.relative("N") == pytest.approx(1 / np.sqrt(2 * 99_999), rel=1e-6)
     assert found.effect is found.probability is found.delta_log_likelihood is None
@@ -26,7 +26,7 @@ def test_white_noise_is_known_to_one_over_root_two_n():
 
 def test_a_line_in_white_noise_is_the_textbook_case():
     n, rate, level, size = 100_000, 100.0, 0.01, 6e-4
-    found = al.power(
+    found = al.detection_power(
         f"N(N={level})", f"SIN(f=7.3,A={size},phase=0.4)", duration=n / rate, rate=rate
     )
     energy = size**2 * n / (level**2 * rate)  # A² n/σ²
@@ -48,14 +48,16 @@ def test_a_line_in_white_noise_is_the_textbook_case():
 
 def test_a_ramp_in_white_noise():
     n, rate, level, slope = 20_000, 10.0, 0.1, 2e-4
-    found = al.power(f"N(N={level})", f"R(R={slope})", duration=n / rate, rate=rate)
+    found = al.detection_power(f"N(N={level})", f"R(R={slope})", duration=n / rate, rate=rate)
     # var R = 12 σ²/(n³ τ0²), σ² = N² rate.
     expected = np.sqrt(12 * level**2 * rate / n**3) * rate
     assert found.standard_errors["R"] == pytest.approx(expected, rel=1e-3)
 
 
 def test_more_record_tells_more():
-    powers = [al.power(BASE, LAG, duration=t, rate=20.0) for t in (1800, 3600, 7200, 14400)]
+    powers = [
+        al.detection_power(BASE, LAG, duration=t, rate=20.0) for t in (1800, 3600, 7200, 14400)
+    ]
     for short, long in itertools.pairwise(powers):
         assert short.probability < long.probability
         assert short.delta_log_likelihood < long.delta_log_likelihood
@@ -64,7 +66,7 @@ def test_more_record_tells_more():
 
 
 def test_an_effect_that_is_not_there_is_found_at_the_rate_of_false_alarms():
-    found = al.power("N(N=0.0126)", "K(K=1e-9)", duration=3600.0, rate=10.0)
+    found = al.detection_power("N(N=0.0126)", "K(K=1e-9)", duration=3600.0, rate=10.0)
     assert found.probability < 0.01
     assert found.standard_errors["K"] > found.value("K")
 
@@ -72,10 +74,12 @@ def test_an_effect_that_is_not_there_is_found_at_the_rate_of_false_alarms():
 def test_a_plan_is_the_shortest_record_that_suffices():
     found = al.plan(BASE, find=LAG, power=0.9, rate=10.0)
     assert found.power.probability >= 0.9
-    assert al.power(BASE, LAG, duration=found.duration / 1.03, rate=10.0).probability < 0.9
+    assert (
+        al.detection_power(BASE, LAG, duration=found.duration / 1.03, rate=10.0).probability < 0.9
+    )
     found = al.plan(BASE, know="K", to=0.1, rate=1.0)
     assert found.power.relative("K") <= 0.1
-    assert al.power(BASE, duration=found.duration / 1.03, rate=1.0).relative("K") > 0.1
+    assert al.detection_power(BASE, duration=found.duration / 1.03, rate=1.0).relative("K") > 0.1
 
 
 def test_the_rate_is_the_lowest_that_is_as_good():
@@ -87,11 +91,11 @@ def test_the_rate_is_the_lowest_that_is_as_good():
 
 
 def test_a_column_has_to_be_described():
-    effect = al.Covariate(column="temperature", coefficient=1e-3, lag=0.0)
+    effect = al.effects.Covariate(column="temperature", coefficient=1e-3, lag=0.0)
     with pytest.raises(InputError, match="covariates="):
-        al.power("N(N=0.01)", effect, duration=1000.0, rate=10.0)
+        al.detection_power("N(N=0.01)", effect, duration=1000.0, rate=10.0)
     day = {"temperature": lambda t: 5.0 * np.sin(2 * np.pi * t / 500.0)}
-    found = al.power("N(N=0.01)", effect, duration=1000.0, rate=10.0, covariates=day)
+    found = al.detection_power("N(N=0.01)", effect, duration=1000.0, rate=10.0, covariates=day)
     # Two whole periods: var c = N²/(T·mean square of the column).
     assert found.standard_errors["COV.coefficient"] == pytest.approx(
         0.01 / np.sqrt(1000.0 * 12.5), rel=1e-2
@@ -101,11 +105,14 @@ def test_a_column_has_to_be_described():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: al.power("N", duration=100.0, rate=10.0), "N has no value"),
-        (lambda: al.power("N(N=1)", "K", duration=100.0, rate=10.0), "K has no value"),
-        (lambda: al.power("N(N=1)", "OUT", duration=100.0, rate=10.0), "not planned"),
-        (lambda: al.power("N(N=1)", "K(K=1)+B(B=1)", duration=100.0, rate=1.0), "one at a time"),
-        (lambda: al.power("N(N=1)", duration=-1.0, rate=10.0), "positive"),
+        (lambda: al.detection_power("N", duration=100.0, rate=10.0), "N has no value"),
+        (lambda: al.detection_power("N(N=1)", "K", duration=100.0, rate=10.0), "K has no value"),
+        (lambda: al.detection_power("N(N=1)", "OUT", duration=100.0, rate=10.0), "not planned"),
+        (
+            lambda: al.detection_power("N(N=1)", "K(K=1)+B(B=1)", duration=100.0, rate=1.0),
+            "one at a time",
+        ),
+        (lambda: al.detection_power("N(N=1)", duration=-1.0, rate=10.0), "positive"),
         (lambda: al.plan("N(N=1)"), "either"),
         (lambda: al.plan("N(N=1)", know="K"), "no such number"),
         (lambda: al.plan("N(N=1)", know="N", to=0.0), "share"),
@@ -121,7 +128,7 @@ def test_what_cannot_be_planned_is_said(call, message):
 
 def test_a_record_of_a_few_samples():
     with pytest.raises(TooShortError, match="at least 32"):
-        al.power("N(N=1)", duration=1.0, rate=10.0)
+        al.detection_power("N(N=1)", duration=1.0, rate=10.0)
 
 
 def test_command_prints_a_document():

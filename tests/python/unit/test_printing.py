@@ -251,7 +251,7 @@ def test_many_numbers_of_what_happens_in_time_are_told_by_their_ends():
 
 
 def test_a_table_says_when_and_in_which_unit():
-    away = al.Excursions(starts=(20.0, 70.0), ends=(30.0, 90.0), heights=(0.2, -0.1))
+    away = al.effects.Excursions(starts=(20.0, 70.0), ends=(30.0, 90.0), heights=(0.2, -0.1))
     fit = al.AngleRandomWalk().fit(
         (al.AngleRandomWalk(N=0.01) + away).simulate(duration=100, rate=10, seed=1, unit="deg/s")
     )

@@ -1,6 +1,7 @@
 """Several columns in one object: a mapping from the name of a column to its result."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -31,7 +32,7 @@ def test_columns_are_taken_by_name(log):
 @pytest.mark.parametrize("estimator", ["oadev", "mdev", "totdev"])
 def test_deviations_of_all_columns(log, estimator, tmp_path):
     compute = getattr(al, estimator)
-    found = compute(log, taus="decade")
+    found = al.deviations(log, estimator, taus="decade")
     assert tuple(found) == NAMES
     for name in NAMES:
         alone = compute(log[name], taus="decade")
@@ -45,7 +46,7 @@ def test_deviations_of_all_columns(log, estimator, tmp_path):
 
 
 def test_fits_of_all_columns(log, tmp_path):
-    fits = al.AngleRandomWalk().fit(log)
+    fits = al.AngleRandomWalk().fit_columns(log)
     assert tuple(fits) == NAMES
     assert float(fits["gyro_z"]["N"]) == float(al.AngleRandomWalk().fit(log["gyro_z"])["N"])
     document = fits.to_dict()
@@ -67,7 +68,7 @@ def test_fits_of_all_columns(log, tmp_path):
 
 def test_improve_of_two_columns(log):
     two = log[["gyro_x", "acc_x"]]
-    studies = al.improve(two, "N")
+    studies = al.improve_columns(two, "N")
     assert tuple(studies) == ("gyro_x", "acc_x")
     assert studies["acc_x"].fit.model == al.improve(log["acc_x"], "N").fit.model
     document = studies.to_dict()
@@ -76,7 +77,23 @@ def test_improve_of_two_columns(log):
     assert "<h4>gyro_x</h4>" in studies._repr_html_()
     stuck = al.Recording(np.zeros((100, 2)), 1, columns=("a", "b"))
     with pytest.raises(al.TooShortError, match="constant"):
-        al.improve(stuck, "N")
+        al.improve_columns(stuck, "N")
+
+
+@pytest.mark.parametrize(
+    ("former", "now"),
+    [
+        (lambda log: al.mdev(log), "al.deviations(recording, 'mdev')"),
+        (lambda log: log.oadev(), "al.deviations(recording, 'oadev')"),
+        (lambda log: al.fit_model(log, "N"), "al.fit_columns(recording, model)"),
+        (lambda log: al.improve(log, "N"), "al.improve_columns(recording, model)"),
+    ],
+)
+def test_functions_of_one_column_still_take_several_and_name_the_other(log, former, now):
+    two = log[["gyro_x", "acc_x"]]
+    with pytest.warns(DeprecationWarning, match=re.escape(f"2 columns: use {now}")):
+        found = former(two)
+    assert tuple(found) == ("gyro_x", "acc_x")
 
 
 def test_an_estimate_of_several_columns_says_how_to_ask_for_it():

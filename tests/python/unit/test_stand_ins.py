@@ -129,8 +129,8 @@ def test_what_has_left_and_come_back_is_needed():
         SimpleNamespace(new=new, removed=removed)
         for new, removed in [
             ((), ()),
-            ((al.Resonance(), al.Resonance()), ("rate_random_walk",)),
-            ((al.DriftingResonance(),), ("resonance",)),
+            ((al.effects.Resonance(), al.effects.Resonance()), ("rate_random_walk",)),
+            ((al.effects.DriftingResonance(),), ("resonance",)),
             ((al.RateRandomWalk(),), ()),
         ]
     ]

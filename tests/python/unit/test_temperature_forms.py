@@ -78,11 +78,13 @@ def test_a_play_stays_beside_a_line_of_the_same_column():
     """c·u + h·play(u) is two effects of one column; a second line of it would say nothing."""
     columns = {"temperature": np.arange(100.0)}
     beside = al.parse_model("N+COV(column=temperature)")
-    assert al.Hysteresis.candidates(beside, columns)
-    assert al.RateOfChange.candidates(beside, columns)
-    assert not al.TwoLags.candidates(beside, columns)
-    assert not al.Covariate.candidates(beside, columns)
-    assert not al.Hysteresis.candidates(al.parse_model("N+HYS(column=temperature)"), columns)
+    assert al.effects.Hysteresis.candidates(beside, columns)
+    assert al.effects.RateOfChange.candidates(beside, columns)
+    assert not al.effects.TwoLags.candidates(beside, columns)
+    assert not al.effects.Covariate.candidates(beside, columns)
+    assert not al.effects.Hysteresis.candidates(
+        al.parse_model("N+HYS(column=temperature)"), columns
+    )
 
 
 def test_ordinates_of_a_long_column_are_those_of_its_transform():
@@ -93,9 +95,9 @@ def test_ordinates_of_a_long_column_are_those_of_its_transform():
     data = prepare(al.Recording(rng.standard_normal(n), RATE, covariates={"t": column}))
     j = np.arange(1, KEPT, dtype=np.int64)
     for effect in (
-        al.Covariate(column="t", lag=20.0),
-        al.Hysteresis(column="t", width=0.5),
-        al.RateOfChange(column="t", lag=50.0),
+        al.effects.Covariate(column="t", lag=20.0),
+        al.effects.Hysteresis(column="t", width=0.5),
+        al.effects.RateOfChange(column="t", lag=50.0),
     ):
         found = regressor_ordinates([effect], j, data)[0]
         series = effect.regressors(data.time, data.covariates)[:, 0]

@@ -79,7 +79,7 @@ def test_a_stack_that_only_describes_gives_way():
 def test_bands_that_are_none_are_refused():
     for bands in ((1.0,), (1.0, -0.5), ()):
         with pytest.raises(al.AllaniteError, match="bands"):
-            al.Unexplained(rms=1.0, bands=bands)
+            al.effects.Unexplained(rms=1.0, bands=bands)
 
 
 def test_a_line_and_a_band_at_one_frequency_are_one_thing():
@@ -97,7 +97,7 @@ def test_a_line_and_a_band_at_one_frequency_are_one_thing():
     # What the start has stays; a band says no more of a line than the line.
     assert added_to(band, al.Sinusoid(frequency=7.0), asked=2) is None
     pure = al.fit_model(record, "N+SIN(frequency=7)")
-    assert added_to(pure, al.Resonance(frequency=7.0, damping=0.001), asked=1) is None
+    assert added_to(pure, al.effects.Resonance(frequency=7.0, damping=0.001), asked=1) is None
     apart = added_to(pure, al.Sinusoid(frequency=9.0, amplitude=rng.uniform(0.0, 1e-3)), asked=1)
     assert [e.kind for e in apart[0].model][1:] == ["sinusoid", "sinusoid"]
 

@@ -40,7 +40,7 @@ SOURCES = [
 def test_a_high_pass_near_half_of_the_nyquist_frequency_forgets_at_once():
     """Its pole is next to 0, and a power of it beyond doubles: half the difference of what a long filter left."""
     model = al.parse_model("N(N=1)+BW(cutoff=20,order=64,design=fir)")
-    whole = model + al.HighPass(cutoff=RATE / 4.0 * (1.0 - 1e-5), order=1)
+    whole = model + al.effects.HighPass(cutoff=RATE / 4.0 * (1.0 - 1e-5), order=1)
     f = np.linspace(1.0, 49.0, 97)
     difference = np.sin(np.pi * f / RATE) ** 2
     np.testing.assert_allclose(
@@ -73,14 +73,14 @@ def test_the_filters_are_those_of_the_textbook():
     f = np.linspace(0.1, 49.0, 300)
     for frequency, quality in [(25.0, 5.0), (10.0, 1.3), (45.0, 8.0), (2.0, 30.0)]:
         b, a = signal.iirnotch(frequency, quality, fs=RATE)
-        found = al.Notch(frequency=frequency, quality=quality).response(RATE)
+        found = al.effects.Notch(frequency=frequency, quality=quality).response(RATE)
         expected = signal.freqz(b, a, worN=f, fs=RATE)[1]
         np.testing.assert_allclose(
             signal.freqz(found.b, found.a, worN=f, fs=RATE)[1], expected, atol=1e-9
         )
     for cutoff, order in [(0.05, 1), (3.0, 1), (0.2, 2), (24.0, 2)]:
         b, a = signal.butter(order, cutoff, "high", fs=RATE)
-        found = al.HighPass(cutoff=cutoff, order=order).response(RATE)
+        found = al.effects.HighPass(cutoff=cutoff, order=order).response(RATE)
         expected = signal.freqz(b, a, worN=f, fs=RATE)[1]
         np.testing.assert_allclose(
             signal.freqz(found.b, found.a, worN=f, fs=RATE)[1], expected, atol=1e-9

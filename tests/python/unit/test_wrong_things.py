@@ -7,7 +7,7 @@ import allanite as al
 
 X = np.random.default_rng(1).standard_normal(200)
 LOG = al.Recording(X, rate=10.0, unit="deg/s")
-GROWTH = al.predict("N(N=1)", aided=1.0, unit="deg/s", rate=10.0)[0]
+GROWTH = al.error_growth("N(N=1)", aided=1.0, unit="deg/s", rate=10.0)[0]
 
 TAKING = {
     "fit_model": lambda x: al.fit_model(x, "N+K"),
@@ -47,13 +47,16 @@ def test_a_string_or_a_fit_stands_for_a_model():
     fit = al.fit_model(LOG, "N")
     text = "N(N=1)"
     given = {"unit": "deg/s", "rate": 10.0, "aided": 60.0, "tau": [1.0]}
-    assert al.predict(text, **given)[0].total == al.predict(al.parse_model(text), **given)[0].total
+    assert (
+        al.error_growth(text, **given)[0].total
+        == al.error_growth(al.parse_model(text), **given)[0].total
+    )
     found = al.compare([("a", LOG, None), ("b", text, None), ("c", fit, None)])
     assert [c.kind for c in found.curves] == ["recording", "model", "model"]
     assert al.plan(fit, know="N", rate=10.0).duration > 0.0
     assert al.Watch(text, rate=10.0).model == al.parse_model(text)
     with pytest.raises(al.InputError, match=r"needs the unit and the rate"):
-        al.predict(text, aided=60)
+        al.error_growth(text, aided=60)
     with pytest.raises(al.InputError, match=r"^a model is needed, found int: give a string"):
         al.fit_model(LOG, 3)
 

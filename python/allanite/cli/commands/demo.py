@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from shutil import which
 from typing import TYPE_CHECKING
 
 import click
@@ -26,7 +28,7 @@ RATE, DURATION = 100.0, 7200.0
     default="allanite-demo",
     show_default=True,
     metavar="DIR",
-    help="For the figures.",
+    help="For the log and the figures.",
 )
 @click.option("--seed", type=SEED, default=1, show_default=True, metavar="N", help="Seed.")
 @json_option
@@ -34,7 +36,8 @@ def command(output: str, seed: int, as_json: bool) -> None:
     """Simulate two hours of a gyroscope, hide two effects in it, and let the loop find them."""
     from pathlib import Path
 
-    from allanite.cli.output import dumps
+    from allanite.cli.output import dumps, write_csv
+    from allanite.common.files import whole_file
     from allanite.effects.files import parse_model
     from allanite.study import improve
 
@@ -43,6 +46,9 @@ def command(output: str, seed: int, as_json: bool) -> None:
     recording = parse_model(f"{SHOWN}+{HIDDEN}").simulate(
         duration=DURATION, rate=RATE, seed=seed, unit="rad/s"
     )
+    log = folder / "imu.csv"
+    with whole_file(log) as draft:
+        write_csv(recording, draft)
     if not as_json:
         click.echo(
             f"A simulated gyroscope: {recording.n} samples at {RATE:g} Hz of {SHOWN}, in rad/s.\n"
@@ -62,7 +68,9 @@ def command(output: str, seed: int, as_json: bool) -> None:
     click.echo(str(study))
     click.echo(f"\n{_verdict(study)}")
     names = ", ".join(f"{name}.svg" for name, _ in figures)
-    click.echo(f"In {folder}: {names}, and model.json for simulate, compare and export.")
+    click.echo(f"In {folder}: {names}, imu.csv, and model.json for simulate, compare and export.")
+    program = "allanite" if which("allanite") else sys.argv[0]
+    click.echo(f"Go on with your own log or with this one: {program} explore {log}")
 
 
 def _verdict(study: Study) -> str:

@@ -62,8 +62,7 @@ def command(
     from allanite.cli.models import models_of
     from allanite.cli.output import dumps
     from allanite.common.errors import InputError
-    from allanite.planning import plan
-    from allanite.planning import power as power_of
+    from allanite.planning import detection_power, plan
 
     models = models_of(model)
     if len(models) > 1:
@@ -76,7 +75,7 @@ def command(
         rate = models[0].rate if rate is None else rate
         if rate is None:
             raise InputError("no sampling rate: give --rate HZ beside --duration")
-        found = power_of(base, find, duration=duration, rate=rate)
+        found = detection_power(base, find, duration=duration, rate=rate)
         document, result = found.to_dict(), found
     else:
         planned = plan(

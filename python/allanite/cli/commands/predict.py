@@ -42,14 +42,14 @@ def command(
     """
     from allanite.cli.output import dumps
     from allanite.common.validation import positive
-    from allanite.statespace.growth import measured_growth, predict
+    from allanite.statespace.growth import error_growth, measured_growth
 
     aided = positive(aided, "--aided", "s", "give the seconds of aiding before the fix")
     last = 10.0 * aided if until is None else positive(until, "--until", "s", "give seconds")
     documents, tables = [], []
     for name, whole, unit, rate, recording in _models(log, model, options):
         duration = None if recording is None else recording.duration
-        found = predict(
+        found = error_growth(
             whole, aided=aided, unit=unit, rate=rate, tau=_times(last, rate), duration=duration
         )
         rows = []

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 import click
@@ -142,11 +140,11 @@ def _deliver(
     recording: Recording, model: str, seed: int, output: str | None, as_json: bool
 ) -> None:
     """Write a recording to a file and say so, or as CSV to standard output."""
-    from allanite.cli.output import dumps
+    from allanite.cli.output import dumps, write_csv
     from allanite.common.files import whole_file
 
     if output is None:
-        _csv(recording, None)
+        write_csv(recording, None)
         return
     with whole_file(output) as draft:
         _write(recording, draft)
@@ -183,6 +181,8 @@ def _write(recording: Recording, path: Path) -> None:
     """Write a recording in the format of the file's suffix, readable by `allanite.read`."""
     import numpy as np
 
+    from allanite.cli.output import write_csv
+
     suffix = path.suffix.lower()
     if suffix == ".npy":
         np.save(path, recording.samples)
@@ -195,24 +195,4 @@ def _write(recording: Recording, path: Path) -> None:
             unit=np.array(recording.units),
         )
     else:
-        _csv(recording, path)
-
-
-def _csv(recording: Recording, path: Path | None) -> None:
-    """Time stamps and samples with a header, to the last digit."""
-    import numpy as np
-
-    with nullcontext(sys.stdout) if path is None else path.open("w", encoding="utf-8") as stream:
-        header = [
-            f"{name} [{unit}]"
-            for name, unit in zip(recording.columns, recording.units, strict=True)
-        ]
-        stream.write(",".join(["time [s]", *header]) + "\n")
-        samples = recording.samples.reshape(recording.n, -1)
-        for start in range(0, recording.n, 65536):
-            rows = samples[start : start + 65536]
-            stamps = np.arange(start, start + len(rows)) / recording.rate
-            stream.writelines(
-                f"{stamp:.9g}," + ",".join(map(repr, row)) + "\n"
-                for stamp, row in zip(stamps.tolist(), rows.tolist(), strict=True)
-            )
+        write_csv(recording, path)

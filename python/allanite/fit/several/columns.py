@@ -7,19 +7,31 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.common import verbs
 from allanite.common.files import whole_file
 from allanite.common.several import Several
 from allanite.fit.result import Fit
 
 if TYPE_CHECKING:
     from allanite.fit.several.many import ManyFits
+    from allanite.suggestion import Check
 
 __all__ = ["Fits"]
 
 
 class Fits(Several[Fit]):
-    """A fit a column, by its name."""
+    """A fit of each column, by its name.
+
+    Examples
+    --------
+    >>> white = np.random.default_rng(1).standard_normal((5000, 2))
+    >>> log = al.Recording(white, rate=100, unit="deg/s", columns=["gyro_x", "gyro_y"])
+    >>> fits = al.AngleRandomWalk().fit_columns(log)
+    >>> fits["gyro_x"]["N"].value.round(2), fits.together[0].agree, fits.check()["gyro_x"].adequate
+    (np.float64(0.1), True, True)
+    >>> sorted(fits.to_dict())
+    ['columns', 'pooled', 'schema']
+    >>> fits.save("fits.json")
+    """
 
     @cached_property
     def together(self) -> tuple[ManyFits, ...]:
@@ -31,7 +43,9 @@ class Fits(Several[Fit]):
             groups.setdefault((fit.recording.unit, fit.model.name), []).append(fit)
         return tuple(of_fits(group) for group in groups.values() if len(group) > 1)
 
-    check = verbs.fits_check
+    def check(self) -> Several[Check]:
+        """Where each column's model fails and what it lacks."""
+        return Several({name: fit.check() for name, fit in self.items()})
 
     def _missing(self, name: str) -> str:
         first = next(iter(self))

@@ -175,7 +175,7 @@ def _twin(fit: Fit) -> Recording:
 
 def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
     """Growth of the error since the last fix, by effect, beside the measured one."""
-    from allanite.statespace.growth import measured_growth, predict
+    from allanite.statespace.growth import error_growth, measured_growth
 
     fit = tab.step.fit
     span = tab.log.duration
@@ -185,7 +185,7 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
     tau = np.geomspace(max(1.0 / rate, until / 300.0), until, 13)
     known = dict(zip((e.short for e in fit.model), colors_of(tab.work, fit), strict=True))
     panels = []
-    found = predict(fit, aided=aided, tau=tau)
+    found = error_growth(fit, aided=aided, tau=tau)
     for i, growth in enumerate(found):
         marks: list[Mark] = []
         for label, size in growth.budget.items():
