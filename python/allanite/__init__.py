@@ -1,7 +1,7 @@
 """allanite: noise models of inertial sensors and clocks, criticised until nothing is missing.
 
-`__init__.pyi` lists the public names. Each is imported when it is first used, so that ``allanite --help`` does not wait
-for the fit. (`simulate` is a method of models; the name is that of a module.)
+`__init__.pyi` lists the public names. Each is imported when it is first used, so that importing allanite costs
+nothing. (`simulate` is a method of models; the name is that of a module.)
 """
 
 from __future__ import annotations

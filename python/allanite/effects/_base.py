@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from allanite.effects.model import Model
     from allanite.effects.terms import Term
     from allanite.fit import Fit
-    from allanite.fit.several.columns import Fits
     from allanite.recording import Recording
     from allanite.summary import Summary
 
@@ -310,10 +309,6 @@ class Effect:
         """Fit this effect alone to one column; `method` as of `allanite.fit_model`."""
         return self._model().fit(recording, method)
 
-    def fit_columns(self, recording: Recording, method: str = "whittle") -> Fits:
-        """Fit this effect alone to every column; `method` as of `allanite.fit_model`."""
-        return self._model().fit_columns(recording, method)
-
     def simulate(
         self,
         *,
@@ -351,7 +346,7 @@ class Effect:
         axis: int = 0,
         replicate: int = 0,
     ) -> Iterator[Recording]:
-        """The samples of `simulate` in consecutive pieces; parameters as of `Model.simulate_chunks`."""
+        """The samples of `simulate` in consecutive pieces of `size` samples; parameters as of `Model.simulate`."""
         return self._model().simulate_chunks(
             size=size,
             duration=duration,

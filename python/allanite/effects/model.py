@@ -51,7 +51,7 @@ class Model:
     >>> model.fit(recording)["N"].unit, model.state_space(10.0).states
     ('deg/s·s^½', 1)
     >>> list(model.fit_columns(recording))
-    ['samples']
+    ['x']
     >>> len(model.terms(10.0)), len(model.unit_terms(model.effects[0], 10.0)), model.missing(3, 10.0)
     (2, 1, None)
     >>> twice = al.parse_model("N(N=1)+LEVEL(start=0,end=30,factor=3)")
@@ -323,7 +323,7 @@ class Model:
         axis: int = 0,
         replicate: int = 0,
     ) -> Iterator[Recording]:
-        """The samples of `simulate` in consecutive pieces of `size` samples."""
+        """The samples of `simulate` in consecutive pieces of `size` samples; parameters as of `Model.simulate`."""
         from allanite.simulate import simulate_chunks
 
         return simulate_chunks(

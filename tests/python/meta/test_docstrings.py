@@ -171,7 +171,7 @@ SOURCES = {
     "fleet": r"Benjamini.*1995",
     "innovations": r"Koopman.*2012",
     "plan": r"Cowan.*2011",
-    "power": r"Cowan.*2011",
+    "detection_power": r"Cowan.*2011",
     "psd": r"Makhoul.*1980",
 }
 

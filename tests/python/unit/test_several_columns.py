@@ -46,7 +46,7 @@ def test_deviations_of_all_columns(log, estimator, tmp_path):
 
 
 def test_fits_of_all_columns(log, tmp_path):
-    fits = al.AngleRandomWalk().fit_columns(log)
+    fits = al.fit_columns(log, "N")
     assert tuple(fits) == NAMES
     assert float(fits["gyro_z"]["N"]) == float(al.AngleRandomWalk().fit(log["gyro_z"])["N"])
     document = fits.to_dict()
@@ -99,7 +99,7 @@ def test_functions_of_one_column_still_take_several_and_name_the_other(log, form
 def test_an_estimate_of_several_columns_says_how_to_ask_for_it():
     x = np.random.default_rng(3).standard_normal((500, 6))
     names = ["gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z"]
-    fit = al.AngleRandomWalk().fit(al.Recording(x, rate=100, columns=names))
+    fit = al.fit_columns(al.Recording(x, rate=100, columns=names), "N")
     with pytest.raises(KeyError) as caught:
         fit["N"]
     assert str(caught.value) == "6 columns were fitted; use fit['gyro_x']['N']"

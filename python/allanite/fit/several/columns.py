@@ -25,9 +25,9 @@ class Fits(Several[Fit]):
     --------
     >>> white = np.random.default_rng(1).standard_normal((5000, 2))
     >>> log = al.Recording(white, rate=100, unit="deg/s", columns=["gyro_x", "gyro_y"])
-    >>> fits = al.AngleRandomWalk().fit_columns(log)
-    >>> fits["gyro_x"]["N"].value.round(2), fits.together[0].agree, fits.check()["gyro_x"].adequate
-    (np.float64(0.1), True, True)
+    >>> fits = al.fit_columns(log, "N")
+    >>> round(fits["gyro_x"]["N"].value, 2), fits.together[0].agree, fits.check()["gyro_x"].adequate
+    (0.1, True, True)
     >>> sorted(fits.to_dict())
     ['columns', 'pooled', 'schema']
     >>> fits.save("fits.json")
@@ -60,7 +60,7 @@ class Fits(Several[Fit]):
         return {**super().to_dict(), "pooled": [many.pooled_dict() for many in self.together]}
 
     def save(self, path: str | Path) -> None:
-        """Write the fits as JSON, which ``--model``, `allanite simulate`, `compare` and `export` read back."""
+        """Write the fits to `path` as JSON, which ``--model``, `allanite simulate`, `compare` and `export` read back."""
         with whole_file(path) as draft:
             draft.write_text(json.dumps(super().to_dict(), indent=1) + "\n", encoding="utf-8")
 

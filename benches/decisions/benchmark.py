@@ -1,0 +1,251 @@
+"""The benchmark of the decision layer: one command, one result file.
+
+    python benches/decisions/benchmark.py RESULT.json [--full] [--part effects|sets|nulls|speed] [--against OLD.json]
+
+It hides each effect of the catalogue alone in records (confusion matrix), hides sets of two and three, searches records
+that lack nothing (false additions over the whole search), and measures the CPU time of a search. All records come from
+`records.py` and tests/python/generators.py, which know nothing of the package.
+
+The small version takes about fifteen minutes of two processors, `--full` some hours. `--against` prints both results side
+by side, and says where a share fell by more than its standard error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import subprocess
+import sys
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "claims"), str(HERE.parents[1] / "tests" / "python")]
+
+#: Records of each effect, each kind of set and each null; (small, full).
+EFFECTS, SETS, NULLS = (4, 30), (6, 60), (12, 200)
+
+
+def one_effect(kind: str, seed: int) -> dict[str, Any]:
+    """Search one record with one hidden effect."""
+    from records import HIDDEN, record
+
+    import allanite as al
+
+    hidden = HIDDEN[kind]
+    log = record(kind, seed)
+    began = process_time()
+    study = al.improve(log, hidden.start)
+    spent = process_time() - began
+    start = Counter(e.kind for e in al.parse_model(hidden.start))
+    found = Counter(e.kind for e in study.fit.model)
+    return {
+        "hidden": kind,
+        "seed": seed,
+        "added": sorted((found - start).elements()),
+        "exact": found - start == Counter([kind]) if kind != "unexplained" else not study.adequate,
+        "alternative": kind in _alternatives(study.fit),
+        "rise": _rise(log, hidden),
+        "verdict": study.verdict,
+        "seconds": round(spent, 2),
+    }
+
+
+def _alternatives(fit: Any) -> set[str]:
+    """Kinds that are declared to explain the record as well as an effect of the model."""
+    from allanite.fit.rivals.declared import rivals
+
+    found: set[str] = set()
+    for place in range(len(fit.model)):
+        told = rivals(fit, place)
+        found.update(told.alone)
+        found.update(kind for pair in told.pairs for kind in pair)
+    return found
+
+
+def _rise(log: Any, hidden: Any) -> float | None:
+    """Log-likelihood of the truth over that of the start; None where they have other samples."""
+    import allanite as al
+
+    if not hidden.comparable:
+        return None
+    fits = (al.fit_model(log, model) for model in (hidden.truth, hidden.start))
+    with_it, without = (fit.solution.log_likelihood for fit in fits)
+    return round(float(with_it - without), 1)
+
+
+def one_set(hidden: int, start: str, seed: int) -> dict[str, Any]:
+    """Search one record with several hidden effects of ΔlogL 30 each."""
+    import hidden_sets
+
+    began = process_time()
+    kinds, study, ahead = hidden_sets.one(seed, hidden, start)
+    return {
+        "set": f"{hidden} from {start}",
+        "seed": seed,
+        "hidden": kinds,
+        "model": study.fit.model.name,
+        "exact": bool(hidden_sets.matches(kinds, study, start)),
+        "named": bool(hidden_sets.named(kinds, study, start)),
+        "evidence_of_truth": round(float(ahead), 1),
+        "seconds": round(process_time() - began, 2),
+    }
+
+
+def one_null(name: str, seed: int) -> dict[str, Any]:
+    """Search one record of the start's own model."""
+    from records import NULLS as CASES
+
+    import allanite as al
+
+    start, make = CASES[name]
+    log = make(seed)
+    began = process_time()
+    study = al.improve(log, start)
+    asked = Counter(e.kind for e in al.parse_model(start))
+    found = Counter(e.kind for e in study.fit.model)
+    return {
+        "null": name,
+        "seed": seed,
+        "added": sorted((found - asked).elements()),
+        "adequate": bool(study.adequate),
+        "seconds": round(process_time() - began, 2),
+    }
+
+
+def speed() -> dict[str, Any]:
+    """CPU seconds of six ADIS axes, of a check of a million samples, and of many lines; each in this process."""
+    import numpy as np
+
+    import allanite as al
+    import generators as g
+
+    found: dict[str, Any] = {}
+    rng = np.random.default_rng(1)
+    n = 1_000_000
+    long = al.Recording(g.white(rng, n, 100.0, 0.01) + g.walk(rng, n, 100.0, 1e-4), rate=100.0)
+    fit = al.fit_model(long, "N+B+K")
+    began = process_time()
+    fit.check()
+    found["check of 10^6 samples"] = round(process_time() - began, 2)
+    lines = g.white(rng, 20_000, 100.0, 0.01)
+    for f in np.linspace(2.0, 45.0, 16):
+        lines = lines + g.sinusoid(20_000, 100.0, f * (1 + 0.01 * rng.random()), 0.004)
+    began = process_time()
+    al.improve(al.Recording(lines, rate=100.0), "N")
+    found["sixteen lines in 20 000 samples"] = round(process_time() - began, 2)
+    adis = Path(os.environ.get("ALLANITE_DATA", "")) / "adis16405_imu1.npz"
+    if adis.exists():
+        began = process_time()
+        al.characterize(al.read(adis))
+        found["six ADIS axes"] = round(process_time() - began, 1)
+    return found
+
+
+def _jobs(part: str, full: bool) -> list[tuple[Any, ...]]:
+    from records import HIDDEN
+    from records import NULLS as CASES
+
+    size = {"effects": EFFECTS, "sets": SETS, "nulls": NULLS}[part][full]
+    if part == "effects":
+        return [(one_effect, kind, seed) for seed in range(size) for kind in HIDDEN]
+    if part == "sets":
+        kinds = [(k, start) for k in (2, 3) for start in ("N", "N+B+K")]
+        return [(one_set, k, start, seed) for seed in range(size) for k, start in kinds]
+    return [(one_null, name, seed) for seed in range(size) for name in CASES]
+
+
+def measure(parts: list[str], full: bool) -> dict[str, Any]:
+    """Results of all parts, as they go into the file."""
+    commit = subprocess.run(
+        ["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
+    )
+    result: dict[str, Any] = {"commit": commit.stdout.strip(), "full": full}
+    with ProcessPoolExecutor(max_workers=os.cpu_count()) as pool:
+        for part in ("effects", "sets", "nulls"):
+            if part in parts:
+                futures = [pool.submit(*job) for job in _jobs(part, full)]
+                result[part] = [future.result() for future in futures]
+    if "speed" in parts:
+        result["speed"] = speed()
+    return result
+
+
+def shares(result: dict[str, Any]) -> dict[str, tuple[int, int]]:
+    """Name of a row → (successes, records)."""
+    rows: dict[str, list[bool]] = {}
+    for one in result.get("effects", ()):
+        if one["rise"] is None or one["rise"] >= 30.0:
+            rows.setdefault(f"effect {one['hidden']}", []).append(one["exact"])
+            rows.setdefault("effects, exact", []).append(one["exact"])
+            told = one["exact"] or one["alternative"]
+            rows.setdefault("effects, exact or declared", []).append(told)
+    for one in result.get("sets", ()):
+        rows.setdefault(f"set of {one['set']}, exact", []).append(one["exact"])
+        rows.setdefault(f"set of {one['set']}, named", []).append(one["named"])
+    for one in result.get("nulls", ()):
+        rows.setdefault(f"null {one['null']}, nothing added", []).append(not one["added"])
+        rows.setdefault("nulls, nothing added", []).append(not one["added"])
+        rows.setdefault("nulls, adequate", []).append(one["adequate"])
+    return {name: (sum(row), len(row)) for name, row in rows.items()}
+
+
+def confusion(result: dict[str, Any]) -> list[str]:
+    """A line for each effect that was not named alone: what was added instead."""
+    lines = []
+    for one in result.get("effects", ()):
+        if not one["exact"]:
+            instead = "+".join(one["added"]) or "nothing"
+            told = ", declared as alternative" if one["alternative"] else ""
+            rise = "" if one["rise"] is None else f", ΔlogL {one['rise']}"
+            lines.append(f"  {one['hidden']} (seed {one['seed']}{rise}): {instead}{told}")
+    return lines
+
+
+def told(result: dict[str, Any], old: dict[str, Any] | None) -> str:
+    """The table of shares and times, beside an older one."""
+    lines = []
+    before = {} if old is None else shares(old)
+    for name, (hits, count) in shares(result).items():
+        line = f"{name:50} {hits:4} of {count:4}"
+        if name in before:
+            was, of = before[name]
+            share = (was + 1) / (of + 2)
+            error = math.sqrt(share * (1 - share) * (1 / of + 1 / count))
+            worse = was / of - hits / count > error
+            line += f"   before {was:4} of {of:4}{'   WORSE' if worse else ''}"
+        lines.append(line)
+    for part in ("effects", "sets", "nulls"):
+        times = [one["seconds"] for one in result.get(part, ())]
+        if times:
+            middle = sorted(times)[len(times) // 2]
+            lines.append(
+                f"CPU of a search, {part}: median {middle:.1f} s, longest {max(times):.1f} s"
+            )
+    for name, seconds in result.get("speed", {}).items():
+        was = "" if old is None else f"   before {old.get('speed', {}).get(name)}"
+        lines.append(f"CPU of {name}: {seconds} s{was}")
+    return "\n".join([*lines, "Not named alone:", *confusion(result)])
+
+
+def main() -> None:
+    """Measure, write the file, print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("result", type=Path)
+    parser.add_argument("--full", action="store_true")
+    parser.add_argument("--part", action="append", choices=("effects", "sets", "nulls", "speed"))
+    parser.add_argument("--against", type=Path)
+    asked = parser.parse_args()
+    result = measure(asked.part or ["effects", "sets", "nulls", "speed"], asked.full)
+    asked.result.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", "utf-8")
+    old = None if asked.against is None else json.loads(asked.against.read_text("utf-8"))
+    print(told(result, old))
+
+
+if __name__ == "__main__":
+    main()
