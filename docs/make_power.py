@@ -1,9 +1,10 @@
 """Measure and draw the power of `check`: python docs/make_power.py [--records 30] (half an hour).
 
 For each kind of effect the strength is chosen (by `al.detection_power`, without simulation) at which its expected rise
-of logL is 5 … 30; records are made by code independent of the package (tests/python/generators.py), the model without the effect is
-fitted and checked, and it is counted how often the effect is named as significant. The counts go to figures/power.csv,
-from which the figure is drawn; `--draw` only draws, `--kind` measures one kind again and keeps the other rows.
+of logL is 5 … 30. Records are made by code independent of the package (tests/python/generators.py). The model without
+the effect is fitted and checked, and it is counted how often the effect is named as significant. The counts go to
+figures/power.csv, from which the figure is drawn. `--draw` only draws; `--kind` measures one kind again and keeps the
+other rows.
 """
 
 import argparse
