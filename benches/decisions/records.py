@@ -6,11 +6,15 @@ than 30 over the start in nearly every record; the benchmark counts only those.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from scipy import signal
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
 
 import allanite as al
 import generators as g

@@ -54,11 +54,11 @@ def __getattr__(name: str) -> object:
 def _former_effect(name: str) -> object:
     """An effect that had a name of its own here, and is now in `allanite.effects` alone."""
     if name[:1].isupper():
-        from allanite import effects
-
+        effects = import_module("allanite.effects")
         if name in (effect.__name__ for effect in effects.CATALOGUE) and hasattr(effects, name):
             _warn(name, f"effects.{name}", stacklevel=4)
-            return getattr(effects, name)
+            found: object = getattr(effects, name)
+            return found
     raise AttributeError(f"module 'allanite' has no attribute {name!r}")
 
 

@@ -142,7 +142,9 @@ for name in names:
 """
 
 
-@pytest.mark.parametrize("folder", ["docs", "benches/claims", "benches/python"])
+@pytest.mark.parametrize(
+    "folder", ["docs", "benches/claims", "benches/decisions", "benches/python"]
+)
 def test_scripts_find_what_they_import(folder):
     """The long ones are not run by the tests; a name that moved must not wait for the next run."""
     names = sorted(path.stem for path in (ROOT / folder).glob("*.py"))
@@ -161,4 +163,4 @@ def test_every_folder_of_scripts_is_tried():
     folders = {
         path.parent.relative_to(ROOT).as_posix() for path in (ROOT / "benches").rglob("*.py")
     }
-    assert folders == {"benches/claims", "benches/python"}
+    assert folders == {"benches/claims", "benches/decisions", "benches/python"}
