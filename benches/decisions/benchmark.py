@@ -228,8 +228,8 @@ def told(result: dict[str, Any], old: dict[str, Any] | None) -> str:
                 f"CPU of a search, {part}: median {middle:.1f} s, longest {max(times):.1f} s"
             )
     for name, seconds in result.get("speed", {}).items():
-        was = "" if old is None else f"   before {old.get('speed', {}).get(name)}"
-        lines.append(f"CPU of {name}: {seconds} s{was}")
+        earlier = "" if old is None else f"   before {old.get('speed', {}).get(name)}"
+        lines.append(f"CPU of {name}: {seconds} s{earlier}")
     return "\n".join([*lines, "Not named alone:", *confusion(result)])
 
 
