@@ -15,12 +15,16 @@ from allanite.effects._follower import COLUMN, Follower, lagged
 if TYPE_CHECKING:
     from allanite.effects.model import Model
 
+#: Coefficient → power of the column.
+_POWERS = {"coefficient": 1, "quadratic": 2, "cubic": 3}
+
 
 @dataclass(frozen=True)
 class Covariate(Follower):
-    """x(t) = c·u(t) + d·u(t)², u the column less its mean after a lag of time constant `lag` (0: none).
+    """x(t) = c·u(t) + d·u(t)² + e·u(t)³, u the column less its mean after a lag of time constant `lag` (0: none).
 
-    d is fitted only where a value (0 to start with) is given.
+    d and e are fitted only where a value (0 to start with) is given. The cubic is the law that the temperature
+    calibrations of PX4 (TC_*) and ArduPilot (INS_TCAL*) fit.
 
     Examples
     --------
@@ -37,6 +41,7 @@ class Covariate(Follower):
     coefficient: float | None = None
     lag: float | None = None
     quadratic: float | None = None
+    cubic: float | None = None
 
     kind: ClassVar[str] = "covariate"
     short: ClassVar[str] = "COV"
@@ -52,6 +57,7 @@ class Covariate(Follower):
         ),
         Parameter("lag", "s", "time constant of the lag", "shape", optional=True),
         Parameter("quadratic", "U/unit²", "quadratic coefficient", low=-np.inf, optional=True),
+        Parameter("cubic", "U/unit³", "cubic coefficient", low=-np.inf, optional=True),
     )
     one_of: ClassVar[tuple[str, ...]] = ("covariate", "two_lags")
     legend: ClassVar[tuple[str, ...]] = ("coefficient", "lag")
@@ -78,9 +84,14 @@ class Covariate(Follower):
     def candidates(
         cls, model: Model, columns: Mapping[str, NDArray[np.float64]]
     ) -> tuple[Self, ...]:
-        """Two for each column: by a line, and by a parabola."""
+        """Three for each column: a line, a parabola and a cubic."""
         plain = super().candidates(model, columns)
-        return tuple(e.with_values(quadratic=q) for e in plain for q in (None, 0.0))
+        forms: tuple[dict[str, float], ...] = (
+            {},
+            {"quadratic": 0.0},
+            {"quadratic": 0.0, "cubic": 0.0},
+        )
+        return tuple(e.with_values(**form) for e in plain for form in forms)
 
     def grid(self, name: str, n: int, rate: float) -> NDArray[np.float64]:
         """No lag, and lags up to a tenth of the record."""
@@ -89,23 +100,20 @@ class Covariate(Follower):
     def regressors(
         self, time: NDArray[np.float64], covariates: Mapping[str, NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        """The lagged column, and its square where a quadratic term is in the model."""
+        """The lagged column, and those of its square and its cube that are in the model."""
         values, rate = self._followed(time, covariates)
         values = lagged(values, (self.lag or 0.0) * rate)
-        if self.quadratic is None:
-            return values[:, None]
-        square = values**2
-        return np.column_stack([values, square - square.mean()])
+        powers = [values ** _POWERS[name] for name in self._fitted()]
+        return np.column_stack([x - x.mean() if i else x for i, x in enumerate(powers)])
+
+    def _fitted(self) -> tuple[str, ...]:
+        """Names of the coefficients that are in the model."""
+        return tuple(n for n in _POWERS if n == "coefficient" or self.values[n] is not None)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
-        """Coefficient, and the quadratic one where it is fitted."""
-        if amplitudes.size > 1:
-            return self.with_values(
-                coefficient=float(amplitudes[0]), quadratic=float(amplitudes[1])
-            )
-        return self.with_values(coefficient=float(amplitudes[0]))
+        """The coefficients that are fitted."""
+        return self.with_values(**dict(zip(self._fitted(), map(float, amplitudes), strict=True)))
 
     def amplitudes(self) -> NDArray[np.float64]:
-        """(c,) or (c, d)."""
-        first = self.coefficient or 0.0
-        return np.array([first] if self.quadratic is None else [first, self.quadratic])
+        """(c,), (c, d) or (c, d, e)."""
+        return np.array([self.values[name] or 0.0 for name in self._fitted()])

@@ -28,6 +28,8 @@ THRESHOLD = 0.02
 SMOOTHNESS = 10.0 ** np.arange(12.0, -1.0, -2.0)
 #: Rounds in which the curve is pulled back into the half steps for one weight.
 ROUNDS = 4
+#: Time constants of a relaxation that are tried, in lengths of the record; the best is refined between its neighbors.
+RELAXATIONS = 2.0 ** np.arange(-6.0, 2.5, 0.5)
 
 
 def coarse_step_of(values: NDArray[np.float64]) -> float:
@@ -45,8 +47,10 @@ def without_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the smoothest curve that rounds to a coarse column; a column that is not coarse as it is.
 
     The quantity was at the threshold of two codes where the column changed, and within half a step of the code elsewhere.
-    Of all such curves the one with the least squared third differences is taken: rounding errors of up to half a step,
-    correlated over as long as a code stands, would pass for noise of the sensor.
+    If a ramp with one exponential relaxation is such a curve, it is taken: a body that warms up relaxes, and before the
+    first change and after the last one nothing else tells the curve. Otherwise it is the one with the least squared third
+    differences. Rounding errors of up to half a step, correlated over as long as a code stands, would pass for noise of
+    the sensor.
     """
     step = coarse_step_of(values)
     if step == 0.0:
@@ -72,7 +76,7 @@ def _curve(
     changes = np.flatnonzero(values[1:] != values[:-1])
     thresholds = 0.5 * (values[changes] + values[changes + 1])
     # A change lies between two samples, and these between two points of the grid.
-    place = (changes + 0.5) / (values.size - 1.0) * (count - 1.0)
+    place = ((changes + 0.5) / (values.size - 1.0) * (count - 1.0)).astype(np.float64)
     third = diags_array(
         [-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(count - 3, count)
     ).tocsc()
@@ -84,7 +88,16 @@ def _curve(
     apart = np.minimum(np.abs(grid - changes[after]), np.abs(grid - changes[before]))
     near = apart <= 2.0 * spacing
     edge_place, edge_value = np.empty(0), np.empty(0)
-    curve = code
+
+    def beyond_codes(curve: NDArray[np.float64]) -> NDArray[np.float64]:
+        """By how much the curve leaves the half steps about its codes, in steps."""
+        beyond: NDArray[np.float64] = np.abs(curve - code) / step - 0.5
+        beyond[near] -= 1.0
+        return beyond
+
+    curve = _relaxation(place, thresholds, count)
+    if beyond_codes(curve).max() <= TOLERANCE:
+        return curve
     for smoothness in SMOOTHNESS:
         for _ in range(ROUNDS):
             at = np.concatenate([place, edge_place])
@@ -101,8 +114,7 @@ def _curve(
             )
             normal = seen.T @ seen / THRESHOLD**2 + smoothness * rough
             curve = spsolve(normal.tocsc(), seen.T @ wanted / THRESHOLD**2)
-            beyond = np.abs(curve - code) / step - 0.5
-            beyond[near] -= 1.0
+            beyond = beyond_codes(curve)
             if beyond.max() <= TOLERANCE:
                 return curve
             worst = _worst_of_runs(beyond > TOLERANCE, beyond)
@@ -111,6 +123,33 @@ def _curve(
             edge_value = np.concatenate([edge_value, inside])
         edge_place, edge_value = np.empty(0), np.empty(0)
     return curve
+
+
+def _relaxation(
+    place: NDArray[np.float64], values: NDArray[np.float64], count: int
+) -> NDArray[np.float64]:
+    """Return the ramp with an exponential relaxation nearest to values at some places, at all places 0 … count − 1."""
+    from scipy.optimize import minimize_scalar
+
+    def basis(at: NDArray[np.float64], octave: float) -> NDArray[np.float64]:
+        u = at / count
+        # expm1 and the ramp: of long relaxations the constant and the slope are taken out, which leaves a parabola.
+        return np.column_stack(
+            [np.ones(at.size), u, (np.expm1(-u / 2.0**octave) + u / 2.0**octave)]
+        )
+
+    def misfit(octave: float) -> float:
+        rows = basis(place, octave)
+        rows /= np.linalg.norm(rows, axis=0)
+        return float(np.sum((rows @ np.linalg.lstsq(rows, values, rcond=None)[0] - values) ** 2))
+
+    octaves = np.log2(RELAXATIONS)
+    best = int(np.argmin([misfit(octave) for octave in octaves]))
+    ends = octaves[max(best - 1, 0)], octaves[min(best + 1, octaves.size - 1)]
+    octave = float(minimize_scalar(misfit, bounds=ends, method="bounded").x)
+    known = np.linalg.lstsq(basis(place, octave), values, rcond=None)[0]
+    found: NDArray[np.float64] = basis(np.arange(count, dtype=np.float64), octave) @ known
+    return found
 
 
 def _worst_of_runs(mask: NDArray[np.bool_], size: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -51,7 +51,7 @@ def in_order(found: Iterable[Suggestion], fit: Fit, crowded: float) -> tuple[Sug
     first += [s for s in judged if _stands_out(s, judged, fit)]
     ahead = [s for s in judged if _is_of_the_white(s.effect) and _by_far(s, judged)]
     ranked = sorted(judged, key=lambda s: _rank(s, crowded, s in first, s in ahead), reverse=True)
-    return _with_rivals(_last_resort(_ties(ranked), fit))
+    return _with_rivals(_last_resort(_ties(_logged_first(ranked, fit)), fit))
 
 
 def _stands_out(out: Suggestion, found: list[Suggestion], fit: Fit) -> bool:
@@ -196,6 +196,40 @@ def _rank(found: Suggestion, crowded: float, first: bool, ahead: bool) -> tuple[
     return found.significant, int(not elsewhere), found.rank
 
 
+def _logged_first(ranked: list[Suggestion], fit: Fit) -> list[Suggestion]:
+    """Where a function of time comes first and one of a logged column explains the record as well, the latter goes first.
+
+    The column was measured; the function of time is a guess. "As well" is a tie in evidence, or a difference of the two
+    functions below what the rounding of the column makes of it.
+    """
+    if not ranked or not _slow(ranked[0].effect) or ranked[0].effect.follows is not None:
+        return ranked
+    top = ranked[0]
+    for other in ranked[1:]:
+        if other.effect.follows is None or not _slow(other.effect, refined=False):
+            continue
+        tie = other.significant == top.significant and top.rank - other.rank < RIVAL
+        if tie or _within_rounding(top.effect, other.effect, fit):
+            # It was judged by what it adds to the function that it equals.
+            as_sure = replace(other, log10_p=top.log10_p, significant=top.significant)
+            first = other if tie else as_sure
+            return [first, *(s for s in ranked if s is not other)]
+    return ranked
+
+
+def _within_rounding(first: Effect, follower: Effect, fit: Fit) -> bool:
+    """Whether an effect differs from one of a coarse column by less than the rounding of that column adds to it."""
+    assert isinstance(first, Deterministic)
+    assert isinstance(follower, Deterministic)
+    data, name = fit.data, follower.follows or ""
+    logged = getattr(fit.recording, "covariates", {}).get(name)
+    if logged is None or len(logged) != data.time.size or not np.isfinite(logged).all():
+        return False
+    curve = data.signal([follower])
+    rounding = follower.signal(data.time, {**data.covariates, name: logged}) - curve
+    return bool(np.std(data.signal([first]) - curve) < np.std(rounding))
+
+
 def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
     """Where a standard coefficient explains the record as well as the winner, it goes first.
 
@@ -222,12 +256,12 @@ def _ties(ranked: list[Suggestion]) -> list[Suggestion]:
     return ranked
 
 
-def _slow(effect: Effect, refined: bool) -> bool:
-    """Whether it is a slow function of time or of a column, of a form that has a plainer one or not."""
+def _slow(effect: Effect, refined: bool | None = None) -> bool:
+    """Whether it is a slow function of time or of a column; with `refined`, of a form that has a plainer one or not."""
     return (
         isinstance(effect, Deterministic)
         and effect.screened == "slow"
-        and effect.refined == refined
+        and refined in (None, effect.refined)
     )
 
 

@@ -62,7 +62,10 @@ VALUES = [
     ("PL", {"exponent": -0.5, "level": 0.3}),
     ("PL", {"exponent": 0.6, "level": 0.3}),
     ("X", {"rms": 0.8, "bands": (0.5, 0.3, 7.0, 0.7)}),
-    ("COV", {"column": "temperature", "coefficient": 0.3, "lag": 1.5, "quadratic": 0.01}),
+    (
+        "COV",
+        {"column": "temperature", "coefficient": 0.3, "lag": 1.5, "quadratic": 0.01, "cubic": 1e-3},
+    ),
     ("COV", {"column": "temperature", "coefficient": -0.3}),
     ("HYS", {"column": "temperature", "coefficient": 0.3, "width": 5.0}),
     (

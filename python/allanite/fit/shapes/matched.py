@@ -127,12 +127,15 @@ def matched_gains(
     unit /= _lengths(unit)  # of many points, in place
     gain = 0.5 * (unit @ target) ** 2
     if whole.shape[1] > 1:
-        # A second regressor by what it adds; the direction is that of both at their best.
-        second = whole[:, 1] - (whole[:, 1] * unit).sum(axis=1)[:, None] * unit
-        second = _units(second)
-        first, other = unit @ target, second @ target
-        gain = gain + 0.5 * other**2
-        unit = _units(first[:, None] * unit + other[:, None] * second)
+        # Further regressors by what they add; the direction is that of all at their best.
+        axes: list[NDArray[np.float64]] = [unit]
+        for k in range(1, whole.shape[1]):
+            more = whole[:, k]
+            for axis in axes:
+                more = more - (more * axis).sum(axis=1)[:, None] * axis
+            axes.append(_units(more))
+            gain = gain + 0.5 * (axes[-1] @ target) ** 2
+        unit = _units(np.sum([(axis @ target)[:, None] * axis for axis in axes], axis=0))
     return gain, unit
 
 

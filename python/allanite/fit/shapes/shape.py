@@ -305,5 +305,8 @@ def _polish_slow(
             )
             if found.fun < loss(known) - SAME:
                 known = float(found.x)
+        # A shape that may be absent, such as a lag, is absent where the record does not show it.
+        if grid[0] == 0.0 < known and loss(0.0) <= loss(known) + SAME:
+            known = 0.0
         effect = effect.with_values(**{name: known})
     return model.replaced(place, **{n: effect.values[n] for n in effect.free_shapes})

@@ -192,8 +192,7 @@ def _refit(
     judged /= _louder(refitted, data)
     if judged <= 0.0 or not consistent(refitted.model.deterministic[-1:], refitted, data):
         return None
-    if effect.amplitudes().size > 1:
-        judged = _of_one(judged)
+    judged = _of_one(judged, effect.amplitudes().size)
     found = refitted.model.effects[-1]
     if isinstance(found, Deterministic) and found.happens_once and found.when is not None:
         if _of_few(found, base, data):
@@ -252,11 +251,16 @@ def _louder(solution: Solution, data: Data) -> float:
     return max(1.0, float(signal @ level / max(signal.sum(), 1e-300)))
 
 
-def _of_one(gain: float) -> float:
-    """Gain of one amplitude with the same p-value, e^−gain, as this gain of two."""
-    from scipy.special import ndtri_exp
+def _of_one(gain: float, amplitudes: int) -> float:
+    """Gain of one amplitude with the same p-value as this gain of one, two or three: half a χ² of as many freedoms."""
+    from scipy.special import erfcx, ndtri_exp
 
-    return float(0.5 * ndtri_exp(-gain - np.log(2.0)) ** 2) if gain > 0.0 else gain
+    if amplitudes == 1 or gain <= 0.0:
+        return gain
+    log_p = -gain
+    if amplitudes == 3:
+        log_p += np.log(2.0 * np.sqrt(gain / np.pi) + erfcx(np.sqrt(gain)))
+    return float(0.5 * ndtri_exp(log_p - np.log(2.0)) ** 2)
 
 
 def evidence(candidate: Candidate) -> float:
