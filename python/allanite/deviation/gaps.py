@@ -44,7 +44,7 @@ def gap_notes(
         # Of one long gap the longest τ alone lose most of theirs, and averaging first does not help.
         if many.size and tau[many[0]] < FAR * tau[-1]:
             notes.append(
-                f"few terms are left from {tau[many[0]]:g} s on: decimate the recording,"
+                f"more than half of the terms are lost from {tau[many[0]]:g} s on: decimate the recording,"
                 " which averages the samples that are there"
             )
     return tuple(notes)

@@ -308,6 +308,9 @@ def warning_of(document: Mapping[str, Any]) -> str:
     """What speaks against a fit, where its document says so; ASCII, as not every reader of a comment takes more."""
     if document.get("adequate") is not False:
         return ""
+    audit = (document.get("recording") or {}).get("audit") or ()
+    if any(f.get("kind") == "quantisation" and f.get("severity") == "warning" for f in audit):
+        return "the samples rarely change code or flip between two, which deforms the coefficients"
     worst = (document.get("error") or {}).get("adev_worst") or {}
     factor, tau = worst.get("factor"), worst.get("tau_s")
     if not factor or tau is None:

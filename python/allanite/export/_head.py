@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite.effects._base import Stochastic
 from allanite.effects._known import Deterministic, Periodic
+from allanite.export._axis import HORIZON
 from allanite.export._follow import Quality, quality
 
 if TYPE_CHECKING:
@@ -76,12 +77,39 @@ def verdict(pairs: Sequence[Pair], *, simulator: bool = False) -> str:
             f"NEES of a bias filter (1 is ideal): {spread} after {horizon:.4g} s without aiding,"
             f" {most:.2f} at most from {horizon / 10:.4g} s on{fast}."
         )
+    sentences += _too_short([axis for axis, _ in pairs])
     short = [a for a, _ in pairs if a.horizon > 1.001 * a.until]
     if short:
         sentences.append(
             f"The log of {short[0].name} shows tau up to {short[0].until:.3g} s alone."
         )
     return " ".join(sentences)
+
+
+def _too_short(axes: Sequence[Axis]) -> list[str]:
+    """A sentence on slow coefficients that a short log does not show; none where all logs are long or show them.
+
+    A log is short if a tenth of it, the longest tau that it tells well, is below the horizon of most files.
+    """
+    of: dict[tuple[str, float], list[str]] = {}
+    for axis in axes:
+        if axis.assumptions or axis.until >= HORIZON:
+            continue
+        entries = zip(_all(axis), axis.document["effects"], strict=True)
+        hidden = [
+            label
+            for (label, effect), entry in entries
+            if isinstance(effect, Stochastic)
+            and effect.wanders
+            and entry["parameters"][effect.coefficient].get("detected") is False
+        ]
+        if hidden:
+            of.setdefault((", ".join(hidden), axis.span[1]), []).append(axis.name)
+    return [
+        f"Record too short for {hidden} of {', '.join(names)}: {duration:.3g} s show tau up to {0.1 * duration:.3g} s,"
+        f" where {hidden} {'were' if ', ' in hidden else 'was'} not detected; slow noise in this file is from upper limits."
+        for (hidden, duration), names in of.items()
+    ]
 
 
 def _overconfident(axis: Axis, choice: Choice, found: Quality) -> str:

@@ -375,7 +375,7 @@ class Fit:
             "error": self.error.to_dict(),
             "discrepancy": self.discrepancy.to_dict(),
             "not_judged_hz": [list(band) for band in self.not_judged],
-            "adequate": self.adequate,
+            "adequate": self.adequate and not self.limited_by_quantization,
         }
 
     def save(self, path: str | Path) -> None:

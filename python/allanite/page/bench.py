@@ -14,6 +14,7 @@ from allanite.page.jobs import Job
 from allanite.page.ladder import Board, Ladder, Step, Work
 from allanite.page.source import kept, part_of
 from allanite.page.words import WORDS
+from allanite.recording.at_rest import refusal_of
 from allanite.study import Rung
 from allanite.suggestion import Check, check_fit
 
@@ -40,6 +41,8 @@ class Bench:
         #: What was done to each log that was opened, by its place in the list.
         self.works: dict[int, Work] = {}
         self.problem: str | None = None
+        #: Whether the problem is that the log is mostly motion.
+        self.moving = False
         self.preview: Fit | None = None
         #: Model discrepancy, %, below which a model is good enough; None to ask that it is adequate.
         self.tolerance: float | None = None
@@ -221,6 +224,7 @@ class Bench:
         def work(job: Job) -> None:
             with self.change(job):
                 self.place_of_source, self.problem, self.preview = place, None, None
+                self.moving = False
                 self.unit = None
                 if known is None:
                     self.works.pop(place, None)
@@ -230,6 +234,11 @@ class Bench:
                 if known is None:
                     watch = lambda: job.progress(0, 0)  # noqa: E731
                     recording = found or source.read(source.reading, watch)
+                    if not source.reading.motion:
+                        refusal = refusal_of(recording.measured)
+                        self.moving = refusal is not None
+                        if refusal is not None:
+                            raise refusal
                     self._begin(job, place, Work(recording))
             except AllaniteError as error:
                 with self.change(job):

@@ -142,6 +142,14 @@ def _rate(tab: Tab, order: dict[str, Any]) -> None:
     tab.open(tab.place_of_source, replace(source.reading, rate=rate))
 
 
+def _motion(tab: Tab, order: dict[str, Any]) -> None:
+    """Read a log that is mostly motion again: its longest quiet segment, or all of it."""
+    source, how = tab.source, _text(order, "how")
+    if source is None or tab.place_of_source is None or how not in ("quiet", "anyway"):
+        raise InputError('Say what to take of the log: "quiet" or "anyway"')
+    tab.open(tab.place_of_source, replace(source.reading, motion=how))
+
+
 def _example(tab: Tab) -> None:
     """A recording with hidden effects, simulated."""
     name = "example.npz"
@@ -245,6 +253,7 @@ _ACTIONS: dict[str, Callable[[Any, dict[str, Any]], None]] = {
     "leave-out": _leave_out,
     "put-back": _put_back,
     "rate": _rate,
+    "motion": _motion,
     "improve": _improve,
     "tolerance": lambda tab, order: tab.accept(_number(order, "percent")),
     "go": lambda tab, order: tab.go(_integer(order, "rung")),

@@ -57,6 +57,8 @@ class Reading:
     #: Units of single columns, by name.
     units: Mapping[str, str] = field(default_factory=dict)
     piece: int | None = None
+    #: What to do with a log that is mostly motion: "" refuses it, "quiet" takes its longest quiet segment, "anyway" all.
+    motion: str = ""
 
     def options(self) -> dict[str, Any]:
         """What the reader is told."""
@@ -143,6 +145,8 @@ class Source:
 
             same = reading == self.reading
             recording = self.shared.get(self.path, read, watch) if same else read()
+        if reading.motion == "quiet":
+            recording = recording.quiet()
         return recording if reading.output_unit is None else recording.to(reading.output_unit)
 
     def inspect(self, reading: Reading) -> dict[str, Any]:

@@ -58,6 +58,10 @@ _NO_AXIS = (
         "a status",
         re.compile(r"(^|_)(valid|status|flags?|state|mode|health|calibrated|clip(ping|s)?|saturat\w+|overflows?)(_|$)"),
     ),
+    (
+        "a drive",
+        re.compile(r"(^|_)(rpm|motors?|prop(eller)?s?|rotors?|wheels?|servos?|engines?|fans?)\d*(_|$)"),
+    ),
     ("another time", _STAMP),
 )  # fmt: skip
 #: A magnetometer is none of these sensors, even in G, which may be gauss or standard gravity.

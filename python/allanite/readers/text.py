@@ -67,6 +67,14 @@ MEMORY_PER_CELL = 1.2 * 8.0
 #: Cells that hold a date or a time of day, and dates of which the month may stand first.
 _DATE = re.compile(r"^\d{1,4}[-/]\d{1,2}[-/]\d{1,4}|^\d\d\.\d\d\.\d{4}|^\d{1,2}:\d\d:\d\d")
 _SLASHED = re.compile(r"^\d{1,2}/\d{1,2}/\d{4}")
+#: Units that the maker of a header defines, by its names. Kalibr's bag creator takes no other than these.
+UNITS_OF_HEADERS: dict[tuple[str, ...], tuple[str | None, ...]] = {
+    ("timestamp", "omega_x", "omega_y", "omega_z", "alpha_x", "alpha_y", "alpha_z"): (
+        "ns",
+        *("rad/s",) * 3,
+        *("m/s^2",) * 3,
+    )
+}
 #: What stands in a line of units where a column has none.
 _NO_UNIT = ("", "-", "na", "n/a", "none", "no units", "unitless")
 _UNIT = re.compile(r"^[\[(]([^\[\]()]*)[\])]$")
@@ -118,7 +126,7 @@ def _read(path: Path, pick: Picker) -> Table:
         if "" in names:
             names, units = names_below(path, names, units)
         if not any(units):
-            units = units_below(path, names) or units
+            units = units_below(path, names) or UNITS_OF_HEADERS.get(names) or units
     else:
         names, units = (), ()
     first, cells = first_rows(reader, names, units)

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 __all__ = ["Finding", "merged", "named", "of_stamps"]
 
 
+#: Share of longer steps above which the sampling itself is irregular: about half of the samples are then beside one.
+IRREGULAR = 0.25
+
+
 @dataclass(frozen=True, slots=True)
 class Finding:
     """One thing that is odd about the data.
@@ -152,7 +156,8 @@ def of_stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
         yield Finding(
             "jitter",
             "warning" if stamps.jitter * stamps.rate > 0.3 else "info",
-            f"spacing of the time stamps varies by {stamps.jitter * 1e3:.3g} ms rms"
+            ("irregular sampling: " if stamps.jitter * stamps.rate > 0.3 else "")
+            + f"spacing of the time stamps varies by {stamps.jitter * 1e3:.3g} ms rms"
             f" ({stamps.jitter * stamps.rate:.0%} of the interval); samples are taken as regular"
             + (", and short gaps cannot be found" if stamps.lost else ""),
             values={"rms_s": stamps.jitter},
@@ -172,11 +177,20 @@ def of_stamps(stamps: Stamps, rate: float) -> Iterator[Finding]:
         row, longest = max(gaps, key=lambda gap: gap[1])
         missing = sum(count for _, count in gaps)
         several = f", first after row {gaps[0][0]}" if len(gaps) > 1 else ""
+        found = (
+            f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in the time column{several}, {missing} samples"
+            f" missing, the longest {longest / stamps.rate:.3g} s after row {row}; kept as NaN"
+        )
+        first, end = stamps.rows
+        if len(gaps) > IRREGULAR * (end - first):
+            found = (
+                f"irregular sampling: {len(gaps)} of {end - first - 1} steps of the time column are up to {longest + 1}"
+                f" times the usual {1.0 / stamps.rate:.4g} s; the {missing} samples between are kept as NaN"
+            )
         yield Finding(
             "gaps",
             "warning",
-            f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in the time column{several}, {missing} samples"
-            f" missing, the longest {longest / stamps.rate:.3g} s after row {row}; kept as NaN",
+            found,
             values={"count": len(gaps), "missing": missing, "longest": longest, "row": row},
         )
 

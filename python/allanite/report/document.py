@@ -66,7 +66,7 @@ class Entry:
             "improve": _bare(self.study.to_dict()),
             "fit": _bare(self.study.fit.to_dict()),
             "left": {
-                "adequate": last.adequate,
+                "adequate": last.verdict == "adequate",
                 "where": last.where.to_dict(),
                 "suggestions": [s.to_dict() for s in last.suggestions],
             },

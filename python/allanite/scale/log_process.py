@@ -67,6 +67,8 @@ class Setup:
         Where every ladder starts.
     rate, unit : optional
         As of `allanite.read`.
+    anyway : bool
+        Whether logs in motion are used.
     deadline : float
         Seconds that a log may take.
     memory : int
@@ -86,6 +88,7 @@ class Setup:
     model: Model
     rate: float | str | None
     unit: str | None
+    anyway: bool
     deadline: float
     memory: int
     settings: str
@@ -400,7 +403,7 @@ def _answer(path: str, setup: Setup, say: Callable[[dict[str, Any]], None]) -> d
             _warm_up(setup.memory)
         say({"wait": setup.deadline})
         _end_after(setup.deadline + GRACE)
-        rows = rows_of(path, setup.model, setup.rate, setup.unit)
+        rows = rows_of(path, setup.model, setup.rate, setup.unit, anyway=setup.anyway)
         # A time stamp shows a later change only where it was not yet that of now.
         stamped = _stamp(path) == before and read_at - before[-1] / 1e9 > TIME_STAMP
         if not stamped and _content(path) != content:

@@ -104,19 +104,25 @@ def _is_file(path: Path) -> bool:
 
 
 def rows_of(
-    path: str, model: str | Model, rate: float | str | None, unit: str | None
+    path: str,
+    model: str | Model,
+    rate: float | str | None,
+    unit: str | None,
+    *,
+    anyway: bool = False,
 ) -> list[dict[str, Any]]:
     """Return one row for each axis of a log; a log or an axis that cannot be used has a row that says why.
 
     Numbers are a JSON object: name → [value, low, high, standard error], in SI.
     """
     from allanite.readers import read
+    from allanite.readers.plausibility import checked
     from allanite.study import improve
 
     began = perf_counter()
     head = {"file": plain(path), "content": "", "column": "", "status": "done", "remarks": ""}
     try:
-        recording = read(path, rate, unit=unit)
+        recording = checked(read(path, rate, unit=unit), anyway=anyway)
     except MemoryError:
         raise
     except Exception as error:
@@ -189,6 +195,7 @@ def run_fleet(
     rate: float | str | None = None,
     unit: str | None = None,
     scheduler: str | None = None,
+    anyway: bool = False,
     deadline: float = DEADLINE,
     on_done: Callable[[int, int, str], None] | None = None,
     on_note: Callable[[str], None] | None = None,
@@ -211,6 +218,8 @@ def run_fleet(
         Where every ladder starts.
     rate, unit : optional
         As of `allanite.read`.
+    anyway : bool
+        Whether logs that are mostly motion, or whose unit contradicts gravity, are used.
     scheduler : str, optional
         Address of a scheduler of Dask; by default the processors of this machine.
     deadline : float
@@ -247,7 +256,7 @@ def run_fleet(
     journal = _journal_of(target)
     known = read_journal(journal, on_note or (lambda note: warnings.warn(note, stacklevel=3)))
     workers = 1 if scheduler is not None else min(len(logs), processors())
-    setup = _setup(model, rate, unit, deadline, workers, known)
+    setup = _setup(model, rate, unit, anyway, deadline, workers, known)
     rows: list[dict[str, Any]] = []
     waiting = set(logs)
     had_table = target.exists()
@@ -286,6 +295,7 @@ def _setup(
     model: str | Model,
     rate: float | str | None,
     unit: str | None,
+    anyway: bool,
     deadline: float,
     workers: int,
     known: dict[str, Any],
@@ -300,12 +310,14 @@ def _setup(
         "model": model_to_dict(start),
         "rate": rate if rate is None or isinstance(rate, str) else positive_rate(rate),
         "unit": unit,
+        "anyway": anyway,
         "effects": [f"{effect.__module__}.{effect.__qualname__}" for effect in effects],
     }
     return Setup(
         start,
         rate,
         unit,
+        anyway,
         deadline,
         int(budget() if VARIABLE in os.environ else budget() / workers),
         json.dumps(settings, sort_keys=True),

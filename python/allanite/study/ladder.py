@@ -163,6 +163,11 @@ class Study:
         return self.stopped_because if tolerated else self.check.verdict
 
     @property
+    def reason(self) -> str:
+        """Why the search ended: `stopped_because`, with quantization named where it limits an adequate model."""
+        return self.verdict if self.stopped_because == "adequate" else self.stopped_because
+
+    @property
     def _good_enough(self) -> bool:
         """Whether the search ended because the last model suffices."""
         return self.stopped_because in {"adequate", "within tolerance"}
@@ -196,9 +201,9 @@ class Study:
                 )
                 for rung, left in zip(self.ladder, self.misfit_left, strict=True)
             ],
-            "adequate": self.adequate,
+            "adequate": self.adequate and not self.fit.limited_by_quantization,
             "verdict": self.verdict,
-            "stopped_because": self.stopped_because,
+            "stopped_because": self.reason,
             "unexplained": self.unexplained,
         }
 
@@ -280,7 +285,7 @@ class Study:
         if ended is not None:
             count = f"{steps} step{'' if steps == 1 else 's'}"
             return f"{ended} was reached after {count}; further effects were not examined"
-        return self.stopped_because
+        return self.reason
 
     def __repr__(self) -> str:
         first, last = self.ladder[0].fit.model.name, self.fit.model.name

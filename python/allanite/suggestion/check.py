@@ -72,7 +72,7 @@ class Check:
         return {
             **self.fit.to_dict(),
             "schema": "allanite/check/2",
-            "adequate": self.adequate,
+            "adequate": self.verdict == "adequate",
             "verdict": self.verdict,
             "where": self.where.to_dict(),
             "suggestions": [s.to_dict() for s in self.suggestions],

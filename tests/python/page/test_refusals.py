@@ -7,7 +7,10 @@ import pickle
 import numpy as np
 import pytest
 
-from page_sessions import BASE, HOST, TOKEN, send
+from allanite.page.server import Sessions
+from allanite.page.source import Source
+from moving_records import hand
+from page_sessions import BASE, HOST, TOKEN, act, client_of, opened, send
 
 
 @pytest.mark.parametrize(
@@ -151,3 +154,25 @@ def test_nonsense_is_one_line(looked, order):
 
 def test_unknown_tab(client):
     assert "reload" in client.get("tabs/nobody").json()["error"]
+
+
+def test_a_log_in_motion_is_not_fitted_until_it_is_asked_for():
+    moving = hand(3, rate=50, seconds=120, only=("gyro_x", "gyro_y", "gyro_z"))
+    x = np.array(moving.samples)
+    x[:1500] = np.random.default_rng(1).standard_normal((1500, 3)) * 0.05
+    log = type(moving)(x, moving.rate, unit=moving.units, columns=moving.columns, path="moving.npz")
+    sessions = Sessions([Source("moving.npz", recording=log)])
+    client = client_of(sessions)
+    tab, state = opened(client)
+    assert state["moving"]
+    assert "not at rest" in state["problem"]
+    assert "longest quiet segment" in state["problem"]
+    assert state["ladder"] == []
+    quiet = act(client, tab, checked=False, do="motion", how="quiet")
+    assert (quiet["problem"], quiet["moving"]) == (None, False)
+    assert 20 < sessions.tabs[tab].log.duration < 31
+    whole = act(client, tab, checked=False, do="motion", how="anyway")
+    assert whole["problem"] is None
+    assert whole["ladder"]
+    answer = client.post(f"tabs/{tab}/act", json={"do": "motion", "how": "so"})
+    assert answer.status_code != 200

@@ -203,7 +203,7 @@ def test_a_remedy_that_would_be_refused_is_not_given():
     x = noise(190_000)
     x[1000:189_000] = np.nan
     told = the(Recording(x, 100), "missing").message
-    assert "few terms beyond" in told
+    assert "loses more than half of its terms" in told
     assert "decimate" not in told
 
 
@@ -268,7 +268,7 @@ def test_dropped_samples_are_one_remark_of_all_axes_with_what_to_do():
     recording = dropped(3)
     (told,) = [f for f in merged(recording.audit) if f.kind == "missing"]
     assert told.message.startswith("gx, gy, gz: 120 samples are NaN (0.30%). The fit uses every")
-    assert "few terms beyond" in told.message
+    assert "loses more than half of its terms beyond" in told.message
     assert told.message.endswith("; for its curve use .decimate(20)")
     assert len([f for f in recording.audit if f.kind == "missing"]) == 3
 
@@ -286,3 +286,47 @@ def test_one_long_gap_needs_no_averaging():
     t = np.concatenate([t[:9000], t[9000:] + 3.0])
     told = Recording(noise(t.size), time=t, unit="deg/s")
     assert "decimate" not in str(told.oadev())
+
+
+@pytest.mark.parametrize("share", [0.003, 0.02, 0.3])
+def test_remarks_on_gaps_agree(share):
+    """What the audit says of the curve is what the curve says of itself."""
+    rng = np.random.default_rng(int(1000 * share))
+    there = np.sort(rng.permutation(20_000)[: round(20_000 * (1 - share))])
+    recording = Recording(rng.standard_normal(there.size), time=there / 100.0, unit="deg/s")
+    message = the(recording, "missing").message
+    beyond = float(message.split("terms beyond ")[1].split(" s")[0])
+    curve = recording.oadev(taus="all")
+    lost = curve.lost / (curve.n + curve.lost)
+    first = float(curve.tau[np.flatnonzero(lost > 0.5)[0]])
+    # Printed to three figures.
+    assert beyond == pytest.approx(first - 0.01, rel=0.005, abs=1e-9)
+    (note,) = [d for d in curve.diagnostics if "lost from" in d]
+    assert f"lost from {first:g} s on" in note
+
+
+@pytest.mark.parametrize("at", [0, 1, 777, 262_143, 262_144, 299_999])
+def test_one_event_that_makes_most_of_the_allan_variance_is_told(at):
+    rng = np.random.default_rng(1)
+    x = rng.standard_normal(300_000)
+    x[at] += 2000.0
+    found = the(Recording(x, 100.0, unit="deg/s"), "dominated")
+    assert found.severity == "warning"
+    assert found.values["time_s"] == pytest.approx(at / 100.0, abs=found.values["tau_s"])
+    assert found.values["share"] > 0.9
+
+
+def test_a_step_makes_the_allan_variance_at_long_times():
+    x = np.random.default_rng(1).standard_normal(50_000)
+    x[23_456:] += 0.5
+    found = the(Recording(x, 100.0, unit="deg/s"), "dominated")
+    assert found.values["tau_s"] > 1.0
+    assert "dominated" not in {f.kind for f in Recording(x[:20_000], 100.0).audit}
+
+
+def test_no_event_dominates_noise():
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        x = rng.standard_t(4, 5000) if seed % 3 == 0 else rng.standard_normal(5000)
+        recording = Recording(np.cumsum(x) if seed % 3 == 1 else x, 100.0)
+        assert "dominated" not in {f.kind for f in recording.audit}

@@ -1,4 +1,4 @@
-"""Headers of fifty loggers with rows made by code: roles, units and rate are those that a person would read.
+"""Headers of more than fifty loggers with rows made by code: roles, units and rate are those that a person would read.
 
 Each case states the columns that are sensors with the unit that the file gives them (None: it gives none, so the program
 asks), the temperatures, the sampling rate that the file holds (None: it holds none), and what the caller has to add.
@@ -200,7 +200,7 @@ CASES["ArduPilot, mavlogdump CSV"] = Case(
 
 CASES["Kalibr"] = Case(
     log("timestamp,omega_x,omega_y,omega_z,alpha_x,alpha_y,alpha_z", UNIX * 10**9 + K * 5_000_000, GYRO, ACC),
-    of(named("omega_"), None) | of(named("alpha_"), None), 200.0, give={"unit": "rad/s,m/s^2"},
+    of(named("omega_"), "rad/s") | of(named("alpha_"), "m/s^2"), 200.0,
 )
 EUROC = [*(f"w_RS_S_{a}" for a in "xyz"), *(f"a_RS_S_{a}" for a in "xyz")]
 CASES["EuRoC"] = Case(
@@ -504,6 +504,162 @@ CASES["UNR, tenv"] = Case(
 CASES["Hector, mom"] = Case(
     "# sampling period 1.0\n" + "".join(f"{51544 + k}.5 {v * 1e9:.4f}\n" for k, v in enumerate(PHASE)),
     {"observation": None}, 1 / 86400, suffix=".mom",
+)
+
+# -- headers as public programs write them ---------------------------------------------------------------------------------
+
+NAMES = [*named("gyro_"), *named("accel_")]
+MS = 1200 + K * 20
+CASES["Unity, battery in the last column"] = Case(
+    log("Timestamp,accX,accY,accZ,gyroX,gyroY,gyroZ,Battery", MS, ACC, GYRO, 3.7 - K * 1e-4),
+    of(named("acc", "XYZ"), None) | of(named("gyro", "XYZ"), None), 50.0, give={"unit": "rad/s,m/s^2"},
+)
+CASES["telephone, orientation behind the magnetometer"] = Case(
+    log("timestamp,accX,accY,accZ,gyroX,gyroY,gyroZ,magX,magY,magZ,roll,pitch,yaw", UNIX * 1000 + K * 20, ACC, GYRO, MAG, GYRO),
+    of(named("acc", "XYZ"), None) | of(named("gyro", "XYZ"), None), 50.0, give={"unit": "rad/s,m/s^2"},
+)
+CASES["ESP32, magnitudes and jerk"] = Case(
+    log("timestamp,accX,accY,accZ,gyroX,gyroY,gyroZ,accel_mag,gyro_mag,jerkX,jerkY,jerkZ", MS, ACC, GYRO * DEG,
+        np.linalg.norm(ACC, axis=1), np.linalg.norm(GYRO * DEG, axis=1), np.gradient(ACC, axis=0)),
+    of(named("acc", "XYZ"), None) | of(named("gyro", "XYZ"), None), 50.0, give=BOTH,
+)
+CASES["session server, sequence numbers and positions"] = Case(
+    log("sequence_num,timestamp_ms,lat,lng,gps_accuracy_meters,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z",
+        K, UNIX * 1000 + K * 20, 48.1 + K * 1e-7, 11.5 + K * 1e-7, 5 + 0 * K, ACC, GYRO),
+    of(NAMES, None), 50.0, give={"unit": "rad/s,m/s^2"},
+)
+CASES["serial bridge, time_milliseconds"] = Case(
+    log("time_milliseconds,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z", MS, ACC / G, GYRO * DEG),
+    of(NAMES, None), 50.0, give={"unit": "deg/s,g"},
+)
+CASES["gesture logger, a label in the last column"] = Case(
+    log("accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,label", whole(ACC, 1670), whole(GYRO * DEG, 131), ["i"] * N),
+    of(NAMES, None), None, give={"rate": 100.0, "unit": "deg/s,m/s^2"},
+)
+CASES["rocket, two accelerometers and quaternions"] = Case(
+    log("Temp,Press,Alt,Accel_x2,Accel_y2,Accel_z2,Accel_x,Accel_y,Accel_z,Gyro_x,Gyro_y,Gyro_z,Mag_x,Mag_y,Mag_z,"
+        "Quaternion_1,Quaternion_2,Quaternion_3,Quaternion_4,Stage",
+        TEMP, 1013 + TEMP / 50, 300 + TEMP, ACC, ACC + 0.01 * RNG.standard_normal((N, 3)), GYRO, MAG, QUATERNION, ONE),
+    of(["Accel_x2", "Accel_y2", "Accel_z2", *named("Accel_"), *named("Gyro_")], None), None, ("Temp",),
+    {"rate": 20.0, "unit": "rad/s,m/s^2"},
+)
+CASES["ship model, setpoints with units beside the IMU"] = Case(
+    log("timestamp,speedMps (m/s),yaw (°),heading_setpoint (°),heading_error (°),rudder_cmd (°),track_wp_index,distance_to_wp (m),"
+        "accel_x (g),accel_y (g),accel_z (g),gyro_x (deg/s),gyro_y (deg/s),gyro_z (deg/s),rpm_prop_1 (rpm),battery_1 (V),mode_auto",
+        UNIX + K / 20, 0 * K, 90 + GYRO[:, 0], 90 + ZERO, GYRO[:, 0], ZERO, ZERO, 5 + GYRO[:, 1], ACC / G, GYRO * DEG, ZERO,
+        12 + GYRO[:, 2], ZERO, form="{:.16g}"),
+    of(named("accel_"), "g") | of(named("gyro_"), "deg/s"), 20.0,
+)
+CASES["underwater logger, magnitude with a unit"] = Case(
+    log("Time (s),Accel_X (g),Accel_Y (g),Accel_Z (g),Accel_Mag (g),Gyro_X (deg/s),Gyro_Y (deg/s),Gyro_Z (deg/s),Mag_X (mT),"
+        "Mag_Y (mT),Mag_Z (mT),Pressure (mbar),P_Temp (C),Battery (V)",
+        K / 250, ACC / G, np.linalg.norm(ACC / G, axis=1), GYRO * DEG, MAG / 1000, 1013 + TEMP / 30, TEMP, 3.9 - K * 1e-5),
+    of(named("Accel_", "XYZ"), "g") | of(named("Gyro_", "XYZ"), "deg/s"), 250.0, ("P_Temp",),
+)
+CASES["weather rocket, everything with units"] = Case(
+    log("Cycle/Iter,Time (s),Temperature (C),Pressure (hPa),Altitude_Baro (m),Humidity (%),Gyro_X (deg/s),Gyro_Y (deg/s),Gyro_Z (deg/s),"
+        "RawAccel_X (m/s^2),RawAccel_Y (m/s^2),RawAccel_Z (m/s^2),Euler_X (deg),Euler_Y (deg),Euler_Z (deg)",
+        K, K / 10, TEMP, 1013 + TEMP / 30, 100 + TEMP, 40 + TEMP / 9, GYRO * DEG, ACC, GYRO),
+    of(named("Gyro_", "XYZ"), "deg/s") | of(named("RawAccel_", "XYZ"), "m/s^2"), 10.0, ("Temperature",),
+)
+CASES["gnss-ins-sim, gyro-0.csv"] = Case(
+    log("gyro_x (deg/s),gyro_y (deg/s),gyro_z (deg/s)", GYRO * DEG), of(named("gyro_"), "deg/s"), None, give={"rate": 100.0},
+)
+CASES["data manager, m/s2"] = Case(
+    log("timestamp,accel_x (m/s2),accel_y (m/s2),accel_z (m/s2),gyro_x (deg/s),gyro_y (deg/s),gyro_z (deg/s),mag_x (uT),mag_y (uT),mag_z (uT)",
+        UNIX + K / 100, ACC, GYRO * DEG, MAG, form="{:.16g}"),
+    of(named("accel_"), "m/s2") | of(named("gyro_"), "deg/s"), 100.0,
+)
+CASES["SD card, date and seconds"] = Case(
+    log("date,seconds,accel_x (g),accel_y (g),accel_z (g),gyro_x (deg/s),gyro_y (deg/s),gyro_z (deg/s),mag_x (uT),mag_y (uT),mag_z (uT)",
+        ["2024-05-03"] * N, K / 100, ACC / G, GYRO * DEG, MAG),
+    of(named("accel_"), "g") | of(named("gyro_"), "deg/s"), 100.0,
+)
+CASES["packet number, field in gauss"] = Case(
+    log("Packet number,Gyroscope X (deg/s),Gyroscope Y (deg/s),Gyroscope Z (deg/s),Accelerometer X (g),Accelerometer Y (g),"
+        "Accelerometer Z (g),Magnetometer X (G),Magnetometer Y (G),Magnetometer Z (G)", K, GYRO * DEG, ACC / G, MAG / 100),
+    of(named("Gyroscope ", "XYZ"), "deg/s") | of(named("Accelerometer ", "XYZ"), "g"), None, give={"rate": 50.0},
+)
+CASES["stage with a motor, position in mm"] = Case(
+    log("Gyroscope X (deg/s),Gyroscope Y (deg/s),Gyroscope Z (deg/s),Accelerometer X (g),Accelerometer Y (g),Accelerometer Z (g),"
+        "ground truth pos (mm)", GYRO * DEG, ACC / G, GYRO[:, 0]),
+    of(named("Gyroscope ", "XYZ"), "deg/s") | of(named("Accelerometer ", "XYZ"), "g"), None, give={"rate": 50.0},
+)
+AXES = [f"{a}-axis" for a in "xyz"]
+CASES["MetaWear, gyroscope"] = Case(
+    log("epoch (ms),time (01:00),elapsed (s),x-axis (deg/s),y-axis (deg/s),z-axis (deg/s)",
+        UNIX * 1000 + K * 20, dates(50, "%Y-%m-%dT%H:%M:%S.%f"), K / 50, GYRO * DEG),
+    of(AXES, "deg/s"), 50.0,
+)
+CASES["MetaWear, accelerometer"] = Case(
+    log("epoc (ms),timestamp (-0700),elapsed (s),x-axis (g),y-axis (g),z-axis (g)",
+        UNIX * 1000 + K * 20, dates(50, "%Y-%m-%dT%H.%M.%S.%f"), K / 50, ACC / G),
+    of(AXES, "g"), 50.0,
+)
+CASES["TUM-VI, a header behind a hash"] = Case(
+    log("#timestamp,wx,wy,wz,ax,ay,az", UNIX * 10**9 + K * 5_000_000, GYRO, ACC),
+    of([*named("w"), *named("a")], None), 200.0, give={"unit": "rad/s,m/s^2"},
+)
+CASES["bag to CSV, seconds"] = Case(
+    log("timestamp,wx,wy,wz,ax,ay,az", [f"{UNIX + k / 200:.9f}" for k in K], GYRO, ACC),
+    of([*named("w"), *named("a")], None), 200.0, give={"unit": "rad/s,m/s^2"},
+)
+CASES["Adafruit MPU6050, time_ms and temp_c"] = Case(
+    log("time_ms,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,temp_c", MS, ACC, GYRO, TEMP),
+    of(NAMES, None), 50.0, ("temp_c",), {"unit": "rad/s,m/s^2"},
+)
+CASES["smart ring, three photodiodes and three temperatures"] = Case(
+    log("wall_ms,green,red,ir,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,temp0,temp1,temp2", UNIX * 1000 + K * 40,
+        50_000 + whole(GYRO, 1e5), ACC, GYRO, TEMP, TEMP + 1 + 0.01 * RNG.standard_normal(N), TEMP + 2 + 0.01 * RNG.standard_normal(N)),
+    of(NAMES, None), 25.0, ("temp0", "temp1", "temp2"), {"unit": "rad/s,m/s^2"},
+)
+CASES["Nano 33, a button in the last column"] = Case(
+    log("timestamp_ms,acc_x,acc_y,acc_z,gyro_x,gyro_y,gyro_z,temp,button", K * 10, ACC / G, GYRO * DEG, TEMP, ZERO),
+    of([*named("acc_"), *named("gyro_")], None), 100.0, ("temp",), {"unit": "deg/s,g"},
+)
+CASES["registers of a board, temperature_raw"] = Case(
+    log("timestamp_ms,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,temperature_raw", K * 10, whole(ACC, 1670), whole(GYRO * DEG, 131),
+        whole(TEMP, 340)),
+    of(NAMES, None), 100.0, ("temperature_raw",), {"unit": "deg/s,m/s^2"},
+)
+CASES["units in the names: g and dps"] = Case(
+    log("time_ms,accel_x_g,accel_y_g,accel_z_g,gyro_x_dps,gyro_y_dps,gyro_z_dps", MS, ACC / G, GYRO * DEG),
+    of([f"accel_{a}_g" for a in "xyz"], "g") | of([f"gyro_{a}_dps" for a in "xyz"], "deg/s"), 50.0,
+)
+CASES["two sensors on a board, units in the names"] = Case(
+    log("timestamp_us," + ",".join(f"imu{i}_{s}" for i in (1, 2) for s in [*(f"gyro_{a}_dps" for a in "xyz"), *(f"accel_{a}_g" for a in "xyz")]),
+        K * 1000, GYRO * DEG, ACC / G, GYRO * DEG + 0.01 * RNG.standard_normal((N, 3)), ACC / G + 0.001 * RNG.standard_normal((N, 3))),
+    of([f"imu{i}_gyro_{a}_dps" for i in (1, 2) for a in "xyz"], "deg/s") | of([f"imu{i}_accel_{a}_g" for i in (1, 2) for a in "xyz"], "g"), 1000.0,
+)
+CASES["SensorLog, device motion"] = Case(
+    log("loggingTime(txt),motionTimestamp_sinceReboot(s),motionYaw(rad),motionPitch(rad),motionRoll(rad),motionRotationRateX(rad/s),"
+        "motionRotationRateY(rad/s),motionRotationRateZ(rad/s)",
+        dates(50), 62608 + K / 50, GYRO, GYRO),
+    of(named("motionRotationRate", "XYZ"), "rad/s"), 50.0,
+)
+CASES["BNO085, magnitudes and gravity"] = Case(
+    log("time_ms,acceleration_x,acceleration_y,acceleration_z,acceleration_t,angular_velocity_x,angular_velocity_y,angular_velocity_z,"
+        "angular_velocity_t", MS, ACC, MS - 3, GYRO, MS - 2),
+    of([*named("acceleration_"), *named("angular_velocity_")], None), 50.0, give={"unit": "rad/s,m/s^2"},
+)
+CASES["ROS 2 node, stamp in two columns"] = Case(
+    log("receive_time_ns,ros_stamp_sec,ros_stamp_nanosec,quaternion_w,quaternion_x,quaternion_y,quaternion_z,quaternion_norm,"
+        "angular_velocity_x,angular_velocity_y,angular_velocity_z,linear_acceleration_x,linear_acceleration_y,linear_acceleration_z,arrival_gap_ms",
+        UNIX * 10**9 + K * 5_000_000 + RNG.integers(0, 300_000, N), UNIX + K // 200, K % 200 * 5_000_000, QUATERNION, 1.0 + 0 * K,
+        GYRO, ACC, 5 + 0.1 * RNG.standard_normal(N), before=["# frequency_hz=200"]),
+    of([*named("angular_velocity_"), *named("linear_acceleration_")], None), 200.0, give={"unit": "rad/s,m/s^2"},
+)
+CASES["ROS 2 logger, receive and message time"] = Case(
+    log("recv_time,msg_time,orientation_x,orientation_y,orientation_z,orientation_w,angular_velocity_x,angular_velocity_y,angular_velocity_z,"
+        "linear_acceleration_x,linear_acceleration_y,linear_acceleration_z",
+        UNIX + K / 100, UNIX + K / 100, QUATERNION, GYRO, ACC, form="{:.16g}"),
+    of([*named("angular_velocity_"), *named("linear_acceleration_")], None), 100.0, give={"unit": "rad/s,m/s^2"},
+)
+CASES["floor data set, row, series and measurement numbers"] = Case(
+    log("row_id,series_id,measurement_number,angular_velocity_X,angular_velocity_Y,angular_velocity_Z,linear_acceleration_X,"
+        "linear_acceleration_Y,linear_acceleration_Z", [f"0_{k}" for k in K], ZERO, K, GYRO, ACC),
+    of([*named("angular_velocity_", "XYZ"), *named("linear_acceleration_", "XYZ")], None), None,
+    give={"rate": 100.0, "unit": "rad/s,m/s^2"},
 )
 
 # fmt: on

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,7 +44,6 @@ ROWS = [
         "kalibr.csv",
         {f"omega_{a}": "rad/s" for a in "xyz"} | {f"alpha_{a}": "m/s^2" for a in "xyz"},
         345.0,
-        ("--unit", "rad/s,m/s^2"),
     ),
     Row("mjd.csv", {"clock_bias_s": "s"}, 1 / 300, time="MJD"),
     Row("phase_ns.csv", {"offset": "ns"}, 1.0),
@@ -83,7 +86,7 @@ ROWS = [
         "chrony_tracking.log",
         {"offset": "s"},
         0.06202,
-        says=("the offset is the phase", "in the time column"),
+        says=("the offset is the phase", "irregular sampling: 26 of 53 steps"),
     ),
     Row(
         "station_tenv.txt",
@@ -296,3 +299,82 @@ def test_a_rate_that_contradicts_the_stamps_is_refused(tmp_path, capsys):
         al.read(path, rate=100)
     with pytest.raises(InputError, match="is no number of Hz"):
         al.read(path, rate="fast")
+
+
+# -- rows of the table that are made, or no logs --------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def field(tmp_path_factory):
+    """Make a larger field log by name."""
+    folder = Path(os.environ.get("ALLANITE_DATA", "../shared/data")) / "field"
+    if not (folder / "make.py").is_file():
+        pytest.skip(f"no field logs in {folder}")
+    made = tmp_path_factory.mktemp("field")
+
+    def make(name):
+        if not (made / name).exists():
+            subprocess.run([sys.executable, folder / "make.py", made, name], check=True)
+        return str(made / name)
+
+    return make
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("file", ["adis16448.toml", "kalibr_d455.yaml", "imu_utils.yaml"])
+def test_results_of_others_are_exported_and_compared(data, capsys, file):
+    path = str(data(f"field/{file}"))
+    with pytest.raises(SystemExit) as stop:
+        main(["export", path, "--format", "kalibr", "--rate", "200"])
+    assert stop.value.code == 0
+    said = capsys.readouterr().out
+    assert "  assumed: " in said
+    assert "gyroscope_noise_density: " in said
+    with pytest.raises(SystemExit) as stop:
+        main(["compare", path, str(data("field/kalibr_d455.yaml")), "--rate", "200"])
+    assert stop.value.code == 0
+
+
+@pytest.mark.data
+def test_a_filter_file_of_a_short_record_says_so(data, capsys, tmp_path):
+    model = str(tmp_path / "model.json")
+    with pytest.raises(SystemExit) as stop:
+        main(["fit", str(data("field/kalibr.csv")), "--save", model])
+    assert stop.value.code == 0
+    capsys.readouterr()
+    with pytest.raises(SystemExit) as stop:
+        main(["export", model, "--format", "kalibr"])
+    assert stop.value.code == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    assert "Record too short for B, K of omega_x, omega_y, omega_z, alpha_x" in first
+    assert "2.41 s show tau up to 0.241 s" in first
+
+
+@pytest.mark.data
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("file", "truth"),
+    [
+        ("temperature_whole_degrees.csv", {"coefficient": 0.02}),
+        ("temperature_hundredths.csv", {"coefficient": 0.02}),
+        ("temperature_cubic.csv", {"cubic": 1.2e-5}),
+    ],
+)
+def test_the_logged_temperature_is_the_cause(field, file, truth):
+    study = al.improve(al.read(field(file)))
+    (law,) = [e for e in study.fit.model if isinstance(e, al.Covariate)]
+    assert {e.short for e in study.fit.model} == {"N", "B", "K", "COV"}
+    assert law.lag == 0.0
+    for name, value in truth.items():
+        low, high = study.fit[f"COV.{name}"].interval
+        assert low < value < high
+    low, high = study.fit["N"].interval
+    assert low < 0.005 < high
+    # K is 2e-6 √50 °/s/√s: not inflated by the steps of the thermometer.
+    assert study.fit["K"].interval[0] <= 2e-6 * 50**0.5 < study.fit["K"].interval[1] < 1e-4
+    if "cubic" in truth:
+        # b(T) = 0.02 d − 4e-4 d² + 1.2e-5 d³, d = T − 25 °C, rises over the whole range.
+        u = np.linspace(-10, 51, 100) - study.recording.covariates["temp"].mean()
+        slope = law.coefficient + 2 * law.quadratic * u + 3 * law.cubic * u**2
+        d = u + study.recording.covariates["temp"].mean() - 25
+        np.testing.assert_allclose(slope, 0.02 - 8e-4 * d + 3.6e-5 * d**2, atol=1e-3)

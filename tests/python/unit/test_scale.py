@@ -22,6 +22,7 @@ from allanite.scale.power_bets import ClippedPower, PowerBets
 from allanite.scale.watch import SEGMENT, TOLERANCE, Watch
 from allanite.study import Rung, Study
 from command_line import started, until
+from moving_records import hand
 
 RATE = 100.0
 
@@ -427,3 +428,15 @@ def test_one_log_is_a_fleet_of_one(tmp_path):
     names.write_text("a.csv\n\ngone.csv\n")
     assert logs_of(log) == [log]
     assert logs_of(names) == [log, tmp_path / "gone.csv"]
+
+
+def test_logs_in_motion_have_a_row_with_the_reason(tmp_path):
+    moving = hand(1, rate=50, seconds=120, only=("gyro_x",))
+    np.savetxt(tmp_path / "moving.csv", moving.samples, header="gx [deg/s]", comments="")
+    x = np.random.default_rng(1).standard_normal(3000) * 0.1
+    np.savetxt(tmp_path / "still.csv", x, header="gx [deg/s]", comments="")
+    rows = run_fleet(tmp_path, tmp_path / "table.csv", rate=50, model="N")
+    reasons = {row["file"].rsplit("/", 1)[-1]: (row["status"], row["remarks"]) for row in rows}
+    assert reasons["still.csv"][0] == "done"
+    assert reasons["moving.csv"][0] == "failed"
+    assert "not at rest" in reasons["moving.csv"][1]

@@ -114,3 +114,8 @@ def test_a_channel_with_three_codes_is_never_simply_adequate():
     study = al.improve(al.Recording(x * 0.01, rate=100, unit="deg/s"), "N")
     assert study.verdict == study.check.verdict == "limited by quantization"
     assert "adequate, limited by quantization" in str(study.fit)
+    assert study.ending == "limited by quantization"
+    # Documents do not call it adequate either, and a filter file says why not to use it.
+    for document in (study.to_dict(), study.check.to_dict(), study.fit.to_dict()):
+        assert document["adequate"] is False
+    assert study.to_dict()["stopped_because"] == "limited by quantization"

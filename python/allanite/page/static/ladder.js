@@ -14,12 +14,13 @@ export function verdict() {
   const state = S.state, out = [];
   const line = (kind, bold, text, more = {}) => el("p", { class: kind, ...more }, bold ? el("b", {}, bold + " ") : null, text);
   const offer = (text, doing) => el("button", { onclick: doing }, text);
-  if (state.problem) out.push(line("bad", "Not read:", state.problem), offer("Set rate and units …", () => S.hooks.ask()));
+  if (state.problem && state.moving) out.push(line("bad", "Not fitted:", state.problem), offer("Use the quiet segment", () => act({ do: "motion", how: "quiet" })), offer("Analyze anyway", () => act({ do: "motion", how: "anyway" })));
+  else if (state.problem) out.push(line("bad", "Not read:", state.problem), offer("Set rate and units …", () => S.hooks.ask()));
   else if (busy() && !state.checked) out.push();
   else if (!state.ladder.length && state.log) out.push(line("", "Cancelled:", "nothing is fitted"), offer("Read it again", () => act({ do: "open", log: state.log_number })));
   else if (!state.ladder.length) out.push(line("", "", "Open a log first"), offer("Open a log …", () => S.hooks.pick("log")));
   else if (!state.checked) out.push(line("", "Cancelled:", "not searched for what is missing"), offer("Search", () => act({ do: "check" })));
-  else if (state.adequate) out.push(line("good", "✓ Adequate:", "no significant effect remains"));
+  else if (state.adequate) out.push(line("good", state.verdict === "adequate" ? "✓ Adequate:" : "≈ Limited by quantization:", "no significant effect remains"));
   else if (state.within) out.push(line("good", "≈ Within tolerance:", `model discrepancy ${short(state.discrepancy)} %, below ${state.tolerance} %`));
   else if (state.where.length) out.push(line("bad", "✗ Fails", state.where[0], { title: state.where.join("\n") }));
   else out.push(line("bad", "✗ Incomplete:", state.cards.some(c => c.significant) ? "a significant effect is missing" : "the misfit is larger than chance allows"));

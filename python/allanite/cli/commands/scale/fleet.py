@@ -20,6 +20,9 @@ from allanite.common.plain import plain
 )
 @click.option("--rate", type=RateType(), metavar="HZ", help="Sampling rate.")
 @click.option("--unit", metavar="UNIT", help="Unit of the samples.")
+@click.option(
+    "--anyway", is_flag=True, help="Use logs in motion, or whose unit contradicts gravity."
+)
 @click.option("--scheduler", metavar="ADDRESS", help="Scheduler of Dask, e.g. tcp://host:8786.")
 @click.option(
     "--deadline",
@@ -35,6 +38,7 @@ def command(
     model: str,
     rate: float | str | None,
     unit: str | None,
+    anyway: bool,
     scheduler: str | None,
     deadline: float | None,
     as_json: bool,
@@ -69,6 +73,7 @@ def command(
         model=model,
         rate=rate,
         unit=unit,
+        anyway=anyway,
         scheduler=scheduler,
         deadline=DEADLINE if deadline is None else deadline,
         on_done=on_done,
