@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.readers import read_sensors
 
 N = 240
 RNG = np.random.default_rng(50)
@@ -690,6 +691,12 @@ def test_what_a_person_would_read(name, tmp_path):
     assert set(r.columns) == set(case.sensors)
     assert set(r.covariates) == set(case.temperature)
     assert (r.rate, r.n, r.quantity) == (seen.rate, N, case.quantity)
+    assert {c.name: (c.role, c.unit, c.scale) for c in r.log_columns} == {
+        c.name: (c.role, c.unit, c.scale) for c in seen.columns if c.name != "(time)"
+    }
+    # `characterize` reads every sensor of the device.
+    first, *_ = read_sensors(path, **case.give)
+    assert (first.columns, first.units, first.rate) == (r.columns, r.units, r.rate)
 
 
 @pytest.mark.parametrize("name", [name for name, case in CASES.items() if case.rate is None])

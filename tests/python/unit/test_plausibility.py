@@ -318,7 +318,7 @@ def test_clean_records_raise_no_alarm():
     alarms = []
     for seed in range(200):
         recording = at_rest(seed)
-        kinds = {"motion", "marker", "repeats", "unit_doubt"}
+        kinds = {"motion", "marker", "repeats", "locked", "unit_doubt"}
         alarms += [(seed, f.kind) for f in recording.audit if f.kind in kinds]
     assert alarms == []
 
