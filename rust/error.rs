@@ -1,7 +1,8 @@
 //! What can be wrong with the input, with the numbers.
 //!
 //! `Input` variants become `allanite.InputError` (exit code 2), `TooShort` becomes
-//! `allanite.TooShortError` (exit code 3), `Interrupted` becomes `KeyboardInterrupt`.
+//! `allanite.TooShortError` (exit code 3), `Interrupted` becomes `KeyboardInterrupt`,
+//! `Internal` (a bug) `InternalError` (70).
 
 /// Every way a call into the core can fail.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -15,4 +16,7 @@ pub enum Error {
     /// The caller asked to stop (Ctrl-C).
     #[error("interrupted")]
     Interrupted,
+    /// A panic: what it said, and where.
+    #[error("{0}")]
+    Internal(String),
 }

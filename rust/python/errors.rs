@@ -7,6 +7,7 @@ use crate::Error;
 
 pyo3::import_exception!(allanite, InputError);
 pyo3::import_exception!(allanite, TooShortError);
+pyo3::import_exception!(allanite.common.errors, InternalError);
 
 /// Each variant raises the class that `error.rs` names for it.
 pub fn to_python(error: Error) -> PyErr {
@@ -14,5 +15,6 @@ pub fn to_python(error: Error) -> PyErr {
         Error::Input(message) => InputError::new_err(message),
         Error::TooShort(message) => TooShortError::new_err(message),
         Error::Interrupted => PyKeyboardInterrupt::new_err(()),
+        Error::Internal(message) => InternalError::new_err(message),
     }
 }

@@ -1,16 +1,37 @@
-//! Releases the GIL for long calls, maps errors and answers Ctrl-C.
+//! Releases the GIL for long calls, maps errors and panics, and answers Ctrl-C.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use pyo3::prelude::*;
 
-use crate::Result;
+use crate::{Error, Result};
 
 /// Version of the crate, which is the version of the package.
 #[pyfunction]
 pub fn version() -> &'static str {
     env!("CARGO_PKG_VERSION")
+}
+
+/// What the last panic said, and where it happened.
+static PANIC: Mutex<String> = Mutex::new(String::new());
+
+/// Keeps what a panic says instead of printing it: it becomes the message of an exception.
+pub fn keep_panics() {
+    std::panic::set_hook(Box::new(|panic| {
+        *PANIC.lock().unwrap_or_else(PoisonError::into_inner) = panic.to_string();
+    }));
+}
+
+/// Does `work`; a panic in it becomes [`Error::Internal`].
+fn guarded<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
+    // What a panic leaves half done is not used: the error is a bug to report, not one to go on from.
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
+        Err(Error::Internal(PANIC.lock().unwrap_or_else(PoisonError::into_inner).clone()))
+    })
 }
 
 /// Runs `work` with the interpreter released. `work` gets a flag that turns true on Ctrl-C and is
@@ -26,13 +47,17 @@ where
     let stop = AtomicBool::new(false);
     let stop = &stop;
     std::thread::scope(|scope| {
-        let (sender, receiver) = std::sync::mpsc::sync_channel(1);
-        scope.spawn(move || {
+        let (sender, receiver) = sync_channel(1);
+        let started = std::thread::Builder::new().spawn_scoped(scope, move || {
             // A closed channel means the caller is gone, which the scope makes impossible.
-            let _ = sender.send(work(stop));
+            let _ = sender.send(guarded(|| work(stop)));
         });
+        if let Err(error) = started {
+            let said = format!("no thread can be started ({error}): too little memory is free");
+            return Err(super::errors::to_python(Error::Input(said)));
+        }
         // Receiver is Send but not Sync: a mutex makes the borrow usable with the interpreter released.
-        let receiver = std::sync::Mutex::new(receiver);
+        let receiver = Mutex::new(receiver);
         let mut signal = None;
         loop {
             let got = py.detach(|| {
@@ -48,7 +73,7 @@ where
                         None => result.map_err(super::errors::to_python),
                     };
                 }
-                Err(std::sync::mpsc::RecvTimeoutError::Timeout) => {
+                Err(RecvTimeoutError::Timeout) => {
                     if signal.is_none()
                         && let Err(error) = py.check_signals()
                     {
@@ -56,11 +81,7 @@ where
                         signal = Some(error);
                     }
                 }
-                Err(std::sync::mpsc::RecvTimeoutError::Disconnected) => {
-                    return Err(pyo3::exceptions::PyRuntimeError::new_err(
-                        "the numerical core stopped unexpectedly (a bug: please report it)",
-                    ));
-                }
+                Err(RecvTimeoutError::Disconnected) => unreachable!("the worker sends a result or a panic"),
             }
         }
     })
@@ -72,5 +93,5 @@ where
     T: Send,
     F: FnOnce() -> Result<T> + Send,
 {
-    py.detach(work).map_err(super::errors::to_python)
+    py.detach(|| guarded(work)).map_err(super::errors::to_python)
 }

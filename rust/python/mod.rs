@@ -21,6 +21,14 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _core {
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn begin(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+        super::gil::keep_panics();
+        Ok(())
+    }
+
     #[pymodule_export]
     use super::gil::version;
 

@@ -12,7 +12,15 @@ from contextlib import contextmanager
 
 from allanite.common.plain import plain
 
-__all__ = ["CALL", "AllaniteError", "InputError", "TooShortError", "about", "worded"]
+__all__ = [
+    "CALL",
+    "AllaniteError",
+    "InputError",
+    "InternalError",
+    "TooShortError",
+    "about",
+    "worded",
+]
 
 #: Parameters as a remedy names them to who calls the library; a number of it stands for ``{}``.
 CALL: Mapping[str, str] = {
@@ -103,6 +111,13 @@ class TooShortError(AllaniteError, ValueError):
     ... except al.TooShortError as error:
     ...     print(error)
     2 samples: at least 3 are needed
+    """
+
+
+class InternalError(RuntimeError):
+    """Allanite itself failed: a bug. The command line ends with exit code 70 and writes a file to report it with.
+
+    It is no `AllaniteError`: code that handles bad input must not hide it.
     """
 
 

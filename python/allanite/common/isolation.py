@@ -21,14 +21,14 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from allanite.common.child_process import child_environment, python_command
-from allanite.common.errors import AllaniteError, InputError, TooShortError
+from allanite.common.errors import AllaniteError, InputError, InternalError, TooShortError
 from allanite.common.memory import budget, over_budget, shown_bytes
 from allanite.common.plain import plain
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-__all__ = ["LOOK", "ChildError", "Limits", "call_isolated", "serve_order"]
+__all__ = ["LOOK", "Limits", "call_isolated", "serve_order"]
 
 #: Seconds between looks at a child.
 LOOK = 0.02
@@ -58,10 +58,6 @@ sys.path += [path for path in (root, *paths) if path not in sys.path]
 from allanite.common.isolation import main
 main()
 """
-
-
-class ChildError(RuntimeError):
-    """The function raised an error that is none of allanite's: a bug, reported like one of this process."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +116,7 @@ def call_isolated(
     ------
     InputError
         The child crashed, reached a limit, or cannot be started; or what the function raised.
-    ChildError
+    InternalError
         The function raised an error that is not one of allanite's.
     """
     if _is_child or not sys.executable or sys.platform == "emscripten":
@@ -219,7 +215,7 @@ def _error(said: dict[str, Any], worker: str) -> Exception:
     if kind == "missing module":
         return ModuleNotFoundError(said["found"], name=said["name"])
     if kind == "unexpected":
-        return ChildError(said["found"])
+        return InternalError(said["found"])
     error = (TooShortError if kind == "too short" else InputError)(
         said["found"], missing=said["missing"], remedy=said["remedy"]
     )

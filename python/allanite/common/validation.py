@@ -14,12 +14,25 @@ from allanite.common.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["LARGEST", "SEEDS", "floats", "moment", "positive", "positive_rate", "recorded", "whole"]
+__all__ = [
+    "LARGEST",
+    "SEEDS",
+    "check_size",
+    "floats",
+    "moment",
+    "places",
+    "positive",
+    "positive_rate",
+    "recorded",
+    "whole",
+]
 
 #: Seeds are 64 bits of the generator's key.
 SEEDS = 2**64 - 1
 #: Numbers beyond have no square that is a number.
 LARGEST = 1e150
+#: Largest deviation of a sample from the mean. Powers are squared, and the fourth powers of these are 1e-300 and 1e300.
+DEVIATIONS = (1e-75, 1e75)
 #: Rates up to which products of powers of them and of coefficients are numbers, Hz.
 FASTEST = 1e30
 
@@ -101,6 +114,45 @@ def floats(values: object, name: str) -> NDArray[np.float64]:
     except (TypeError, ValueError, OverflowError):
         pass
     raise InputError(f"{name}: numbers are needed, found {str(values)[:40]!r}")
+
+
+def places(values: object, name: str, unit: str) -> NDArray[np.float64]:
+    """An array of frequencies or times: what products of two rates or of their reciprocals can be.
+
+    Raises
+    ------
+    InputError
+        No numbers, or one that is not from 1e-60 to 1e60.
+    """
+    numbers = floats(values, name)
+    low, high = FASTEST**-2, FASTEST**2
+    wrong = numbers[~((numbers >= low) & (numbers <= high))]
+    if wrong.size:
+        raise InputError(f"{name} must be from {low:g} to {high:g} {unit}, found {wrong.flat[0]:g}")
+    return numbers
+
+
+def check_size(samples: NDArray[np.float64], label: str, of: str) -> None:
+    """Refuse samples whose fourth powers are no doubles.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (n,)
+    label, of : str
+        How the message calls them, and what needs them: "a fit".
+
+    Raises
+    ------
+    InputError
+        The largest deviation from the mean is not within `DEVIATIONS`, and the samples are not constant.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        largest = float(np.abs(samples - samples.mean()).max())
+    if largest != 0.0 and not DEVIATIONS[0] <= largest <= DEVIATIONS[1]:
+        raise InputError(
+            f"{label} deviates from its mean by {largest:.2g} at most: {of} needs {DEVIATIONS[0]:g} to"
+            f" {DEVIATIONS[1]:g}; convert the samples to another unit"
+        )
 
 
 def moment(seconds: float, rate: float) -> int:

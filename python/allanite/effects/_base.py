@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.common.errors import InputError
-from allanite.effects._declared import SCREENS, Parameter, StraightLine, names_of
+from allanite.effects._declared import SCREENS, Parameter, StraightLine, has_several, names_of
 from allanite.effects._documented import document
 from allanite.effects._limits import NONE, limits_of
 
@@ -103,8 +104,11 @@ class Effect:
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         document(cls)
-        given = (p for p in getattr(cls, "parameters", ()) if p.role != "derived")
-        cls._given = tuple((p, p.name, *p.bounds) for p in given)
+        given = [p for p in getattr(cls, "parameters", ()) if p.role != "derived"]
+        # A single number of these is never within its bounds.
+        other = {p.name for p in given if p.unit == "text" or has_several(cls, p.name)}
+        none = (math.nan, math.nan)
+        cls._given = tuple((p, p.name, *(none if p.name in other else p.bounds)) for p in given)
 
     def __post_init__(self) -> None:
         for parameter, name, low, high in self._given:
@@ -113,7 +117,9 @@ class Effect:
             if value is None or (type(value) is float and low <= value <= high):
                 continue
             try:
-                object.__setattr__(self, name, parameter.accepted(value))
+                object.__setattr__(
+                    self, name, parameter.accepted(value, has_several(type(self), name))
+                )
             except InputError as error:
                 raise InputError(f"{self.kind}: {error}") from None
         unknown = set(self.held) - {p.name for p in self.parameters} if self.held else None

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from inspect import get_annotations
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ import numpy as np
 from allanite.common.errors import InputError
 from allanite.common.validation import LARGEST
 
-__all__ = ["SCREENS", "Parameter", "StraightLine", "names_of"]
+__all__ = ["SCREENS", "Parameter", "StraightLine", "has_several", "names_of"]
 
 #: How a check looks for an effect.
 SCREENS = {
@@ -69,31 +71,54 @@ class Parameter:
     sheet: Mapping[str, str] = field(default_factory=dict)
     figures: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
-    def accepted(self, value: Any) -> Any:
-        """A given value as a number within the bounds, several as a tuple of numbers; text as it is.
+    def accepted(self, value: Any, several: bool) -> Any:
+        """A given value as a number within the bounds, `several` as a tuple of finite numbers, text as it is.
 
         Raises
         ------
         InputError
-            No number, or one out of the bounds; it begins with the name of the parameter.
+            Another type, or a number out of the bounds; it begins with the name of the parameter.
         """
-        if isinstance(value, str):
-            return value
-        if isinstance(value, tuple):
-            return tuple(float(v) for v in value)
+        if several:
+            low, high = -LARGEST, LARGEST
+            given = [value] if isinstance(value, (int, float)) else value
+            if isinstance(given, (list, tuple)):
+                return tuple(self._number(one, low, high) for one in given)
+            raise InputError(f"{self.name} = {_shown(value)} is no list of numbers")
+        if self.unit == "text":
+            if isinstance(value, str):
+                return value
+            raise InputError(f"{self.name} = {_shown(value)} is no text")
+        return self._number(value, *self.bounds)
+
+    def _number(self, value: Any, low: float, high: float) -> float:
         try:
-            number = float(value)
+            # A text is no number, though float() reads it.
+            number = math.nan if isinstance(value, (str, bytes)) else float(value)
         except (TypeError, ValueError, OverflowError):
-            raise InputError(f"{self.name} = {value!r} is not a number") from None
-        low, high = self.bounds
+            number = math.nan
+        if math.isnan(number):
+            raise InputError(f"{self.name} = {_shown(value)} is not a number")
         if not low <= number <= high:
-            raise InputError(f"{self.name} = {value!r} is out of its range {low:g} … {high:g}")
+            raise InputError(
+                f"{self.name} = {_shown(value)} is out of its range {low:g} … {high:g}"
+            )
         return number
 
     @property
     def bounds(self) -> tuple[float, float]:
         """The bounds, finite."""
         return max(self.low, -LARGEST), min(self.high, LARGEST)
+
+
+def has_several(cls: type, name: str) -> bool:
+    """Return whether the parameter `name` of an effect is a tuple of numbers."""
+    return any("tuple" in str(get_annotations(base).get(name)) for base in cls.__mro__)
+
+
+def _shown(value: Any) -> str:
+    """The first letters of a value."""
+    return repr(value)[:60]
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,7 +62,8 @@ def exponential_allan(a: complex, phi: complex, m: Array) -> Array:
             k * x * (1 + p) - 3 * p + p * p + 4 * p * pm - p * pm**2 - p**2
         )
         # m(1−φ²) − 3φ + 4φ^{m+1} − φ^{2m+1}, over m²(1−φ)².
-        closed = (value / (k * x) ** 2).real.astype(float)
+        with np.errstate(invalid="ignore"):  # where φ rounds to 1 the walk is taken
+            closed = (value / (k * x) ** 2).real.astype(float)
         walk = 2.0 * (a * complex(x)).real * (2.0 * m[large] ** 2 + 1.0) / (6.0 * m[large])
         out[large] = np.where(np.abs(complex(x)) * m[large] > 1e-4, closed, walk)
     return out

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
 from allanite.common.units import coefficient_unit, conversion
+from allanite.effects._declared import has_several
 from allanite.effects._limits import NONE
 from allanite.effects.model import Model
 from allanite.effects.registry import CATALOGUE, find
@@ -208,7 +209,7 @@ def _effect(reader: _Reader) -> Effect:
                 raise reader.fail(f"{cls.kind} has no parameter {key!r} (it has: {known})", place)
             if reader.sign("=") is None:
                 raise reader.fail("expected =")
-            several = "tuple" in str(cls.__dataclass_fields__[parameter.name].type)
+            several = has_several(cls, parameter.name)
             if several and reader.follows("["):
                 told = f"{parameter.name} of {cls.kind} may be a list in Python and in a model file"
                 raise reader.fail(f"{told}, here it is one number", place)

@@ -74,8 +74,8 @@ class Curve:
 
     @property
     def judged(self) -> NDArray[np.bool_]:
-        """Where there are enough degrees of freedom to speak of an error in per cent."""
-        return np.asarray(self.edf >= FEWEST_EDF)
+        """Where there are enough degrees of freedom to speak of an error in per cent, and the deviation is not 0."""
+        return np.asarray((self.edf >= FEWEST_EDF) & (self.measured > 0.0))
 
     @property
     def rms_percent(self) -> float | None:

@@ -9,8 +9,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.common.errors import AllaniteError, InputError
-from allanite.common.isolation import ChildError, Limits, call_isolated
+from allanite.common.errors import AllaniteError, InputError, InternalError
+from allanite.common.isolation import Limits, call_isolated
 from allanite.common.memory import over_budget
 from allanite.common.plain import plain
 from allanite.readers._table import Table
@@ -124,7 +124,7 @@ def one_line() -> Iterator[None]:
     """Turn what a reader or a library of others raises into an error of one line."""
     try:
         yield
-    except (AllaniteError, ModuleNotFoundError, ChildError):
+    except (AllaniteError, ModuleNotFoundError, InternalError):
         raise
     except MemoryError:
         raise over_budget("reading it") from None

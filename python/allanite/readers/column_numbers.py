@@ -59,7 +59,7 @@ def kind_of(values: NDArray[Any]) -> str | None:
         day = day and int(x[0]) % DAY == 0 and PRESENT[0] < x[0] < PRESENT[1]
         return "date" if day and not steps.any() else None
     usual = float(np.median(steps[rising]))
-    alike = float(np.mean(np.abs(steps[rising] / usual - 1) < 0.5))
+    alike = float(np.mean(np.abs(steps[rising] - usual) < 0.5 * usual))
     if rising.mean() > 0.9 and alike > 0.8:
         again = steps < 0
         if usual == 1 and again.any() and np.ptp(x) in SPANS:

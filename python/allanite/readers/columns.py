@@ -380,7 +380,8 @@ def _days_and_years(table: Table, there: Sequence[int]) -> tuple[int, int] | Non
         means = {i: float(np.mean(table[i])) for i in there}
     for days in (i for i in there if 15_000 < means[i] < 90_000):
         for years in (i for i in there if 1_900 < means[i] < 2_200):
-            of_years = MJD_2000 + (table[years] - 2000.0) * YEAR
+            # In a half-precision float a century has too many days.
+            of_years = MJD_2000 + (table[years].astype(np.float64) - 2000.0) * YEAR
             # Calendars differ by a day or two from years of 365.25 days.
             if np.all(np.abs(of_years - table[days]) < 2.0) and np.any(np.diff(table[days]) > 0):
                 return days, years

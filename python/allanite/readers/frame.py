@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError
+from allanite.common.memory import require
 from allanite.readers._table import Table, split_unit
 from allanite.readers.sensor_names import role_of
 from allanite.recording.samples import index_of
@@ -46,7 +47,7 @@ def table_of(frame: Any) -> Table:
             units.append(stated or unit)
             columns.append(array)
         elif role_of(name, unit) == "time" and time is None:
-            time = array
+            time = _as_text(array) if array.dtype.kind == "O" else array
     if not columns:
         raise InputError(f"no column of numbers in the {type(frame).__name__}")
     return Table(tuple(names), tuple(columns), tuple(units), time=time)
@@ -55,6 +56,16 @@ def table_of(frame: Any) -> Table:
 def _is_dates(array: NDArray[Any]) -> bool:
     """Date-times that numpy keeps as objects: those with a time zone."""
     return array.dtype.kind == "O" and array.size > 0 and hasattr(array[0], "timestamp")
+
+
+def _as_text(array: NDArray[Any]) -> NDArray[Any]:
+    """Objects that are texts as an array of text, missing ones empty; other objects as they are."""
+    values = ["" if value is None else value for value in array.tolist()]
+    if not all(isinstance(value, str) for value in values):
+        return array
+    # Every text takes as much memory as the longest.
+    require(4 * len(values) * max(map(len, values), default=0), "its text")
+    return np.array(values, dtype=np.str_)
 
 
 def _columns(frame: Any) -> list[tuple[str, Any, str | None]]:

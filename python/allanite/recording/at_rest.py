@@ -130,6 +130,8 @@ def rest_of(recording: Recording) -> Rest | None:
     """
     if recording.quantity == "angle" or recording.n < 4 * WINDOW:
         return None
+    if recording.duration < 2.0 * AVERAGE:  # there is no change between averages
+        return None
     kinds = [parse_unit(unit).kind for unit in recording.units]
     if not set(kinds) & set(LIMITS):
         return None

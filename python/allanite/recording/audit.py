@@ -138,8 +138,10 @@ def _blocks(x: NDArray[Any], length: int = 512, most: int = 256) -> NDArray[np.f
 
 def _extremes(x: NDArray[Any]) -> tuple[float, float]:
     low, high = float(np.min(x)), float(np.max(x))
-    if math.isnan(low) and not np.isnan(x).all():
-        low, high = float(np.nanmin(x)), float(np.nanmax(x))
+    if math.isnan(low) and (there := ~np.isnan(x)).any():
+        # np.nanmin takes a signaling NaN for the smallest of all.
+        low = float(np.min(x, where=there, initial=np.inf))
+        high = float(np.max(x, where=there, initial=-np.inf))
     return low, high
 
 

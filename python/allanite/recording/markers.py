@@ -73,7 +73,9 @@ def markers_of(x: NDArray[np.floating | np.integer]) -> list[Marker]:
         return found
     low, high = float(values.min()), float(values.max())
     for edge in (low, high):
-        marker = _marker(values, edge)
+        # Sums and squares of samples above 1e154 are infinite: such samples have no marker.
+        with np.errstate(over="ignore", invalid="ignore"):
+            marker = _marker(values, edge)
         if marker is not None:
             found.append(marker)
     return found
@@ -86,7 +88,7 @@ def _marker(values: NDArray[np.floating | np.integer], edge: float) -> Marker | 
     spread = float(three_quarters - quarter) / 1.349
     distance = abs(edge - middle)
     # Most records end here: their extremes are near the other samples.
-    if distance == 0.0 or distance < MIN_DISTANCE * spread:
+    if not 0.0 < distance < math.inf or distance < MIN_DISTANCE * spread:
         return None
     at = values == edge
     count = int(np.count_nonzero(at))

@@ -57,6 +57,8 @@ def two_codes(spread: NDArray[np.float64], single: bool) -> float:
     if levels.size != 2:
         return 0.0
     step = float(levels[1] - levels[0])
+    if not np.isfinite(step):  # of samples near the largest double
+        return 0.0
     rare = spread > levels.mean()
     if rare.mean() > 0.5:
         rare = spread < levels.mean()

@@ -18,7 +18,7 @@ from allanite import _kernels
 from allanite.common.aligned import aligned_when_unpickled
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
-from allanite.common.validation import positive_rate
+from allanite.common.validation import check_size, positive_rate
 
 __all__ = ["Bins", "Spectrum", "bins_of", "bridge_gaps", "cells_of", "psd"]
 
@@ -281,7 +281,7 @@ def psd(x: Any, rate: float | None = None) -> Spectrum:
     Raises
     ------
     InputError
-        A rate that is not positive, or a record of several columns.
+        A rate that is not positive, a record of several columns, or samples whose fourth powers are no doubles.
     TooShortError
         Fewer than 8 samples.
 
@@ -307,7 +307,9 @@ def psd(x: Any, rate: float | None = None) -> Spectrum:
     if samples.size < 8:
         raise TooShortError(f"a spectrum needs at least 8 samples, found {samples.size}")
     bins = bins_of(samples.size)
-    density = bins.power(_kernels.cosine_transform(bridge_gaps(samples))) / fs
+    filled = bridge_gaps(samples)
+    check_size(filled, "the record", "a spectrum")
+    density = bins.power(_kernels.cosine_transform(filled)) / fs
     low_hz, high_hz = bins.limits(fs)
     low = density * bins.count / chdtri(bins.count, 0.025)
     high = density * bins.count / chdtri(bins.count, 0.975)

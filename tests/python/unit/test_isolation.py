@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from allanite.common.errors import InputError, TooShortError
-from allanite.common.isolation import ChildError, Limits, call_isolated
+from allanite.common.errors import InputError, InternalError, TooShortError
+from allanite.common.isolation import Limits, call_isolated
 
 posix = pytest.mark.skipif(os.name != "posix", reason="limits of a process are POSIX")
 
@@ -104,12 +104,12 @@ def test_errors_come_back(call):
     assert caught.value.missing == "rate"
     with pytest.raises(TooShortError, match="no row"):
         call("short")
-    with pytest.raises(ChildError, match=r"KeyError: 'bug' \(.*isolated_functions\.py:\d+\)"):
+    with pytest.raises(InternalError, match=r"KeyError: 'bug' \(.*isolated_functions\.py:\d+\)"):
         call("fail")
     with pytest.raises(ModuleNotFoundError) as absent:
         call("missing")
     assert absent.value.name == "a_library_that_nobody_has"
-    with pytest.raises(ChildError, match="cannot be transferred"):
+    with pytest.raises(InternalError, match="cannot be transferred"):
         call("objects")
 
 

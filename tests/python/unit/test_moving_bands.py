@@ -183,3 +183,17 @@ def test_two_axes_that_feel_one_machine_say_so_once():
     # Half a width of 0.2 Hz for each of at most 64 parts; four of these for the means of both.
     assert line.frequency == pytest.approx(WARMS_UP.mean(), abs=4.0 * line.std_error)
     assert str(line).endswith("(drifting resonance): x, y")
+
+
+@pytest.mark.long
+def test_a_band_that_fits_only_one_place_does_not_move():
+    """A band almost as wide as the spectrum."""
+    n, rate = 20_000, 10.0
+    rng = np.random.default_rng([1, 7])
+    white = 0.01 * np.sqrt(rate) * rng.standard_normal(n + 500)
+    response = np.cumprod(np.r_[1.0, (0.5 + np.arange(4 * n - 1)) / np.arange(1, 4 * n)])
+    flicker = signal.fftconvolve(rng.standard_normal(4 * n), response)[3 * n : 4 * n]
+    x = signal.lfilter(*signal.butter(2, 0.5), white)[500:] + 3e-3 * flicker
+    x += 1e-3 * rate * np.diff(rng.standard_normal(n + 1))
+    study = al.improve(al.Recording(x, rate=rate, unit="deg/s"), "N+B")
+    assert len(study.ladder) > 1

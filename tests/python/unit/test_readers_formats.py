@@ -67,6 +67,28 @@ def test_parquet_and_arrow(tmp_path, suffix):
     assert al.read(tmp_path / "indexed.parquet").rate == pytest.approx(RATE)
 
 
+@pytest.mark.parametrize("suffix", ["parquet", "feather"])
+def test_a_time_of_text_in_parquet_and_arrow(tmp_path, suffix):
+    pyarrow = pytest.importorskip("pyarrow")
+    from pyarrow import feather, parquet
+
+    write = {"parquet": parquet.write_table, "feather": feather.write_feather}[suffix]
+    stamps = [f"2026-01-31T00:{k // 60:02d}:{k % 60:02d}Z" for k in range(N)]
+    for times, said in (
+        (stamps, None),
+        (["noon"] * N, "holds 'noon' at row 0: neither a number nor an ISO 8601 date-time"),
+        ([*stamps[:-1], None], f"holds NaT at row {N - 1} .1 such in all"),
+    ):
+        path = tmp_path / f"log.{suffix}"
+        time = pyarrow.array(times, pyarrow.string())
+        write(pyarrow.table({"time": time, "gx": X[:, 0]}), path)
+        if said is None:
+            assert al.read(path).rate == pytest.approx(1.0)
+        else:
+            with pytest.raises(al.InputError, match=said):
+                al.read(path)
+
+
 def rinex(path, rows):
     head = "     3.00           C                                       RINEX VERSION / TYPE\n"
     head += " " * 60 + "END OF HEADER\n"

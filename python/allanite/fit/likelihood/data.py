@@ -14,12 +14,14 @@ from allanite.common.aligned import aligned_when_unpickled
 from allanite.common.errors import InputError, TooShortError
 from allanite.common.showing import brief
 from allanite.common.threads import go_on
+from allanite.common.validation import check_size
 from allanite.deviation import oadev
 from allanite.fit.likelihood.peaks import seen_singly
 from allanite.fit.likelihood.remembered import Remembered, room_for, times_of
 from allanite.fit.likelihood.sections import SectionsOfSamples
 from allanite.fit.likelihood.stop_band import bins_seen
 from allanite.recording.coarse_column import without_steps
+from allanite.recording.resolution import FLIPS
 from allanite.spectrum import Bins, bridge_gaps
 
 if TYPE_CHECKING:
@@ -31,8 +33,6 @@ __all__ = ["LOWEST", "Data", "prepare", "without_samples"]
 
 #: Fewest samples on which a model can be fitted.
 SHORTEST = 32
-#: Largest deviation of a sample from the mean. Powers are squared, and the fourth powers of these are 1e-300 and 1e300.
-SMALLEST, LARGEST = 1e-75, 1e75
 #: Share of the samples that must be there: of fewer a fit would be that of what stands for the others.
 LEAST = 1 / 200
 #: Averaging times of the curve, a decade.
@@ -286,7 +286,12 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
     filled = bridge_gaps(values, missing)
     if float(np.ptp(filled)) == 0.0:
         raise TooShortError(f"{label} is constant ({filled[0]:g}): there is no noise to fit")
-    _check_size(filled, label)
+    changes = int(np.count_nonzero(filled[1:] != filled[:-1]))
+    if changes < 2 * FLIPS:  # to another value and back
+        raise TooShortError(
+            f"{label} stands still but for {changes} change{'s' * (changes > 1)} of value: there is no noise to fit"
+        )
+    check_size(filled, label, "a fit")
     covariates = {
         name: without_steps(bridge_gaps(np.asarray(values)))
         for name, values in dict(recording.covariates).items()
@@ -301,23 +306,6 @@ def prepare(recording: Any, missing: NDArray[np.bool_] | None = None) -> Data:
         missing=holes if there < holes.size else None,
         functions=room_for(filled.size),
     )
-
-
-def _check_size(filled: NDArray[np.float64], label: str) -> None:
-    """Refuse samples whose fourth powers are no doubles.
-
-    Raises
-    ------
-    InputError
-        Deviations from the mean below `SMALLEST` or above `LARGEST`.
-    """
-    with np.errstate(over="ignore"):
-        largest = float(np.abs(filled - filled.mean()).max())
-    if not SMALLEST <= largest <= LARGEST:
-        raise InputError(
-            f"{label} deviates from its mean by {largest:.2g} at most: a fit needs {SMALLEST:g} to {LARGEST:g};"
-            " convert the samples to another unit"
-        )
 
 
 def without_samples(data: Data, missing: NDArray[np.bool_]) -> Data:

@@ -163,6 +163,8 @@ class Window:
 
     def scanned(self) -> Array:
         """The best of bands of all widths, each where most stands out over so many ordinates."""
+        if not np.all(self.rest > 0.0):  # beside nothing nothing stands out
+            return self.start()
         excess = self.power / self.rest
         total = np.concatenate([[0.0], np.cumsum(excess - np.median(excess) / 0.4549)])
         best, half = self.start(), LEAST

@@ -197,7 +197,8 @@ def _step(
     from scipy.optimize import nnls
 
     free = linear.matrix[:, linear.free]
-    units = 1.0 / np.maximum(np.median(free / spectrum[:, None], axis=0), 1e-300)
+    # The mean of a term that is not zero is not zero, where rounding made some of it negative as well.
+    units = 1.0 / np.maximum(np.mean(np.abs(free) / spectrum[:, None], axis=0), 1e-300)
     # A change u of a shape is −trust + v with v ≥ 0.
     scaled = np.hstack([free * units, slopes * trust]) / spectrum[:, None]
     matrix, target = linearised(scaled, part.power, part.count, spectrum, weight)

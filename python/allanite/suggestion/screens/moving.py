@@ -194,8 +194,10 @@ class _Sections:
         step = width * 0.5 * sum(within) / PLACES
         places = np.arange(*within, step)
         effect = self.own.effect
+        if places.size <= FAR * PLACES:
+            return None  # none of them is far enough from another
         bands = [b for f in places if (b := effect.banded(f * (1 - width), f * (1 + width)))]
-        if not bands or len(bands) < places.size:
+        if len(bands) < places.size:
             return None
         cells = self._cells(within, step)
 

@@ -77,7 +77,7 @@ def reads(names, folder):
     import run
     import targets
 
-    run.fork_children()  # a new interpreter would not have the faults
+    run.fork_children(files=1)  # a new interpreter would not have the faults
     targets.reader = lambda suffix, seeds, _text=False, **options: (suffix, seeds, options)
     return {name: forked(lambda n=name: _read(*targets.targets()[n](), folder), folder) for name in names}  # fmt: skip
 

@@ -1,5 +1,6 @@
 """Numbers at the ends of what a double holds and values of other types: an answer or one line, never a traceback."""
 
+import json
 import os
 import pickle
 import signal
@@ -83,3 +84,123 @@ def test_a_stretch_that_ends_long_after_the_record_is_left_out():
     with pytest.raises(al.TooShortError, match="every sample is NaN"):
         part_of(recording, None, ((0.0, 1e308),))
     assert part_of(recording, None, ((20.0, 1e308),)).missing == 200
+
+
+def test_samples_near_the_largest_double_have_no_marker():
+    x = np.where(np.arange(400) % 2 == 0, 1e308, -1e308)
+    for recording in (al.Recording(x, rate=10.0), al.Recording(np.r_[X, 1e308, 1e308], rate=10.0)):
+        json.dumps(recording.describe(), allow_nan=False)
+
+
+def test_a_signaling_nan_is_a_missing_sample(tmp_path):
+    codes = X.astype("<f4").view("<u4").copy()
+    codes[-1] = 0x7FA20649
+    np.save(tmp_path / "x.npy", codes.view("<f4"))
+    recording = al.read(tmp_path / "x.npy", rate=10.0)
+    assert recording.missing == 1
+    json.dumps(recording.describe(), allow_nan=False)
+
+
+def test_the_highest_rate_shows_no_motion():
+    recording = al.Recording(X, rate=1e30, unit="deg/s")
+    assert not [finding for finding in recording.audit if finding.kind == "motion"]
+
+
+def test_columns_of_half_precision_that_look_like_years(tmp_path):
+    years = np.full(400, 2000.0, dtype="<f2")
+    days = np.full(400, 60_000.0, dtype="<f2")
+    years[1::2] = 2048.0
+    np.save(tmp_path / "x.npy", np.stack([years, days, X.astype("<f2")], axis=1))
+    assert al.read(tmp_path / "x.npy", rate=10.0).n == 400
+
+
+@pytest.mark.parametrize("events", [[2000], [1234, 1235, 3211, 3212]], ids=["a step", "two events"])
+@pytest.mark.parametrize("model", ["N", "N+B+K"])
+def test_a_record_that_stands_still_but_for_a_few_changes_has_no_noise(events, model):
+    x = np.cumsum(np.isin(np.arange(5000), events)) % 2.0
+    recording = al.Recording(x, rate=10.0, unit="deg/s")
+    with pytest.raises(al.TooShortError, match=f"stands still but for {len(events)} change"):
+        al.improve(recording, model)
+
+
+def test_a_deviation_of_zero_is_no_error_in_per_cent(tmp_path):
+    """Every seventh sample of the Allan variance of a sawtooth is exactly 0."""
+    recording = al.Recording(np.arange(4000) % 7 * 1.0, rate=10.0, unit="deg/s")
+    fit = al.fit_model(recording, "N")
+    fit.save(tmp_path / "fit.json")
+    json.dumps(fit.to_dict(), allow_nan=False)
+    assert not fit.check().adequate
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf, 1e-320, 1e308])
+def test_frequencies_and_times_beyond_all_rates_are_refused(value):
+    model = al.parse_model("N(N=1)+B(B=1)+K(K=1)+Q(Q=1)+R(R=1)+GM(correlation_time=1,q_c=1)")
+    for rate in (None, 10.0):
+        with pytest.raises(al.InputError, match=r"f must be from 1e-60 to 1e\+60 Hz, found"):
+            model.psd([1.0, value], rate)
+        with pytest.raises(al.InputError, match=r"tau must be from 1e-60 to 1e\+60 s, found"):
+            model.allan_variance(value, rate)
+
+
+@pytest.mark.parametrize("value", [1e-60, 1e60])
+def test_the_largest_and_smallest_frequencies_and_times_are_answered(value):
+    model = al.parse_model("N(N=1)+B(B=1)+K(K=1)+Q(Q=1)+R(R=1)+GM(correlation_time=1,q_c=1)")
+    for rate in (None, 10.0):
+        assert np.isfinite(model.psd(value, rate))
+        assert np.isfinite(model.allan_variance(value, rate))
+
+
+@pytest.mark.parametrize("scale", [1e-320, 1e-160, 1e155, 1e300])
+def test_a_spectrum_refuses_samples_whose_powers_are_no_doubles(scale):
+    with pytest.raises(al.InputError, match=r"a spectrum needs .*convert the samples"):
+        al.psd(X * scale, rate=10.0)
+    assert al.psd(np.zeros(100), rate=10.0).density.max() == 0.0
+
+
+@pytest.mark.parametrize("value", ["text", "1e5", b"1", [1.0], {}, {"value": 1}, 10**400, np.nan])
+def test_values_of_other_types_are_no_parameters(value):
+    with pytest.raises(al.InputError, match=r"N = .* is (not a number|out of its range)"):
+        al.AngleRandomWalk(N=value)
+    with pytest.raises(al.InputError, match=r"column = 3.0 is no text"):
+        al.Covariate(column=3.0)
+    if not isinstance(value, (list, int, float)):
+        with pytest.raises(al.InputError, match=r"overtones = .* is no list of numbers"):
+            al.Sinusoid(overtones=value)
+    with pytest.raises(al.InputError, match=r"overtones = .* is (not a number|out of its range)"):
+        al.Sinusoid(overtones=(2.0, value, 0.0))
+
+
+@pytest.mark.parametrize("value", ["text", "1e5", [1.0], {}, {"value": 1}])
+def test_a_study_file_with_values_of_other_types_is_one_line(value):
+    from allanite.page.studies import _axis
+
+    effect = {"kind": "angle_random_walk", "parameters": {"N": {"value": value}}}
+    axis = {"column": "x", "at": 0, "ladder": [{"label": "", "effects": [effect]}]}
+    with pytest.raises(al.InputError, match=r"is not a number|not as a model, fit or check writes"):
+        _axis(axis, ("x",))
+
+
+def test_a_panic_of_the_core_is_an_error_with_a_report(monkeypatch, capfd, tmp_path):
+    from allanite import _core, _kernels
+    from allanite.cli import main
+    from allanite.common.errors import InternalError
+
+    def panic(*_arguments, **_options):
+        return _core.chirp_heights(np.ones(10), 0.1, 0.1, 2**62)
+
+    with pytest.raises(InternalError, match="capacity overflow") as raised:
+        panic()
+    assert isinstance(raised.value, RuntimeError)
+    monkeypatch.setattr(_kernels, "cosine_transform", panic)
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    np.savetxt(tmp_path / "x.csv", X)
+    with pytest.raises(SystemExit) as ended:
+        main(["fit", str(tmp_path / "x.csv"), "--rate", "10", "--unit", "deg/s"])
+    assert ended.value.code == 70
+    said = capfd.readouterr().err
+    [report] = tmp_path.glob("allanite-error-*.txt")
+    assert said.count("\n") == 1
+    assert "an error of allanite itself" in said
+    assert report.name in said
+    assert "capacity overflow" in report.read_text(encoding="utf-8")
