@@ -49,7 +49,7 @@ def test_the_deviation_of_a_recording_can_be_pickled():
     "value", ["text", b"x", {"a": 1}, 3 + 4j, [[1], "x"], 10**400, None], ids=str
 )
 def test_frequencies_and_times_are_numbers(value):
-    model = al.AngleRandomWalk(N=1.0)
+    model = al.effects.AngleRandomWalk(N=1.0)
     if value is not None:
         with pytest.raises(al.InputError, match="numbers are needed"):
             model.psd(value)
@@ -160,14 +160,14 @@ def test_a_spectrum_refuses_samples_whose_powers_are_no_doubles(scale):
 @pytest.mark.parametrize("value", ["text", "1e5", b"1", [1.0], {}, {"value": 1}, 10**400, np.nan])
 def test_values_of_other_types_are_no_parameters(value):
     with pytest.raises(al.InputError, match=r"N = .* is (not a number|out of its range)"):
-        al.AngleRandomWalk(N=value)
+        al.effects.AngleRandomWalk(N=value)
     with pytest.raises(al.InputError, match=r"column = 3.0 is no text"):
-        al.Covariate(column=3.0)
+        al.effects.Covariate(column=3.0)
     if not isinstance(value, (list, int, float)):
         with pytest.raises(al.InputError, match=r"overtones = .* is no list of numbers"):
-            al.Sinusoid(overtones=value)
+            al.effects.Sinusoid(overtones=value)
     with pytest.raises(al.InputError, match=r"overtones = .* is (not a number|out of its range)"):
-        al.Sinusoid(overtones=(2.0, value, 0.0))
+        al.effects.Sinusoid(overtones=(2.0, value, 0.0))
 
 
 @pytest.mark.parametrize("value", ["text", "1e5", [1.0], {}, {"value": 1}])
