@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
+from allanite.axes.averaging import Averaged, averaged
 from allanite.axes.coherence import CrossSpectrum, cross_spectra
 from allanite.axes.forms import Form, common_form
 from allanite.axes.lines import CommonEvent, CommonLine, common_events, common_lines
@@ -141,6 +143,11 @@ class Characterization:
     def __getitem__(self, column: str) -> Study:
         return self.studies[column]
 
+    @cached_property
+    def averages(self) -> tuple[Averaged, ...]:
+        """What averaging sensors of one axis gains, where several were recorded."""
+        return averaged(self.recordings, self.studies)
+
     @property
     def adequate(self) -> bool:
         """Whether every column was characterised, and no model leaves anything unexplained."""
@@ -157,6 +164,7 @@ class Characterization:
             "samples": {name: samples_of(study) for name, study in self.studies.items()},
             "failed": dict(self.failed),
             "common": self.common.to_dict(),
+            **({"averages": [a.to_dict() for a in self.averages]} if self.averages else {}),
         }
 
     def save(self, path: str | Path) -> None:

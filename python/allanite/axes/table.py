@@ -9,6 +9,7 @@ from allanite.axes.rows import Row, convention, legend, rows
 from allanite.axes.words import at_work, in_common, remarks, seen_by_several
 from allanite.axes.words import title as heading
 from allanite.common.errors import CALL
+from allanite.common.numbers import tidy
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -42,6 +43,7 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
     told = {
         "at work": at_work(found),
         "seen by several axes": seen_by_several(found.common),
+        "averaging sensors of one axis": [tidy(str(one)) for one in found.averages],
         "remarks": remarks(found, words),
     }
     for head, sentences in told.items():

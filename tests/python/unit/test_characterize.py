@@ -264,3 +264,34 @@ def test_what_comes_and_goes_with_one_rate_is_named_once():
     [line] = common_lines(fits)
     assert set(line.columns) == {"a", "b"}
     assert line.frequency == pytest.approx(apart, abs=4.0 * line.std_error)
+
+
+def test_averaging_sensors_of_one_axis():
+    """Three gyroscopes with own noise 1, 1.4 and 1.8, and one vibration that all see at short times."""
+    rng = np.random.default_rng(16)
+    n, rate = 20_000, 400.0
+    shake = np.sin(2 * np.pi * 160.0 * np.arange(n) / rate) * 0.3
+    own = np.array([1.0, 1.4, 1.8]) * 0.1
+    x = shake[:, None] + rng.standard_normal((n, 3)) * own
+    names = ["gyro0_x", "gyro1_x", "gyro2_x"]
+    found = al.characterize(al.Recording(x, rate, unit="deg/s", columns=names), "N+SIN(f=160)")
+    (one,) = found.averages
+    assert one.columns == tuple(names)
+    expected = own**-2 / np.sum(own**-2)
+    # N of 20 000 samples is known to 0.5 %.
+    np.testing.assert_allclose(one.weights, expected, rtol=0.03)
+    # Alone the best has 0.1, the mean 0.1/√(1 + 1/1.96 + 1/3.24): 1.35 times less; the vibration hides it at one sample.
+    at = dict(zip(np.round(one.tau, 6), one.gain, strict=True))
+    assert at[0.0025] < 1.1
+    assert at[0.25] == pytest.approx(1.349, rel=0.1)
+    assert "gyro0_x, gyro1_x, gyro2_x: averaged with the weights 0.55, 0.28, 0.17" in " ".join(
+        found.table(width=1000).split()
+    )
+    assert found.to_dict()["averages"][0]["columns"] == names
+
+
+def test_axes_of_one_sensor_are_not_averaged():
+    x = np.random.default_rng(1).standard_normal((2000, 3))
+    for names in (["gx", "gy", "gz"], ["gyro[0]", "gyro[1]", "gyro[2]"], ["x0", "x1", "x2"]):
+        found = al.characterize(al.Recording(x, 100.0, unit="deg/s", columns=names), "N")
+        assert found.averages == ()

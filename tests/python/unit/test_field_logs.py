@@ -8,11 +8,13 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import allanite as al
+from allanite.axes.averaging import averaged
 from allanite.cli import main
 from allanite.common.errors import InputError
 
@@ -362,7 +364,7 @@ def test_a_filter_file_of_a_short_record_says_so(data, capsys, tmp_path):
 )
 def test_the_logged_temperature_is_the_cause(field, file, truth):
     study = al.improve(al.read(field(file)))
-    (law,) = [e for e in study.fit.model if isinstance(e, al.Covariate)]
+    (law,) = [e for e in study.fit.model if e.kind == "covariate"]
     assert {e.short for e in study.fit.model} == {"N", "B", "K", "COV"}
     assert law.lag == 0.0
     for name, value in truth.items():
@@ -378,3 +380,16 @@ def test_the_logged_temperature_is_the_cause(field, file, truth):
         slope = law.coefficient + 2 * law.quadratic * u + 3 * law.cubic * u**2
         d = u + study.recording.covariates["temp"].mean() - 25
         np.testing.assert_allclose(slope, 0.02 - 8e-4 * d + 3.6e-5 * d**2, atol=1e-3)
+
+
+@pytest.mark.data
+def test_three_gyroscopes_on_a_board(field):
+    log = al.read(field("three_boards.csv"))
+    fitted = {name: SimpleNamespace(fit=al.fit_model(log[name], "N+K")) for name in log.columns}
+    (one,) = averaged([log], fitted)
+    expected = np.array([1.0, 1.4, 1.8]) ** -2.0
+    np.testing.assert_allclose(one.weights, expected / expected.sum(), atol=0.02)
+    gains = dict(zip(np.round(one.tau, 6), one.gain, strict=True))
+    # White noise falls by 1/√(1 + 1/1.96 + 1/3.24).
+    assert gains[0.25] == pytest.approx(1.349, rel=0.05)
+    assert min(one.gain) > 1.0

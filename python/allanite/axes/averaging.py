@@ -1,0 +1,102 @@
+"""What averaging several sensors of one axis gains: at which averaging time, with which weights."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.deviation import oadev
+from allanite.recording import Recording
+from allanite.recording.axis_names import letter_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from allanite.study import Study
+
+__all__ = ["Averaged", "averaged"]
+
+#: Averages in a record at the longest averaging time that is compared: a ratio of two deviations is then known to 10 %.
+MIN_AVERAGES = 50
+#: A name by its place alone, which readers give: its number is no number of a sensor.
+NAMELESS = re.compile(r"x\d+")
+
+
+@dataclass(frozen=True, slots=True)
+class Averaged:
+    """The weighted mean of several sensors of one axis.
+
+    Attributes
+    ----------
+    columns : tuple of str
+    weights : tuple of float
+        Of the columns; their sum is 1. They are best for independent white noise: 1/N².
+    tau : tuple of float
+        Averaging times, s, one a decade.
+    gain : tuple of float
+        Allan deviation of the column that is best at that time over that of the mean.
+    """
+
+    columns: tuple[str, ...]
+    weights: tuple[float, ...]
+    tau: tuple[float, ...]
+    gain: tuple[float, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {
+            "columns": list(self.columns),
+            "weights": list(self.weights),
+            "tau_s": list(self.tau),
+            "gain": list(self.gain),
+        }
+
+    def __str__(self) -> str:
+        weights = ", ".join(f"{w:.2f}" for w in self.weights)
+        gains = ", ".join(
+            f"×{g:.2f} at {t:.3g} s" for t, g in zip(self.tau, self.gain, strict=True)
+        )
+        return (
+            f"{', '.join(self.columns)}: averaged with the weights {weights}, their Allan deviation is lower than that of"
+            f" the best one by {gains}"
+        )
+
+
+def averaged(recordings: Sequence[Recording], studies: Mapping[str, Study]) -> tuple[Averaged, ...]:
+    """Return what averaging gains for each group of columns whose names differ in the number of the sensor alone."""
+    found = []
+    for recording in recordings:
+        groups: dict[tuple[str, str], list[str]] = {}
+        for name, unit in zip(recording.columns, recording.units, strict=True):
+            own = studies.get(name)
+            if own is None or letter_of(name) is None or NAMELESS.fullmatch(name):
+                continue
+            if any(effect.short == "N" for effect in own.fit.model):
+                groups.setdefault((re.sub(r"\d+", "#", name), unit), []).append(name)
+        found += [_of(recording, names, studies) for names in groups.values() if len(names) > 1]
+    return tuple(one for one in found if one is not None)
+
+
+def _of(
+    recording: Recording, names: Sequence[str], studies: Mapping[str, Study]
+) -> Averaged | None:
+    noise = np.array([float(studies[name].fit["N"]) for name in names])
+    most = recording.n // MIN_AVERAGES
+    if not (noise > 0.0).all() or recording.quantity == "angle" or most < 1:
+        return None
+    weights = noise**-2 / np.sum(noise**-2)
+    factors = [10**k for k in range(len(str(most)))]
+    columns = [recording[name] for name in names]
+    mean = np.sum([w * c.samples for w, c in zip(weights, columns, strict=True)], axis=0)
+    one = Recording(
+        mean, recording.rate, unit=columns[0].unit, quantity=recording.quantity, columns=["mean"]
+    )
+    own = np.array([oadev(c, factors=factors).deviation for c in columns])
+    curve = oadev(one, factors=factors)
+    gain = own.min(axis=0) / curve.deviation
+    return Averaged(
+        tuple(names), tuple(weights.tolist()), tuple(curve.tau.tolist()), tuple(gain.tolist())
+    )
