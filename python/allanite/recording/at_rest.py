@@ -159,10 +159,11 @@ def rest_of(recording: Recording) -> Rest | None:
                 white = noise = _noise(x, m, recording.rate, own, windows) * to_si
                 shorter = m > max(1, round(SHORT * recording.rate))
                 level = full * (WITHOUT_WHITE if own > length and shorter else 1.0)
-                if np.median(found) > WHITE * np.median(noise):
-                    noise = np.zeros(found.size)
                 # Few changes make a noisy window: noise must not pass the limit by chance.
                 scatter = SCATTER / math.sqrt(_changes(m, own))
+                chance = SURELY * scatter / math.sqrt(max(recording.n // own, 1))
+                if np.median(found) > WHITE * (1.0 + chance) * np.median(noise):
+                    noise = np.zeros(found.size)
                 least = np.hypot(level * (1.0 + 2.0 * scatter), noise * (1.0 + SURELY * scatter))
                 if own == length:
                     excess = np.maximum(excess, found / full)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,6 +38,9 @@ __all__ = ["Finding", "audit"]
 COARSE = 0.3
 #: Averages that make a curve, at least.
 FEWEST = 100
+#: Largest power near half of the rate, over that of lower octaves, of values that were smoothed: the mean of two samples
+#: leaves 0.045, that of three 0.1. Octaves below the rate that are compared, of blocks of at least as many samples.
+SMOOTHED, OCTAVES = 0.25, 8
 #: Fewest changes of averages of which it is asked whether two make more than half of their squares: of 32 normal ones two
 #: do once in 100 000 records.
 MIN_CHANGES = 32
@@ -349,6 +353,42 @@ def _check_outliers(c: _Column) -> Iterator[Finding]:
     )
 
 
+def _check_smoothed(c: _Column) -> Iterator[Finding]:
+    """Report values that were averaged or low-passed before they were logged.
+
+    Near half of the rate their power is below that of every lower octave, and below what a power law through two
+    neighboring octaves leaves there. Noise that falls with a power law and white noise are above it.
+    """
+    blocks = c.spread[np.isfinite(c.spread).all(axis=1)]
+    if blocks.shape[0] < 4 or blocks.shape[1] < 2**OCTAVES:
+        return
+    x = (blocks - blocks.mean(axis=1, keepdims=True)) * np.hanning(blocks.shape[1])
+    power = np.median(np.abs(np.fft.rfft(x, axis=1)) ** 2, axis=0)
+    share = np.arange(power.size) / blocks.shape[1]
+    top = float(np.median(power[share >= 3 / 8]))
+    octaves = [
+        float(np.median(power[(share >= 2.0 ** -(k + 1)) & (share < 2.0**-k)]))
+        for k in range(3, OCTAVES)
+    ]
+    if not top > 0.0 or top > SMOOTHED * min(octaves):
+        return
+    for k, (upper, lower) in enumerate(pairwise(octaves), start=3):
+        # Octaves from the middle of a band, 3/4 of its upper end, to that of the top, 7/16.
+        apart = math.log2(7 / 16) - math.log2(0.75 * 2.0**-k)
+        if math.log2(top / upper) < apart * min(math.log2(upper / lower), 0.0) + math.log2(
+            SMOOTHED
+        ):
+            yield c.finding(
+                "smoothed",
+                "info",
+                f"the values were smoothed before they were logged: above {0.375 * c.rate:.3g} Hz their power is"
+                f" {top / lower:.2g} of that at {c.rate * 2.0 ** -(k + 2):.2g}–{c.rate * 2.0 ** -(k + 1):.2g} Hz; the"
+                " shortest averaging times show the filter, not the noise of the sensor",
+                share=top / lower,
+            )
+            return
+
+
 @dataclass(slots=True)
 class _Changes:
     """Squared changes between neighboring averages of one length, as pieces of a column come."""
@@ -462,5 +502,6 @@ CHECKS: tuple[Callable[[_Column], Iterator[Finding]], ...] = (
     _check_step,
     _check_outliers,
     _check_dominated,
+    _check_smoothed,
     _check_static,
 )

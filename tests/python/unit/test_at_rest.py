@@ -6,7 +6,7 @@ import pytest
 import allanite as al
 from allanite.cli.words import WORDS
 from allanite.common.errors import InputError, TooShortError
-from allanite.recording.at_rest import finding_of, quiet_span, rest_of
+from allanite.recording.at_rest import finding_of, quiet_span, refusal_of, rest_of
 
 RATE = 100
 NAMES = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
@@ -279,3 +279,14 @@ def test_motion_in_a_part_of_a_noisy_record_is_still_said(rate):
         for motion in (steps, turns):
             x = noisy(rate, 300, seed)[:, 0] + there * motion
             assert rest_of(al.Recording(x, rate, unit="rad/s")).moves
+
+
+def test_white_noise_of_any_size_is_no_motion():
+    """Also in a short record, in which the usual change is known to a fifth."""
+    refused = [
+        refusal_of(
+            al.Recording(np.random.default_rng(seed).standard_normal((400, 3)), 10.0, unit="rad/s")
+        )
+        for seed in range(40)
+    ]
+    assert refused == [None] * 40
