@@ -287,7 +287,7 @@ def test_averaging_sensors_of_one_axis():
     assert "gyro0_x, gyro1_x, gyro2_x: averaged with the weights 0.55, 0.28, 0.17" in " ".join(
         found.table(width=1000).split()
     )
-    assert found.to_dict()["averages"][0]["columns"] == names
+    assert valid(found.to_dict())["averages"][0]["columns"] == names
 
 
 def test_axes_of_one_sensor_are_not_averaged():
