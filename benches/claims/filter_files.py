@@ -167,7 +167,7 @@ def model_of(rng, truth):
     }
 
 
-def nees_of(document, segments, states):
+def nees_of(document, segments, states, overbound=True):
     """NEES at 10, 60, 120 s of each target's filter."""
     accel = json.loads(json.dumps(document).replace("rad/s", "m/s^2").replace("gyro_x", "acc_x"))
     out = {}
@@ -181,16 +181,17 @@ def nees_of(document, segments, states):
     arw, sigma = number(text, "arw") * DEGREE / 60, number(text, "gbstd") * DEGREE / 3600
     T = number(text, "corrtime") * 3600
     out["kfgins"] = bias_filter(arw, sigma * math.sqrt(2 / T), T, integrals)
-    text = export(axes_of([document]), "kalibr", horizon=horizon, overbound=True)
-    white, walk = white_and_walk(text, "kalibr")
-    out["overbound"] = bias_filter(white, walk, None, integrals)
+    if overbound:
+        text = export(axes_of([document]), "kalibr", horizon=horizon, overbound=True)
+        white, walk = white_and_walk(text, "kalibr")
+        out["overbound"] = bias_filter(white, walk, None, integrals)
     if states:
         (axis,) = json.loads(export(axes_of([document]), "statespace"))["axes"]
         out["statespace"] = state_filter(axis, segments)
     return out
 
 
-def study_of(name, sensors, segments, states=True, seed=0, folder=None):
+def study_of(name, sensors, segments, states=True, seed=0, folder=None, overbound=True):
     """NEES of all sensors of one truth: target → array of shape (sensors, 3); and the models' names."""
     truth = TRUTHS[name]
     place = list(TRUTHS).index(name)
@@ -207,7 +208,7 @@ def study_of(name, sensors, segments, states=True, seed=0, folder=None):
             if kept is not None:
                 kept.write_text(json.dumps(document))
         names.append(document["model"])
-        for target, row in nees_of(document, new, states).items():
+        for target, row in nees_of(document, new, states, overbound).items():
             found.setdefault(target, []).append(row)
     return {target: np.array(rows) for target, rows in found.items()}, names
 

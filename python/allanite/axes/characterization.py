@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from allanite.axes.turn_on import TurnOn
     from allanite.axes.working import Working
     from allanite.plots import Figure
     from allanite.recording import Recording
@@ -114,6 +115,8 @@ class Characterization:
     common : Common
     working : mapping of str to Working
         Noise at work of each column, where a working log was given: files for filters follow it.
+    turn_on : mapping of str to TurnOn
+        Bias at switch-on of each column, where further logs were given.
 
     Examples
     --------
@@ -134,6 +137,7 @@ class Characterization:
     failed: Mapping[str, str]
     common: Common
     working: Mapping[str, Working] = field(default_factory=dict)
+    turn_on: Mapping[str, TurnOn] = field(default_factory=dict)
 
     @property
     def recording(self) -> Recording:
@@ -156,11 +160,13 @@ class Characterization:
     def to_dict(self) -> dict[str, Any]:
         """``allanite/characterize/1`` of the contract; its JSON Schema is in ``allanite/schemas``."""
         working = {name: state.to_dict() for name, state in self.working.items()}
+        turn_on = {name: bias.to_dict() for name, bias in self.turn_on.items()}
         return {
             "schema": "allanite/characterize/1",
             "version": _kernels.version(),
             "columns": [study.to_dict() for study in self.studies.values()],
             **({"working": working} if working else {}),
+            **({"turn_on": turn_on} if turn_on else {}),
             "samples": {name: samples_of(study) for name, study in self.studies.items()},
             "failed": dict(self.failed),
             "common": self.common.to_dict(),
@@ -265,6 +271,7 @@ class Characterization:
                 "recording": s.recording.describe(),
                 **s.ladder[-1].to_dict(s.misfit_left[-1], over_rivals=s.undecided),
                 "working": self.working[name].to_dict() if name in self.working else None,
+                "turn_on": self.turn_on[name].to_dict() if name in self.turn_on else None,
             }
             for name, s in self.studies.items()
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from allanite.axes.rows import legend, rows
-from allanite.axes.words import at_work, in_common, remarks, seen_by_several, title
+from allanite.axes.words import at_work, in_common, remarks, seen_by_several, switched_on, title
 from allanite.common.showing import html_list, html_table
 
 if TYPE_CHECKING:
@@ -22,5 +22,9 @@ def html(found: Characterization) -> str:
         body = [(row.label, *row.cells) for row in rows(studies)]
         out.append(html_table(sensor.name, ("", *sensor.columns), body))
         out.append(html_list([legend(studies), *in_common(sensor)]))
-    out.append(html_list([*at_work(found), *seen_by_several(found.common), *remarks(found)]))
+    out.append(
+        html_list(
+            [*at_work(found), *switched_on(found), *seen_by_several(found.common), *remarks(found)]
+        )
+    )
     return "".join(out)

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from allanite.axes.characterization import Characterization, common_of
+from allanite.axes.turn_on import turn_on_biases
 from allanite.axes.working import check_working, working_states
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.threads import at_once, side_by_side
@@ -42,6 +43,7 @@ def characterize(
     seconds: float | None = None,
     on_study: Callable[[Study], None] | None = None,
     working: Recording | Sequence[Recording] = (),
+    further: Sequence[Sequence[Recording]] = (),
 ) -> Characterization:
     """Improve a model of every axis, two at a time, and say what the axes have in common.
 
@@ -66,6 +68,8 @@ def characterize(
         Called with the study of a column as soon as it is finished, from the thread that computed it.
     working : Recording or sequence of Recording
         The same columns with motors or engine running: files for filters then follow the noise at work.
+    further : sequence of sequence of Recording
+        Further logs of the same sensor, each after a switch-on of its own: they tell the bias at switch-on.
 
     Returns
     -------
@@ -116,6 +120,7 @@ def characterize(
         MappingProxyType({name: str(error) for name, error in failed.items()}),
         common_of(studies),
         MappingProxyType(states),
+        MappingProxyType(turn_on_biases(recordings, further)),
     )
 
 

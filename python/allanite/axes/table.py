@@ -6,7 +6,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from allanite.axes.rows import Row, convention, legend, rows
-from allanite.axes.words import at_work, in_common, remarks, seen_by_several
+from allanite.axes.words import at_work, in_common, remarks, seen_by_several, switched_on
 from allanite.axes.words import title as heading
 from allanite.common.errors import CALL
 from allanite.common.numbers import tidy
@@ -42,6 +42,7 @@ def table(found: Characterization, width: int = 100, words: Mapping[str, str] = 
         lines += ["", *wrap(compared, width)]
     told = {
         "at work": at_work(found),
+        "bias at switch-on": switched_on(found),
         "seen by several axes": seen_by_several(found.common),
         "averaging sensors of one axis": [tidy(str(one)) for one in found.averages],
         "remarks": remarks(found, words),

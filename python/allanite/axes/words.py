@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from allanite.axes.characterization import Characterization, Common, Sensor
     from allanite.axes.forms import Agreement, Form
 
-__all__ = ["at_work", "in_common", "remarks", "seen_by_several", "title"]
+__all__ = ["at_work", "in_common", "remarks", "seen_by_several", "switched_on", "title"]
 
 
 def title(found: Characterization) -> str:
@@ -65,6 +65,11 @@ def seen_by_several(common: Common) -> list[str]:
 def at_work(found: Characterization) -> list[str]:
     """What the working log adds to the noise of each column."""
     return [tidy(f"{name}: {'; '.join(w.reasons)}") for name, w in found.working.items()]
+
+
+def switched_on(found: Characterization) -> list[str]:
+    """The bias at switch-on of each column."""
+    return [tidy(f"{name}: {bias}") for name, bias in found.turn_on.items()]
 
 
 def _besides(form: Form) -> str:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from allanite.axes import Characterization
+    from allanite.axes.turn_on import TurnOn
     from allanite.effects import Model
     from allanite.recording import Recording
     from allanite.study import Study
@@ -45,6 +46,8 @@ class RunFolder:
         Whatever else the models depend on.
     working : sequence of Recording
         Logs at work, which the parameter files follow.
+    turn_on : mapping of str to TurnOn
+        Bias at switch-on of each column, where further logs tell it.
     """
 
     def __init__(
@@ -54,9 +57,10 @@ class RunFolder:
         how: Mapping[str, Any],
         options: str,
         working: Sequence[Recording] = (),
+        turn_on: Mapping[str, TurnOn] | None = None,
     ) -> None:
         self.path, self.targets, self.how, self.options = path, tuple(targets), how, options
-        self.working = tuple(working)
+        self.working, self.turn_on = tuple(working), turn_on or {}
         self.finished: list[str] = []
         self._digests: dict[str, str] = {}
         self._lock = Lock()
@@ -95,7 +99,9 @@ class RunFolder:
         texts = {MODEL: dumps(document) + "\n", TABLE: f"{study}\n"}
         own = {"recording": document["recording"], **document["ladder"][-1]}
         if self.working:
-            own["working"] = working_states({name: study}, self.working)[name].to_dict()
+            states = working_states({name: study}, self.working)
+            own["working"] = states[name].to_dict() if name in states else None
+        own["turn_on"] = self.turn_on[name].to_dict() if name in self.turn_on else None
         axes = axes_of([own])
         for target in self.targets:
             try:

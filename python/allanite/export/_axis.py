@@ -84,6 +84,8 @@ class Axis:
         What else is said of the numbers: the parts of a working state, a factor of the user.
     inflate : float
         Factor of the user on all deviations, which `scale` and `coefficients` have in them.
+    turn_on : mapping or None
+        Bias at switch-on over several logs, as of `allanite.axes.turn_on.TurnOn.to_dict`.
     """
 
     name: str
@@ -106,6 +108,7 @@ class Axis:
     assumptions: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     inflate: float = 1.0
+    turn_on: Mapping[str, Any] | None = None
 
     @property
     def sampling(self) -> float:
@@ -280,6 +283,7 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         warning=warning_of(document),
         assumptions=tuple(plain(line) for line in document.get("assumptions", ())),
         notes=tuple(plain(line) for line in document.get("notes", ())),
+        turn_on=document.get("turn_on"),
     )
 
 

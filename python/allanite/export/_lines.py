@@ -18,7 +18,15 @@ if TYPE_CHECKING:
     from allanite.export._axis import Axis
     from allanite.export._held import Choice
 
-__all__ = ["chosen", "largest", "shared", "value_lines"]
+__all__ = ["chosen", "largest", "needs_both", "shared", "value_lines"]
+
+
+def needs_both(axes: Iterable[Axis], target: str) -> None:
+    """Refuse a gyroscope or an accelerometer alone: the consumer reads the keys of both."""
+    if not all(split(axes)):
+        raise InputError(
+            f"{target} needs a model of a gyroscope and one of an accelerometer: give both"
+        )
 
 
 def chosen(

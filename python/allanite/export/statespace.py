@@ -10,6 +10,7 @@ import numpy as np
 from allanite import _kernels
 from allanite.common.errors import InputError
 from allanite.export._axis import rate_of
+from allanite.export._initial import initial_bias
 from allanite.export._target import Target
 from allanite.statespace import state_space
 
@@ -36,6 +37,8 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         for name in ("Q", "R", "P0"):
             document[name] = (axis.scale**2 * np.array(document[name])).tolist()
         about = {"name": axis.name, "unit": axis.unit, "source": axis.source}
+        initial = initial_bias(axis, overbound=overbound)
+        document["turn_on_variance"] = None if initial is None else initial**2
         kinds = document["known"]
         document["functions"] = [e for e in axis.document["effects"] if e["kind"] in kinds]
         document["functions_unit_si"] = axis.scale / axis.inflate

@@ -120,11 +120,7 @@ def _of_json(path: Path) -> list[dict[str, Any]]:
             raise InputError(
                 f"{path}: its columns are not as fit, improve or characterize write them"
             )
-        working = tree.get("working")
-        return [
-            _at_work(_last_step(one), working if isinstance(working, dict) else {})
-            for one in documents
-        ]
+        return [_with_extras(_last_step(one), tree) for one in documents]
     if any(isinstance(tree.get(table), dict) for table in TABLES):
         return documents_of_sheet(datasheet_of(tree, path.stem), str(path))
     if is_matlab_json(tree):
@@ -132,11 +128,16 @@ def _of_json(path: Path) -> list[dict[str, Any]]:
     raise InputError(f"{path}: not a model file: no allanite schema in it")
 
 
-def _at_work(document: dict[str, Any], working: dict[str, Any]) -> dict[str, Any]:
-    """The document with the noise at work of its column, which files for filters follow."""
-    column = (document.get("recording") or {}).get("column")
-    state = working.get(str(column))
-    return {**document, "working": state} if isinstance(state, dict) else document
+def _with_extras(document: dict[str, Any], tree: dict[str, Any]) -> dict[str, Any]:
+    """The document with what `characterize` says beside the model of its column: noise at work, bias at switch-on."""
+    column = str((document.get("recording") or {}).get("column"))
+    found = {}
+    for name in ("working", "turn_on"):
+        every = tree.get(name)
+        own = every.get(column) if isinstance(every, dict) else None
+        if isinstance(own, dict):
+            found[name] = own
+    return {**document, **found}
 
 
 def _last_step(document: dict[str, Any]) -> dict[str, Any]:

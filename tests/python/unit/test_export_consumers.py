@@ -11,6 +11,7 @@ import re
 import numpy as np
 import pytest
 
+from allanite.common.errors import InputError
 from allanite.effects.files import model_to_dict, parse_model
 from allanite.export import export
 from allanite.export._axis import axes_of
@@ -385,3 +386,65 @@ def test_the_flicker_noise_of_matlab_through_its_published_filter():
         allan = float(np.mean(spectrum * kernel))
         true = parse_model(f"B(B={B})").allan_variance([tau], rate)[0]
         assert 0.99 < math.sqrt(allan / true) < 1.04
+
+
+def test_kimera():
+    """ImuFrontend.cpp of 31ec188: densities squared into GTSAM's covariances, dt added by its preintegration."""
+    text = export(axes(), "kimera", RATE)
+    assert text.startswith("%YAML:1.0\n")
+    n, k = (number(text, f"gyroscope_{key}") for key in ("noise_density", "random_walk"))
+    agrees(propagate(1 / RATE, n**2 / RATE, k**2 / RATE))
+    n, k = (number(text, f"accelerometer_{key}") for key in ("noise_density", "random_walk"))
+    agrees(propagate(1 / RATE, n**2 / RATE, k**2 / RATE), ACCEL_N, ACCEL_K)
+    # All keys that ImuFrontendParams.cpp reads; what is above 0 there is so here.
+    assert number(text, "rate_hz") == RATE
+    assert number(text, "imu_integration_sigma") > 0
+    assert number(text, "imu_preintegration_type") == 1
+    assert all(key in text for key in ("T_BS:", "imu_time_shift:", "n_gravity:"))
+    with pytest.raises(InputError, match="kimera needs a model of a gyroscope and one of an"):
+        export(axes()[:1], "kimera", RATE)
+
+
+def test_okvis2():
+    """okvis_ceres/src/ImuError.cpp of 0f18f34: K0 = dt, K2 = dt, times the squares of the sigmas."""
+    text = export(axes(), "okvis2", RATE)
+    assert "\nimu_parameters:\n" in text
+    agrees(
+        propagate(
+            1 / RATE, number(text, "sigma_g_c") ** 2 / RATE, number(text, "sigma_gw_c") ** 2 / RATE
+        )
+    )
+    found = propagate(
+        1 / RATE, number(text, "sigma_a_c") ** 2 / RATE, number(text, "sigma_aw_c") ** 2 / RATE
+    )
+    agrees(found, ACCEL_N, ACCEL_K)
+
+
+def test_basalt():
+    """Its discrete deviation is std·√rate, which preintegration multiplies by dt; a walk has std²·dt."""
+    two = axes_of([{**model_to_dict(parse_model("N(N=2e-3)+K(K=3e-4)")),
+        "recording": {"column": "gyro_y", "unit": "rad/s"}}])  # fmt: skip
+    one = axes_of([{**model_to_dict(parse_model("N(N=4e-3)+K(K=1e-4)")),
+        "recording": {"column": "gyro_x", "unit": "rad/s"}}])  # fmt: skip
+    whole = json.loads(export([*two, *one, axes()[1]], "basalt", RATE))
+    found = whole["value0"]
+    assert found["imu_update_rate"] == RATE
+    # x and y have their own numbers, z has the largest, and the comment says so.
+    assert found["gyro_noise_std"] == pytest.approx([4e-3, 2e-3, 4e-3], rel=0.02)
+    assert any("gyro z" in line for line in whole["_comment"])
+    sample = found["gyro_noise_std"][1] * math.sqrt(found["imu_update_rate"])
+    dt = 1 / RATE
+    agrees(propagate(dt, (sample * dt) ** 2, found["gyro_bias_std"][1] ** 2 * dt))
+
+
+@pytest.mark.parametrize("scans", [None, 20.0])
+def test_glim(scans):
+    """imu_integration.cpp squares the densities; the between factor has one deviation from scan to scan (d1c23be)."""
+    found = json.loads(export(axes(), "glim", scans))["sensors"]
+    dt = 1 / RATE
+    white = propagate(dt, found["imu_gyro_noise"] ** 2 * dt, 0.0)
+    np.testing.assert_allclose(white, [expected(t, N, 0.0) for t in TIMES], rtol=8e-3)
+    # The accelerometer has the larger K; a second of scans makes its variance.
+    rate = scans or 10.0
+    assert rate * found["imu_bias_noise"] ** 2 == pytest.approx(ACCEL_K**2, rel=1e-6)
+    assert found["imu_acc_noise"] == pytest.approx(ACCEL_N, rel=1e-6)

@@ -47,7 +47,7 @@ class Seconds(click.types.FloatParamType):
 
 
 @click.command("characterize")
-@click.argument("log")
+@click.argument("logs", nargs=-1, required=True, metavar="LOG...")
 @model_option
 @click.option(
     "--tolerance",
@@ -107,7 +107,7 @@ class Seconds(click.types.FloatParamType):
 )
 @log_options
 def command(
-    log: str,
+    logs: tuple[str, ...],
     model: str,
     tolerance: float | None,
     steps: int,
@@ -124,12 +124,16 @@ def command(
     horizon: float | None,
     options: LogOptions,
 ) -> None:
-    """Improve a model of every axis of LOG: one table, what the axes share, figure, report and exports.
+    """Improve a model of every axis of the first LOG: one table, what the axes share, figure, report and exports.
+
+    Further LOGs of the same sensor, each after a switch-on of its own, tell the bias at switch-on: its spread, the share of
+    temperature, and the initial covariance of filters.
 
     With --output FOLDER/ the model, table and parameter files of each axis are written as soon as the axis is finished.
     After an interrupt, or with more --steps or --time, the same command continues from the saved models.
     """
     from allanite.axes import characterize
+    from allanite.axes.turn_on import turn_on_biases
     from allanite.cli import output as out
     from allanite.cli.options import recordings_of
     from allanite.cli.run_folder import RunFolder
@@ -140,7 +144,8 @@ def command(
     in_folder = _is_folder(target, output)
     _check(plot, report, save, target, output, in_folder=in_folder)
     suits = None if target is None else partial(_refuse, target)
-    recordings = recordings_of(log, options, suits)
+    recordings = recordings_of(logs[0], options, suits)
+    further = [recordings_of(log, options) for log in logs[1:]]
     at_work = _at_work(working, options, recordings)
     how: dict[str, Any] = {
         "overbound": overbound,
@@ -151,8 +156,9 @@ def command(
     folder, starts = None, {}
     if in_folder:
         assert output is not None
+        turn_on = turn_on_biases(recordings, further)
         targets = TARGETS if target == "all" else (target,) if target is not None else ()
-        folder = RunFolder(Path(output), targets, how, f"{tolerance}", at_work)
+        folder = RunFolder(Path(output), targets, how, f"{tolerance}", at_work, turn_on)
         starts = {c.columns[0]: folder.start_of(c, parsed) for r in recordings for c in r.measured}
     count = sum(len(recording.columns) for recording in recordings)
     try:
@@ -166,6 +172,7 @@ def command(
                 seconds=seconds,
                 on_study=None if folder is None else folder.write,
                 working=at_work,
+                further=further,
             )
     except KeyboardInterrupt:
         if folder is not None and folder.finished:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from allanite.export._axis import split
 from allanite.export._head import head
+from allanite.export._initial import initial_bias, unknown
 from allanite.export._lines import chosen, largest, shared
 from allanite.export._target import Target
 from allanite.export._text import comments
@@ -57,6 +58,21 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         "# The rule of integration adds nothing worth naming; left alone it would be 1 m^2/s.\n"
         "parameters.setIntegrationCovariance(1e-8**2 * np.eye(3))\n"
     )
+    known = [
+        max(
+            (v for axis, _ in own if (v := initial_bias(axis, overbound=overbound)) is not None),
+            default=0.0,
+        )
+        for own in (accel, gyro)
+    ]
+    if all(known):
+        lines.append(
+            "# Prior on the first bias, accelerometer first: deviations at switch-on over several logs.\n"
+            f"bias_prior = gtsam.noiseModel.Diagonal.Sigmas(np.array([{known[0]:.6e}] * 3 + [{known[1]:.6e}] * 3))\n"
+        )
+    else:
+        said = [unknown(own[0][0]) for own in (accel, gyro) if own]
+        lines.append(comments([f"Prior on the first bias: {one}" for one in said]))
     return "".join(lines)
 
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.common.errors import InputError
-from allanite.export._axis import rate_of, split
-from allanite.export._lines import value_lines
+from allanite.export._axis import rate_of
+from allanite.export._lines import needs_both, value_lines
 from allanite.export._target import Target
 from allanite.export.filters.kalibr import ROWS
 
@@ -36,10 +35,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     ov_msckf/core/VioManagerOptions.h); these are the identity.
     """
     update = rate_of(axes, rate, "openvins")
-    if not all(split(axes)):
-        raise InputError(
-            "openvins needs a model of a gyroscope and one of an accelerometer: give both"
-        )
+    needs_both(axes, "openvins")
     convention = (
         "OpenVINS: continuous time, two-sided, deviations; the program divides and multiplies by sqrt(dt).",
         "The matrices are the identity: put your calibration in their place.",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from allanite.export._initial import initial_lines
 from allanite.export._lines import value_lines
 from allanite.export._target import Target
 
@@ -24,6 +25,8 @@ RANGES = {
     "EKF2_GYR_B_NOISE": (0.0, 0.01),
     "EKF2_ACC_B_NOISE": (0.0, 0.01),
 }
+#: Deviation of the bias at switch-on, rad/s and m/s^2 (ekf2_params.c).
+INITIAL = {"gyro": "EKF2_GBIAS_INIT", "accel": "EKF2_ABIAS_INIT"}
 #: MAVLink's number of a 32-bit floating-point parameter.
 REAL32 = 9
 ROWS = (
@@ -53,9 +56,10 @@ def _file(axes: Sequence[Axis], rate: float | None, form: str, *, overbound: boo
         "deviations: N*sqrt(rate), K*sqrt(rate). Vibration in flight is not in a record at rest: keep larger defaults.",
     )
     convert = {"N": lambda v: v * math.sqrt(fs), "K": lambda v: v * math.sqrt(fs)}
-    return value_lines(
+    text = value_lines(
         axes, ROWS, convert, convention, overbound=overbound, form=form, ranges=RANGES
     )
+    return text + initial_lines(axes, INITIAL, form, overbound=overbound)
 
 
 TARGETS = (

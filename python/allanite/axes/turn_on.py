@@ -1,0 +1,155 @@
+"""The bias at switch-on: its spread between several logs of one sensor, and what temperature explains of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.common.numbers import number
+from allanite.common.printing import printed
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from allanite.recording import Recording
+
+__all__ = ["TurnOn", "turn_on_biases"]
+
+#: Fewest logs of which a line in temperature leaves two degrees of freedom.
+FEWEST_FOR_TEMPERATURE = 4
+#: Probability from which on temperature is not called an explanation.
+SIGNIFICANT = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class TurnOn:
+    """Bias of one axis at switch-on, in the unit of its samples.
+
+    Attributes
+    ----------
+    logs : int
+        Number of logs, each with its own switch-on.
+    mean, sigma : float
+        Mean of the logs' means, and their standard deviation.
+    interval : (float, float)
+        95 % interval of `sigma`.
+    column : str
+        Temperature that explains a part; empty without one.
+    share, residual : float
+        Share of the variance that it explains, and deviation about the line in it.
+    slope : float
+        Bias per unit of that column.
+    unit : str
+        Of the samples.
+    """
+
+    logs: int
+    mean: float
+    sigma: float
+    interval: tuple[float, float]
+    column: str
+    share: float
+    residual: float
+    slope: float
+    unit: str
+
+    def __str__(self) -> str:
+        unit = printed(self.unit)
+        low, high = (number(v, 2) for v in self.interval)
+        text = (
+            f"mean {number(self.mean, 3)} {unit}, spread {number(self.sigma, 2)} ({low} … {high}) {unit}"
+            f" over {self.logs} switch-ons"
+        )
+        if self.column:
+            text += f"; {self.column} explains {100 * self.share:.0f} % of the variance"
+            text += f", {number(self.residual, 2)} {unit} remain"
+        return text
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {
+            "logs": self.logs,
+            "mean": self.mean,
+            "sigma": self.sigma,
+            "interval": list(self.interval),
+            "temperature": None
+            if not self.column
+            else {
+                "column": self.column,
+                "share": self.share,
+                "residual": self.residual,
+                "slope": self.slope,
+            },
+            "unit": self.unit,
+        }
+
+
+def turn_on_biases(
+    first: Sequence[Recording], others: Sequence[Sequence[Recording]]
+) -> dict[str, TurnOn]:
+    """The bias at switch-on of each column that another log has too.
+
+    Parameters
+    ----------
+    first : sequence of Recording
+        The log that is characterized.
+    others : sequence of sequence of Recording
+        Further logs of the same sensor, each after a switch-on of its own.
+    """
+    out = {}
+    for one in first:
+        for column in one.measured:
+            name = column.columns[0]
+            found = [column, *(c for log in others if (c := _find(log, name)) is not None)]
+            if len(found) > 1:
+                out[name] = _of([c.to(column.unit) for c in found])
+    return out
+
+
+def _find(log: Sequence[Recording], name: str) -> Recording | None:
+    return next((c for one in log for c in one.measured if c.columns[0] == name), None)
+
+
+def _of(columns: Sequence[Recording]) -> TurnOn:
+    from scipy.stats import chi2
+
+    means = np.array([float(np.nanmean(c.rate_samples())) for c in columns])
+    free = means.size - 1
+    sigma = float(means.std(ddof=1))
+    ends = sigma * np.sqrt(free / chi2.ppf([0.975, 0.025], free))
+    column, share, residual, slope = _temperature(means, [c.covariates for c in columns])
+    interval = float(ends[0]), float(ends[1])
+    return TurnOn(
+        means.size, float(means.mean()), sigma, interval,
+        column, share, residual, slope, columns[0].unit,
+    )  # fmt: skip
+
+
+def _temperature(
+    means: NDArray[np.float64], covariates: Sequence[Mapping[str, Any]]
+) -> tuple[str, float, float, float]:
+    """The logged column that explains most of the means, the share, what remains, and the slope; empty without one."""
+    from scipy.stats import linregress
+
+    best = ("", 0.0, 0.0, 0.0)
+    if means.size < FEWEST_FOR_TEMPERATURE:
+        return best
+    names = [name for name in covariates[0] if all(name in own for own in covariates)]
+    for name in names:
+        t = np.array([float(np.nanmean(own[name])) for own in covariates])
+        if not np.ptp(t) > 0.0:
+            continue
+        line = linregress(t, means)
+        # Each further column is another chance.
+        if not line.pvalue < SIGNIFICANT / len(names):
+            continue
+        left = means - line.intercept - line.slope * t
+        residual = float(np.sqrt(left @ left / (means.size - 2)))
+        share = max(0.0, 1.0 - residual**2 / float(means.var(ddof=1)))
+        if share > best[1]:
+            best = (name, share, residual, float(line.slope))
+    return best

@@ -1,0 +1,42 @@
+"""Kimera-VIO's ImuParams.yaml: continuous-time, two-sided N and K in SI."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.export._axis import rate_of
+from allanite.export._lines import needs_both, value_lines
+from allanite.export._target import Target
+from allanite.export.filters.kalibr import ROWS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["TARGETS"]
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
+    """The keys that ImuFrontendParams.cpp reads; ImuFrontend.cpp squares the densities for GTSAM (MIT-SPARK 293b4ff).
+
+    Its combined factor (type 0) adds the identity to the covariance of the bias, which no parameter changes: type 1.
+    """
+    update = rate_of(axes, rate, "kimera")
+    needs_both(axes, "kimera")
+    convention = (
+        "Kimera-VIO: continuous time, two-sided, deviations; the program squares them for GTSAM's preintegration.",
+    )
+    same = {"N": float, "K": float}
+    numbers = value_lines(axes, ROWS, same, convention, overbound=overbound)
+    rest = (
+        "imu_preintegration_type: 1  # ImuFactor: the combined one adds an identity to the bias\n"
+        "T_BS:\n  cols: 4\n  rows: 4\n"
+        "  data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n"
+        f"rate_hz: {update:g}\n"
+        "imu_integration_sigma: 1.0e-8\nimu_time_shift: 0.0\nn_gravity: [0.0, 0.0, -9.81]\n"
+    )
+    return f"%YAML:1.0\n{numbers}{rest}"
+
+
+TARGETS = (Target("kimera", "Kimera-VIO", "ImuParams.yaml", render),)
