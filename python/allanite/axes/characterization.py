@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from allanite.axes.turn_on import TurnOn
     from allanite.axes.working import Working
+    from allanite.export._axis import Axis
     from allanite.plots import Figure
     from allanite.recording import Recording
     from allanite.report import Report
@@ -263,6 +264,20 @@ class Characterization:
             Unknown target, or a sensor that the target has no place for.
         """
         from allanite.export import export
+
+        return export(
+            self.export_axes(),
+            target,
+            rate,
+            overbound=overbound,
+            as_fitted=as_fitted,
+            horizon=horizon,
+            until=until,
+            inflate=inflate,
+        )
+
+    def export_axes(self) -> list[Axis]:
+        """What a parameter file needs of each axis: its last model, noise at work and bias at switch-on."""
         from allanite.export._axis import axes_of
 
         documents = (
@@ -272,19 +287,11 @@ class Characterization:
                 **s.ladder[-1].to_dict(s.misfit_left[-1], over_rivals=s.undecided),
                 "working": self.working[name].to_dict() if name in self.working else None,
                 "turn_on": self.turn_on[name].to_dict() if name in self.turn_on else None,
+                "samples": samples_of(s),
             }
             for name, s in self.studies.items()
         )
-        return export(
-            axes_of(documents, source="recording"),
-            target,
-            rate,
-            overbound=overbound,
-            as_fitted=as_fitted,
-            horizon=horizon,
-            until=until,
-            inflate=inflate,
-        )
+        return axes_of(documents, source="recording")
 
     def table(self, width: int = 100, words: Mapping[str, str] = CALL) -> str:
         """One table of all axes, no line longer than `width`: what ``print`` shows; remedies in `words`."""

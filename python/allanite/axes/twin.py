@@ -55,6 +55,8 @@ def samples_of(study: Study) -> dict[str, Any]:
         "maximum": float(np.nanmax(x)),
         "step": None,
         "clipped": [],
+        # What is fitted to a column counts less its mean.
+        "references": {k: float(np.nanmean(v)) for k, v in recording.covariates.items()},
     }
     if recording.quantity == "rate":
         for finding in recording.audit:

@@ -9,6 +9,7 @@ from allanite.common.errors import CALL
 from allanite.common.numbers import tidy, with_interval
 from allanite.common.parameters import Estimate
 from allanite.common.printing import in_table, printed
+from allanite.fit.table import undecided_sentence
 from allanite.recording.findings import merged
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ def _value(number: Agreement, sensor: Sensor) -> str:
 
 
 def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[str]:
-    """Columns that failed, what the audits warn of or miss, and what is left unexplained, each once."""
+    """Columns that failed, what the audits warn of or miss, what is left unexplained, and alternative explanations."""
     out = [f"{name}: not characterised: {why}" for name, why in found.failed.items()]
     warned = merged(f for study in found.studies.values() for f in study.recording.audit)
     # A column without a unit may be a clock's, and then lacks none.
@@ -114,4 +115,6 @@ def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[st
     for name, study in found.studies.items():
         if not study.adequate:
             out.append(f"{name}: {'; '.join([study.ending, *study.check.where.sentences()[:1]])}")
+        if study.undecided is not None:
+            out.append(f"{name}: {undecided_sentence(study.fit, study.undecided)}")
     return [tidy(text) for text in out]

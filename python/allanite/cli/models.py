@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from allanite.common.errors import InputError
 from allanite.common.units import conversion
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from allanite.effects import Effect, Model
 
 __all__ = ["NamedModel", "for_column", "models_of"]
@@ -23,6 +25,7 @@ class NamedModel:
     unit: str | None = None
     rate: float | None = None
     column: str = ""
+    document: Mapping[str, Any] = field(default_factory=dict)
 
     def in_unit(self, unit: str) -> Model:
         """The model with its coefficients converted to samples in `unit`, if its own unit is known.
@@ -70,7 +73,7 @@ def models_of(
         name = text if len(documents) == 1 else f"{text} {column}"
         model = model_from_dict(document, text)
         own = recording.get("unit"), recording.get("rate_hz")
-        found.append(NamedModel(name, model, *own, column))
+        found.append(NamedModel(name, model, *own, column, document))
     return found
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from allanite.common.errors import AllaniteError, InputError
 from allanite.common.files import whole_file
 from allanite.common.plain import file_name, plain
-from allanite.export import TARGETS
+from allanite.export import TARGETS, export_files
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -89,6 +89,7 @@ class RunFolder:
 
     def write(self, study: Study) -> None:
         """Model, table and parameter files of one axis."""
+        from allanite.axes.twin import samples_of
         from allanite.axes.working import working_states
         from allanite.cli.output import dumps
         from allanite.export import export
@@ -98,6 +99,7 @@ class RunFolder:
         document = study.to_dict()
         texts = {MODEL: dumps(document) + "\n", TABLE: f"{study}\n"}
         own = {"recording": document["recording"], **document["ladder"][-1]}
+        own["samples"] = samples_of(study)
         if self.working:
             states = working_states({name: study}, self.working)
             own["working"] = states[name].to_dict() if name in states else None
@@ -120,15 +122,17 @@ class RunFolder:
         """Models, figure, report and parameter files of all axes; paths of the files written."""
         from allanite.cli.output import dumps
 
-        texts = {MODELS: dumps(found.to_dict()) + "\n"}
+        texts = {self.path / MODELS: dumps(found.to_dict()) + "\n"}
+        axes = found.export_axes() if self.targets else []
         for target in self.targets:
+            path = self.path / TARGETS[target].file_name
             try:
-                texts[TARGETS[target].file_name] = found.export(target, **self.how)
+                texts |= export_files(axes, target, path, **self.how)
             except InputError as error:
                 click.echo(plain(f"! {target}: {error}"), err=True)
         for file, text in texts.items():
-            _write(self.path / file, text)
-        written = [str(self.path / file) for file in texts]
+            _write(file, text)
+        written = [str(file) for file in texts]
         for path, make in (
             (self.path / "axes.svg", found.plot),
             (self.path / "report.html", lambda path: found.report().save(path)),

@@ -6,15 +6,19 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import InputError
 from allanite.common.units import ACCELERATION, ANGULAR_RATE
+from allanite.export._axis import sized
 from allanite.export._lines import value_lines
 from allanite.export._target import Target, Targets
+from allanite.recording.axis_names import AXIS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
+    from typing import Any
 
     from allanite.export._axis import Axis
 
-__all__ = ["TARGETS", "Target", "export", "value_lines"]
+__all__ = ["TARGETS", "Target", "export", "export_files", "imus_of", "sized", "value_lines"]
 
 #: Every format by its name on the command line.
 TARGETS = Targets("allanite.export", "allanite.export.filters", "allanite.export.simulators")
@@ -84,6 +88,36 @@ def export(
                 f"{axis.name}: the model {axis.model.name} has no noise: fit one that has"
             )
     return TARGETS[target].render(own, rate, overbound=overbound)
+
+
+def imus_of(axes: Sequence[Axis]) -> list[list[Axis]]:
+    """The axes of each IMU: columns whose names differ in the letter of the axis are one sensor.
+
+    The first gyroscope goes with the first accelerometer, the second with the second, where there are as many of both.
+    """
+    groups: dict[str, dict[str, list[Axis]]] = {ANGULAR_RATE: {}, ACCELERATION: {}}
+    for axis in axes:
+        if axis.kind not in groups:
+            return [list(axes)]
+        groups[axis.kind].setdefault(AXIS.sub("", axis.name), []).append(axis)
+    sensors = [list(own.values()) for own in groups.values() if own]
+    most = max(sum(map(len, own)) for own in sensors) if sensors else 0
+    if most <= 3 or len({len(own) for own in sensors}) > 1:
+        return [list(axes)]
+    return [[axis for own in each for axis in own] for each in zip(*sensors, strict=True)]
+
+
+def export_files(
+    axes: Sequence[Axis], target: str, path: Path, rate: float | None = None, **how: Any
+) -> dict[Path, str]:
+    """Text of each file by its path: of several IMUs one each, ``imu-1.yaml``, ``imu-2.yaml``; options as of `export`."""
+    groups = [list(axes)] if target in TARGETS and TARGETS[target].any_sensor else imus_of(axes)
+    if len(groups) == 1:
+        return {path: export(axes, target, rate, **how)}
+    return {
+        path.with_name(f"{path.stem}-{i}{path.suffix}"): export(own, target, rate, **how)
+        for i, own in enumerate(groups, start=1)
+    }
 
 
 def _check_one_imu(axes: Sequence[Axis], target: str) -> None:

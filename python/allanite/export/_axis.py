@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from allanite.effects import Effect, Parameter
 
-__all__ = ["Axis", "axes_of", "rate_of", "split", "warning_of"]
+__all__ = ["Axis", "axes_of", "rate_of", "sized", "split", "warning_of"]
 
 SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2", "fractional frequency": "1"}
 #: τ of use and rate where nothing says them: s, Hz.
@@ -247,19 +247,8 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         if effect.standard is not None:
             one = effect.parameter(effect.standard.name)
             coefficients[one.name] = _estimate(given[one.name], one, parsed.name, SI[parsed.kind])
-        expected.append(effect)
-        if isinstance(effect, Stochastic):
-            interval = given[effect.coefficient].get("interval") or [None, None]
-            if interval[1] is not None:
-                # Another model that explains the log as well may have more of it.
-                over = (entry.get("over_rivals") or {}).get(effect.coefficient) or [None, None]
-                upper = max(float(interval[1]), float(over[1] or 0.0))
-                if given[effect.coefficient].get("detected") is False:
-                    square = EXPECTED_SQUARE * float(interval[1]) ** 2
-                    expected[-1] = effect.with_values(
-                        **{effect.coefficient: float(np.sqrt(square))}
-                    )
-                effect = effect.with_values(**{effect.coefficient: upper})
+        likely, effect = _sizes(effect, entry)
+        expected.append(likely)
         limits.append(effect)
         forms.append(_ends(effect, given))
     duration = recording.get("duration_s")
@@ -277,7 +266,7 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         (0.0, float(duration or 10.0 * UNTIL)),
         parsed.scale,
         plain(recording.get("path") or source),
-        {"effects": effects},
+        {"effects": effects, "samples": document.get("samples") or {}},
         Model(tuple(expected)),
         min(HORIZON, until),
         warning=warning_of(document),
@@ -285,6 +274,40 @@ def _axis(document: dict[str, Any], unit: str | None, source: str) -> Axis:
         notes=tuple(plain(line) for line in document.get("notes", ())),
         turn_on=document.get("turn_on"),
     )
+
+
+def _sizes(effect: Effect, entry: Mapping[str, Any]) -> tuple[Effect, Effect]:
+    """The effect with its expected size, and with its upper limit; as it is where it has no interval."""
+    if not isinstance(effect, Stochastic):
+        return effect, effect
+    given = (entry.get("parameters") or {}).get(effect.coefficient) or {}
+    end = (given.get("interval") or [None, None])[1]
+    if end is None:
+        return effect, effect
+    name = effect.coefficient
+    # Another model that explains the log as well may have more of it.
+    over = (entry.get("over_rivals") or {}).get(name) or [None, None]
+    upper = effect.with_values(**{name: max(float(end), float(over[1] or 0.0))})
+    if given.get("detected") is not False:
+        return effect, upper
+    return effect.with_values(**{name: float(np.sqrt(EXPECTED_SQUARE)) * float(end)}), upper
+
+
+def sized(document: Mapping[str, Any], model: Model, *, overbound: bool) -> Model:
+    """A model with every effect at its expected size, or at its upper limit.
+
+    Parameters
+    ----------
+    document : mapping
+        Of a fit, with intervals; without them the model stays as it is.
+    model : Model
+        That of the document.
+    overbound : bool
+        Whether upper limits count.
+    """
+    entries = document.get("effects") or [{}] * len(model)
+    pairs = [_sizes(e, entry) for e, entry in zip(model.effects, entries, strict=True)]
+    return Model(tuple(upper if overbound else likely for likely, upper in pairs))
 
 
 def _ends(effect: Effect, given: Mapping[str, Any]) -> list[Effect]:

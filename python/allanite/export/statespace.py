@@ -27,11 +27,14 @@ STATES = 8
 
 
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:
-    """``allanite/state_spaces/1``: at most eight states an axis where fewer will do, and what the reduction costs."""
+    """``allanite/state_spaces/1``: at most eight states an axis where fewer will do, and what the reduction costs.
+
+    What was not detected has its expected size, as in every other file; 0 would be too sure.
+    """
     fs = rate_of(axes, rate, "statespace")
     out = []
     for axis in axes:
-        model = axis.limits if overbound else axis.model
+        model = axis.limits if overbound else axis.expected
         space = _small(model, fs, 10.0 * axis.until)
         document = space.to_dict()
         for name in ("Q", "R", "P0"):
@@ -41,6 +44,9 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
         document["turn_on_variance"] = None if initial is None else initial**2
         kinds = document["known"]
         document["functions"] = [e for e in axis.document["effects"] if e["kind"] in kinds]
+        mean = axis.document["samples"].get("mean")
+        document["offset"] = None if mean is None else mean * axis.scale / axis.inflate
+        document["references"] = dict(axis.document["samples"].get("references") or {})
         document["functions_unit_si"] = axis.scale / axis.inflate
         out.append(
             {**about, "warning": axis.warning or None, "notes": list(axis.notes), **document}

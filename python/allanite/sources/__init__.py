@@ -129,10 +129,10 @@ def _of_json(path: Path) -> list[dict[str, Any]]:
 
 
 def _with_extras(document: dict[str, Any], tree: dict[str, Any]) -> dict[str, Any]:
-    """The document with what `characterize` says beside the model of its column: noise at work, bias at switch-on."""
+    """The document with what `characterize` says beside its model: noise at work, bias at switch-on, samples."""
     column = str((document.get("recording") or {}).get("column"))
     found = {}
-    for name in ("working", "turn_on"):
+    for name in ("working", "turn_on", "samples"):
         every = tree.get(name)
         own = every.get(column) if isinstance(every, dict) else None
         if isinstance(own, dict):

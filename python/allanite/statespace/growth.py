@@ -29,7 +29,15 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.recording import Recording
 
-__all__ = ["Growth", "Measured", "error_growth", "measured_growth"]
+__all__ = [
+    "Growth",
+    "Measured",
+    "count_of",
+    "error_growth",
+    "measured_growth",
+    "parts_of",
+    "variogram_of",
+]
 
 Array = NDArray[np.float64]
 #: Standard gravity, m/s² (CGPM 1901).
@@ -101,16 +109,13 @@ class Growth:
         head = ["after / s", "total", *self.budget]
         columns = [self.tau, factor * self.total, *(factor * v for v in self.budget.values())]
         if measured is not None:
-            head += ["measured rms", "within 95 %"]
-            columns += [factor * measured.rms, 100.0 * measured.inside]
+            head += ["measured rms", "within 95 %", "segments"]
+            columns += [factor * measured.rms, 100.0 * measured.inside, measured.segments]
         lines = [
             f"{self.quantity} since the fix, {unit} (standard deviation), bias averaged over {self.aided:g} s before it",
             "".join(f"{name:>13}" for name in head),
         ]
         lines += ["".join(f"{v:13.4g}" for v in row) for row in zip(*columns, strict=True)]
-        if measured is not None:
-            s = "" if measured.segments == 1 else "s"
-            lines.append(f"measured on {measured.segments} segment{s}")
         timed = [kind for kind in self.left_out if kind not in self.following]
         for kinds, one, more in (
             (timed, "it happens at times of its own", "they happen at times of their own"),
@@ -155,22 +160,27 @@ class Measured:
         Root mean square over the segments.
     inside : ndarray, shape (k,)
         Share of the segments within ±1.96 of the predicted standard deviation.
-    segments : int
+    segments : ndarray of int, shape (k,)
+        Segments at each time: the shorter it is, the more a record has. Without one, `rms` and `inside` are NaN.
     """
 
     tau: Array
     rms: Array
     inside: Array
-    segments: int
+    segments: NDArray[np.int64]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers."""
         return {
             "tau_s": self.tau.tolist(),
-            "rms": self.rms.tolist(),
-            "inside_95": self.inside.tolist(),
-            "segments": self.segments,
+            "rms": _numbers(self.rms),
+            "inside_95": _numbers(self.inside),
+            "segments": self.segments.tolist(),
         }
+
+
+def _numbers(values: Array) -> list[float | None]:
+    return [None if np.isnan(v) else float(v) for v in values]
 
 
 def error_growth(
@@ -226,9 +236,9 @@ def error_growth(
         raise InputError("error growth needs the unit and the rate of the samples: give both")
     fs, parsed = positive_rate(rate), parse_unit(unit)
     aided = positive(aided, "aided", "s", "give the seconds of aiding before the fix")
-    back = _count(aided, fs, "aided")
+    back = count_of(aided, fs, "aided")
     times = np.geomspace(max(1.0 / fs, aided / 100), 10 * aided, 11) if tau is None else tau
-    ahead = [_count(float(t), fs, "tau") for t in np.atleast_1d(np.asarray(times, dtype=float))]
+    ahead = [count_of(float(t), fs, "tau") for t in np.atleast_1d(np.asarray(times, dtype=float))]
     top = back + max(ahead)
     if top > LONGEST:
         raise InputError(
@@ -236,10 +246,10 @@ def error_growth(
         )
     if duration is not None:
         model = model.steady((0.0, positive(duration, "duration", "s", "give that of the record")))
-    parts, left = _parts(model, fs)
+    parts, left = parts_of(model, fs)
     left_out = tuple(effect.kind for effect in left)
     following = tuple(effect.kind for effect in left if effect.follows is not None)
-    sums = {k: Sums(_variogram(terms, top)) for k, terms in parts.items() if terms}
+    sums = {k: Sums(variogram_of(terms, top)) for k, terms in parts.items() if terms}
     out = []
     for quantity, si, order, factor in QUANTITIES[parsed.kind]:
         budget: dict[str, list[float]] = {k: [] for k in parts}
@@ -287,7 +297,7 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
     >>> log = noise.simulate(duration=5000, rate=10, seed=1, unit="rad/s")
     >>> seen = al.measured_growth(log, angle)
     >>> print((seen.rms / angle.total).round(1), seen.segments)
-    [1.] 454
+    [1.] [454]
     """
     recorded(recording)
     parsed = parse_unit(recording.unit)
@@ -297,31 +307,37 @@ def measured_growth(recording: Recording, growth: Growth) -> Measured:
     x = np.asarray(recording.rate_samples(), dtype=np.float64) * parsed.scale
     back = round(growth.aided * recording.rate)
     ahead = np.round(growth.tau * recording.rate).astype(int)
-    length = back + int(ahead.max())
+    columns = [_errors(x, back, int(m), recording.rate, order) for m in ahead]
+    if not any(map(len, columns)):
+        length = (back + int(ahead.min())) / recording.rate
+        raise TooShortError(
+            f"no segment of {length:g} s without gaps in {x.size / recording.rate:g} s: predict shorter times"
+        )
+    rms, inside = (np.full(len(columns), np.nan) for _ in range(2))
+    for i, (errors, limit) in enumerate(zip(columns, 1.96 * growth.total, strict=True)):
+        if len(errors):
+            rms[i] = factor * np.sqrt((errors**2).mean())
+            inside[i] = (np.abs(factor * errors) <= limit).mean()
+    return Measured(growth.tau, rms, inside, np.array([len(errors) for errors in columns]))
+
+
+def _errors(x: Array, back: int, m: int, rate: float, order: int) -> Array:
+    """Errors after m samples, of as many segments of aiding and coasting as the record has side by side."""
+    length = back + m
     segments = x[: x.size // length * length].reshape(-1, length)
     segments = segments[~np.isnan(segments).any(axis=1)]
-    if not len(segments):
-        raise TooShortError(
-            f"no segment of {length / recording.rate:g} s without gaps in {x.size / recording.rate:g} s: "
-            "predict shorter times"
-        )
     rest = segments[:, back:] - segments[:, :back].mean(axis=1, keepdims=True)
-    errors = np.column_stack(
-        [factor * (rest[:, :m] @ ramp(m, recording.rate, order)) for m in ahead]
-    )
-    inside = np.abs(errors) <= 1.96 * growth.total
-    return Measured(
-        growth.tau, np.sqrt((errors**2).mean(axis=0)), inside.mean(axis=0), len(segments)
-    )
+    return np.asarray(rest @ ramp(m, rate, order))
 
 
-def _count(seconds: float, rate: float, name: str) -> int:
+def count_of(seconds: float, rate: float, name: str) -> int:
+    """Samples in a time, at least one."""
     if not seconds > 0.0 or not np.isfinite(seconds):
         raise InputError(f"{name} = {seconds:g} s: give positive seconds")
     return max(1, round(seconds * rate))
 
 
-def _parts(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tuple[Effect, ...]]:
+def parts_of(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tuple[Effect, ...]]:
     """Terms of each effect that grows by itself, none for a known function that repeats everywhere; what is left out."""
     out: dict[str, tuple[Term, ...]] = {}
     left_out: list[Effect] = []
@@ -342,7 +358,7 @@ def _parts(model: Model, rate: float) -> tuple[dict[str, tuple[Term, ...]], tupl
     return out, tuple(left_out)
 
 
-def _variogram(terms: Sequence[Term], count: int) -> Array:
+def variogram_of(terms: Sequence[Term], count: int) -> Array:
     """½ E(x(k+h) − x(k))², h = 0 … count."""
     return np.asarray(sum((t.variogram(count + 1) for t in terms), np.zeros(count + 1)))
 

@@ -1,7 +1,7 @@
 """Log, file, new data of the same truth, aiding, coasting: a small part of `benches/claims/filter_files.py`.
 
-The study with 6 sensors and 400 segments of each of its twelve truths (2026-11-28): NEES of kalibr, vins, gtsam, fastlio, px4
-and ardupilot 0.47 to 1.08 at all times and 0.84 to 1.00 at the horizon of 120 s; kfgins 0.69 to 1.20 and 0.74 to 1.12.
+The study with 6 sensors and 400 segments of each of its twelve truths (2026-11-28): NEES of kalibr, vins, gtsam, fastlio,
+px4 and ardupilot 0.47 to 1.08 at all times and 0.84 to 1.00 at the horizon of 120 s; kfgins 0.69 to 1.20 and 0.74 to 1.12.
 """
 
 import sys

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+import allanite as al
 from allanite.cli import main
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
@@ -253,3 +254,51 @@ def test_a_state_space_has_the_parameters_of_known_functions():
     assert axis["known"] == ["bias_step"]
     (step,) = axis["functions"]
     assert step["parameters"]["height"]["value"] == 0.01
+
+
+def test_two_imus_are_two_files(tmp_path, capsys):
+    """Columns of each IMU share a stem; the first gyroscope goes with the first accelerometer."""
+    columns = []
+    for imu, N in (("a", 1e-3), ("b", 2e-3)):
+        for axis in "xyz":
+            columns.append(document(f"{imu}_gyro_{axis}", f"N(N={N})"))
+            columns.append(document(f"{imu}_acc_{axis}", f"N(N={10 * N})", "m/s^2"))
+    path = tmp_path / "models.json"
+    path.write_text(json.dumps({"schema": "allanite/fit/1", "columns": columns}))
+    with pytest.raises(SystemExit) as stop:
+        main(["export", str(path), "--format", "kalibr", "-o", str(tmp_path / "imu.yaml")])
+    assert not stop.value.code
+    found = {p.name: p.read_text() for p in tmp_path.glob("*.yaml")}
+    assert set(found) == {"imu-1.yaml", "imu-2.yaml"}
+    for k, (text, N) in enumerate(
+        zip((found["imu-1.yaml"], found["imu-2.yaml"]), (1e-3, 2e-3), strict=True)
+    ):
+        assert float(re.search(r"gyroscope_noise_density: (\S+)", text)[1]) == pytest.approx(
+            N, rel=0.02
+        )
+        assert ("b_gyro" in text) == bool(k)
+        assert text.count("_acc_") >= 3
+    # A target of all sensors has one file; on stdout there is one file alone.
+    with pytest.raises(SystemExit):
+        main(["export", str(path), "--format", "json", "-o", str(tmp_path / "all.json")])
+    assert (tmp_path / "all.json").exists()
+    with pytest.raises(SystemExit) as stop:
+        main(["export", str(path), "--format", "kalibr"])
+    assert stop.value.code == 2
+    assert "holds one IMU" in capsys.readouterr().err
+
+
+def test_the_bias_at_a_temperature_can_be_built_from_the_state_space():
+    """offset + coefficient (T - reference) is the bias of the simulated sensor, in SI."""
+    rng = np.random.default_rng(2)
+    warm = 25.0 + 5.0 * np.sin(np.arange(4000) / 300)
+    x = 0.5 + 0.01 * (warm - 20.0) + 0.002 * rng.standard_normal(4000)
+    log = al.Recording(x, 10.0, unit="deg/s", columns=["gx"], covariates={"temperature": warm})
+    found = al.characterize(log, "N+COV(column=temperature,lag=0!)")
+    (axis,) = json.loads(found.export("statespace"))["axes"]
+    function = next(f for f in axis["functions"] if f["kind"] == "covariate")
+    slope = function["parameters"]["coefficient"]["value"] * axis["functions_unit_si"]
+    for T in (20.0, 30.0):
+        bias = axis["offset"] + slope * (T - axis["references"]["temperature"])
+        # 4000 samples tell the line to 0.002/63/5 a degree.
+        assert np.degrees(bias) == pytest.approx(0.5 + 0.01 * (T - 20.0), abs=3e-4)

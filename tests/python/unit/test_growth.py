@@ -123,7 +123,7 @@ def test_what_follows_a_column_is_left_out_for_that_reason():
         parse_model("N(N=1)").simulate(n=600, rate=RATE, unit="rad/s"), growth
     )
     lines = growth.table(seen).splitlines()
-    assert lines[-3] == "measured on 1 segment"
+    assert lines[-3].split()[-1] == "1"
     assert lines[-2].endswith("bias_step (measured with it)")
     assert lines[-1].endswith("noise_of_column (measured with them)")
 
@@ -136,10 +136,12 @@ def test_simulation_agrees(quantity):
     ]
     recording = model.simulate(n=1250 * 400, rate=RATE, seed=4, unit="deg/s")
     found = al.measured_growth(recording, growth)
-    assert found.segments == 400
-    # 400 segments, nearly independent: the root mean square is known to 1/√800 = 3.5 %, the share inside to 1.1 %.
-    np.testing.assert_allclose(found.rms, growth.total, rtol=4 * 0.035)
-    assert (np.abs(found.inside - 0.95) < 4 * 0.011).all()
+    # The shorter the coasting, the more segments: of 5.1, 7 and 25 s.
+    assert found.segments.tolist() == [1960, 1428, 400]
+    # Nearly independent: 400 tell the root mean square to 1/√800 = 3.5 %, and the share inside to 1.1 %.
+    error = 1 / np.sqrt(2 * found.segments)
+    assert (np.abs(found.rms / growth.total - 1) < 4 * error).all()
+    assert (np.abs(found.inside - 0.95) < 4 * np.sqrt(0.0475 / found.segments)).all()
 
 
 def test_a_clock_and_a_fit():
@@ -150,7 +152,7 @@ def test_a_clock_and_a_fit():
     assert [g.unit for g in growth] == ["m/s", "m"]
     document = growth[0].to_dict()
     assert set(document["budget"]) == {"N", "B"}
-    assert al.measured_growth(recording, growth[0]).to_dict()["segments"] == 18
+    assert al.measured_growth(recording, growth[0]).to_dict()["segments"][-1] == 18
 
 
 def test_refusals():
@@ -167,3 +169,20 @@ def test_refusals():
     short = parse_model("N(N=1)").simulate(n=100, rate=RATE, seed=1, unit="rad/s")
     with pytest.raises(TooShortError, match="no segment"):
         al.measured_growth(short, angle("N(N=1)"))
+
+
+def test_a_record_that_is_short_for_the_longest_time_is_measured_at_the_others():
+    recording = parse_model("N(N=0.01)").simulate(n=1200, rate=10.0, seed=1, unit="deg/s")
+    growth = al.error_growth(
+        parse_model("N(N=0.01)"), aided=10.0, tau=[1.0, 500.0], unit="deg/s", rate=10.0
+    )[0]
+    found = al.measured_growth(recording, growth)
+    assert found.segments.tolist() == [10, 0]
+    assert np.isnan(found.rms[1])
+    assert found.to_dict()["rms"][1] is None
+    assert "nan" in growth.table(found)
+    growth = al.error_growth(
+        parse_model("N(N=0.01)"), aided=200.0, tau=[1.0], unit="deg/s", rate=10.0
+    )[0]
+    with pytest.raises(TooShortError, match="no segment of 201 s"):
+        al.measured_growth(recording, growth)

@@ -12,7 +12,7 @@ from allanite.cli.commands.improve import Percent
 from allanite.cli.options import INFLATE, LogOptions, log_options, model_option, plot_option
 from allanite.cli.words import words_of
 from allanite.common.plain import plain
-from allanite.export import TARGETS
+from allanite.export import TARGETS, export_files
 from allanite.study import LIMIT
 
 if TYPE_CHECKING:
@@ -198,9 +198,10 @@ def command(
         out.phase("files of all axes", options)
         written += folder.finish(found)
     elif target is not None and output is not None:
-        with whole_file(output) as draft:
-            draft.write_text(found.export(target, **how), encoding="utf-8")
-        written.append(output)
+        for path, text in export_files(found.export_axes(), target, Path(output), **how).items():
+            with whole_file(path) as draft:
+                draft.write_text(text, encoding="utf-8")
+            written.append(str(path))
     if options.as_json:
         click.echo(out.dumps(found.to_dict()))
         return
@@ -269,7 +270,6 @@ def _refuse(target: str, recordings: Sequence[Recording]) -> None:
     from allanite.common.errors import InputError
     from allanite.common.units import FREQUENCY, parse_unit
     from allanite.effects.files import model_to_dict, parse_model
-    from allanite.export import export
     from allanite.export._axis import axes_of
     from allanite.readers.sensor_names import sensor_kind
     from allanite.readers.unit_names import remedy_of
@@ -292,7 +292,7 @@ def _refuse(target: str, recordings: Sequence[Recording]) -> None:
         for r in recordings
         for c, unit in zip(r.columns, r.units, strict=True)
     )
-    export(axes_of(tried), target)
+    export_files(axes_of(tried), target, Path(target))
 
 
 def _warn(found: Characterization) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import click
 
 from allanite.cli.options import INFLATE
@@ -77,7 +80,7 @@ def command(
     """
     from allanite.common.files import whole_file
     from allanite.common.validation import positive
-    from allanite.export import export
+    from allanite.export import export, export_files
     from allanite.export._axis import axes_of
     from allanite.recording.samples import find_column
     from allanite.sources import documents_of
@@ -92,24 +95,25 @@ def command(
     if column:
         names = [axis.name for axis in axes]
         axes = [axes[find_column(name, names)] for name in column]
-    text = export(
-        axes,
-        target,
-        rate,
-        overbound=overbound,
-        as_fitted=as_fitted,
-        horizon=horizon,
-        inflate=inflate,
+    how: dict[str, Any] = {"overbound": overbound, "as_fitted": as_fitted}
+    how |= {"horizon": horizon, "inflate": inflate}
+    # On stdout there is one file: several IMUs are refused there.
+    texts = (
+        {Path(): export(axes, target, rate, **how)}
+        if output is None
+        else export_files(axes, target, Path(output), rate, **how)
     )
     for axis in axes:
         if axis.warning:
             click.echo(plain(f"! {axis.name}: {axis.warning}; improve the model first"), err=True)
     if output is None:
-        click.echo(text, nl=False)
+        click.echo(texts[Path()], nl=False)
         return
-    with whole_file(output) as draft:
-        draft.write_text(text, encoding="utf-8")
-    click.echo(plain(f"{output}: {target} parameters of {', '.join(axis.name for axis in axes)}"))
+    for path, text in texts.items():
+        with whole_file(path) as draft:
+            draft.write_text(text, encoding="utf-8")
+    names = ", ".join(map(str, texts))
+    click.echo(plain(f"{names}: {target} parameters of {', '.join(axis.name for axis in axes)}"))
 
 
 def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:

@@ -32,22 +32,37 @@ if TYPE_CHECKING:
     metavar="SECONDS",
     help="Longest time since the fix (default: ten times --aided).",
 )
+@click.option(
+    "--overbound",
+    is_flag=True,
+    help="Count each effect with the 95 % limit of the model and its alternatives.",
+)
 @log_options
 def command(
-    log: str | None, model: str, aided: float, until: float | None, options: LogOptions
+    log: str | None,
+    model: str,
+    aided: float,
+    until: float | None,
+    overbound: bool,
+    options: LogOptions,
 ) -> None:
     """Growth of the error since the last fix: angle, velocity, position or clock phase, by effect.
 
     With LOG, a record at rest, the growth is measured as well, segment by segment; a MODEL without values is fitted to it.
+    An effect that was not detected counts with what its limit lets expect. Models of gyroscopes and accelerometers together
+    give a budget of horizontal velocity and position, with gravity and the Schuler period.
     """
     from allanite.cli.output import dumps
+    from allanite.common.units import ACCELERATION, ANGULAR_RATE, parse_unit
     from allanite.common.validation import positive
+    from allanite.statespace.budget import Axis, six_axis_budget
     from allanite.statespace.growth import error_growth, measured_growth
 
     aided = positive(aided, "--aided", "s", "give the seconds of aiding before the fix")
     last = 10.0 * aided if until is None else positive(until, "--until", "s", "give seconds")
-    documents, tables = [], []
-    for name, whole, unit, rate, recording in _models(log, model, options):
+    documents, tables, axes = [], [], []
+    for name, whole, unit, rate, recording in _models(log, model, options, overbound=overbound):
+        axes.append(Axis(name, whole, unit, rate))
         duration = None if recording is None else recording.duration
         found = error_growth(
             whole, aided=aided, unit=unit, rate=rate, tau=_times(last, rate), duration=duration
@@ -67,20 +82,27 @@ def command(
                 "quantities": rows,
             }
         )
+    together = []
+    if {ANGULAR_RATE, ACCELERATION} <= {parse_unit(axis.unit).kind for axis in axes}:
+        found = six_axis_budget(axes, aided=aided, tau=_times(last, min(a.rate for a in axes)))
+        tables += [f"all axes: {growth.table()}" for growth in found]
+        together = [{**growth.to_dict(), "measured": None} for growth in found]
     if options.as_json:
         one = documents[0] if len(documents) == 1 else None
-        click.echo(dumps(one or {"schema": "allanite/predict/1", "columns": documents}))
+        several = {"schema": "allanite/predict/1", "columns": documents}
+        click.echo(dumps(one or {**several, **({"six_axes": together} if together else {})}))
     else:
         click.echo("\n\n".join(tables))
 
 
 def _models(
-    log: str | None, text: str, options: LogOptions
+    log: str | None, text: str, options: LogOptions, *, overbound: bool
 ) -> Iterator[tuple[str, Any, str, float, Recording | None]]:
-    """Name, model, unit, rate and recording of each column."""
+    """Name, model, unit, rate and recording of each column; what was not detected has its expected size."""
     from allanite.cli.models import for_column, models_of
     from allanite.cli.options import columns_of
     from allanite.common.errors import InputError, about
+    from allanite.export import sized
     from allanite.recording.samples import find_column
 
     models = models_of(text)
@@ -93,13 +115,15 @@ def _models(
             unit, rate = options.unit or m.unit, options.rate_hz or m.rate
             if unit is None or rate is None:
                 raise InputError(f"{m.name}: give --unit and --rate of the samples")
-            yield m.name, m.model, unit, rate, None
+            yield m.name, sized(m.document, m.model, overbound=overbound), unit, rate, None
         return
     for column in columns_of(log, options):
         m = for_column(models, column.columns[0], text)
-        own = m.model
+        own, document = m.model, m.document
         if any(getattr(e, e.coefficient) is None for e in own.stochastic):
-            own = own.fit(column).model
+            fit = own.fit(column)
+            own, document = fit.model, fit.to_dict()
+        own = sized(document, own, overbound=overbound)
         # A file's values are in the unit of its own recording.
         here = column if m.unit is None else column.to(m.unit)
         yield column.columns[0], own, here.unit, here.rate, here
