@@ -110,7 +110,11 @@ class Growth:
         columns = [self.tau, factor * self.total, *(factor * v for v in self.budget.values())]
         if measured is not None:
             head += ["measured rms", "within 95 %", "segments"]
-            columns += [factor * measured.rms, 100.0 * measured.inside, measured.segments]
+            columns += [
+                factor * measured.rms,
+                100.0 * measured.inside,
+                measured.segments.astype(float),
+            ]
         lines = [
             f"{self.quantity} since the fix, {unit} (standard deviation), bias averaged over {self.aided:g} s before it",
             "".join(f"{name:>13}" for name in head),

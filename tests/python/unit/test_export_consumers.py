@@ -448,3 +448,20 @@ def test_glim(scans):
     rate = scans or 10.0
     assert rate * found["imu_bias_noise"] ** 2 == pytest.approx(ACCEL_K**2, rel=1e-6)
     assert found["imu_acc_noise"] == pytest.approx(ACCEL_N, rel=1e-6)
+
+
+def test_navego():
+    """ins_gnss.m: Q of squares; kf_prediction.m: expm(F dt), Q dt; F_update.m: -1/corr (5f93200, 017fd29)."""
+    q, T = 3e-4, 30.0
+    text = export(axes(gyro=f"N(N={N})+GM(q_c={q},T={T})"), "navego")
+
+    def first(key):
+        return float(re.search(rf"^imu\.{key} = \[(\S+) ", text, re.MULTILINE)[1])
+
+    assert first("gb_corr") == pytest.approx(T, rel=1e-6)
+    assert first("gb_dyn") == pytest.approx(q * math.sqrt(T / 2), rel=1e-6)
+    dt = 1 / RATE
+    phi = math.exp(-dt / first("gb_corr"))
+    found = propagate(dt, first("arw") ** 2 * dt, first("gb_psd") ** 2 * dt, phi=phi)
+    np.testing.assert_allclose(found, lag_variance(q, T), rtol=8e-3)
+    assert first("vrw") == pytest.approx(ACCEL_N, rel=0.02)

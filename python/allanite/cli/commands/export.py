@@ -112,8 +112,8 @@ def command(
     for path, text in texts.items():
         with whole_file(path) as draft:
             draft.write_text(text, encoding="utf-8")
-    names = ", ".join(map(str, texts))
-    click.echo(plain(f"{names}: {target} parameters of {', '.join(axis.name for axis in axes)}"))
+    files = ", ".join(map(str, texts))
+    click.echo(plain(f"{files}: {target} parameters of {', '.join(axis.name for axis in axes)}"))
 
 
 def _units_of(unit: str | None, models: tuple[str, ...]) -> list[str | None]:

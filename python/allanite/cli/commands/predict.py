@@ -89,8 +89,10 @@ def command(
         together = [{**growth.to_dict(), "measured": None} for growth in found]
     if options.as_json:
         one = documents[0] if len(documents) == 1 else None
-        several = {"schema": "allanite/predict/1", "columns": documents}
-        click.echo(dumps(one or {**several, **({"six_axes": together} if together else {})}))
+        several: dict[str, Any] = {"schema": "allanite/predict/1", "columns": documents}
+        if together:
+            several["six_axes"] = together
+        click.echo(dumps(one or several))
     else:
         click.echo("\n\n".join(tables))
 

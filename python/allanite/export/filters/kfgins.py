@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.common.errors import InputError
 from allanite.export._axis import split
 from allanite.export._choice import choose_lag
 from allanite.export._follow import shared_lag
 from allanite.export._head import head
+from allanite.export._lines import needs_both
 from allanite.export._target import Target
 from allanite.export._text import comments
 from allanite.export._triad import in_xyz
@@ -29,10 +29,7 @@ DEGREE = math.pi / 180.0
 def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
     """N in °/√h and m/s/√h; σ of the Gauss-Markov bias in °/h and mGal; one correlation time in h for all of them."""
     gyro, accel = split(axes)
-    if not gyro or not accel:
-        raise InputError(
-            "kfgins needs a model of a gyroscope and one of an accelerometer: give both"
-        )
+    needs_both(axes, "kfgins")
     axes = [*gyro, *accel]
     if overbound:
         # The lags that suit each axis best share their geometric mean.

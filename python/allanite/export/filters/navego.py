@@ -1,0 +1,53 @@
+"""NaveGo: error fields of its IMU structure in SI, with Gauss-Markov biases of each axis, as MATLAB."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from allanite.export._axis import split
+from allanite.export._choice import choose_lag
+from allanite.export._head import head
+from allanite.export._lines import needs_both
+from allanite.export._target import Target
+from allanite.export._text import comments
+from allanite.export._triad import in_xyz
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from allanite.export._axis import Axis
+
+__all__ = ["TARGETS"]
+
+
+def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False) -> str:  # noqa: ARG001
+    """The fields after `imu_si_errors`: N, density and correlation time of the bias, and its deviation as P0.
+
+    ins_gnss.m squares arw, vrw, gb_psd and ab_psd for the continuous Q; F_update.m has -1/corr for the biases (017fd29).
+    `imu_si_errors` would make gb_psd of gb_dyn without the factor sqrt(2) of a Gauss-Markov process: set it afterwards.
+    """
+    needs_both(axes, "navego")
+    convention = [
+        "NaveGo: continuous time, two-sided, deviations in SI, as after imu_si_errors: put these lines behind its call.",
+    ]
+    rows, pairs = [], []
+    for own, white, bias, unit in zip(
+        split(axes), ("arw", "vrw"), ("gb", "ab"), ("rad/s", "m/s^2"), strict=True
+    ):
+        chosen = [(axis, choose_lag(axis, overbound=overbound)) for axis in own]
+        numbers = [(c.N, c.q_c, c.correlation_time, c.sigma) for _, c in chosen]
+        places, said = in_xyz([axis for axis, _ in chosen], numbers)
+        convention += [f"{white}: {line}" for line in said]
+        pairs += chosen
+        for key, place, what in (
+            (white, 0, f"{unit}/sqrt(Hz)"),
+            (f"{bias}_psd", 1, f"{unit}/s/sqrt(Hz), density that drives the bias"),
+            (f"{bias}_corr", 2, "s"),
+            (f"{bias}_dyn", 3, f"{unit}, deviation of the bias, which P0 has"),
+        ):
+            values = " ".join(f"{one[place]:.6e}" for one in places)
+            rows.append(f"imu.{key} = [{values}];  % {what}\n")
+    return comments(head(pairs, convention), "%") + "".join(rows)
+
+
+TARGETS = (Target("navego", "NaveGo", "navego_imu.m", render),)
