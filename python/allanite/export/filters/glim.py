@@ -32,7 +32,7 @@ def render(axes: Sequence[Axis], rate: float | None, *, overbound: bool = False)
     gyro, accel = (chosen(own, overbound=overbound) for own in split(axes))
     convention = (
         "GLIM: imu_acc_noise and imu_gyro_noise are densities, continuous time, two-sided; imu_bias_noise is the step of a",
-        f"bias from scan to scan, K/sqrt(scan rate), here at {scans:g} Hz (another with --rate), the larger one.",
+        f"bias from scan to scan, K/sqrt(scan rate), here at {scans:g} Hz or the rate given, the larger one.",
     )
     values = {
         "imu_acc_noise": largest(accel, "N")[0],
