@@ -101,6 +101,11 @@ def test_a_signaling_nan_is_a_missing_sample(tmp_path):
     json.dumps(recording.describe(), allow_nan=False)
 
 
+def test_every_second_sample_missing_is_described():
+    x = np.tile([0.0, np.nan, 1.0, np.nan, 2.0, np.nan, 4.0, np.nan], 50)
+    assert al.Recording(x, rate=10.0).describe()["gaps"] == 200
+
+
 def test_the_highest_rate_shows_no_motion():
     recording = al.Recording(X, rate=1e30, unit="deg/s")
     assert not [finding for finding in recording.audit if finding.kind == "motion"]
