@@ -393,6 +393,7 @@ def _left(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     }
     out.append(Paragraph(why.get(study.stopped_because, study.stopped_because)))
     out += _where(check)
+    out += [Paragraph(f"{doubt[0].upper()}{doubt[1:]}.") for doubt in study.doubts]
     if check.significant and len(study.ladder) > 1:
         out.append(Heading("Candidates that did not help", 4))
         out += _cards(check, document["left"]["suggestions"], f"{at}left.suggestions")

@@ -6,10 +6,12 @@ import itertools
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
+from math import exp
 from typing import TYPE_CHECKING, Any
 
 from allanite import _kernels
 from allanite.effects import title_of
+from allanite.fit.rivals.evidence import RIVAL
 from allanite.fit.rivals.undecided import Undecided, undecided
 from allanite.study.errors import refusal
 
@@ -24,6 +26,10 @@ if TYPE_CHECKING:
     from allanite.suggestion import Check
 
 __all__ = ["Rung", "Study", "came_back", "misfit_left"]
+
+#: An Allan error beyond so many times its expected scatter is not chance. Of true models 1.8 % of white noise alone,
+#: 1 % with a random walk and none with flicker exceed it (400, 200 and 200 simulated records of 30 000 samples).
+SCATTERS = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,14 +159,35 @@ class Study:
 
     @property
     def adequate(self) -> bool:
-        """Whether the last model leaves nothing unexplained."""
-        return self.check.adequate
+        """Whether the last model leaves nothing unexplained: its check is adequate, and there are no `doubts`."""
+        return self.check.adequate and not self.doubts
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """Why the last model is not adequate even if its check is: a sentence each.
+
+        The Allan error is more than twice its expected scatter, or another model has more evidence by over 3 nats.
+        """
+        found = []
+        error = self.fit.error
+        off, chance = error.adev_rms_percent, error.chance_rms_percent
+        if off is not None and chance is not None and off > SCATTERS * chance:
+            found.append(
+                f"the Allan deviation differs by {off:.2g} % rms from the model, where {chance:.2g} % are expected"
+            )
+        if self.undecided is not None:
+            (own, share), *others = self.undecided.models
+            name, best = max(others, key=lambda model: model[1])
+            if best > exp(RIVAL) * share:
+                found.append(f"{name} explains the record better than {own}")
+        return tuple(found)
 
     @property
     def verdict(self) -> str:
         """``adequate``, ``limited by quantization``, ``within tolerance`` or ``unexplained``."""
-        tolerated = self.stopped_because == "within tolerance"
-        return self.stopped_because if tolerated else self.check.verdict
+        if self.stopped_because == "within tolerance":
+            return self.stopped_because
+        return "unexplained" if self.doubts else self.check.verdict
 
     @property
     def reason(self) -> str:
@@ -181,6 +208,13 @@ class Study:
     def undecided(self) -> Undecided | None:
         """What the models that this record cannot tell from the last say together; None where there is but one."""
         return undecided(self.fit)
+
+    @property
+    def left(self) -> list[str]:
+        """What the last model does not explain: a sentence each."""
+        if self._good_enough:
+            return []
+        return [*self.check.left, *self.doubts] or [self.check.nowhere]
 
     @property
     def unexplained(self) -> dict[str, Any]:
@@ -238,8 +272,7 @@ class Study:
             )
         lines.append(f"stopped: {self.ending}")
         if not self._good_enough:
-            left_over = self.check.left or [self.check.nowhere]
-            lines += ["left unexplained:", *(f"  {s}" for s in left_over)]
+            lines += ["left unexplained:", *(f"  {s}" for s in self.left)]
         lines += ["", fit_table(self.fit, remedy="", whole=self._good_enough)]
         if self.undecided is not None:
             lines.append(f"! {undecided_sentence(self.fit, self.undecided)}")
@@ -298,8 +331,7 @@ class Study:
 
         head = ("step", "misfit left", "discrepancy", "ADEV rms", "worst", "prediction", "model")
         title = f"{self.recording.path or 'recording'} · {self.recording.columns[0]}"
-        left = [] if self._good_enough else self.check.left or [self.check.nowhere]
-        ending = [f"stopped: {self.ending}", *left]
+        ending = [f"stopped: {self.ending}", *self.left]
         if self.undecided is not None:
             ending.append(undecided_sentence(self.fit, self.undecided))
         table = html_table(title, head, self.rows(), (1, 2, 3, 5))

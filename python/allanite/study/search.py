@@ -130,7 +130,9 @@ def improve(
         except TimeoutError:
             stop = stop or "time"
         if better is None:
-            return Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
+            study = Study(recording, tuple(ladder), check, stop or "nothing helps", tolerance)
+            doubted = stop == "adequate" and study.doubts
+            return replace(study, stopped_because="nothing helps") if doubted else study
         ladder.append(better)
         with suppress(TimeoutError), before(deadline):
             for rung in _more(ladder, check):

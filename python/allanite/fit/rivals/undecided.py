@@ -10,14 +10,15 @@ import numpy as np
 
 from allanite.common.parameters import NORMAL, Estimate
 from allanite.effects import Deterministic
+from allanite.fit.engine import solve
 from allanite.fit.estimates import estimates
 from allanite.fit.rivals.alternatives import shown
-from allanite.fit.rivals.evidence import RIVAL
+from allanite.fit.rivals.evidence import RIVAL, gained
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from allanite.effects import Model
+    from allanite.effects import Effect, Model
     from allanite.fit.result import Fit
     from allanite.fit.solution import Solution
 
@@ -116,7 +117,7 @@ def _kinds(model: Model) -> tuple[str, ...]:
 
 
 def _within(fit: Fit) -> Iterator[tuple[float, Solution]]:
-    """Other models of the record within `RIVAL` of the fit's evidence: another effect in the place of one.
+    """Other models of the record within `RIVAL` of the fit's evidence: another effect, or two, in the place of one.
 
     What happens once is no rival by its evidence alone: that does not pay for the times that were tried.
     """
@@ -124,9 +125,16 @@ def _within(fit: Fit) -> Iterator[tuple[float, Solution]]:
         if not shown(fit, place):
             continue
         for other in fit.alternatives(place):
-            once = isinstance(other.effect, Deterministic) and other.effect.happens_once
-            if other.evidence > -RIVAL and not once:
+            if other.evidence > -RIVAL and not _once(other.effect):
                 yield other.evidence, other.solution
+        for pair in fit.together(place):
+            if not any(map(_once, pair.model.effects[-2:])):
+                solution = solve(fit.data, pair.model, like=fit.solution)
+                yield gained(solution, fit.solution, fit.data), solution
+
+
+def _once(effect: Effect) -> bool:
+    return isinstance(effect, Deterministic) and effect.happens_once
 
 
 def _numbered(model: Model, values: tuple[dict[str, Any], ...]) -> dict[tuple[str, int], Any]:
