@@ -114,7 +114,8 @@ def remarks(found: Characterization, words: Mapping[str, str] = CALL) -> list[st
     out += [f.worded(words) for f in warned if f.severity == "warning" or f.kind == "no_unit"]
     for name, study in found.studies.items():
         if not study.adequate:
-            out.append(f"{name}: {'; '.join([study.ending, *study.check.where.sentences()[:1]])}")
+            why = [*study.check.where.sentences(), *study.doubts][:1]
+            out.append(f"{name}: {'; '.join([study.ending, *why])}")
         if study.undecided is not None:
             out.append(f"{name}: {undecided_sentence(study.fit, study.undecided)}")
     return [tidy(text) for text in out]
