@@ -130,6 +130,8 @@ class Characterization:
     >>> found.save("sensor.json")
     >>> found.simulate(duration=10.0, seed=1).columns, found.report().to_markdown()[0]
     (('gx', 'gy'), '#')
+    >>> [axis.name for axis in found.export_axes()]
+    ['gx', 'gy']
     >>> figure = found.plot("axes.svg")
     """
 

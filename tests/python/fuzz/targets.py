@@ -12,6 +12,7 @@ import logs
 import numpy as np
 
 import allanite as al
+from allanite.readers.plausibility import checked
 
 RNG = np.random.default_rng(1)
 SAMPLES = RNG.standard_normal((300, 3))
@@ -136,7 +137,7 @@ def reader(suffix, seeds, text=False, **options):
             recording = al.read(path, **options)
             repr(recording)
             json.dumps(recording.describe(), allow_nan=False).encode()
-            recording.oadev()
+            recording.deviations()
             codes = codes_for(recording)
         except al.AllaniteError as caught:
             error = caught
@@ -149,10 +150,17 @@ def reader(suffix, seeds, text=False, **options):
 
 
 def codes_for(recording):
-    """Exit codes of a command on a log that the library reads: it wants 16 samples, and none of a stuck sensor."""
+    """Exit codes of a command on a log that the library reads.
+
+    It wants 16 samples, none of a stuck sensor, and accelerometers whose mean can be gravity in their unit.
+    """
     with np.errstate(invalid="ignore"):  # a NaN that signals
         columns = np.atleast_2d(recording.samples.T).astype(float)
     stuck = any(np.unique(x[~np.isnan(x)]).size < 2 for x in columns)
+    try:
+        checked(recording, for_fit=False)
+    except al.InputError:
+        stuck = True
     return {0, *[3] * (recording.n < 16), *[2] * stuck}
 
 

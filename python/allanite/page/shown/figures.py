@@ -194,7 +194,9 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
         marks.append(Line(growth.tau, growth.total, "model", "" if i else "Model, in all", 2.2))
         try:
             seen = measured_growth(tab.log, growth)
-            words = f"Measured, {seen.segments} segment{'' if seen.segments == 1 else 's'}"
+            fewest, most = int(seen.segments.min()), int(seen.segments.max())
+            count = f"{fewest} to {most} segments" if fewest < most else f"{most} segments"
+            words = f"Measured, {count if most > 1 else '1 segment'}"
             marks.append(Points(seen.tau, seen.rms, "measured", "" if i else words))
         except TooShortError:
             pass
