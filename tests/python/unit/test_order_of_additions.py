@@ -46,9 +46,12 @@ def test_the_last_model_is_the_one_that_the_record_prefers():
     assert rung is not None
     assert (rung.added.kind, rung.removed) == ("gauss_markov", ("rate_random_walk",))
     assert rung.risen > 3.0
-    # What has left takes no place again, and the model that was asked about is not exchanged.
+    # What has left takes no place again. The model that was asked about gives way to one with more evidence by 3 nats.
     assert exchanged([*ladder, rung]) is None
-    assert exchanged([Rung(last)]) is None
+    start = exchanged([Rung(last)])
+    assert start is not None
+    assert (start.added.kind, start.removed) == ("gauss_markov", ("rate_random_walk",))
+    assert exchanged([Rung(rung.fit)]) is None
 
 
 def test_a_notch_has_two_sides():

@@ -139,8 +139,9 @@ def test_logs_that_fail_leave_the_others_alone(good, reasons, faults, tmp_path):
 
 
 def test_whatever_changes_a_result_changes_the_key(tmp_path):
-    def key(model="N", rate=1.0, unit="deg/s", log="a.csv"):
-        return journal_key(_setup(model, rate, unit, 1.0, 1, {}).settings, log, "content")
+    def key(model="N", rate=1.0, unit="deg/s", log="a.csv", anyway=False):
+        settings = _setup(model, rate, unit, anyway, 1.0, 1, {}).settings
+        return journal_key(settings, log, "content")
 
     model, keys = tmp_path / "model.json", [key()]
     keys += [
@@ -150,6 +151,7 @@ def test_whatever_changes_a_result_changes_the_key(tmp_path):
         key("N+K"),
         key("N(N=2)"),
         key(log="a.txt"),
+        key(anyway=True),
     ]
     # The content of a model file counts, not its name.
     record = al.parse_model("N(N=1)").simulate(rate=1.0, duration=100.0, seed=1)
