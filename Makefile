@@ -6,7 +6,7 @@ RUST := $(shell find rust -name '*.rs') Cargo.toml Cargo.lock
 PYTHON_FILES := $(shell find python -name '*.py*' -not -path '*/__pycache__/*' -not -name '*.so')
 export ALLANITE_DATA ?= $(abspath ../shared/data)
 
-.PHONY: help demo screenshots test test-all test-nightly test-rust test-python test-long floors lint bench bars miri sanitize clean gallery docs fuzz fuzz-core release
+.PHONY: help demo screenshots test test-all test-nightly test-rust test-python test-claims test-long floors lint bench bars miri sanitize clean gallery docs fuzz fuzz-core release
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
@@ -36,7 +36,7 @@ screenshots: $(VENV)/.developed ## photograph the page in both themes (needs chr
 
 test: test-rust test-python ## everything but what is long (minutes)
 
-test-all: test test-long ## with it: every statistical claim on few records, the page in every view
+test-all: test test-claims test-long ## with it: every statistical claim on few records, and what is long
 
 test-nightly: test-all ## with it: every statistical claim on all its records (hours)
 	$(BIN)/python benches/claims/full_counts.py -n 2 -q
@@ -47,8 +47,11 @@ test-rust: ## the core's own tests, no interpreter needed (PROPTEST_RNG_SEED= lo
 test-python: $(VENV)/.developed ## the package's tests, warnings are errors
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'not statistical and not long'
 
-test-long: $(VENV)/.developed ## what is long alone
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'statistical or long'
+test-claims: $(VENV)/.developed ## every statistical claim on few records
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m statistical
+
+test-long: $(VENV)/.developed ## what takes more than some seconds: whole commands, the page in every view, fleets
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m 'long and not statistical'
 
 floors: $(VENV)/.made ## the tests with the lowest versions that pyproject.toml allows, in target/floors
 	$(PYTHON) -m venv target/floors
