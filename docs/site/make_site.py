@@ -25,6 +25,9 @@ def copied() -> None:
         (PAGES / name).write_text(text.replace("](start.md", "](index.md"), encoding="utf-8")
     for folder in ("figures", "screenshots", "gallery", "howto"):
         shutil.copytree(docs / folder, PAGES / folder)
+    for page in (PAGES / "howto").glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        page.write_text(text.replace("](../start.md", "](../index.md"), encoding="utf-8")
     shutil.copytree(ROOT / "examples", PAGES / "examples", ignore=shutil.ignore_patterns("__*"))
     for name in ("CONTRIBUTING.md", "ARCHITECTURE.md"):
         text = (ROOT / name).read_text(encoding="utf-8")

@@ -8,19 +8,15 @@ from allanite.fit.rivals.evidence import RIVAL, gained
 from allanite.study.errors import errors_fall
 from allanite.study.ladder import Rung
 from allanite.study.moves import swapped
-from allanite.study.pairs import parted
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from allanite.effects import Effect
-    from allanite.fit.result import Fit
 
 __all__ = ["exchanged"]
 
 
 def exchanged(ladder: Sequence[Rung]) -> Rung | None:
-    """The rung on which one clearly better effect, or two, take the place of one of the last model; None where none do.
+    """The rung on which a clearly better effect takes the place of one of the last model; None where none is.
 
     While effects are added, what is missing beside them has rungs of its own. At the end what came first may stand for
     something that was never the best addition. What has left once takes no place again. The model that was asked about
@@ -28,33 +24,13 @@ def exchanged(ladder: Sequence[Rung]) -> Rung | None:
     """
     fit = ladder[-1].fit
     gone = {kind for rung in ladder for kind in rung.removed}
-    found = _one(fit, gone) or _two(fit, gone)
-    if found is None:
+    found = swapped(fit, set(range(len(fit.model))), set(), gone)
+    if found is None or not errors_fall(fit, found[0]):
         return None
-    better, kind, (effect, *brought) = found
+    better, kind, effect = found
     if len(ladder) == 1 and gained(better.solution, fit.solution, fit.data) < RIVAL:
         return None
     start = sum(rung.dropped_start for rung in ladder)
     asked = [e.kind for e in fit.model.effects[: len(ladder[0].fit.model) - start]]
     risen = better.solution.log_likelihood - fit.solution.log_likelihood
-    return Rung(better, effect, (kind,), risen, int(kind in asked), tuple(brought))
-
-
-def _one(fit: Fit, gone: set[str]) -> tuple[Fit, str, tuple[Effect, ...]] | None:
-    """The fit with another effect in the place of one, the kind that left, and what came."""
-    found = swapped(fit, set(range(len(fit.model))), set(), gone)
-    if found is None or not errors_fall(fit, found[0]):
-        return None
-    better, kind, effect = found
-    return better, kind, (effect,)
-
-
-def _two(fit: Fit, gone: set[str]) -> tuple[Fit, str, tuple[Effect, ...]] | None:
-    """The same with two effects in the place of one."""
-    found = parted(fit, range(len(fit.model)))
-    if found is None or not errors_fall(fit, found[0]):
-        return None
-    better, place, came = found
-    if gone & {effect.kind for effect in came}:
-        return None
-    return better, fit.model.effects[place].kind, came
+    return Rung(better, effect, (kind,), risen, int(kind in asked))

@@ -105,7 +105,7 @@ def test_everything_that_writes_is_whole():
     """Files are opened for writing by `whole_file` alone; the others are temporary or say themselves what is lost."""
     known = {
         "cli/pipe.py", "cli/unexpected.py", "page/server.py", "readers/packed.py",
-        "cli/commands/simulate.py",  # standard output, or a draft under another name
+        "cli/output.py",  # standard output, or a draft under another name
         "readers/texts/_lines.py",  # a temporary file
         "scale/journal.py",  # the journal, a line a log
     }  # fmt: skip
