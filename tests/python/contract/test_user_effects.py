@@ -81,6 +81,7 @@ def test_planned_as_it_is_found(toy):
     assert asked.duration < recording.duration
 
 
+@pytest.mark.long
 def test_drawn(toy, better, tmp_path):
     effect, _, check = toy
     better.plot(tmp_path / "fit.svg")

@@ -103,6 +103,7 @@ def test_a_held_value_stays(client):
     assert free["chips"][0]["values"][0]["held"] is False
 
 
+@pytest.mark.long
 def test_limits_are_set_shown_saved_undone_and_lifted(client):
     tab, before = opened(client, checked=False)
     free = before["chips"][0]["values"][0]
@@ -218,6 +219,7 @@ def test_files(looked):
     assert refused.status_code == 400
 
 
+@pytest.mark.long
 def test_cancel_ends_the_work_at_once_and_it_can_be_done_again(client):
     tab = client.post("tabs").json()["tab"]
     state = client.post(f"tabs/{tab}/act", json={"do": "cancel"}).json()
@@ -228,6 +230,7 @@ def test_cancel_ends_the_work_at_once_and_it_can_be_done_again(client):
     assert act(client, tab, do="open", log=0)["checked"] is True
 
 
+@pytest.mark.long
 def test_other_work_takes_the_place_of_the_search(client):
     tab = client.post("tabs").json()["tab"]
     until(client, tab, lambda s: s["ladder"])

@@ -169,6 +169,7 @@ def test_the_model_is_the_users(tab):
     assert tab.locator(".chip").count() == 3
 
 
+@pytest.mark.long
 def test_limits_are_typed_beside_a_number(tab):
     chip = ".chip[data-kind=angle_random_walk]"
     before = float(tab.locator(f"{chip} .text").first.inner_text().split()[0])

@@ -6,6 +6,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor, thread
 
 import numpy as np
+import pytest
 
 from allanite.common.threads import Pool, go_on
 from allanite.page import bench, child, jobs, source
@@ -112,6 +113,7 @@ def test_what_is_ended_changes_nothing_any_more():
     assert changes[:done] == changes
 
 
+@pytest.mark.long
 def test_improve_takes_up_the_check_that_is_at_work(hidden, monkeypatch):
     begun, go = threading.Event(), threading.Event()
     models = []

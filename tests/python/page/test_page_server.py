@@ -139,6 +139,7 @@ def test_what_is_left_is_forgotten(client, sessions, monkeypatch):
     assert sessions.tabs == {}
 
 
+@pytest.mark.long
 def test_many_tabs_leave_no_threads_behind(client, sessions, monkeypatch):
     """Twice as many tabs as are kept: what is closed ends its thread. Eight are kept, as many as show one that stays."""
     most = 8

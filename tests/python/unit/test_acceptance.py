@@ -131,6 +131,7 @@ def test_a_stability_that_the_record_shows_is_below_the_limit(tmp_path, capsys):
     assert code == 0, out
 
 
+@pytest.mark.long
 def test_a_record_that_is_recommended_decides(tmp_path, sheet):
     """The recommended length decides in most records, and a tenth of it does not."""
     figures = al.DataSheet("sheet", (al.Quoted("angle_random_walk", 0.3, "deg/sqrt(h)"),))

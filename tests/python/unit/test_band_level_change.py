@@ -19,6 +19,7 @@ def record(seed, swells):
     return al.Recording(x, rate=RATE, unit="deg/s")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1, 3])
 def test_a_vibration_that_doubles_for_a_while_is_one_change_of_its_band(seed):
     study = al.improve(record(seed, lambda t: np.where((t > 600) & (t < 900), 2.0, 1.0)), "N+B+K")
@@ -34,6 +35,7 @@ def test_a_vibration_that_doubles_for_a_while_is_one_change_of_its_band(seed):
     assert values["factor"].interval[0] < change.factor < values["factor"].interval[1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [2, 6])
 def test_a_machine_that_runs_for_a_third_of_the_record(seed):
     study = al.improve(record(seed, lambda t: (t > 600) & (t < 1200)), "N+B+K")
@@ -42,6 +44,7 @@ def test_a_machine_that_runs_for_a_third_of_the_record(seed):
     assert study.fit.model.effects[-1].factor > 5.0
 
 
+@pytest.mark.long
 def test_a_steady_vibration_has_no_level():
     alarms = 0
     for seed in range(12):

@@ -21,6 +21,7 @@ def _recording(seed, *dampings):
     return al.Recording(x, rate=RATE, unit="rad/s")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("damping", [0.005, 0.0058, 0.0062, 0.0066, 0.008])
 def test_nothing_is_missing_beside_them(damping):
     """Half as many as are narrow enough to be fitted to ordinates; a candidate may not gain by moving them across."""

@@ -99,6 +99,7 @@ def test_a_line_of_two_axes_is_named_once(found):
     assert str(line) in found.table().replace("\n    ", " ")
 
 
+@pytest.mark.long
 def test_a_visit_that_two_axes_feel_is_named_once():
     """Someone leans on the bench: an excursion of both axes at one time, and a step that one axis alone has later."""
     rng, n, rate = np.random.default_rng(8), 20_000, 20.0
@@ -116,6 +117,7 @@ def test_a_visit_that_two_axes_feel_is_named_once():
     assert found.to_dict()["common"]["events"][0]["columns"] == ["acc_x", "acc_y"]
 
 
+@pytest.mark.long
 def test_of_several_excursions_those_that_axes_share_are_events():
     rng = np.random.default_rng(8)
     n, rate = 20_000, 10.0
@@ -193,6 +195,7 @@ def test_html_and_repr(found):
     assert repr(found).startswith("Characterization(gyro_x: ")
 
 
+@pytest.mark.long
 def test_progress_tells_the_axis():
     said = []
     al.characterize(six_axes(2000), on_progress=lambda *what: said.append(what))
@@ -290,6 +293,7 @@ def test_averaging_sensors_of_one_axis():
     assert valid(found.to_dict())["averages"][0]["columns"] == names
 
 
+@pytest.mark.long
 def test_axes_of_one_sensor_are_not_averaged():
     x = np.random.default_rng(1).standard_normal((2000, 3))
     for names in (["gx", "gy", "gz"], ["gyro[0]", "gyro[1]", "gyro[2]"], ["x0", "x1", "x2"]):

@@ -77,6 +77,7 @@ def test_the_quadratic_coefficient_is_per_square(tmp_path, samples):
     assert fit["quadratic"].unit == "m/s^2/°C²"
 
 
+@pytest.mark.long
 def test_report_and_suggestion_say_it(tmp_path, samples):
     pytest.importorskip("matplotlib")
     recording = written(tmp_path, samples, "temperature [degC]")

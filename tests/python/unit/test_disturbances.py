@@ -211,6 +211,7 @@ def test_a_strong_shaking_is_as_long_as_it_lasts(first, last):
     assert study.adequate
 
 
+@pytest.mark.long
 def test_what_happened_in_a_stretch_that_is_taken_out_leaves():
     """A warm-up, outliers and a stretch that were named before the whole stretch: each is nothing of what is left."""
     time = np.arange(N) / RATE

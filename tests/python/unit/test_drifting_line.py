@@ -92,6 +92,7 @@ def test_a_search_finds_the_highest_of_all_rates_of_drift(strength):
         assert band.search()[2] == pytest.approx(highest, rel=1e-9)
 
 
+@pytest.mark.long
 def test_what_is_not_refitted_could_not_be_suggested(monkeypatch):
     """Lines that drift, about as strong as is significant: the same with every search refitted."""
     n, rate = 20_000, 50.0

@@ -40,6 +40,7 @@ def test_a_counter_is_white_pm_alone(seed, start):
     assert start == "Q" or not study.fit["N"].detected
 
 
+@pytest.mark.long
 def test_a_counter_is_found_from_nothing():
     """Six of six ended with white PM and one to three effects that are not there, none of them adequate."""
     for seed, n in ((0, 20_000), (1, 55_688)):
@@ -56,6 +57,7 @@ BELOW = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", BELOW)
 def test_what_is_below_the_ends_is_found(kind):
     """The step moves the phase by 2.4 of its standard deviations; the ends have the power of white noise of 1.4e-11."""

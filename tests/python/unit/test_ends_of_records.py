@@ -33,6 +33,7 @@ def test_a_late_first_reading_of_a_clock_is_an_outlier():
     assert study.fit["N"].interval[0] < 1e-11 < study.fit["N"].interval[1]
 
 
+@pytest.mark.long
 def test_noise_of_a_counter_is_no_high_pass():
     """At a quarter of the rate, with 40 times the white FM, it described how this noise rises better than white PM."""
     study = al.improve(_clock(np.random.default_rng(0), rising=0.1))

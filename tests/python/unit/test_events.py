@@ -18,6 +18,7 @@ def _quiet(rng, n, rate):
     return white + g.flicker(rng, n, rate, 0.02 * MG) + g.walk(rng, n, rate, 1e-3 * MG)
 
 
+@pytest.mark.long
 def test_a_disturbance_of_minutes_is_one_event():
     """5 mg for 400 s, half an hour at 20 Hz: both times to a tenth of a second, nothing else invented."""
     rate, n = 20.0, 36_000
@@ -96,6 +97,7 @@ def _stretch(time, start, end, height):
     return height * ((time >= start) & (time < end))
 
 
+@pytest.mark.long
 def test_short_excursions_are_not_hidden_by_a_step_elsewhere():
     """Someone leans on the bench twice and a bond gives way in between: no edge of either visit is the best single step."""
     rate, n = 20.0, 40_000

@@ -21,6 +21,7 @@ def away(seed, visits):
     return al.Recording(x, rate=RATE, unit="deg/s")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_several_excursions_are_one_effect_found_at_once(seed):
     study = al.improve(away(seed, VISITS), "N+K")
@@ -46,6 +47,7 @@ def test_one_excursion_stays_one():
     assert [rung.added.kind for rung in study.ladder[1:]] == ["excursion"]
 
 
+@pytest.mark.long
 def test_a_further_one_joins_those_that_are_known():
     start = "N+K"
     first = al.improve(away(5, VISITS), start, limit=1)

@@ -108,6 +108,7 @@ def test_a_column_that_hardly_leaves_one_code_has_a_bound_and_no_fit():
             al.fit_model(recording, "N+B+K")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_change_of_level_that_steadies_nothing_is_not_offered_again(seed):
     """Where all noise stops for a while the white one's level does not explain what is left of it: one change in seven."""

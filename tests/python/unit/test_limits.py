@@ -216,6 +216,7 @@ def test_limits_between_which_a_record_tells_nothing_are_refused(wandering):
     assert fit_model(wandering, "N+GM(T=[1500,1e9])")["correlation_time"] >= 1500
 
 
+@pytest.mark.long
 def test_check_and_study_keep_to_limits(wandering):
     study = al.improve(wandering, "N(N=[0.05,0.2])+K(K=[0.004,])")
     for rung in study.ladder:

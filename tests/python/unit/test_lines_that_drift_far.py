@@ -51,6 +51,7 @@ def test_noise_of_a_wide_band_is_no_line():
         assert log_chance(family, band.search()[2]) > np.log(0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("first", "last", "amplitude"), [(12.0, 14.5, 0.012), (14.0, 9.0, 0.02), (8.0, 20.0, 0.02)]
 )
@@ -66,6 +67,7 @@ def test_a_line_that_drifts_far_is_one(first, last, amplitude):
     assert found.value == pytest.approx((last - first) / T, abs=4.0 * found.std_error)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("damping", [0.02, 0.15])
 def test_a_wide_resonance_is_no_line(damping):
     rng = np.random.default_rng(32)

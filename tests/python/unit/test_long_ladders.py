@@ -37,6 +37,7 @@ def test_what_has_no_ordinates_of_its_own_is_counted():
     assert full([Rung(fit), *[line] * 32])
 
 
+@pytest.mark.long
 def test_two_lines_that_beat_are_no_resonance():
     """Both lie in one bin, which a resonance explains better than one of them does."""
     time = np.arange(N) / RATE

@@ -29,6 +29,7 @@ print(found.tau.size, peak() - before)
 """
 
 
+@pytest.mark.long
 def test_every_averaging_time():
     """Once a matrix of them: 47 MB of so many samples, 4.7 GB of 360 000."""
     said = subprocess.run(
@@ -39,6 +40,7 @@ def test_every_averaging_time():
     assert int(said[1]) < 35_000
 
 
+@pytest.mark.long
 def test_release_empties_the_caches_of_fitted_models():
     recording = al.parse_model("N(N=0.1)+K(K=1e-3)+BW(cutoff=20)").simulate(
         n=4000, rate=100, seed=1

@@ -126,6 +126,7 @@ def test_every_second_sample_of_white_noise_is_white_noise():
     assert fit.adequate
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["random", "alternate", 300, 3000, "tenth"])
 def test_holes_invent_no_effect(kind):
     n = 30_000

@@ -20,6 +20,7 @@ def _added(study):
     return [e.kind for e in study.fit.model.effects[2:]]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_a_load_that_comes_and_goes_is_one_effect(seed):
     rng = np.random.default_rng(seed)
@@ -40,6 +41,7 @@ def test_a_load_that_comes_and_goes_is_one_effect(seed):
         assert low < study.fit[f"MOD.{name}"].value < high
 
 
+@pytest.mark.long
 def test_a_speed_that_swings_is_one_effect():
     rng = np.random.default_rng(3)
     wander = np.cumsum(rng.standard_normal(LENGTH)) * np.sqrt(4.0 * np.pi * 2e-3 / RATE)
@@ -51,6 +53,7 @@ def test_a_speed_that_swings_is_one_effect():
     assert study.fit["MOD.depth"].value == pytest.approx(0.515, rel=0.35)
 
 
+@pytest.mark.long
 def test_its_harmonics_have_side_bands_of_their_own():
     rng = np.random.default_rng(4)
     wander = np.cumsum(rng.standard_normal(LENGTH)) * np.sqrt(4.0 * np.pi * 1e-3 / RATE)
@@ -63,6 +66,7 @@ def test_its_harmonics_have_side_bands_of_their_own():
     assert third.depth > 1.5 * first.depth
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(5, 9))
 def test_a_line_that_only_wanders_is_a_resonance(seed):
     rng = np.random.default_rng(seed)
@@ -72,6 +76,7 @@ def test_a_line_that_only_wanders_is_a_resonance(seed):
     assert "modulated_vibration" not in _added(study), study
 
 
+@pytest.mark.long
 def test_two_machines_are_two_bands():
     rng = np.random.default_rng(10)
     first = g.resonance(rng, LENGTH, RATE, 9.0, 3e-4, 0.03)

@@ -26,6 +26,7 @@ def _recording(seed, course, rms=0.05):
     return al.Recording(x, rate=RATE, unit="rad/s")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_a_machine_whose_speed_falls_is_one_effect(seed):
     study = al.improve(_recording(seed, WARMS_UP), "N")
@@ -53,6 +54,7 @@ def test_a_check_suggests_it_in_the_place_of_the_band():
     assert better.check().adequate
 
 
+@pytest.mark.long
 def test_a_band_that_stays_does_not_move():
     """Neither where its model holds nor where something else is missing."""
     moved = 0
@@ -109,6 +111,7 @@ def test_a_course_is_met_by_chance_as_seldom_as_said():
         assert np.mean(risen > s) < bound + 3.0 * np.sqrt(bound / 2000)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [2, 3])
 def test_what_is_simulated_is_where_its_course_says(seed):
     course = tuple(np.linspace(22.0, 20.0, 32).tolist())
@@ -172,6 +175,7 @@ def test_a_course_may_be_wide():
     assert 0.01 < fit["DRES.damping"].value < 0.1
 
 
+@pytest.mark.long
 def test_two_axes_that_feel_one_machine_say_so_once():
     fits = {}
     for seed, axis in enumerate("xy"):

@@ -14,6 +14,7 @@ from allanite.study import Rung, exchanged, search
 RATE = 5.0
 
 
+@pytest.mark.long
 def test_scattered_outliers_go_before_what_has_less_evidence():
     rng = np.random.default_rng(11)
     n = 20_000

@@ -248,6 +248,7 @@ def separate_topics(path, rates=(1, 1)):
     return path
 
 
+@pytest.mark.long
 def test_ros_topics(tmp_path):
     path = separate_topics(tmp_path / "log.bag")
     # Two sensors with one rate are one recording.

@@ -101,6 +101,7 @@ def assert_numbers_are_those_of(page, document, least):
         assert printed(text) == pytest.approx(value, rel=0.051, abs=1e-300), (place, text)
 
 
+@pytest.mark.long
 def test_numbers_equal_those_of_the_commands(log, run):
     """The document holds those of adev, check, improve and fit; nothing is computed twice in two ways."""
     documents = {}

@@ -45,6 +45,7 @@ def test_a_broad_one_has_its_own_width():
     assert inside >= 15
 
 
+@pytest.mark.long
 def test_nothing_else_is_added_beside_a_broad_one():
     """Three of four displacements of ζ > 0.2 had a process beside them that was not there."""
     for seed, damping in enumerate(BROAD[1:4]):

@@ -114,6 +114,7 @@ def logs(tmp_path_factory):
     return folder
 
 
+@pytest.mark.long
 def test_a_fleet_is_resumed_by_content(logs, tmp_path):
     out, done = tmp_path / "fleet.parquet", []
     run = lambda: run_fleet(  # noqa: E731
@@ -140,6 +141,7 @@ def test_a_fleet_is_resumed_by_content(logs, tmp_path):
     assert list(al.fleet(out).failed)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="processes of Linux")
 def test_a_fleet_that_was_killed_goes_on_and_leaves_no_process(tmp_path):
     folder, out = tmp_path / "logs", tmp_path / "fleet.csv"
@@ -380,6 +382,7 @@ def run(*arguments, **options):
     return subprocess.run(command, capture_output=True, text=True, timeout=120, **options)
 
 
+@pytest.mark.long
 def test_watch_from_the_command_line(tmp_path):
     model = al.parse_model(MODEL)
     x = np.asarray(model.simulate(rate=RATE, duration=100.0, seed=9).samples)

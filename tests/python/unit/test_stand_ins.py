@@ -138,6 +138,7 @@ def test_what_has_left_and_come_back_is_needed():
     assert came_back(rungs) == {"rate_random_walk"}
 
 
+@pytest.mark.long
 def test_what_is_nothing_beside_another_leaves_in_the_same_step():
     """Flicker came first, as half of a pair with a power law, and stayed with a coefficient of 0."""
     rng = np.random.default_rng([17, 3])

@@ -36,6 +36,7 @@ FILTERED = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", FILTERED)
 def test_a_filter_of_the_whole_record_is_found_and_hardly_more(name):
     """Lobes of a stop band, and what the ends of the transform leave there, were resonances, notches and disturbances."""

@@ -51,6 +51,7 @@ def test_a_band_within_a_bin_is_that_of_the_record():
         assert ours.fit[name].std_error == pytest.approx(value.std_error, rel=0.05)
 
 
+@pytest.mark.long
 def test_a_band_that_moves_is_one_effect():
     rng, x = _white(2)
     x += g.moving_band(rng, LENGTH, RATE, WARMS_UP, 0.2, 0.05)

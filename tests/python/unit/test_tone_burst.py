@@ -89,6 +89,7 @@ def test_a_vibration_that_turns_back_is_no_burst():
     assert "tone_burst" not in [s.kind for s in study.check.significant], study.check
 
 
+@pytest.mark.long
 def test_its_intervals_hold_the_truth():
     """24 records: each interval of 95 % misses at most 5 (more in 0.5 % of the cases)."""
     truth = {"frequency": 7.3, "start": 300.0, "end": 500.0, "amplitude": 0.012}
@@ -133,6 +134,7 @@ def test_what_fades_is_one_narrow_band():
     assert low < 8e-4 < high
 
 
+@pytest.mark.long
 def test_a_loud_stretch_is_none():
     """Of white noise seven times as loud for a while any frequency stands out for that while."""
     for seed in range(6):

@@ -35,6 +35,7 @@ def computed(unit):
     return {name: np.array(values) for name, values in json.loads(run.stdout).items()}
 
 
+@pytest.mark.long
 def test_every_unit_computes_the_same():
     found = {unit: computed(unit) for unit in ("portable", _core.vector_unit())}
     plain, wide = found["portable"], found[_core.vector_unit()]

@@ -126,6 +126,7 @@ def test_a_low_pass_behind_the_sensor_leaves_b_what_it_is(order, cutoff):
     assert study.adequate, study
 
 
+@pytest.mark.long
 def test_a_lag_takes_no_place_because_chance_bends_the_allan_curve():
     """Its logL is hardly better here, and its curve nearer to one that is within its scatter: B had given way."""
     rng, n = np.random.default_rng(3), 64_000

@@ -48,6 +48,7 @@ def test_one_command_gives_table_figure_report_models_and_exports(run, six, tmp_
     assert folders == set(NAMES)
 
 
+@pytest.mark.long
 def test_json_is_the_contract(run, six):
     code, out, err = run("characterize", six, "--json")
     document = strict(out)
@@ -57,6 +58,7 @@ def test_json_is_the_contract(run, six):
     assert set(document) == {"schema", "version", "columns", "failed", "common", "samples"}
 
 
+@pytest.mark.long
 def test_a_stuck_axis_is_a_remark(run, tmp_path):
     log = six_axes(3000)
     samples = log.samples.copy()

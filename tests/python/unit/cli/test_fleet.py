@@ -235,6 +235,7 @@ def test_an_interrupt_keeps_finished_logs_and_ends_the_run(faults, tmp_path):
 POISON = "raise SystemExit(open({marker!r}, 'a').write(__name__) and 'poisoned')\n"
 
 
+@pytest.mark.long
 def test_modules_beside_the_logs_are_never_imported(tmp_path):
     folder, marker = write_logs(tmp_path / "logs", ["unit0", "unit1"]), tmp_path / "marker"
     names = {name.partition(".")[0] for name in sys.modules} | set(sys.stdlib_module_names)

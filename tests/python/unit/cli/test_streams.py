@@ -52,6 +52,7 @@ def test_a_log_larger_than_memory_is_read_in_chunks(run, log, tmp_path, monkeypa
     assert not stream.too_large("no such file")
 
 
+@pytest.mark.long
 def test_adev_of_a_pipe_needs_no_memory_of_it(run, log):
     needs("deviation.accumulator")
     code, out, err = piped(log.read_bytes(), "adev", "-", "--json")

@@ -172,6 +172,7 @@ def test_a_format_that_a_library_reads(poisoned, log):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.name != "posix", reason="ended by a signal")
 def test_the_page(poisoned):
     """The page opens the log, and another tab opens one that is uploaded."""
