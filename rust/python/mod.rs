@@ -24,6 +24,7 @@ mod _core {
     use pyo3::prelude::*;
 
     #[pymodule_init]
+    #[allow(clippy::unnecessary_wraps)] // the signature that pymodule_init asks for
     fn begin(_module: &Bound<'_, PyModule>) -> PyResult<()> {
         super::gil::keep_panics();
         Ok(())
