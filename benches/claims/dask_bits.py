@@ -56,7 +56,7 @@ def kill(client, after):
 
 
 def both_workers(cluster, client):
-    """Wait for two workers. Dask does not always replace a worker that it lost beside a killed one: begin again then."""
+    """Wait for two workers. Dask sometimes does not replace a lost worker; then start both again."""
     try:
         client.wait_for_workers(2, timeout=20)
     except TimeoutError:

@@ -208,7 +208,7 @@ def confusion(result: dict[str, Any]) -> list[str]:
 
 
 def told(result: dict[str, Any], old: dict[str, Any] | None) -> str:
-    """The table of shares and times, beside an older one."""
+    """Format a result as a table. With an older result, each row shows both."""
     lines = []
     before = {} if old is None else shares(old)
     for name, (hits, count) in shares(result).items():

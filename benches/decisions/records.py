@@ -34,7 +34,7 @@ class Hidden:
     truth: str
     make: Callable[[np.random.Generator], np.ndarray]
     covariate: bool = False
-    #: Whether truth and start are fitted to the same samples, so that their likelihoods can be compared.
+    #: False if the true model and the start are fitted to different samples: their likelihoods are then not comparable.
     comparable: bool = True
 
 

@@ -1,4 +1,4 @@
-"""What averaging several sensors of one axis gains: at which averaging time, with which weights."""
+"""Reduction of the Allan deviation by averaging several sensors of one axis."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Averaged:
     ----------
     columns : tuple of str
     weights : tuple of float
-        Of the columns; their sum is 1. They are best for independent white noise: 1/N².
+        Weight of each column, proportional to 1/N², which is optimal for independent white noise. Their sum is 1.
     tau : tuple of float
         Averaging times, s, one a decade.
     gain : tuple of float

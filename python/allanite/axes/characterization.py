@@ -152,7 +152,7 @@ class Characterization:
 
     @cached_property
     def averages(self) -> tuple[Averaged, ...]:
-        """What averaging sensors of one axis gains, where several were recorded."""
+        """Reduction of the Allan deviation by averaging, for each axis that several sensors measured."""
         return averaged(self.recordings, self.studies)
 
     @property
@@ -249,10 +249,10 @@ class Characterization:
         rate : float, optional
             Sampling rate in Hz for targets whose numbers are per sample; else the recording's.
         overbound : bool
-            Whether N and K are the smallest that are above the models' upper limits up to the horizon. By default they
-            follow the whole model.
+            If true, write the smallest N and K whose Allan deviation lies above the upper limit of the model up to the
+            horizon. If false, N and K follow the Allan deviation of the whole model.
         as_fitted : bool
-            Whether the coefficients are written as they were fitted, without the other effects.
+            If true, write the fitted N and K and ignore all other effects.
         horizon : float, optional
             Longest time without aiding, s; else 100 s, or a tenth of the recording if that is shorter.
         until : float, optional

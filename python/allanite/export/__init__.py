@@ -49,7 +49,7 @@ def export(
         Whether N and K (or N and a lag) are the smallest whose density and Allan variance are above the model's upper
         limits up to the horizon. By default they follow the whole model.
     as_fitted : bool
-        Whether the coefficients are written as they were fitted, without the other effects.
+        If true, write the fitted N and K and ignore all other effects.
     horizon : float, optional
         Longest time without aiding, s. Else 100 s, or a tenth of the recording if that is shorter; for a simulator and for
         the state space always a tenth of the recording.

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Rung", "Study", "came_back", "misfit_left"]
 
-#: An Allan error beyond so many times its expected scatter is not chance. Of true models 1.8 % of white noise alone,
-#: 1 % with a random walk and none with flicker exceed it (400, 200 and 200 simulated records of 30 000 samples).
+#: An Allan error of more than this many times its expected scatter is taken for a fault of the model. Of 200 records each,
+#: true models exceed it in 3 (white noise), 2 (with a random walk) and 0 (with flicker): benches/claims/allan_scatter.py.
 SCATTERS = 2.0
 
 

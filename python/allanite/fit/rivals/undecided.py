@@ -130,7 +130,9 @@ def _within(fit: Fit) -> Iterator[tuple[float, Solution]]:
         for pair in fit.together(place):
             if not any(map(_once, pair.model.effects[-2:])):
                 solution = solve(fit.data, pair.model, like=fit.solution)
-                yield gained(solution, fit.solution, fit.data), solution
+                more = gained(solution, fit.solution, fit.data)
+                if more > -RIVAL:
+                    yield more, solution
 
 
 def _once(effect: Effect) -> bool:

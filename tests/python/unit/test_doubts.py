@@ -1,0 +1,56 @@
+"""A model that fails no view is called adequate only if its Allan error and its rivals allow it."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+import allanite as al
+
+
+def slow_rise():
+    """A quantized sensor with one rise of half an hour and a weak walk."""
+    rng = np.random.default_rng(0)
+    n = 43_200
+    t = np.arange(n)
+    x = rng.normal(0.0, 1.57e-3, n) + 6e-4 * np.clip((t - 26_000) / 3400, 0.0, 1.0)
+    x += 2e-3 * np.clip((t - 29_200) / 1600, 0.0, 1.0) + np.cumsum(rng.normal(0.0, 4e-7, n))
+    return al.Recording(np.round(x / 5.3e-4) * 5.3e-4, rate=1.0, unit="rad/s")
+
+
+def lag_and_ramp(seed):
+    """White noise, a lag of 10 s and a ramp."""
+    rng = np.random.default_rng([seed, 21])
+    n, rate = 100_000, 100.0
+    phi, sigma = np.exp(-1.0 / (rate * 10.0)), 0.0018457 * np.sqrt(5.0)
+    drive = sigma * rng.standard_normal(n)
+    drive[1:] *= np.sqrt(1.0 - phi**2)
+    x = 0.1 * rng.standard_normal(n) + lfilter([1.0], [1.0, -phi], drive)
+    return al.Recording(x + 1.78e-5 * np.arange(n) / rate, rate=rate, unit="deg/s")
+
+
+def test_a_curve_beyond_twice_its_scatter_is_not_adequate():
+    study = al.improve(slow_rise(), "N+B+K")
+    assert study.check.adequate
+    assert not study.adequate
+    assert (study.verdict, study.stopped_because) == ("unexplained", "nothing helps")
+    document = study.to_dict()
+    assert (document["adequate"], document["stopped_because"]) == (False, "nothing helps")
+    text = str(study)
+    assert "rms from the model, where" in text
+    assert "explains the record better than N+B+K" in text
+    assert ": adequate" not in text
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_two_effects_in_the_place_of_one_are_named_with_their_weight(seed):
+    """Or they are the model."""
+    study = al.improve(lag_and_ramp(seed), "N")
+    if sorted(e.short for e in study.fit.model) == ["GM", "N", "R"]:
+        return
+    weights = dict(study.undecided.models)
+    assert weights["N+R+GM"] > 0.3
+    assert sum(weights.values()) == pytest.approx(1.0)
+    # One that leads by more than 3 nats is no alternative: the model is wrong.
+    ahead = np.log(max(weights.values()) / weights[study.fit.model.name])
+    assert study.adequate == bool(ahead <= 3.0)
