@@ -8,6 +8,8 @@ from allanite import scale as scale
 from allanite._kernels import free_buffers as free_buffers
 from allanite.axes import Characterization as Characterization
 from allanite.axes import characterize as characterize
+from allanite.calibration import ThermalCalibration as ThermalCalibration
+from allanite.calibration import thermal as thermal
 from allanite.common.errors import AllaniteError as AllaniteError
 from allanite.common.errors import InputError as InputError
 from allanite.common.errors import TooShortError as TooShortError

@@ -38,6 +38,7 @@ COMMANDS = {
     "explore": "A local page: see the curves, add what is missing, watch the error fall.",
     "export": "Parameters of a model for a filter or simulator.",
     "predict": "Growth of the error of angle, velocity, position or phase since the last fix.",
+    "thermal": "Law of temperature of every axis, with a band; parameters for PX4, ArduPilot, C.",
     "plan": "How long to record, and how fast, to find an effect or to know a coefficient.",
     "simulate": "Samples of a model, seeded, of any length.",
     "fleet": "Every axis of every log of a folder: one table, and which units deviate.",
@@ -111,6 +112,8 @@ def _command(name: str) -> click.Command | None:
             from allanite.cli.commands.explore import command
         case "export":
             from allanite.cli.commands.export import command
+        case "thermal":
+            from allanite.cli.commands.thermal import command
         case "plan":
             from allanite.cli.commands.plan import command
         case "simulate":

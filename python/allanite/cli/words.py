@@ -12,6 +12,7 @@ WORDS = {
     "this_unit": "--unit {}",
     "quantity": "--quantity {}",
     "column": "--column",
+    "covariate": "--covariate NAME",
     "piece": "--piece",
     "topic": "--topic NAME",
     "time_column": "--time-column",

@@ -31,6 +31,7 @@ CALL: Mapping[str, str] = {
     "this_unit": "unit='{}'",
     "quantity": "quantity={}",
     "column": "column=",
+    "covariate": "temperature=",
     "piece": "piece=",
     "topic": "topic=",
     "time_column": "time_column=",

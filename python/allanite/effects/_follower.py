@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
@@ -51,6 +51,9 @@ class Follower(Deterministic):
 
     column: str | None = None
 
+    #: First samples of later runs in a record of several joined logs: what has a memory begins anew there.
+    starts: tuple[int, ...] = field(default=(), compare=False, repr=False, kw_only=True)
+
     family: ClassVar[str] = "covariate"
     #: Kinds of which a model has one for a column: a second would say the same.
     one_of: ClassVar[tuple[str, ...]]
@@ -84,6 +87,16 @@ class Follower(Deterministic):
         """
         values = offered(self, covariates)
         return values - values.mean(), float(1.0 / (time[1] - time[0]))
+
+    def _by_run(
+        self,
+        values: NDArray[np.float64],
+        function: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    ) -> NDArray[np.float64]:
+        """A function with a memory of `values`, shape (n,), which begins anew in each run."""
+        if not self.starts:
+            return function(values)
+        return np.concatenate([function(run) for run in np.split(values, self.starts)])
 
 
 @dataclass(frozen=True)

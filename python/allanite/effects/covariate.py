@@ -102,7 +102,7 @@ class Covariate(Follower):
     ) -> NDArray[np.float64]:
         """The lagged column, and those of its square and its cube that are in the model."""
         values, rate = self._followed(time, covariates)
-        values = lagged(values, (self.lag or 0.0) * rate)
+        values = self._by_run(values, lambda run: lagged(run, (self.lag or 0.0) * rate))
         powers = [values ** _POWERS[name] for name in self._fitted()]
         return np.column_stack([x - x.mean() if i else x for i, x in enumerate(powers)])
 

@@ -99,7 +99,7 @@ class Hysteresis(Proportional):
     ) -> NDArray[np.float64]:
         """What the column drags along."""
         values, _ = self._followed(time, covariates)
-        return play(values, self.width or 0.0)[:, None]
+        return self._by_run(values, lambda run: play(run, self.width or 0.0))[:, None]
 
 
 def play(values: NDArray[np.float64], width: float) -> NDArray[np.float64]:

@@ -77,4 +77,4 @@ class RateOfChange(Proportional):
         """The rate of change of the lagged column."""
         values, rate = self._followed(time, covariates)
         lag = self.lag or 1.0 / rate
-        return ((values - lagged(values, lag * rate)) / lag)[:, None]
+        return ((values - self._by_run(values, lambda run: lagged(run, lag * rate))) / lag)[:, None]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar, Self
 
 import numpy as np
@@ -79,7 +80,8 @@ class TwoLags(Follower):
         """The column after either lag."""
         values, rate = self._followed(time, covariates)
         lags = (self.fast_lag or 0.0, self.slow_lag or 0.0)
-        return np.column_stack([lagged(values, lag * rate) for lag in lags])
+        parts = [self._by_run(values, partial(lagged, samples=lag * rate)) for lag in lags]
+        return np.column_stack(parts)
 
     def with_amplitudes(self, amplitudes: NDArray[np.float64]) -> Self:
         """The two coefficients."""

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from allanite.fit.likelihood.marginal import Mixture
     from allanite.fit.solution import Solution
 
-__all__ = ["estimates", "free_parameters", "widened"]
+__all__ = ["estimates", "free_parameters", "shape_slope", "widened"]
 
 #: A coefficient is detected where leaving it out costs this much logL: 1 % of ½χ²₁.
 DETECTED = 2.706
@@ -369,13 +369,13 @@ def _deterministic_shape_error(
     from allanite.fit.shapes.deterministic import design_of
 
     here = design_of((effect,), data)
-    target = _slope(effect, name, here.ordinates, data)
+    target = shape_slope(effect, name, here.ordinates, data)
     if target is None:
         return None
     root = 1.0 / np.sqrt(solution.noise(data).variance(here.ordinates))
     beside = [here.matrix * root[:, None]]
     for other in () if effect.low else effect.free_shapes:
-        slope = _slope(effect, other, here.ordinates, data) if other != name else None
+        slope = shape_slope(effect, other, here.ordinates, data) if other != name else None
         if slope is not None and slope.any():
             beside.append((slope * root / np.linalg.norm(slope * root))[:, None])
     white, target = np.hstack(beside), target * root
@@ -385,7 +385,7 @@ def _deterministic_shape_error(
     return 1.0 / np.sqrt(size) if size > 0.0 else None
 
 
-def _slope(
+def shape_slope(
     effect: Deterministic, name: str, ordinates: NDArray[np.int64], data: Data
 ) -> NDArray[np.float64] | None:
     """Change of the effect's ordinates with one of its shapes; None where it cannot be moved."""

@@ -12,6 +12,7 @@ WORDS = {
     "this_unit": "the unit {}",
     "quantity": "the quantity {}",
     "column": "the column",
+    "covariate": "the column of temperature",
     "piece": "another piece",
     "topic": "the topic",
     "time_column": "the time column",

@@ -17,10 +17,12 @@ from allanite.fit.likelihood.expected import density
 from allanite.fit.likelihood.whittle import information
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from allanite.fit.likelihood.data import Data
     from allanite.fit.solution import Regressed, Solution
 
-__all__ = ["Mixture", "slow_amplitudes"]
+__all__ = ["Mixture", "joint_amplitudes", "slow_amplitudes"]
 
 Array = NDArray[np.float64]
 #: Ordinates looked at one by one: a step has all but a thousandth of its weight there.
@@ -35,13 +37,31 @@ class Mixture:
     Attributes
     ----------
     means : ndarray, shape (draws, p)
-    variances : ndarray, shape (draws, p)
+    covariances : ndarray, shape (draws, p, p)
     weights : ndarray, shape (draws,)
     """
 
     means: Array
-    variances: Array
+    covariances: Array
     weights: Array
+
+    @property
+    def variances(self) -> Array:
+        """Of each amplitude, shape (draws, p)."""
+        return np.diagonal(self.covariances, axis1=1, axis2=2)
+
+    def of(self, own: slice) -> Mixture:
+        """The law of some of the amplitudes."""
+        return Mixture(self.means[:, own], self.covariances[:, own, own], self.weights)
+
+    def sample(self, count: int, rng: np.random.Generator) -> Array:
+        """Amplitudes drawn from the law, shape (count, p)."""
+        size = np.sqrt(np.maximum(self.variances, 1e-300))
+        strength, axes = np.linalg.eigh(self.covariances / (size[:, :, None] * size[:, None, :]))
+        root = size[:, :, None] * axes * np.sqrt(np.maximum(strength, 0.0))[:, None, :]
+        picked = rng.choice(self.weights.size, count, p=self.weights)
+        normal = rng.standard_normal((count, self.means.shape[1]))
+        return self.means[picked] + np.einsum("kij,kj->ki", root[picked], normal)
 
     def standard_error(self, i: int) -> float:
         """Of amplitude i."""
@@ -80,7 +100,7 @@ class _Record:
     count: Array
 
     def posterior(self, coefficients: Array) -> tuple[Array, Array, Array]:
-        """Means, variances and ln of the restricted likelihood at each row of coefficients."""
+        """Means, covariances and ln of the restricted likelihood at each row of coefficients."""
         theta = coefficients**2
         spectrum = np.maximum(theta @ self.low.T, 1e-300)
         bins = np.maximum(theta @ self.high.T, 1e-300)
@@ -93,12 +113,22 @@ class _Record:
         value = -0.5 * (np.log(spectrum).sum(axis=1) + rest)
         value -= 0.5 * ((np.log(bins) + self.power / bins) @ self.count)
         value -= 0.5 * np.linalg.slogdet(normal)[1]
-        return means, np.diagonal(covariance, axis1=1, axis2=2), value
+        return means, covariance, value
 
 
 def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
     """Law of the amplitudes of each slow deterministic effect (lines, which see many ordinates, excepted)."""
     slow = [own for own in solution.functions if own.effect.low]
+    law = joint_amplitudes(slow, solution, data)
+    ends = np.cumsum([0, *(own.amplitudes.size for own in slow)])
+    return {
+        own: law.of(slice(first, last))
+        for own, first, last in zip(slow, ends[:-1], ends[1:], strict=True)
+    }
+
+
+def joint_amplitudes(slow: Sequence[Regressed], solution: Solution, data: Data) -> Mixture:
+    """Joint law of the amplitudes of some slow functions of time, in their order."""
     # Bins are not cut: the single ordinates end where a bin does.
     first = int(np.searchsorted(data.bins.edges, min(LOW, data.n), side="right")) - 1
     ordinates = np.arange(1, data.bins.edges[first], dtype=np.int64)
@@ -122,13 +152,8 @@ def slow_amplitudes(solution: Solution, data: Data) -> dict[Regressed, Mixture]:
         solution.weight[first:],
     )
     free = np.array([e.coefficient not in e.held for e in stochastic])
-    means, variances, weights = _sample(record, solution, free)
-    means, variances = means / scale, variances / scale**2
-    ends = np.cumsum([0, *(own.amplitudes.size for own in slow)])
-    return {
-        own: Mixture(means[:, first:last], variances[:, first:last], weights)
-        for own, first, last in zip(slow, ends[:-1], ends[1:], strict=True)
-    }
+    means, covariances, weights = _sample(record, solution, free)
+    return Mixture(means / scale, covariances / np.outer(scale, scale), weights)
 
 
 def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tuple[Array, ...]:
@@ -143,7 +168,7 @@ def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tup
     steps *= np.sqrt(FREEDOM / rng.chisquare(FREEDOM, DRAWS))[:, None]
     drawn = np.where(free, fitted + steps @ root.T, fitted)
     proposed = -0.5 * (FREEDOM + fitted.size) * np.log1p((steps**2).sum(axis=1) / FREEDOM)
-    means, variances, weights = _weighed(record, drawn, proposed)
+    means, covariances, weights = _weighed(record, drawn, proposed)
     for _ in range(2):
         # A few heavy draws must not shrink the next proposal to themselves.
         share = np.minimum(weights, 4.0 / DRAWS)
@@ -156,15 +181,15 @@ def _sample(record: _Record, solution: Solution, free: NDArray[np.bool_]) -> tup
         apart = np.linalg.solve(root, (drawn[:, None] - centres).reshape(-1, fitted.size).T)
         square = (apart**2).sum(axis=0).reshape(DRAWS, DRAWS)
         proposed = np.log(np.maximum(np.exp(-0.5 * square) @ share, 1e-300))
-        means, variances, weights = _weighed(record, drawn, proposed)
-    return means, variances, weights
+        means, covariances, weights = _weighed(record, drawn, proposed)
+    return means, covariances, weights
 
 
 def _weighed(record: _Record, drawn: Array, proposed: Array) -> tuple[Array, Array, Array]:
-    means, variances, value = record.posterior(drawn)
+    means, covariances, value = record.posterior(drawn)
     value -= proposed
     weights = np.exp(value - value.max())
-    return means, variances, weights / weights.sum()
+    return means, covariances, weights / weights.sum()
 
 
 def _root(covariance: Array, solution: Solution) -> Array:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CLOSE",
     "Series",
+    "log_slope",
     "screen_columns",
     "screen_cycle",
     "screen_several",
@@ -345,7 +346,7 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
         spread = float(values.std())
         if spread <= 0.0:
             continue
-        slope, gain = _log_slope(power, values / spread, freedom)
+        slope, gain = log_slope(power, values / spread, freedom)
         if gain < 4.0:
             continue
         chance = float(log_ndtr(-np.sqrt(2.0 * gain)) + np.log(2.0 * len(blanks)))
@@ -357,7 +358,7 @@ def screen_columns(series: Series, model: Model, columns: Mapping[str, Array]) -
     return found
 
 
-def _log_slope(power: Array, values: Array, freedom: float) -> tuple[float, float]:
+def log_slope(power: Array, values: Array, freedom: float) -> tuple[float, float]:
     """Slope b of ln E(power) = a + b·values, by Newton's steps, and the rise of logL over b = 0."""
 
     def loss(b: float) -> float:

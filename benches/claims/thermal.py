@@ -1,0 +1,90 @@
+"""Sixty simulated sensors whose bias follows the temperature: is the law found, and does its band hold it?
+
+Laws: linear, quadratic, cubic, with a lag, with hysteresis. Thermometers: fine, and of whole degrees. Schedules: one
+warm-up, a warm-up and cooling, three chamber runs. The samples come from tests/python/thermal_sensors.py, which know
+nothing of the package.
+
+    python benches/claims/thermal.py [--seeds 2] [--scale 1]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
+
+import allanite as al
+import thermal_sensors as ts
+
+#: ΔlogL beside the best form of another kind from which on a wrong form counts.
+CLEAR = 10.0
+
+
+def recordings(sensor):
+    """The logs of a sensor."""
+    return [
+        al.Recording(
+            x, rate=ts.RATE, unit="deg/s", columns=["gyro_x"], covariates={"temperature": shown}
+        )
+        for x, shown in sensor.runs
+    ]
+
+
+def is_right(form, law):
+    """Whether the form is the true one."""
+    if law in ("lag", "hysteresis"):
+        return form.memory == law
+    return form.name == law
+
+
+def judged(sensor):
+    """Whether the band holds the law at 95 % of the temperatures, whether K's interval holds K, and the form."""
+    axis = al.thermal(recordings(sensor)).axes[0]
+    curve = axis.curve
+    true = sensor.bias(curve.temperature) - sensor.bias(curve.reference)
+    inside = float(np.mean((true >= curve.low - 1e-12) & (true <= curve.high + 1e-12)))
+    low, high = axis.fit["K"].interval
+    right = [t.log_likelihood for t in axis.tried if is_right(t.form, sensor.law)]
+    simpler = [
+        t.log_likelihood
+        for t in axis.tried
+        if not is_right(t.form, sensor.law)
+        and t.form.numbers
+        <= min((o.form.numbers for o in axis.tried if is_right(o.form, sensor.law)), default=0)
+    ]
+    clear = bool(right) and max(right) - max(simpler, default=0.0) >= CLEAR
+    return inside >= 0.95, low <= ts.K <= high, is_right(axis.form, sensor.law), clear, axis
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--scale", type=float, default=1.0)
+    given = parser.parse_args()
+    band, walk, forms = [], [], []
+    for law, meter, schedule, seed in product(
+        ts.LAWS, ts.THERMOMETERS, ts.SCHEDULES, range(given.seeds)
+    ):
+        sensor = ts.sensor(law, meter, schedule, seed, given.scale)
+        inside, k, right, clear, axis = judged(sensor)
+        band.append(inside)
+        walk.append(k)
+        if clear:
+            forms.append(right)
+        print(
+            f"{law:11}{meter:6}{schedule:20}{seed}  band {'ok' if inside else 'MISS':5}K {'ok' if k else 'MISS':5}"
+            f"{'clear' if clear else '':6}{'' if right else 'not '}{'found':6}: {axis.form.name}",
+            flush=True,
+        )
+    print(f"band holds the law: {np.mean(band):.1%} of {len(band)} (at least 93 %)")
+    print(f"interval holds K: {np.mean(walk):.1%} (at least 93 %)")
+    print(f"wrong form where ΔlogL ≥ 10: {1 - np.mean(forms):.1%} of {len(forms)} (at most 5 %)")
+
+
+if __name__ == "__main__":
+    main()

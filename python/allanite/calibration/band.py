@@ -1,0 +1,157 @@
+"""The confidence band of b(T): how well all numbers of the law are known together, with the noise they were found in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.calibration.forms import design, memory_of, near_the_best
+from allanite.common.parameters import NORMAL
+from allanite.common.showing import brief
+from allanite.effects.covariate import Covariate
+from allanite.effects.hysteresis import Hysteresis
+from allanite.fit.likelihood.marginal import joint_amplitudes
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from allanite.calibration.forms import Tried
+    from allanite.fit import Fit
+
+__all__ = ["Curve", "curve_of"]
+
+#: Draws of the law of which the band is made: its multiplier is then known to 2 %.
+DRAWS = 4000
+#: Temperatures of the curve, evenly over the covered range.
+POINTS = 101
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """The law b(T) in equilibrium, with the bias at the reference temperature as zero.
+
+    Attributes
+    ----------
+    reference : float
+        °C.
+    coefficients : ndarray, shape (3,)
+        Of (T − reference), its square and its cube. With hysteresis it is the middle of both branches.
+    temperature : ndarray, shape (k,)
+        Over the covered range, °C.
+    bias, low, high : ndarray, shape (k,)
+        The law and the band that holds the whole law with 95 % confidence.
+    loop : float
+        Bias while cooling less that while warming, far behind a turn; 0 without hysteresis.
+    """
+
+    reference: float
+    coefficients: NDArray[np.float64]
+    temperature: NDArray[np.float64]
+    bias: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    loop: float
+
+    __repr__ = brief
+
+
+def curve_of(fit: Fit, temperature: NDArray[np.float64], tried: Sequence[Tried] = ()) -> Curve:
+    """The curve of a fitted law over the range of some temperatures, °C.
+
+    The band is simultaneous: its half-width is a multiple of the root mean square deviation at each temperature, and the
+    multiple is the 95 % quantile of the largest deviation over all temperatures. Draws come from the joint law of the
+    numbers over all noises that the record leaves possible (`fit.likelihood.marginal`), with lags and plays as further
+    numbers; of forms that the evidence cannot tell from this one, as many as their evidence says.
+
+    Parameters
+    ----------
+    fit : Fit
+        The chosen form.
+    temperature : ndarray, shape (n,)
+    tried : sequence of Tried
+        All forms.
+    """
+    reference = float(temperature.mean())
+    grid = np.linspace(float(temperature.min()), float(temperature.max()), POINTS)
+    coefficients, loop = _law(fit)
+    bias = _curves(coefficients[None], reference, grid, reference)[0]
+    sources = [(one.fit, one.log_evidence) for one in near_the_best(tried)] or [(fit, 0.0)]
+    weight = np.exp([e - max(e for _, e in sources) for _, e in sources])
+    rng = np.random.default_rng(0)
+    away = []
+    for (source, _), count in zip(
+        sources, rng.multinomial(DRAWS, weight / weight.sum()), strict=True
+    ):
+        if count:
+            centre = float(np.mean(next(iter(source.data.covariates.values()))))
+            away.append(_curves(_drawn(source, int(count), rng), centre, grid, reference) - bias)
+    deviation = np.concatenate(away)
+    error = np.sqrt((deviation**2).mean(axis=0))
+    known = error > 1e-9 * error.max(initial=0.0)
+    if not known.any():
+        return Curve(reference, coefficients, grid, bias, bias, bias, loop)
+    largest = (np.abs(deviation[:, known]) / error[known]).max(axis=1)
+    half = max(float(np.quantile(largest, 0.95)), NORMAL) * error
+    return Curve(reference, coefficients, grid, bias, bias - half, bias + half, loop)
+
+
+def _curves(
+    coefficients: NDArray[np.float64], centre: float, grid: NDArray[np.float64], reference: float
+) -> NDArray[np.float64]:
+    """Laws with these coefficients about a `centre`, zero at the `reference`, shape (laws, temperatures)."""
+
+    def powers(u: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.column_stack([u, u**2, u**3])
+
+    rows = powers(grid - centre) - powers(np.array([reference - centre]))
+    return coefficients @ rows.T
+
+
+def _places(fit: Fit) -> NDArray[np.float64]:
+    """Which power of the temperature each amplitude adds to, shape (amplitudes, 3)."""
+    rows = []
+    for own in fit.solution.functions:
+        for k in range(own.amplitudes.size):
+            row = np.zeros(3)
+            if isinstance(own.effect, Covariate):
+                row[k] = 1.0
+            if isinstance(own.effect, Hysteresis):
+                # In the middle between its branches a play follows the temperature itself.
+                row[0] = 1.0
+            rows.append(row)
+    return np.array(rows).reshape(-1, 3)
+
+
+def _law(fit: Fit) -> tuple[NDArray[np.float64], float]:
+    """Coefficients of the law and the width of its loop."""
+    amplitudes = [own.amplitudes for own in fit.solution.functions]
+    coefficients = np.concatenate([*amplitudes, np.zeros(0)]) @ _places(fit)
+    play = memory_of(fit, Hysteresis)
+    loop = 0.0
+    if isinstance(play, Hysteresis):
+        loop = 2.0 * float(play.amplitudes()[0]) * (play.width or 0.0)
+    return coefficients, loop
+
+
+def _drawn(fit: Fit, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Coefficients of the law drawn from their joint law with offsets, lags and plays, shape (count, 3)."""
+    solution = fit.solution
+    places = _places(fit)
+    if not places.any():
+        return np.zeros((count, 3))
+    matrix, *_ = design(fit)
+    more = matrix[:, len(places) :]
+    slow = list(solution.functions)
+    if more.size:
+        last = slow[-1]
+        slow[-1] = replace(
+            last,
+            matrix=np.hstack([last.matrix, more]),
+            amplitudes=np.append(last.amplitudes, np.zeros(more.shape[1])),
+        )
+    law = joint_amplitudes(slow, solution, fit.data)
+    return law.sample(count, rng)[:, : len(places)] @ places

@@ -1,0 +1,88 @@
+"""The figure of a thermal calibration: the law in both directions, and the residual before and after."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.plots.axes import linear_axis, log_axis
+from allanite.plots.curves import TAU
+from allanite.plots.spec import Band, Figure, Line, Mark, Panel, Points
+from allanite.plots.words import in_unit
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from allanite.calibration.law import AxisLaw
+    from allanite.calibration.thermal import ThermalCalibration
+
+__all__ = ["plot_thermal"]
+
+
+def plot_thermal(
+    found: ThermalCalibration, path: str | Path | None = None, theme: str = "light"
+) -> Figure:
+    """b(T) with its band and the means of the samples, and the Allan deviation before and after; a row for each axis.
+
+    Parameters
+    ----------
+    found : ThermalCalibration
+    path : str or Path, optional
+        SVG, PNG or PDF, written if given.
+    theme : {"light", "dark"}
+
+    Raises
+    ------
+    InputError
+        Another suffix, a folder that does not exist, matplotlib not installed.
+    """
+    panels = tuple(
+        p for row, axis in enumerate(found.axes) for p in (_law(axis, row), _residual(axis, row))
+    )
+    logs = len(found.paths)
+    figure = Figure(
+        "Thermal calibration",
+        f"{logs} log{'s' * (logs > 1)}, bands hold the whole law with 95 %",
+        panels,
+        heights=(1.0,) * len(found.axes),
+        widths=(1.0, 1.0),
+        kind="thermal",
+    )
+    if path is not None:
+        figure.save(path, theme)
+    return figure
+
+
+def _law(axis: AxisLaw, row: int) -> Panel:
+    document = axis.to_dict()
+    measured, curve = document["measured"], axis.curve
+    t, bias, way = (np.array(measured[k]) for k in ("temperature_celsius", "bias", "direction"))
+    marks: list[Mark] = [Band(curve.temperature, curve.low, curve.high, "model", "95 % band")]
+    for sign, color, label in ((1.0, "fail", "warming"), (-1.0, "c1", "cooling")):
+        own = way == sign
+        if own.any():
+            marks.append(Points(t[own], bias[own], color, label, size=3.0))
+    marks.append(Line(curve.temperature, curve.bias, "model", "law"))
+    shown = np.concatenate([bias, curve.low, curve.high])
+    room = 0.05 * float(np.ptp(shown)) or 1.0
+    return Panel(
+        linear_axis("temperature (°C)", *axis.range),
+        linear_axis(
+            in_unit("bias", axis.unit), float(shown.min()) - room, float(shown.max()) + room
+        ),
+        tuple(marks),
+        row=row,
+        column=0,
+        title=f"{axis.name}: {axis.form.name}",
+    )
+
+
+def _residual(axis: AxisLaw, row: int) -> Panel:
+    r = axis.remainder
+    marks = (
+        Line(r.tau, r.before, "before", "before correction", dash="dash"),
+        Line(r.tau, r.after, "measured", "after correction"),
+    )
+    y = log_axis(in_unit("Allan deviation", axis.unit), r.before, r.after)
+    return Panel(log_axis(TAU, r.tau), y, marks, row=row, column=1, title="")

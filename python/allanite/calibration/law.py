@@ -1,0 +1,329 @@
+"""The thermal law of one axis, and what remains after its correction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from allanite.calibration.forms import law_of, near_the_best
+from allanite.common.numbers import number, with_interval
+from allanite.common.parameters import Estimate
+from allanite.common.printing import printed
+from allanite.common.showing import brief
+from allanite.effects import Stochastic
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from allanite.calibration.band import Curve
+    from allanite.calibration.forms import Form, Tried
+    from allanite.calibration.runs import Runs
+    from allanite.fit import Fit
+    from allanite.statespace.growth import Growth
+
+__all__ = ["AxisLaw", "Loop", "NoiseLaw", "Remainder"]
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseLaw:
+    """How the white noise depends on the temperature.
+
+    Attributes
+    ----------
+    percent : float
+        Change of its standard deviation per °C, %.
+    interval : (float, float)
+        95 %, %.
+    detected : bool
+        Whether chance makes as large a change in less than 1 % of records.
+    """
+
+    percent: float
+    interval: tuple[float, float]
+    detected: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {
+            "percent_per_degree": self.percent,
+            "interval": list(self.interval),
+            "detected": self.detected,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """Bias while cooling less that while warming at the same temperature.
+
+    Attributes
+    ----------
+    value : float
+        In the unit of the samples, the mean over the range that was passed in both directions.
+    interval : (float, float)
+        95 %.
+    low, high : float
+        That range, °C.
+    """
+
+    value: float
+    interval: tuple[float, float]
+    low: float
+    high: float
+
+    @property
+    def detected(self) -> bool:
+        """Whether the interval excludes zero."""
+        return self.interval[0] > 0.0 or self.interval[1] < 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {
+            "value": self.value,
+            "interval": list(self.interval),
+            "detected": self.detected,
+            "range_celsius": [self.low, self.high],
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Remainder:
+    """Allan deviation before and after correction, over all runs.
+
+    Attributes
+    ----------
+    tau, before, after : ndarray, shape (k,)
+    """
+
+    tau: NDArray[np.float64]
+    before: NDArray[np.float64]
+    after: NDArray[np.float64]
+
+    __repr__ = brief
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form."""
+        return {
+            "tau_s": self.tau.tolist(),
+            "before": self.before.tolist(),
+            "after": self.after.tolist(),
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AxisLaw:
+    """The thermal law of one axis.
+
+    Attributes
+    ----------
+    runs : Runs
+        The logs, one after the other.
+    form : Form
+    fit : Fit
+        Noise, offsets of runs and the law together.
+    tried : tuple of Tried
+        All forms, on averages of the record.
+    curve : Curve
+        b(T) with its band.
+    offsets : tuple of float
+        Bias of each run at the reference temperature.
+    noise : NoiseLaw or None
+        None where the white noise cannot be followed over time.
+    loop : Loop or None
+        None where the logs pass no temperature in both directions.
+    remainder : Remainder
+    growth_before, growth_after : tuple of Growth
+        Error since the last fix without and with the correction; empty for other sensors.
+    """
+
+    runs: Runs
+    form: Form
+    fit: Fit
+    tried: tuple[Tried, ...]
+    curve: Curve
+    offsets: tuple[float, ...]
+    noise: NoiseLaw | None
+    loop: Loop | None
+    remainder: Remainder
+    growth_before: tuple[Growth, ...]
+    growth_after: tuple[Growth, ...]
+
+    __repr__ = brief
+
+    @property
+    def name(self) -> str:
+        """Name of the column."""
+        return self.fit.recording.columns[0]
+
+    @property
+    def unit(self) -> str:
+        """Unit of the samples."""
+        return self.fit.recording.unit
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Covered temperatures, °C."""
+        return float(self.curve.temperature[0]), float(self.curve.temperature[-1])
+
+    @property
+    def offset(self) -> float:
+        """Mean of the runs' biases at the reference temperature."""
+        return float(np.mean(self.offsets))
+
+    @property
+    def alternatives(self) -> tuple[Form, ...]:
+        """Other forms that the evidence cannot tell from this one."""
+        near = (one.form for one in near_the_best(self.tried))
+        return tuple(form for form in near if form != self.form)
+
+    def polynomial(self, reference: float) -> NDArray[np.float64]:
+        """Coefficients (x0, x1, x2, x3) of the law in powers of (T − reference), the mean offset in x0."""
+        c1, c2, c3 = self.curve.coefficients
+        d = reference - self.curve.reference
+        return np.array(
+            [
+                self.offset + d * (c1 + d * (c2 + d * c3)),
+                c1 + d * (2.0 * c2 + 3.0 * d * c3),
+                c2 + 3.0 * d * c3,
+                c3,
+            ]
+        )
+
+    def bias(self, temperature: float | NDArray[np.float64]) -> NDArray[np.float64]:
+        """The law at some temperatures, clamped to the covered range, with the mean offset of the runs."""
+        low, high = self.range
+        u = np.clip(np.asarray(temperature, dtype=float), low, high) - self.curve.reference
+        c1, c2, c3 = self.curve.coefficients
+        return np.asarray(self.offset + u * (c1 + u * (c2 + u * c3)))
+
+    @property
+    def numbers(self) -> dict[str, Estimate]:
+        """Fitted numbers of the law, with intervals."""
+        out: dict[str, Estimate] = {}
+        for effect, values in zip(self.fit.model, self.fit.estimates, strict=True):
+            if effect.follows is None:
+                continue
+            for name, value in values.items():
+                if isinstance(value, Estimate) and value.interval is not None:
+                    out[f"{effect.short}.{name}"] = value
+        return out
+
+    @property
+    def headline(self) -> str:
+        """The answer in one sentence."""
+        name, (low, high) = self.name, self.range
+        covered = f"{number(low, 3)} to {number(high, 3)} °C"
+        unit = printed(self.unit)
+        after = self._at_long_tau()
+        if not law_of(self.fit):
+            text = f"{name}: no dependence on temperature detected over {covered}"
+            return (
+                f"{text}; allowed: up to {number(self.limit, 2)} {unit}/°C" if self.limit else text
+            )
+        change = float(np.ptp(self.curve.bias))
+        half = 0.5 * float(np.max(self.curve.high - self.curve.low))
+        text = (
+            f"{name}: {self.form.name}, {number(change)} ± {number(half, 2)} {unit} over {covered}"
+        )
+        slope = next((v for k, v in self.numbers.items() if k == "COV.coefficient"), None)
+        if self.form.power == 1 and self.form.memory != "hysteresis" and slope is not None:
+            assert slope.interval is not None
+            text += f" ({with_interval(slope.value, slope.interval)} {unit}/°C)"
+        return text + after
+
+    @property
+    def limit(self) -> float | None:
+        """95 % limit of a linear coefficient where no law was found."""
+        linear = next((one for one in self.tried if one.form.name == "linear"), None)
+        if linear is None:
+            return None
+        found = linear.fit["COV.coefficient"]
+        return None if found.interval is None else float(max(map(abs, found.interval)))
+
+    def _at_long_tau(self) -> str:
+        remainder = self.remainder
+        if not remainder.tau.size:
+            return ""
+        place = int(np.argmax(remainder.before / remainder.after))
+        ratio = remainder.before[place] / remainder.after[place]
+        if ratio < 1.1:
+            return ""
+        return f"; correcting divides the Allan deviation at {number(remainder.tau[place])} s by {number(ratio, 2)}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form of one axis."""
+        curve, low_high = self.curve, self.range
+        temperature = self.runs.temperature
+        measured = _binned(self)
+        return {
+            "column": self.name,
+            "unit": self.unit,
+            "thermometer": self.runs.column,
+            "thermometer_step_celsius": self.runs.step,
+            "range_celsius": list(low_high),
+            "runs": len(self.offsets),
+            "headline": self.headline,
+            "law": {
+                "power": self.form.power,
+                "memory": self.form.memory,
+                "name": self.form.name,
+                "detected": bool(law_of(self.fit)),
+                "reference_celsius": curve.reference,
+                "coefficients": curve.coefficients.tolist(),
+                "numbers": {k: v.to_dict() for k, v in self.numbers.items()},
+                "offsets": list(self.offsets),
+                "alternatives": [form.name for form in self.alternatives],
+                "model": str(self.fit.model),
+            },
+            "curve": {
+                "temperature_celsius": curve.temperature.tolist(),
+                "bias": curve.bias.tolist(),
+                "low": curve.low.tolist(),
+                "high": curve.high.tolist(),
+            },
+            "measured": measured,
+            "noise": {
+                name: value.to_dict()
+                for effect, values in zip(self.fit.model, self.fit.estimates, strict=True)
+                if isinstance(effect, Stochastic)
+                for name, value in values.items()
+                if isinstance(value, Estimate)
+            },
+            "noise_over_temperature": None if self.noise is None else self.noise.to_dict(),
+            "hysteresis": None if self.loop is None else self.loop.to_dict(),
+            "tried": [
+                {
+                    "name": one.form.name,
+                    "delta_log_likelihood": one.log_likelihood,
+                    "delta_log_evidence": one.log_evidence,
+                }
+                for one in self.tried
+            ],
+            "remainder": self.remainder.to_dict(),
+            "growth_before": [g.to_dict() for g in self.growth_before],
+            "growth_after": [g.to_dict() for g in self.growth_after],
+            "mean_temperature_celsius": float(temperature.mean()),
+        }
+
+
+def _binned(axis: AxisLaw, bins: int = 60) -> dict[str, list[float]]:
+    """Mean samples by temperature, apart for warming and cooling, less the offset of their run."""
+    out: dict[str, list[float]] = {"temperature_celsius": [], "bias": [], "direction": []}
+    runs = axis.runs
+    values = np.asarray(runs.recording.samples, dtype=float).copy()
+    for part, offset in zip(runs.parts, axis.offsets, strict=True):
+        values[part] -= offset
+    low, high = axis.range
+    place = np.clip(((runs.temperature - low) / (high - low) * bins).astype(int), 0, bins - 1)
+    good = np.isfinite(values)
+    for sign in (1, -1):
+        own = good & (runs.direction * -sign > 0.0)
+        count = np.bincount(place[own], minlength=bins)
+        total = np.bincount(place[own], values[own], minlength=bins)
+        heat = np.bincount(place[own], runs.temperature[own], minlength=bins)
+        for k in np.flatnonzero(count):
+            out["temperature_celsius"].append(float(heat[k] / count[k]))
+            out["bias"].append(float(total[k] / count[k]))
+            out["direction"].append(float(sign))
+    return out

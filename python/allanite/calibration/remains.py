@@ -1,0 +1,133 @@
+"""What a thermal law leaves: the loop between warming and cooling, the noise over temperature, the residual."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.calibration.forms import Form, law_of
+from allanite.calibration.law import Loop, NoiseLaw, Remainder
+from allanite.common.parameters import NORMAL
+from allanite.common.units import parse_unit
+from allanite.deviation import oadev
+from allanite.effects.covariate import Covariate
+from allanite.fit.likelihood.whitened import cell_means, whiten
+from allanite.fit.shapes.deterministic import LOW, design_of, regress
+from allanite.statespace.growth import QUANTITIES, error_growth
+from allanite.suggestion.evidence import FALSE_ALARM
+from allanite.suggestion.screens.level_forms import FINE, log_slope
+from allanite.suggestion.screens.transients import level_series
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from allanite.calibration.runs import Runs
+    from allanite.fit import Fit
+    from allanite.statespace.growth import Growth
+
+__all__ = ["growths", "loop_of", "noise_law", "offsets_of", "remainder"]
+
+#: Averages of the longest run at the longest averaging time: with fewer a deviation is known to a factor.
+MIN_AVERAGES = 4
+#: Seconds since the fix at which the growth of the error is stated, where the logs are as long.
+AHEAD = (60.0, 600.0, 3600.0)
+#: Seconds of aiding before the fix.
+AIDED = 60.0
+#: Most samples over which the growth of an error is computed.
+MOST = 1 << 20
+
+
+def loop_of(fit: Fit, runs: Runs, form: Form) -> Loop | None:
+    """The mean difference between cooling and warming beside the same law without memory, under its noise."""
+    both = runs.both_ways
+    if both is None:
+        return None
+    data = fit.data
+    j = np.arange(1, min(data.n, LOW), dtype=np.int64)
+    way = data.seen(data.transform(runs.direction)[j], j)
+    beside = design_of(Form(max(form.power, 1)).effects(runs), data, j).matrix
+    variance = fit.solution.noise(data).variance(j)
+    found = regress(np.column_stack([way, beside]), data.ordinates[j], variance)
+    value, error = float(found.amplitudes[0]), float(np.sqrt(found.covariance[0, 0]))
+    return Loop(value, (value - NORMAL * error, value + NORMAL * error), *both)
+
+
+def noise_law(fit: Fit, runs: Runs) -> NoiseLaw | None:
+    """Change of the white noise with the temperature: the slope of the logarithm of its level over time."""
+    from scipy.special import log_ndtr
+
+    series = level_series(fit.solution, fit.data, whiten(fit.solution, fit.data))
+    if series is None:
+        return None
+    cells = min(FINE, series.judged.size)
+    freedom = series.freedom * series.judged.size / cells
+    values = cell_means(runs.temperature, cells)
+    spread = float(values.std())
+    if spread <= 0.0:
+        return None
+    values = (values - values.mean()) / spread
+    # Normal scores decide; they would make a change of level smaller.
+    slope, _ = log_slope(cell_means(series.power, cells), values, freedom)
+    _, gain = log_slope(cell_means(series.judged, cells), values, freedom)
+    # Of the power; a deviation has half of it. What else is in the bands dilutes it.
+    scale = 100.0 * 0.5 / spread / series.share
+    error = float(np.sqrt(2.0 / (freedom * cells)))
+    chance = float(log_ndtr(-np.sqrt(2.0 * max(gain, 0.0))) + np.log(2.0))
+    interval = scale * (slope - NORMAL * error), scale * (slope + NORMAL * error)
+    return NoiseLaw(scale * slope, interval, chance < float(np.log(FALSE_ALARM)))
+
+
+def law_signal(fit: Fit) -> NDArray[np.float64]:
+    """What the law adds to the samples, zero on average, shape (n,)."""
+    effects = law_of(fit)
+    return fit.data.signal(effects) if effects else np.zeros(fit.data.n)
+
+
+def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:
+    """Bias of each run at the reference temperature."""
+    left = np.asarray(runs.recording.samples, dtype=float) - law_signal(fit)
+    # The square and the cube of the law are fitted less their means.
+    mean = 0.0
+    for effect in law_of(fit):
+        if isinstance(effect, Covariate):
+            u = effect.regressors(fit.data.time, fit.data.covariates)[:, 0]
+            c = effect.amplitudes()
+            mean += sum(float(c[k]) * float(np.mean(u ** (k + 1))) for k in range(1, c.size))
+    return tuple(float(np.nanmean(left[part])) - mean for part in runs.parts)
+
+
+def remainder(fit: Fit, runs: Runs) -> Remainder:
+    """Allan deviation of the samples and of what the law leaves, each run by itself, averaged by its number of terms."""
+    x = np.asarray(runs.recording.samples, dtype=float)
+    left = x - law_signal(fit)
+    longest = max(part.stop - part.start for part in runs.parts)
+    most = max(longest // MIN_AVERAGES, 1)
+    factors = np.unique(np.round(2.0 ** np.arange(0.0, np.log2(most) + 1e-9, 0.5)).astype(int))
+    curves = []
+    for values in (x, left):
+        total, weight = np.zeros(factors.size), np.zeros(factors.size)
+        for part in runs.parts:
+            usable = factors <= (part.stop - part.start) // MIN_AVERAGES
+            if not usable.any():
+                continue
+            found = oadev(values[part], rate=runs.recording.rate, factors=factors[usable])
+            n = np.nan_to_num(found.n.astype(float)) * np.isfinite(found.deviation)
+            total[usable] += n * np.nan_to_num(found.deviation) ** 2
+            weight[usable] += n
+        curves.append(np.sqrt(total / np.where(weight > 0.0, weight, np.nan)))
+    tau = factors / runs.recording.rate
+    good = np.isfinite(curves[0]) & (curves[0] > 0.0) & (curves[1] > 0.0)
+    return Remainder(tau[good], curves[0][good], curves[1][good])
+
+
+def growths(fit: Fit, runs: Runs) -> tuple[Growth, ...]:
+    """Growth of the angle, velocity or phase error that the random effects of a fit make; empty for other sensors."""
+    if parse_unit(fit.recording.unit).kind not in QUANTITIES:
+        return ()
+    longest = max(part.stop - part.start for part in runs.parts) / fit.recording.rate
+    rate = fit.recording.rate
+    times = [t for t in AHEAD if t <= longest and (t + AIDED) * rate <= MOST and t * rate >= 1.0]
+    if not times:
+        return ()
+    return error_growth(fit, aided=max(AIDED, 1.0 / rate), tau=times)[:1]

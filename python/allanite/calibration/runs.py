@@ -1,0 +1,197 @@
+"""Several logs of one sensor as one record: the runs follow each other, and each has its own offset."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.errors import InputError, TooShortError
+from allanite.common.showing import brief
+from allanite.effects.hysteresis import play
+from allanite.readers.sensor_names import role_of
+from allanite.recording import Recording
+from allanite.recording.coarse_column import coarse_step_of, without_steps
+from allanite.spectrum import bridge_gaps
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+__all__ = ["Runs", "join", "thermometers"]
+
+#: Relative difference of two sampling rates that are one: crystals and time stamps differ by less than 1 %.
+SAME_RATE = 0.01
+#: Half the change of temperature, as part of its range, from which on a change of direction counts.
+TURN = 1.0 / 40.0
+#: Factor and offset that turn a temperature into °C.
+CELSIUS = {
+    "K": (1.0, -273.15),
+    "degK": (1.0, -273.15),
+    "F": (5 / 9, -160 / 9),
+    "degF": (5 / 9, -160 / 9),
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Runs:
+    """One axis of several logs, one after the other, with the temperature.
+
+    Attributes
+    ----------
+    recording : Recording
+        One column. Its only covariate is the temperature in °C, without the steps of a coarse thermometer.
+    starts : tuple of int
+        First sample of each run after the first one.
+    column : str
+        Name of the thermometer.
+    step : float
+        Step of a coarse thermometer, °C; 0 for a fine one.
+    """
+
+    recording: Recording
+    starts: tuple[int, ...]
+    column: str
+    step: float
+
+    __repr__ = brief
+
+    @property
+    def temperature(self) -> NDArray[np.float64]:
+        """°C, shape (n,)."""
+        return self.recording.covariates[self.column]
+
+    def averaged(self, most: int) -> Runs:
+        """The same in means over so many samples that at most about `most` remain; itself if it has no more."""
+        k = -(-self.recording.n // most)
+        if k < 2:
+            return self
+        runs = [
+            Recording(
+                self.recording.samples[part],
+                self.recording.rate,
+                unit=self.recording.unit,
+                covariates={self.column: self.temperature[part]},
+            ).decimate(k)
+            for part in self.parts
+        ]
+        joined = Recording(
+            np.concatenate([run.samples for run in runs]),
+            runs[0].rate,
+            unit=self.recording.unit,
+            columns=self.recording.columns,
+            covariates={self.column: np.concatenate([r.covariates[self.column] for r in runs])},
+        )
+        starts = np.cumsum([run.n for run in runs])[:-1]
+        return Runs(joined, tuple(starts.tolist()), self.column, self.step)
+
+    @property
+    def parts(self) -> list[slice]:
+        """The samples of each run."""
+        edges = [0, *self.starts, self.recording.n]
+        return [slice(a, b) for a, b in pairwise(edges)]
+
+    @property
+    def direction(self) -> NDArray[np.float64]:
+        """½ while the temperature falls, −½ while it rises, between them where it turns, shape (n,)."""
+        width = TURN * float(np.ptp(self.temperature))
+        found = [
+            (play(t, width) - t) / (2.0 * width) for t in np.split(self.temperature, self.starts)
+        ]
+        return np.concatenate(found)
+
+    @property
+    def both_ways(self) -> tuple[float, float] | None:
+        """Range of temperatures that was passed while warming and while cooling; None without one."""
+        way, t = self.direction, self.temperature
+        up, down = t[way <= -0.45], t[way >= 0.45]
+        if not up.size or not down.size:
+            return None
+        low, high = max(up.min(), down.min()), min(up.max(), down.max())
+        return (float(low), float(high)) if high > low else None
+
+
+def thermometers(recordings: Sequence[Recording], temperature: str | None) -> tuple[str, ...]:
+    """Names of the columns of temperature that all logs have; the one that was asked for alone.
+
+    Raises
+    ------
+    InputError
+        None, or not the one that was asked for.
+    """
+    common = [n for n in recordings[0].covariates if all(n in r.covariates for r in recordings)]
+    if temperature is not None:
+        if temperature not in common:
+            raise InputError(
+                f"no column {temperature!r} is offered in every log (offered: {', '.join(common) or 'none'})"
+            )
+        return (temperature,)
+    units = recordings[0].covariate_units
+    found = [n for n in common if role_of(n, units.get(n)) == "temperature"]
+    found = found or (common if len(common) == 1 else [])
+    if not found:
+        raise InputError(
+            f"no column of temperature in every log (other columns: {', '.join(common) or 'none'})",
+            missing="covariate",
+            remedy=": name it with {covariate}",
+        )
+    return tuple(found)
+
+
+def join(columns: Sequence[Recording], thermometer: str) -> Runs:
+    """One axis of several logs as one record.
+
+    Parameters
+    ----------
+    columns : sequence of Recording
+        The same column of each log.
+    thermometer : str
+        Name of the covariate.
+
+    Raises
+    ------
+    InputError
+        Rates that differ, or a temperature that is not known at most samples.
+    TooShortError
+        A temperature that never changes.
+    """
+    first = columns[0]
+    samples, temperatures, steps = [], [], []
+    for own in columns:
+        if abs(own.rate / first.rate - 1.0) > SAME_RATE:
+            raise InputError(
+                f"{own.path or 'a log'}: {own.rate:g} Hz, but {first.path or 'the first log'} has {first.rate:g} Hz",
+                missing="decimate",
+                remedy=": bring both to one rate with {decimate}",
+            )
+        values = np.asarray(own.covariates[thermometer], dtype=np.float64)
+        if np.count_nonzero(np.isfinite(values)) < 0.5 * values.size:
+            raise InputError(
+                f"{own.path or 'a log'}: {thermometer} is missing at more than half of the samples"
+            )
+        factor, offset = CELSIUS.get(own.covariate_units.get(thermometer, ""), (1.0, 0.0))
+        values = factor * bridge_gaps(values) + offset
+        steps.append(coarse_step_of(values))
+        temperatures.append(without_steps(values))
+        samples.append(np.asarray(own.to(first.unit).rate_samples(), dtype=np.float64))
+        # Angles have one rate fewer than samples.
+        temperatures[-1] = temperatures[-1][-samples[-1].size :]
+    temperature = np.concatenate(temperatures)
+    if not float(np.ptp(temperature)) > 0.0:
+        raise TooShortError(
+            f"{thermometer} is {temperature[0]:g} all the time: record while the temperature changes"
+        )
+    starts = np.cumsum([s.size for s in samples])[:-1]
+    joined = Recording(
+        np.concatenate(samples),
+        first.rate,
+        unit=first.unit,
+        columns=first.columns,
+        covariates={thermometer: temperature},
+        covariate_units={thermometer: "degC"},
+        path=first.path,
+    )
+    return Runs(joined, tuple(starts.tolist()), thermometer, max(steps))

@@ -1,0 +1,78 @@
+"""What `print` shows of a thermal calibration."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.numbers import number
+from allanite.common.printing import printed
+
+if TYPE_CHECKING:
+    from allanite.calibration.law import AxisLaw
+    from allanite.calibration.thermal import ThermalCalibration
+    from allanite.statespace.growth import Growth
+
+__all__ = ["thermal_table"]
+
+
+def thermal_table(found: ThermalCalibration) -> str:
+    """A headline for each axis, and below it what the correction leaves."""
+    return "\n\n".join("\n".join(_axis(axis)) for axis in found)
+
+
+def _axis(axis: AxisLaw) -> list[str]:
+    unit = printed(axis.unit)
+    lines = [axis.headline]
+    if axis.alternatives:
+        lines.append(f"  not told apart from: {', '.join(f.name for f in axis.alternatives)}")
+    if axis.numbers:
+        told = (f"{name} = {value}" for name, value in axis.numbers.items())
+        lines.append(f"  numbers at {number(axis.curve.reference, 4)} °C: {'; '.join(told)}")
+    if axis.loop is None:
+        lines.append("  hysteresis: not checked, no temperature was passed in both directions")
+    else:
+        value, (low, high) = axis.loop.value, axis.loop.interval
+        text = f"{number(value, 2)} ({number(low, 2)} … {number(high, 2)}) {unit}, cooling less warming"
+        if not axis.loop.detected:
+            text = f"not detected, at most {number(max(abs(low), abs(high)), 2)} {unit}"
+        lines.append(f"  hysteresis: {text}")
+    if axis.noise is not None:
+        low, high = axis.noise.interval
+        shown = f"{number(axis.noise.percent, 2)} ({number(low, 2)} … {number(high, 2)}) % per °C"
+        lines.append(
+            f"  white noise: {shown}"
+            if axis.noise.detected
+            else f"  white noise: no change detected, {shown}"
+        )
+    if len(axis.offsets) > 1:
+        each = ", ".join(number(v) for v in axis.offsets)
+        lines.append(f"  bias of each run at {number(axis.curve.reference, 4)} °C: {each} {unit}")
+    lines.append(_deviations(axis, unit))
+    lines += [_growth(a, b) for a, b in zip(axis.growth_before, axis.growth_after, strict=True)]
+    return [line for line in lines if line]
+
+
+def _deviations(axis: AxisLaw, unit: str) -> str:
+    r = axis.remainder
+    if not r.tau.size:
+        return ""
+    wanted = [t for t in 10.0 ** np.arange(-3.0, 8.0) if r.tau[0] <= t <= r.tau[-1]]
+    places = dict.fromkeys(
+        [*(int(np.argmin(np.abs(np.log(r.tau / t)))) for t in wanted), r.tau.size - 1]
+    )
+    shown = (
+        f"{number(r.tau[k], 2)} s {number(r.before[k], 2)} → {number(r.after[k], 2)}"
+        for k in list(places)[-3:]
+    )
+    return f"  Allan deviation before → after: {', '.join(shown)} {unit}"
+
+
+def _growth(before: Growth, after: Growth) -> str:
+    unit, factor = before.shown
+    shown = (
+        f"{number(t, 3)} s {number(factor * a, 2)} → {number(factor * b, 2)}"
+        for t, a, b in zip(before.tau, before.total, after.total, strict=True)
+    )
+    return f"  {before.quantity} error since the fix, before → after: {', '.join(shown)} {printed(unit)}"

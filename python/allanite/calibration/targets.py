@@ -1,0 +1,277 @@
+"""Parameter files of a thermal calibration, each in the polynomial form of its consumer."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from allanite.common.errors import InputError
+from allanite.common.numbers import number
+from allanite.common.units import ACCELERATION, ANGULAR_RATE, conversion, parse_unit
+from allanite.recording.axis_names import AXIS, letter_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from allanite.calibration.law import AxisLaw
+    from allanite.calibration.thermal import ThermalCalibration
+
+__all__ = ["TARGETS", "render"]
+
+#: ArduPilot's fixed reference temperature, °C, and the factor of its coefficients (AP_InertialSensor_tempcal.cpp).
+ARDUPILOT_REFERENCE, ARDUPILOT_SCALE = 35.0, 1e6
+#: Sensors of a kind that PX4 (TemperatureCompensation.h) and ArduPilot have parameters for.
+PX4_SENSORS, ARDUPILOT_SENSORS = 4, 3
+SI = {ANGULAR_RATE: "rad/s", ACCELERATION: "m/s^2"}
+
+
+@dataclass(frozen=True, slots=True)
+class _Triad:
+    """The axes of one sensor by their letters, in SI units."""
+
+    kind: str
+    axes: dict[str, AxisLaw]
+
+    @property
+    def low(self) -> float:
+        """Lowest temperature that all axes cover, °C."""
+        return max(axis.range[0] for axis in self.axes.values())
+
+    @property
+    def high(self) -> float:
+        """Highest temperature that all axes cover, °C."""
+        return min(axis.range[1] for axis in self.axes.values())
+
+    @property
+    def reference(self) -> float:
+        """One reference temperature for the axes, °C."""
+        return round(0.5 * (self.low + self.high), 2)
+
+    def polynomials(self, reference: float) -> dict[str, list[float]]:
+        """(x0, x1, x2, x3) of x, y and z, SI; zeros for an axis that is not there."""
+        out = {}
+        for letter in "xyz":
+            axis = self.axes.get(letter)
+            factor = 1.0 if axis is None else conversion(axis.unit, SI[self.kind])
+            found = [0.0] * 4 if axis is None else (factor * axis.polynomial(reference)).tolist()
+            out[letter] = found
+        return out
+
+
+def render(found: ThermalCalibration, target: str) -> str:
+    """Text of a parameter file.
+
+    Parameters
+    ----------
+    found : ThermalCalibration
+    target : str
+        One of `TARGETS`.
+
+    Raises
+    ------
+    InputError
+        An unknown target, or no axis of a sensor that the target knows.
+    """
+    if target not in TARGETS:
+        raise InputError(f"unknown export {target!r}: one of {', '.join(TARGETS)}")
+    return TARGETS[target](found)
+
+
+def _triads(found: ThermalCalibration, kind: str, most: int, consumer: str) -> list[_Triad]:
+    """The sensors of a kind, in the order of the log."""
+    groups: dict[str, dict[str, AxisLaw]] = {}
+    for axis in found:
+        if parse_unit(axis.unit).kind == kind:
+            own = groups.setdefault(AXIS.sub("", axis.name), {})
+            own[letter_of(axis.name) or "xyz"[len(own) % 3]] = axis
+    if len(groups) > most:
+        raise InputError(
+            f"{consumer} holds {most} sensors of {kind}, found {len(groups)}",
+            missing="column",
+            remedy=": choose some with {column}",
+        )
+    return [_Triad(kind, own) for own in groups.values()]
+
+
+def _imu(found: ThermalCalibration, most: int, consumer: str) -> tuple[list[_Triad], list[_Triad]]:
+    sensors = tuple(_triads(found, kind, most, consumer) for kind in (ANGULAR_RATE, ACCELERATION))
+    if not any(sensors):
+        raise InputError(f"{consumer} holds gyroscopes and accelerometers: the logs have neither")
+    return sensors[0], sensors[1]
+
+
+def _notes(axes: Sequence[AxisLaw]) -> list[str]:
+    """What a consumer of polynomials leaves out, and what is not known."""
+    notes = []
+    for axis in axes:
+        low, high = axis.range
+        notes.append(f"{axis.name}: {axis.form.name}, {number(low, 3)} to {number(high, 3)} °C")
+        if axis.form.memory != "none":
+            notes.append(
+                f"{axis.name}: the law in equilibrium is written; a polynomial has no memory"
+            )
+    return notes
+
+
+def _head(found: ThermalCalibration, *lines: str) -> list[str]:
+    logs = (
+        ", ".join(re.sub(r"\s+", " ", str(p)) for p in found.paths if p) or "recordings in memory"
+    )
+    return ["allanite thermal calibration", f"from {logs}", *lines, *_notes(found.axes)]
+
+
+def _px4(found: ThermalCalibration) -> str:
+    gyros, accels = _imu(found, PX4_SENSORS, "px4")
+    lines = [
+        f"# {line}"
+        for line in _head(
+            found,
+            "PX4: offset = X0 + X1 dT + X2 dT^2 + X3 dT^3, dT = T - TREF, T within TMIN and TMAX; corrected = raw - offset",
+            "rad/s and m/s^2. X0 of accelerometers is 0: gravity is in it.",
+            "Set each TC_*_ID to the device id of its sensor (param show CAL_GYRO0_ID, CAL_ACC0_ID).",
+        )
+    ]
+    for letter, sensors in (("G", gyros), ("A", accels)):
+        if sensors:
+            lines.append(f"param set TC_{letter}_ENABLE 1")
+        for k, triad in enumerate(sensors):
+            key = f"TC_{letter}{k}"
+            lines.append(f"# param set {key}_ID DEVICE_ID")
+            rows = triad.polynomials(triad.reference)
+            for place, axis in enumerate("xyz"):
+                for power, value in enumerate(rows[axis]):
+                    value = 0.0 if power == 0 and letter == "A" else value
+                    lines.append(f"param set {key}_X{power}_{place} {value:.9g}")
+            for name, value in (
+                ("TREF", triad.reference),
+                ("TMIN", triad.low),
+                ("TMAX", triad.high),
+            ):
+                lines.append(f"param set {key}_{name} {value:.9g}")
+    return "\n".join(lines) + "\n"
+
+
+def _ardupilot(found: ThermalCalibration) -> str:
+    gyros, accels = _imu(found, ARDUPILOT_SENSORS, "ardupilot")
+    lines = [
+        f"# {line}"
+        for line in _head(
+            found,
+            "ArduPilot: v -= P(T - 35) - P(Tcal - 35), P(d) = 1e-6 (c1 d + c2 d^2 + c3 d^3), T and Tcal within TMIN, TMAX",
+            "Tcal is the temperature at which the offsets were set (INS_GYRn_CALTEMP, INS_ACCn_CALTEMP).",
+        )
+    ]
+    for k in range(max(len(gyros), len(accels))):
+        own = [(n, s[k]) for n, s in (("ACC", accels), ("GYR", gyros)) if k < len(s)]
+        key = f"INS_TCAL{k + 1}"
+        lines.append(f"{key}_ENABLE,1")
+        lines.append(f"{key}_TMIN,{max(t.low for _, t in own):.9g}")
+        lines.append(f"{key}_TMAX,{min(t.high for _, t in own):.9g}")
+        for name, triad in own:
+            rows = triad.polynomials(ARDUPILOT_REFERENCE)
+            lines += [
+                f"{key}_{name}{power}_{axis.upper()},{ARDUPILOT_SCALE * rows[axis][power]:.9g}"
+                for power in (1, 2, 3)
+                for axis in "xyz"
+            ]
+    return "\n".join(lines) + "\n"
+
+
+def _c(found: ThermalCalibration) -> str:
+    lines = [
+        f" * {line}" for line in _head(found, "bias(T) to be subtracted from a sample, T in °C")
+    ]
+    text = ["/*", *(line.replace("*/", "* /") for line in lines), " */", "#pragma once", ""]
+    text += [
+        "static inline double allanite_law(const double x[4], double reference, double low, double high, double t) {",
+        "    if (t < low) t = low;",
+        "    if (t > high) t = high;",
+        "    t -= reference;",
+        "    return x[0] + t * (x[1] + t * (x[2] + t * x[3]));",
+        "}",
+    ]
+    for axis, name in zip(found, _identifiers(found), strict=True):
+        low, high = axis.range
+        reference = axis.curve.reference
+        values = ", ".join(f"{v:.17g}" for v in axis.polynomial(reference))
+        text += [
+            "",
+            f"/* {axis.unit.replace('*/', '* /')} */",
+            f"static inline double {name}_bias(double celsius) {{",
+            f"    static const double x[4] = {{{values}}};",
+            f"    return allanite_law(x, {reference:.17g}, {low:.17g}, {high:.17g}, celsius);",
+            "}",
+        ]
+    return "\n".join(text) + "\n"
+
+
+def _identifiers(found: ThermalCalibration) -> list[str]:
+    """A name in C for each axis, all different."""
+    names: list[str] = []
+    for axis in found:
+        name = re.sub(r"\W+", "_", axis.name, flags=re.ASCII).strip("_") or "axis"
+        name = f"axis_{name}" if name[0].isdigit() else name
+        names.append(name if name not in names else f"{name}_{len(names)}")
+    return names
+
+
+def _csv(found: ThermalCalibration) -> str:
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    head = (
+        "axis",
+        "unit",
+        "reference_celsius",
+        "x0",
+        "x1",
+        "x2",
+        "x3",
+        "low_celsius",
+        "high_celsius",
+        "band",
+        "form",
+    )
+    writer.writerow(head)
+    for axis in found:
+        low, high = axis.range
+        reference = axis.curve.reference
+        band = 0.5 * float((axis.curve.high - axis.curve.low).max())
+        cells = [reference, *axis.polynomial(reference), low, high, band]
+        name = f"'{axis.name}" if axis.name[:1] in "=+-@" else axis.name
+        writer.writerow([name, axis.unit, *(f"{v:.17g}" for v in cells), axis.form.name])
+    return stream.getvalue()
+
+
+def _json(found: ThermalCalibration) -> str:
+    axes = []
+    for axis in found:
+        low, high = axis.range
+        reference = axis.curve.reference
+        axes.append(
+            {
+                "column": axis.name,
+                "unit": axis.unit,
+                "reference_celsius": reference,
+                "polynomial": axis.polynomial(reference).tolist(),
+                "low_celsius": low,
+                "high_celsius": high,
+                "form": axis.form.name,
+                "memory": axis.form.memory,
+                "numbers": {name: value.to_dict() for name, value in axis.numbers.items()},
+            }
+        )
+    return json.dumps({"schema": "allanite/thermal-law/1", "axes": axes}, indent=1) + "\n"
+
+
+#: Every format by its name on the command line.
+TARGETS: dict[str, Callable[[ThermalCalibration], str]] = {
+    "px4": _px4,
+    "ardupilot": _ardupilot,
+    "c": _c,
+    "csv": _csv,
+    "json": _json,
+}

@@ -1,0 +1,223 @@
+"""From warm-up or chamber logs to the thermal law of every axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from allanite import _kernels
+from allanite.calibration.band import curve_of
+from allanite.calibration.forms import chosen, fitted, law_of, tried_forms
+from allanite.calibration.law import AxisLaw
+from allanite.calibration.remains import growths, loop_of, noise_law, offsets_of, remainder
+from allanite.calibration.runs import join, thermometers
+from allanite.common.errors import InputError
+from allanite.common.showing import brief
+from allanite.effects import as_model
+from allanite.effects.model import Model
+from allanite.fit import fit_model
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from pathlib import Path
+
+    from allanite.calibration.forms import Tried
+    from allanite.calibration.runs import Runs
+    from allanite.effects import Deterministic, Effect
+    from allanite.plots import Figure
+    from allanite.recording import Recording
+
+__all__ = ["ThermalCalibration", "thermal"]
+
+#: Samples, in means of the record, on which the forms are compared: a law of temperature is slow, and a form costs forty
+#: transforms.
+SEARCHED = 8192
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ThermalCalibration:
+    """The thermal law of every axis.
+
+    Attributes
+    ----------
+    axes : tuple of AxisLaw
+    paths : tuple of str or None
+        The logs.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> temp = 25 + 20 * (1 - np.exp(-np.arange(7200) / 1500))
+    >>> x = 0.01 * temp + rng.normal(0, 0.05, 7200)
+    >>> log = al.Recording(x, rate=1, unit="deg/s", columns=["gyro_x"], covariates={"temperature": temp})
+    >>> found = al.thermal(log)
+    >>> print(found["gyro_x"].form.name, found.export("csv").splitlines()[1].split(",")[0])
+    linear gyro_x
+    >>> figure, document = found.plot("law.svg"), found.to_dict()
+    """
+
+    axes: tuple[AxisLaw, ...]
+    paths: tuple[str | None, ...]
+
+    __repr__ = brief
+
+    def __getitem__(self, name: str) -> AxisLaw:
+        for axis in self.axes:
+            if axis.name == name:
+                return axis
+        raise KeyError(f"no axis {name!r}: {', '.join(a.name for a in self.axes)}")
+
+    def __iter__(self) -> Iterator[AxisLaw]:
+        return iter(self.axes)
+
+    def __len__(self) -> int:
+        return len(self.axes)
+
+    def export(self, target: str) -> str:
+        """Text of a parameter file.
+
+        Parameters
+        ----------
+        target : {"px4", "ardupilot", "c", "csv", "json"}
+        """
+        from allanite.calibration.targets import render
+
+        return render(self, target)
+
+    def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
+        """b(T) with its band in both directions, and the Allan deviation before and after, a row for each axis."""
+        from allanite.calibration.figure import plot_thermal
+
+        return plot_thermal(self, path, theme)
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON form: ``allanite/thermal/1``."""
+        return {
+            "schema": "allanite/thermal/1",
+            "version": _kernels.version(),
+            "logs": list(self.paths),
+            "axes": [axis.to_dict() for axis in self.axes],
+        }
+
+    def __str__(self) -> str:
+        from allanite.calibration.table import thermal_table
+
+        return thermal_table(self)
+
+
+def thermal(
+    recordings: Recording | Sequence[Recording],
+    model: Model | Effect | str = "N+B+K",
+    *,
+    temperature: str | None = None,
+    on_progress: Callable[[str, int, int], None] | None = None,
+) -> ThermalCalibration:
+    """Thermal law b(T) of every axis, from one or more logs in which the temperature changes.
+
+    Parameters
+    ----------
+    recordings : Recording or sequence of Recording
+        Logs of one sensor at rest with a logged temperature; each has its own bias at switch-on.
+    model : Model, Effect or str
+        The noise beside the law; its values are fitted.
+    temperature : str, optional
+        Name of the thermometer. Of several, by default the one that explains most of an axis.
+    on_progress : callable, optional
+        Called with (axis, forms done, forms in all).
+
+    Returns
+    -------
+    ThermalCalibration
+
+    Raises
+    ------
+    InputError
+        No logs, no temperature, rates that differ, or no column that all logs have.
+    TooShortError
+        The temperature never changes, or too few samples.
+
+    Examples
+    --------
+    >>> temp = 25 + 15 * np.sin(np.arange(6000) / 900)
+    >>> x = 2e-4 * temp**2 + np.random.default_rng(1).normal(0, 0.02, 6000)
+    >>> log = al.Recording(x, rate=1, unit="deg/s", covariates={"temperature": temp})
+    >>> al.thermal(log).axes[0].form.name
+    'quadratic'
+    """
+    from allanite.recording import Recording
+
+    given = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    if not given:
+        raise InputError("no recordings: give at least one")
+    given = [one.measured for one in given]
+    noise = as_model(model)
+    if noise.deterministic or noise.modifiers:
+        raise InputError(
+            f"the noise model {noise.name} holds more than random effects: leave the others out",
+            missing="model",
+            remedy=" of {model}",
+        )
+    names = [n for n in given[0].columns if all(n in one.columns for one in given)]
+    if not names:
+        raise InputError("the logs have no column in common")
+    found = thermometers(given, temperature)
+    axes = []
+    for name in names:
+        columns = [one.column(name) for one in given]
+        report = _reporter(on_progress, name, len(found))
+        best = [_searched(columns, thermometer, noise, report) for thermometer in found]
+        runs, tried = max(best, key=lambda one: chosen(one[1]).log_evidence)
+        axes.append(_axis(runs, tried, noise))
+    return ThermalCalibration(tuple(axes), tuple(one.path for one in given))
+
+
+def _reporter(
+    on_progress: Callable[[str, int, int], None] | None, name: str, times: int
+) -> Callable[[int, int], None] | None:
+    """Progress of one axis over several thermometers."""
+    if on_progress is None:
+        return None
+    before = 0
+
+    def report(done: int, total: int) -> None:
+        nonlocal before
+        on_progress(name, before + done, total * times)
+        before += total * (done == total)
+
+    return report
+
+
+def _searched(
+    columns: Sequence[Recording],
+    thermometer: str,
+    noise: Model,
+    report: Callable[[int, int], None] | None,
+) -> tuple[Runs, tuple[Tried, ...]]:
+    runs = join(columns, thermometer)
+    return runs, tried_forms(runs.averaged(SEARCHED), noise, report)
+
+
+def _axis(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
+    """The chosen form, fitted to every sample, and what it leaves."""
+    best = chosen(tried)
+    shapes = {type(e): {n: e.values[n] for n in e.free_shapes} for e in law_of(best.fit)}
+    effects: list[Deterministic] = [
+        e.with_values(**shapes.get(type(e), {})) for e in best.form.effects(runs)
+    ]
+    model = Model((*noise, *effects))
+    fit = fitted(fit_model(runs.recording, model), model)
+    before = fitted(fit, Model((*noise, *tried[0].form.effects(runs))))
+    curve = curve_of(fit, runs.temperature, tried)
+    return AxisLaw(
+        runs,
+        best.form,
+        fit,
+        tried,
+        curve,
+        offsets_of(fit, runs),
+        noise_law(fit, runs),
+        loop_of(fit, runs, best.form),
+        remainder(fit, runs),
+        growths(before, runs),
+        growths(fit, runs),
+    )
