@@ -70,6 +70,10 @@ class Where:
 
     def sentences(self) -> list[str]:
         """One sentence for each view on which the model fails."""
+        return [sentence for _, _, sentence in self.places()]
+
+    def places(self) -> list[tuple[str, tuple[float, float], str]]:
+        """The view (``tau``, ``frequency`` or ``time``), the interval (s, Hz or s) and the sentence of each failure."""
         out = []
         if self.worst_tau is not None:
             low, high = self.worst_tau
@@ -77,25 +81,28 @@ class Where:
             peak = max(inside, key=lambda r: abs(np.log(r["ratio"])))
             # The worst of a fit's summary is another one, and nearer.
             left_out = f"; fewer than {FEWEST_EDF:g} degrees of freedom, so not in the Allan error"
-            out.append(
+            words = (
                 f"over τ: {_factor(1.0 / peak['ratio'])} at {peak['tau_s']:.3g} s"
                 f"{_span(low, high, 's')} (z = {peak['z']:+.1f}"
                 f"{left_out if peak['tau_s'] in self.few else ''})"
             )
+            out.append(("tau", self.worst_tau, words))
             if self.largest is not None and not low <= self.largest[1] <= high:
                 factor, tau = self.largest
-                out.append(
+                words = (
                     f"over τ: {_factor(factor)} at {tau:.3g} s, the most where there are"
                     f" {FEWEST_EDF:g} degrees of freedom or more"
                 )
+                out.append(("tau", (tau, tau), words))
         if self.worst_frequency is not None:
             low, high = self.worst_frequency
             inside = [r for r in self.frequency if low <= r["low_hz"] and r["high_hz"] <= high]
             peak = max(inside, key=lambda r: abs(r["z"]))
-            out.append(
+            words = (
                 f"over frequency: at {low:.3g}–{high:.3g} Hz the power is {peak['ratio']:.3g} × the model's "
                 f"(z = {peak['z']:+.1f} at {peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz)"
             )
+            out.append(("frequency", self.worst_frequency, words))
         if self.worst_time is not None:
             low, high = self.worst_time
             inside = [
@@ -104,11 +111,12 @@ class Where:
             # The largest samples of a stretch may be louder where most are quieter: what is said of both agrees.
             inside = [r for r in inside if (r["ratio"] > 1.0) == (r["z"] > 0.0)] or inside
             peak = max(inside, key=lambda r: abs(r["z"]))
-            out.append(
+            words = (
                 f"over time: {low:.5g}–{high:.5g} s, {peak['low_hz']:.3g}–{peak['high_hz']:.3g} Hz: the power is "
                 f"{peak['ratio']:.3g} × that of the rest of the record (z = {peak['z']:+.1f})"
             )
-        return [tidy(sentence) for sentence in out]
+            out.append(("time", self.worst_time, words))
+        return [(view, place, tidy(words)) for view, place, words in out]
 
 
 def _factor(factor: float) -> str:

@@ -21,7 +21,14 @@ if TYPE_CHECKING:
     from allanite.effects.terms import Term
     from allanite.fit.likelihood.data import Data
 
-__all__ = ["ChanceBand", "Curve", "chance_band", "compare_curves", "expected_variance"]
+__all__ = [
+    "ChanceBand",
+    "Curve",
+    "chance_band",
+    "compare_curves",
+    "components_at",
+    "expected_variance",
+]
 
 #: Below this the deviation itself is uncertain by 22 %; its error says nothing of the model.
 FEWEST_EDF = 10.0
@@ -65,7 +72,7 @@ class Curve:
     @cached_property
     def components(self) -> dict[str, NDArray[np.float64]]:
         """Deviation of each effect alone by its kind, shape (k,), U; made when it is first asked for."""
-        return _components(*self.of, self.factors)
+        return components_at(*self.of, self.factors)
 
     @property
     def ratio(self) -> NDArray[np.float64]:
@@ -217,7 +224,7 @@ def compare_curves(data: Data, model: Model) -> Curve:
     )
 
 
-def _components(
+def components_at(
     data: Data, model: Model, factors: NDArray[np.int64]
 ) -> dict[str, NDArray[np.float64]]:
     """Deviation of each effect by its kind, numbered where there are several."""

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from allanite.fit.result import Fit
     from allanite.fit.rivals.undecided import Undecided
 
-__all__ = ["fit_table", "misfit_line", "parameter_rows", "undecided_sentence"]
+__all__ = ["fit_table", "is_wider", "misfit_line", "parameter_rows", "undecided_sentence"]
 
 #: An interval is another one if an end lies farther out by this share of its width.
 WIDER = 0.1
@@ -103,6 +103,14 @@ def _percent(share: float) -> str:
     return "100 %" if share > 0.995 else f"{100.0 * share:.2g} %"
 
 
+def is_wider(value: Estimate, interval: tuple[float, float]) -> bool:
+    """True if an interval over several models reaches further than an estimate's own, by over a tenth of its width."""
+    if value.interval is None:
+        return False
+    low, high = value.interval
+    return max(low - interval[0], interval[1] - high) > WIDER * (high - low)
+
+
 def undecided_sentence(fit: Fit, found: Undecided) -> str:
     """Which models explain the record as well as that of a fit, and the intervals that are wider over all of them."""
     (own, share), *others = found.models
@@ -120,8 +128,7 @@ def undecided_sentence(fit: Fit, found: Undecided) -> str:
     for effect, label, values, intervals in every:
         for name, (low, high) in intervals.items():
             value = values[name]
-            out = max(value.interval[0] - low, high - value.interval[1])
-            if out <= WIDER * (value.interval[1] - value.interval[0]):
+            if not is_wider(value, (low, high)):
                 continue
             over = Estimate(value, None, (low, high), value.unit, True, name)
             declared = effect.parameter(name)

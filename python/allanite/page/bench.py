@@ -15,7 +15,7 @@ from allanite.page.ladder import Board, Ladder, Step, Work
 from allanite.page.source import kept, part_of
 from allanite.page.words import WORDS
 from allanite.recording.at_rest import refusal_of
-from allanite.study import Rung
+from allanite.study import Rung, Study
 from allanite.suggestion import Check, check_fit
 
 if TYPE_CHECKING:
@@ -190,12 +190,15 @@ class Bench:
             found = step.fit.error
             with self.change(job):
                 step.error = found
-        if step.check is None:
+        if step.study is None:
             check = check_fit(step.fit, job.progress)
+            study = Study(step.fit.recording, (step.rung,), check, "nothing helps")
+            if check.adequate:
+                job.say("Comparing alternative explanations")
+                _ = study.doubts  # kept by it
             with self.change(job):
-                step.check = check
-        assert step.check is not None
-        return step.check
+                step.study = study
+        return step.study.check
 
     def rest(self, job: Job, step: Step) -> None:
         """Find what a step lacks, unless something else is asked for."""

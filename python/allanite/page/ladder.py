@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from allanite.fit import Error, Fit
     from allanite.page.source import Part
     from allanite.recording import Recording
-    from allanite.study import Rung
+    from allanite.study import Rung, Study
     from allanite.suggestion import Check
 
 __all__ = ["Board", "Ladder", "Step", "Work"]
@@ -25,17 +25,22 @@ ROWS = 1_000_000
 
 @dataclass(eq=False)
 class Step:
-    """A step as the page shows it: what was done, the fit, and its errors and its check once they are made."""
+    """A step as the page shows it: what was done, the fit, its errors, and what a study says of the fit once it is made."""
 
     label: str
     rung: Rung
     error: Error | None = None
-    check: Check | None = None
+    study: Study | None = None
 
     @property
     def fit(self) -> Fit:
         """The fit of the step."""
         return self.rung.fit
+
+    @property
+    def check(self) -> Check | None:
+        """The check of the fit; None until it is made."""
+        return None if self.study is None else self.study.check
 
 
 @dataclass(frozen=True, eq=False)

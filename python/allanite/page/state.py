@@ -8,7 +8,15 @@ from allanite.common.units import parse_unit
 from allanite.effects import standard
 from allanite.page.edits import SHEET
 from allanite.page.shown.beside import differences
-from allanite.page.shown.cards import cards, chips, rung, rungs
+from allanite.page.shown.cards import (
+    alternatives,
+    cards,
+    chips,
+    failures,
+    rung,
+    rungs,
+    telling_view,
+)
 from allanite.page.shown.documents import sheet_rows, targets
 from allanite.page.shown.figures import colors_of
 from allanite.page.shown.offers import offers, sentence
@@ -39,7 +47,8 @@ def state(tab: Tab) -> dict[str, Any]:
     ladder = board.ladders[board.column]
     step = ladder.step
     shown = preview or (None if step is None else step.fit)
-    check = None if step is None else step.check
+    study = None if step is None else step.study
+    check = None if study is None else study.check
     source = tab.source
     return {
         "version": version,
@@ -59,7 +68,14 @@ def state(tab: Tab) -> dict[str, Any]:
         "covariates": [] if now is None else list(now.recording.covariates),
         "chips": []
         if shown is None or now is None
-        else chips(shown, tab.unit, colors_of(now, shown)),
+        else chips(
+            shown,
+            tab.unit,
+            colors_of(now, shown),
+            None
+            if study is None or study.fit is not shown or not study.adequate
+            else study.undecided,
+        ),
         "chip_unit": tab.unit,
         "chip_units": [] if shown is None else chip_units(shown.recording.unit),
         "tray": [] if now is None or step is None else _tray(now, board.column, step.fit),
@@ -71,11 +87,13 @@ def state(tab: Tab) -> dict[str, Any]:
             "before": None if step is None else step.fit.misfit.reduced,
         },
         "checked": check is not None,
-        "adequate": None if check is None else check.adequate,
-        "verdict": None if check is None else check.verdict,
+        "adequate": None if study is None else study.adequate,
+        "verdict": None if study is None else study.verdict,
         "discrepancy": None if step is None else step.fit.discrepancy.percent,
         "within": step is not None and check is not None and tab.within(step),
-        "where": [] if check is None else check.left,
+        "where": [] if study is None else failures(study),
+        "view": None if study is None else telling_view(study),
+        "alternatives": None if study is None else alternatives(study),
         "cards": [] if check is None else cards(check),
         "ladder": rungs(ladder.steps),
         "at": ladder.at,
@@ -120,9 +138,9 @@ def _kind(tab: Tab, step: Step | None) -> str:
     """How far a column has come."""
     if step is None:
         return "new"
-    if step.check is None:
+    if step.study is None:
         return "fitted"
-    if step.check.adequate:
+    if step.study.adequate:
         return "adequate"
     return "within" if tab.within(step) else "fails"
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.effects import Deterministic, Periodic, Stochastic
+from allanite.common.numbers import number
+from allanite.common.parameters import Estimate
+from allanite.effects import Deterministic, Effect, Periodic, Stochastic
+from allanite.fit.curve import FAILS, components_at, expected_variance
+from allanite.fit.likelihood.peaks import seen_singly
 from allanite.fit.solution import Process
 from allanite.plots.axes import log_axis, score_axis
 from allanite.plots.spec import Axis, Band, Line, Mark, Panel, Points, Rule, Span
@@ -18,15 +23,38 @@ from allanite.spectrum.spectrum import cells_of
 
 if TYPE_CHECKING:
     from allanite.fit.result import Fit
+    from allanite.suggestion import Check
 
-__all__ = ["Part", "allan_panels", "interval", "parts", "spectrum_panels"]
+__all__ = [
+    "SINGLE",
+    "Part",
+    "allan_panels",
+    "failing",
+    "interval",
+    "missing_lines",
+    "ordinates_between",
+    "parts",
+    "spectrum_panels",
+    "spectrum_spans",
+    "tau_spans",
+]
 
 Array = NDArray[np.float64]
-Range = tuple[float, float] | None
 
 TAU = "averaging time τ (s)"
+SINGLE = "single frequencies where it matters"
 #: Scores beyond which a strip has a guide: 95 % of chance, and about 1 % for the worst of a whole curve.
 GUIDES = (2.0, 3.5)
+#: Averaging times a decade at which model and effects are drawn: lines of any shape look smooth.
+DENSE = 32
+#: |z| within which a failing range goes on beside its largest.
+NEIGHBOR = 2.0
+#: Parts of its width at each side of a failing range in which single ordinates are drawn.
+ASIDE = 1.0
+#: Ordinates at each side of a line that are drawn one by one.
+NEAR_LINE = 40
+#: Points of single ordinates in one range; where there are more, neighbors are averaged.
+MOST_SINGLE = 600
 #: Ordinates of a point of the spectrum; with fewer its interval spans decades and hides the curve.
 FEWEST = 4
 #: Where taking the deterministic effects out changed the density by more than this, both are shown.
@@ -35,13 +63,26 @@ CHANGED = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """The effect at a place of a model as it is drawn: its colour, its name with numbers, its line (if it is one)."""
+    """The effect at a place of a model as it is drawn.
+
+    Attributes
+    ----------
+    color, dash, label : str
+    place : int
+        In the model.
+    frequency : float or None
+        Of a line, Hz.
+    limit : float or None
+        Of an effect that is not detected the ratio of the 95 % limit of its coefficient to the fitted one; infinite where
+        that is 0. The effect is drawn at the limit.
+    """
 
     color: str
     dash: str
     label: str
     place: int
     frequency: float | None = None
+    limit: float | None = None
 
 
 def parts(fit: Fit) -> tuple[Part, ...]:
@@ -56,8 +97,63 @@ def parts(fit: Fit) -> tuple[Part, ...]:
         label = f"{name}: {numbers}" if numbers else name
         dash = "solid" if i < len(COMPONENTS) else "dot"
         frequency = effect.frequency if isinstance(effect, Periodic) else None
-        out.append(Part(COMPONENTS[i % len(COMPONENTS)], dash, label, place, frequency))
+        limit = _limit(effect, fit.estimates[place])
+        if limit is not None:
+            label, dash = f"{label} (95 % limit)", "dash"
+        out.append(Part(COMPONENTS[i % len(COMPONENTS)], dash, label, place, frequency, limit))
     return tuple(out)
+
+
+def _limit(effect: Effect, values: dict[str, Any]) -> float | None:
+    value = values.get(effect.coefficient) if isinstance(effect, Stochastic) else None
+    if not isinstance(value, Estimate) or value.detected or value.interval is None:
+        return None
+    return value.interval[1] / value.value if value.value > 0.0 else np.inf
+
+
+def failing(fit: Fit) -> list[tuple[float, float, float]]:
+    """Ranges of τ in which the curve leaves the model, with measured over model where that is furthest off."""
+    curve = fit.curve
+    z = np.where(np.isfinite(curve.z), curve.z, 0.0)
+    out, start = [], 0
+    sign = np.where(np.abs(z) > NEIGHBOR, np.sign(z), 0.0)
+    for i in range(1, z.size + 1):
+        if i < z.size and sign[i] == sign[start]:
+            continue
+        inside = np.abs(z[start:i])
+        if sign[start] and inside.max() >= FAILS:
+            # The factor that the verdict says of this range.
+            apart = np.log(curve.measured[start:i] / curve.model[start:i])
+            ratio = float(np.exp(apart[np.abs(apart).argmax()]))
+            out.append((float(curve.tau[start]), float(curve.tau[i - 1]), ratio))
+        start = i
+    return out
+
+
+def tau_spans(fit: Fit) -> tuple[Span, ...]:
+    """The ranges of τ in which a model fails, each with its factor."""
+    return tuple(
+        Span(
+            low / 1.06,
+            high * 1.06,
+            "fail",
+            "where the model fails",
+            f"×{number(max(ratio, 1 / ratio), 3)} too {'low' if ratio > 1 else 'high'}",
+        )
+        for low, high, ratio in failing(fit)
+    )
+
+
+def spectrum_spans(fit: Fit, worst: tuple[float, float] | None) -> tuple[Span, ...]:
+    """The range of frequencies in which a model fails most, Hz, with the largest factor there."""
+    if worst is None:
+        return ()
+    low, high = fit.data.bins.limits(fit.data.rate)
+    inside = (low >= worst[0] * (1 - 1e-9)) & (high <= worst[1] * (1 + 1e-9))
+    ratio = (fit.solution.power / fit.solution.spectrum)[inside]
+    top = float(ratio[np.abs(fit.z[inside]).argmax()])
+    text = f"{number(top, 3)} × the model"
+    return (Span(*worst, "fail", "where the model fails", text),)
 
 
 def interval(deviation: Array, edf: Array) -> tuple[Array, Array]:
@@ -68,13 +164,37 @@ def interval(deviation: Array, edf: Array) -> tuple[Array, Array]:
     return low, deviation * np.sqrt(edf / chdtri(edf, 0.975))
 
 
+def _lines(fit: Fit) -> tuple[Array, Array, list[Array]]:
+    """τ, the model and each of `parts` at `DENSE` averaging times a decade and those of the curve."""
+    data, model = fit.curve.of
+    own = fit.curve.factors
+    grid = 10 ** np.arange(0.0, np.log10(own[-1]), 1.0 / DENSE)
+    factors = np.unique(np.concatenate([own, np.round(grid).astype(np.int64)]))
+    factors = factors[factors >= own[0]]
+    total = expected_variance(data.terms(model), factors)
+    if model.deterministic:
+        total = total + data.deviation_of(data.signal(model.deterministic), factors) ** 2
+    drawn = []
+    components = components_at(data, model, factors).values()
+    for part, values in zip(parts(fit), components, strict=True):
+        if part.limit is None:
+            drawn.append(values)
+            continue
+        effect = model.effects[part.place]
+        assert isinstance(effect, Stochastic)
+        top = fit.estimates[part.place][effect.coefficient].interval[1]
+        unit = expected_variance(data.unit_terms(model, effect), factors)
+        drawn.append(values * part.limit if np.isfinite(part.limit) else top * np.sqrt(unit))
+    return factors / data.rate, np.sqrt(total), drawn
+
+
 def allan_panels(
-    fit: Fit, column: int = 0, worst: Range = None, strip: bool = True
+    fit: Fit, column: int = 0, spans: Sequence[Span] = (), strip: bool = True
 ) -> tuple[Panel, ...]:
     """Allan curve with its interval, the model with its band and its effects; residuals in σ below."""
     curve = fit.curve
     low, high = interval(curve.measured, curve.edf)
-    marks: list[Mark] = [*_span(worst)]
+    marks: list[Mark] = [*spans]
     band = fit.band
     marks += [
         Band(
@@ -84,9 +204,10 @@ def allan_panels(
             band.tau, band.low, band.high, "model", "expected scatter (95 %) if the model is true"
         ),
     ]
-    for part, values in zip(parts(fit), curve.components.values(), strict=True):
-        marks.append(Line(curve.tau, values, part.color, part.label, 1.2, part.dash))
-    marks.append(Line(curve.tau, curve.model, "model", "model", 2.2))
+    tau, total, drawn = _lines(fit)
+    for part, values in zip(parts(fit), drawn, strict=True):
+        marks.append(Line(tau, values, part.color, part.label, 1.2, part.dash))
+    marks.append(Line(tau, total, "model", "model", 2.2))
     marks.append(Points(curve.tau, curve.measured, "measured", "measured ± 95 %", low, high))
     x = log_axis(TAU, curve.tau)
     # Effects may lie decades below: the curve decides what is shown.
@@ -101,11 +222,66 @@ def allan_panels(
     panel = Panel(x, y, tuple(marks), 0, column, title="Allan deviation", show_x=not strip)
     if not strip:
         return (panel,)
-    return panel, _strip(x, curve.tau, curve.z, column, worst)
+    return panel, _strip(x, curve.tau, curve.z, column, spans)
 
 
-def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Panel, ...]:
-    """Two-sided density with the model and its effects; residuals in σ below."""
+def ordinates_between(
+    fit: Fit, low: float, high: float, whole: bool = False, most: int = MOST_SINGLE
+) -> tuple[Array, Array]:
+    """Frequencies and densities of the single ordinates between two frequencies, Hz; neighbors averaged above `most`.
+
+    Of the record without the model's known functions of time, or of the `whole` record. Empty where single ordinates
+    say little: of summaries, and where many samples are missing.
+    """
+    data = fit.data
+    if not seen_singly(data):
+        return np.zeros(0), np.zeros(0)
+    step = data.rate / (2.0 * data.n)
+    first, last = max(1, int(np.ceil(low / step))), min(data.n - 1, int(high / step))
+    j = np.arange(first, max(first, last + 1))
+    every = max(1, -(-j.size // most))
+    starts = np.arange(0, j.size, every)
+    source = data.ordinates if whole else fit.solution.ordinates
+    power = source[j] ** 2 / data.rate
+    size = np.diff(np.append(starts, j.size))
+    return (
+        np.asarray(np.add.reduceat(j * step, starts) / size if j.size else np.zeros(0)),
+        np.asarray(np.add.reduceat(power, starts) / size if j.size else np.zeros(0)),
+    )
+
+
+def _singles(fit: Fit, spans: Sequence[Span], lines: Sequence[float]) -> list[Line]:
+    """Single ordinates around the failing ranges, lines that may be missing, and those of the model as recorded."""
+    out = []
+    for span in spans:
+        aside = ASIDE * (span.high - span.low)
+        f, power = ordinates_between(fit, span.low - aside, span.high + aside)
+        out.append(Line(f, power, "raw", SINGLE, 1.0))
+    step = fit.data.rate / (2.0 * fit.data.n)
+    known = [(p.frequency, True) for p in parts(fit) if p.frequency is not None]
+    for frequency, whole in (*known, *((f, False) for f in lines)):
+        low, high = frequency - NEAR_LINE * step, frequency + NEAR_LINE * step
+        out.append(Line(*ordinates_between(fit, low, high, whole), "raw", SINGLE, 1.0))
+    return [line for line in out if line.x.size]
+
+
+def missing_lines(check: Check | None) -> tuple[float, ...]:
+    """Frequencies of the lines that are significantly missing, Hz."""
+    found = () if check is None else check.significant
+    return tuple(
+        s.effect.frequency
+        for s in found
+        if isinstance(s.effect, Periodic) and s.effect.frequency is not None
+    )
+
+
+def spectrum_panels(
+    fit: Fit, column: int = 1, spans: Sequence[Span] = (), lines: Sequence[float] = ()
+) -> tuple[Panel, ...]:
+    """Two-sided density with the model and its effects; residuals in σ below.
+
+    Single ordinates are drawn in the `spans` where the model fails and at `lines` that may be missing, Hz.
+    """
     from scipy.special import chdtri
 
     from allanite.fit.likelihood.whittle import normal_scores
@@ -122,7 +298,9 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
 
     measured, model = mean(solution.power), mean(solution.spectrum)
     low, high = count / chdtri(count, 0.025), count / chdtri(count, 0.975)
-    marks: list[Mark] = [*_span(worst)]
+    marks: list[Mark] = [*spans]
+    singles = _singles(fit, spans, lines)
+    marks += singles
     marks.append(
         Band(
             frequency,
@@ -135,7 +313,7 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
     for part in parts(fit):
         own = solution.effects[part.place]
         if isinstance(own, Process):
-            power = mean(own.power)
+            power = mean(own.power if part.limit is None else _at_limit(fit, part, own))
             marks.append(Line(frequency, power, part.color, part.label, 1.2, part.dash))
         elif part.frequency is not None:
             marks.append(Rule(part.frequency, "x", part.color, "dash", part.label))
@@ -171,13 +349,23 @@ def spectrum_panels(fit: Fit, column: int = 1, worst: Range = None) -> tuple[Pan
         (model / low)[sure],
         0.5 * measured,
         *_shown(marks),
+        *(np.array([line.y.max()]) for line in singles),
     )
     panel = Panel(
         x, y, tuple(marks), 0, column, title="Power spectral density, two-sided", show_x=False
     )
     ratio = np.add.reduceat(solution.count * solution.power / solution.spectrum, first) / count
     z = normal_scores(ratio, count, np.ones(count.size))
-    return panel, _strip(x, frequency, z, column, worst)
+    return panel, _strip(x, frequency, z, column, spans)
+
+
+def _at_limit(fit: Fit, part: Part, own: Process) -> Array:
+    """Bin power of an effect that is not detected, at the 95 % limit of its coefficient."""
+    assert part.limit is not None
+    if np.isfinite(part.limit):
+        return own.power * part.limit**2
+    top = fit.estimates[part.place][own.effect.coefficient].interval[1]
+    return np.asarray(own.column * top**2)
 
 
 def _shown(marks: list[Mark]) -> list[Array]:
@@ -202,13 +390,12 @@ def _merge(count: Array) -> tuple[NDArray[np.int64], Array]:
     return starts, np.maximum(np.add.reduceat(count, starts), 1e-9)
 
 
-def _span(worst: Range) -> tuple[Span, ...]:
-    return () if worst is None else (Span(*worst, "fail", "where the model fails"),)
-
-
-def _strip(x: Axis, at: Array, z: Array, column: int, worst: Range) -> Panel:
+def _strip(x: Axis, at: Array, z: Array, column: int, spans: Sequence[Span]) -> Panel:
     """Residuals as standard normal scores, with guides."""
-    marks: list[Mark] = [*_span(worst), Rule(0.0, "y", "guide", "solid")]
+    marks: list[Mark] = [
+        *(replace(span, text="") for span in spans),
+        Rule(0.0, "y", "guide", "solid"),
+    ]
     for guide, dash in zip(GUIDES, ("dash", "dot"), strict=True):
         marks += [Rule(sign * guide, "y", "guide", dash) for sign in (-1.0, 1.0)]
     kept = np.isfinite(z)

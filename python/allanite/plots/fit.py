@@ -6,11 +6,18 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.common.numbers import number
-from allanite.plots.curves import allan_panels, spectrum_panels
-from allanite.plots.spec import Figure
+from allanite.plots.curves import (
+    allan_panels,
+    missing_lines,
+    spectrum_panels,
+    spectrum_spans,
+    tau_spans,
+)
+from allanite.plots.spec import Figure, Span
 from allanite.plots.words import effect_text, recording_text, values_text
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from allanite.fit.result import Fit
@@ -39,7 +46,7 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
     InputError
         Another suffix, a folder that does not exist, matplotlib not installed.
     """
-    figure = _figure(fit, None, None)
+    figure = _figure(fit)
     if path is not None:
         figure.save(path, theme)
     return figure
@@ -47,7 +54,9 @@ def plot_fit(fit: Fit, path: str | Path | None = None, theme: str = "light") -> 
 
 def plot_check(check: Check, path: str | Path | None = None, theme: str = "light") -> Figure:
     """As `plot_fit`, with the ranges shaded in which the model fails, and the first suggestion in the title."""
-    figure = _figure(check.fit, check.where.worst_tau, check.where.worst_frequency)
+    fit = check.fit
+    spans = spectrum_spans(fit, check.where.worst_frequency)
+    figure = _figure(fit, tau_spans(fit), spans, missing_lines(check))
     figure = replace(figure, subtitle=_verdict(check), kind="check")
     if path is not None:
         figure.save(path, theme)
@@ -55,9 +64,12 @@ def plot_check(check: Check, path: str | Path | None = None, theme: str = "light
 
 
 def _figure(
-    fit: Fit, tau: tuple[float, float] | None, frequency: tuple[float, float] | None
+    fit: Fit,
+    tau: Sequence[Span] = (),
+    frequency: Sequence[Span] = (),
+    lines: Sequence[float] = (),
 ) -> Figure:
-    panels = (*allan_panels(fit, 0, tau), *spectrum_panels(fit, 1, frequency))
+    panels = (*allan_panels(fit, 0, tau), *spectrum_panels(fit, 1, frequency, lines))
     return Figure(
         f"{recording_text(fit.recording)} · model {fit.model.name}",
         agreement(fit),

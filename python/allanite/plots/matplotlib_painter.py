@@ -41,6 +41,8 @@ FONT = "DejaVu Sans"  # comes with matplotlib and has every sign that is written
 #: Texts are as they are: a dollar sign begins no formula.
 TEXT: dict[str, Any] = {"family": FONT, "parse_math": False}
 DASHES: dict[str, Any] = {"solid": "-", "dash": (0, (5, 2.5)), "dot": (0, (1.2, 2))}
+#: Part of an axis near its ends where the words of a shaded range stand to one side of it.
+EDGE = 0.15
 # What lies over what.
 BELOW, AREA, GUIDE, LINE, POINT, WORDS = 0.5, 1.0, 1.5, 2.5, 3.0, 4.0
 
@@ -269,6 +271,8 @@ def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None
                 linewidth=0,
                 zorder=BELOW,
             )
+            if mark.text:
+                _span_text(axes, mark, panel.x, look)
         case Rule():
             draw = axes.axvline if mark.axis == "x" else axes.axhline
             draw(
@@ -295,6 +299,28 @@ def _draw(canvas: Any, axes: Any, panel: Panel, mark: Mark, look: Theme) -> None
                 zorder=WORDS,
                 **TEXT,
             )
+
+
+def _span_text(axes: Any, mark: Span, axis: Axis, look: Theme) -> None:
+    """The words at the top of a shaded range, kept inside the axis."""
+    scale = np.log10 if axis.log else np.asarray
+    first, last = scale(axis.low), scale(axis.high)
+    middle = 0.5 * (max(scale(mark.low), first) + min(scale(mark.high), last))
+    place = float((middle - first) / (last - first))
+    axes.text(
+        place,
+        0.985,
+        mark.text,
+        transform=axes.transAxes,
+        ha="left" if place < EDGE else "right" if place > 1.0 - EDGE else "center",
+        va="top",
+        fontsize=9.5,
+        weight="bold",
+        color=look.text,
+        zorder=WORDS,
+        bbox={"facecolor": look.panel, "edgecolor": "none", "pad": 0.8, "alpha": 0.8},
+        **TEXT,
+    )
 
 
 def _points(axes: Any, mark: Points, look: Theme) -> None:

@@ -30,6 +30,8 @@ FONT = "system-ui, -apple-system, 'Segoe UI', 'DejaVu Sans', sans-serif"
 DASHES = {"solid": "solid", "dash": "dash", "dot": "dot"}
 #: Room between columns and rows of the grid, in parts of the figure.
 GAP_X, GAP_Y = 0.075, 0.03
+#: Part of an axis near its ends where the words of a shaded range stand to one side of it.
+EDGE = 0.15
 
 
 def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
@@ -191,6 +193,8 @@ def _draw(
             color = {"fillcolor": _rgba(look.color(mark.color), 0.25), "line": {"width": 0}}
             refs = {"xref": f"x{suffix}", "yref": f"y{suffix} domain"}
             layout["shapes"].append({"type": "rect", **box, **color, **refs})
+            if mark.text:
+                layout["annotations"].append(_span_text(mark, suffix, layout, look))
             square = {"symbol": "square", "size": 12, "color": color["fillcolor"]}
             data.append(
                 _trace([None], [None], mark.label, axes) | {"mode": "markers", "marker": square}
@@ -227,6 +231,28 @@ def _draw(
             layout["annotations"].append(
                 {"text": words(mark.text), "showarrow": False, "font": font, **place}
             )
+
+
+def _span_text(mark: Span, suffix: str, layout: dict[str, Any], look: Theme) -> dict[str, Any]:
+    """The words at the top of a shaded range, kept inside the axis."""
+    axis = layout[f"xaxis{suffix}"]
+    first, last = sorted(axis["range"])
+    ends = [math.log10(v) if axis["type"] == "log" else v for v in (mark.low, mark.high)]
+    middle = 0.5 * (max(ends[0], first) + min(ends[1], last))
+    place = (middle - first) / (last - first)
+    return {
+        "text": f"<b>{words(mark.text)}</b>",
+        "x": middle,
+        "y": 1.0,
+        "xref": f"x{suffix}",
+        "yref": f"y{suffix} domain",
+        "xanchor": "left" if place < EDGE else "right" if place > 1.0 - EDGE else "center",
+        "yanchor": "top",
+        "showarrow": False,
+        "font": {"size": 12, "color": look.text},
+        "bgcolor": _rgba(look.panel, 0.8),
+        "name": "span",
+    }
 
 
 def _trace(x: Any, y: Any, label: str, axes: dict[str, str]) -> dict[str, Any]:

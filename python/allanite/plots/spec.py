@@ -100,12 +100,13 @@ class Band:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A shaded range of the x axis, over the whole height."""
+    """A shaded range of the x axis, over the whole height; `text` is written at its top."""
 
     low: float
     high: float
     color: str
     label: str = ""
+    text: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.common.numbers import number
+from allanite.common.numbers import number, tidy
 from allanite.common.parameters import Estimate
+from allanite.criticism import over_frequency, over_time
 from allanite.effects import Effect, Periodic, find, limitable
+from allanite.fit.curve import FAILS
+from allanite.fit.table import is_wider, undecided_sentence
 from allanite.page.edits import factor_of, shown_unit
 from allanite.plots.curves import parts
 from allanite.plots.words import effect_text, unit_text
@@ -19,20 +22,30 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from allanite.fit import Fit
+    from allanite.fit.rivals.undecided import Undecided
     from allanite.page.ladder import Step
+    from allanite.study import Study
     from allanite.suggestion import Check, Suggestion
 
-__all__ = ["cards", "chips", "rung", "rungs"]
+__all__ = ["alternatives", "cards", "chips", "failures", "rung", "rungs", "telling_view"]
 
+#: The view of the page that shows a failure over …
+SHOWS = {"tau": "allan", "frequency": "psd", "time": "map"}
 #: τ at which a process of frequency f shows most on the Allan curve, times f (the transfer function's peak).
 PEAK = 0.37
 
 
-def chips(fit: Fit, unit: str | None = None, colors: Sequence[str] = ()) -> list[dict[str, Any]]:
+def chips(
+    fit: Fit,
+    unit: str | None = None,
+    colors: Sequence[str] = (),
+    found: Undecided | None = None,
+) -> list[dict[str, Any]]:
     """One record an effect of the model: name, colour role, values with units and intervals.
 
     `unit` is the sample unit in which they are shown, or `SHEET`; None for the recording's. `colors` are the roles of
-    the effects, in the order of the model.
+    the effects, in the order of the model. `found` are the models that the record cannot tell from this one: a
+    parameter whose interval is wider over all of them says so.
     """
     drawn = {part.place: part for part in parts(fit)}
     out = []
@@ -54,6 +67,7 @@ def chips(fit: Fit, unit: str | None = None, colors: Sequence[str] = ()) -> list
                         name,
                         value,
                         shown_unit(effect.parameter(name), value, fit.recording.unit, unit),
+                        None if found is None else found.intervals[place].get(name),
                     )
                     for name, value in values.items()
                     if isinstance(value, Estimate)
@@ -63,7 +77,75 @@ def chips(fit: Fit, unit: str | None = None, colors: Sequence[str] = ()) -> list
     return out
 
 
-def _value(effect: Effect, name: str, own: Estimate, shown: str) -> dict[str, Any]:
+def failures(study: Study) -> list[dict[str, Any]]:
+    """What the model of a study does not explain: a sentence each, the view that shows it, and the place there."""
+    if study.adequate:
+        return []
+    placed = {sentence: (view, place) for view, place, sentence in study.check.where.places()}
+    out = []
+    for text in study.left:
+        view, place = placed.get(text, (None, None))
+        out.append({"text": text, "view": view and SHOWS[view], "place": place})
+    return out
+
+
+def telling_view(study: Study) -> str:
+    """The view that shows best what a model lacks; the Allan curve where it lacks nothing."""
+    check = study.check
+    first = check.significant[0].effect if check.significant else None
+    if study.adequate or (first is None and not check.where.fails):
+        return "allan"
+    if first is not None and first.follows:
+        return "samples"
+    scores = _scores(study)
+    if scores:
+        return max(scores, key=lambda view: scores[view])
+    assert first is not None
+    return "samples" if first.when else "psd" if isinstance(first, Periodic) else "allan"
+
+
+def _scores(study: Study) -> dict[str, float]:
+    """Of each view on which a model fails its largest score over the one that true models hardly pass."""
+    where, fit = study.check.where, study.fit
+    out = {}
+    if where.worst_tau is not None:
+        out["allan"] = float(np.nanmax(np.abs(fit.curve.z))) / FAILS
+    if where.worst_frequency is not None:
+        low, high = fit.data.bins.limits(fit.data.rate)
+        inside = (low >= where.worst_frequency[0]) & (high <= where.worst_frequency[1])
+        total = abs(float(fit.z[inside].sum())) / np.sqrt(max(1, np.count_nonzero(inside)))
+        out["psd"] = total / over_frequency.THRESHOLD
+    if where.worst_time is not None:
+        out["map"] = max(abs(r["z"]) for r in where.time) / over_time.THRESHOLD
+    return out
+
+
+def alternatives(study: Study) -> str | None:
+    """What else explains the record as well as an adequate model, a sentence; None where the model is not adequate."""
+    if not study.check.adequate:
+        return None
+    if study.undecided is None:
+        return "No other model of the catalogue explains this record as well."
+    said = tidy(undecided_sentence(study.fit, study.undecided))
+    return f"{said[0].upper()}{said[1:]}."
+
+
+def _over_all(own: Estimate, interval: tuple[float, float] | None, shown: str) -> str:
+    """The interval over all models that the record cannot tell apart, where it is wider than the model's own."""
+    if interval is None or not is_wider(own, interval):
+        return ""
+    over = Estimate(own, None, interval, own.unit, True, own.name).to(shown).interval
+    assert over is not None
+    return f"{number(over[0], 3)} … {number(over[1], 3)} over all alternatives"
+
+
+def _value(
+    effect: Effect,
+    name: str,
+    own: Estimate,
+    shown: str,
+    over_all: tuple[float, float] | None = None,
+) -> dict[str, Any]:
     value = own.to(shown)
     unit = "" if value.unit in ("", "1") else " " + unit_text(value.unit)
     role = effect.parameter(name).role
@@ -71,7 +153,7 @@ def _value(effect: Effect, name: str, own: Estimate, shown: str) -> dict[str, An
     spread = ""
     if not value.detected and value.interval is not None and value.unit not in ("s", "Hz"):
         text = f"< {number(value.interval[1], 2)}{unit}"
-        spread = "not seen (95 % limit)"
+        spread = "not detected (95 % limit)"
     elif value.interval is not None:
         low, high = value.interval
         found, first, last = resolved((value.value, low, high), (high - low) / 4.0)
@@ -81,12 +163,14 @@ def _value(effect: Effect, name: str, own: Estimate, shown: str) -> dict[str, An
         "symbol": _symbol(effect, name),
         "text": text,
         "spread": spread,
+        "over_all": _over_all(own, over_all, shown),
         "number": float(f"{value.value:.6g}"),
         "unit": unit.strip(),
         "detected": value.detected,
         "held": name in effect.hold,
         "kept": effect.kept(name),
         "limits": _limits(effect, name, factor_of(own, shown)),
+        "role": role,
         "free": role in ("coefficient", "shape"),
     }
 
@@ -181,9 +265,14 @@ def rungs(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
     """The ladder: what `rung` says of each step, and what it leaves of the first one's misfit."""
     left = misfit_left([s.rung for s in steps]) if steps else ()
     return [
-        {**rung(s), "left": share, "left_text": _percent(share)}
+        {**rung(s), "left": share, "left_text": _unexplained(s, share)}
         for s, share in zip(steps, left, strict=True)
     ]
+
+
+def _unexplained(step: Step, share: float) -> str:
+    """Of an adequate model nothing is unexplained: what is left of the misfit is chance."""
+    return "0 %" if step.study is not None and step.study.adequate else _percent(share)
 
 
 def rung(step: Step) -> dict[str, Any]:
@@ -202,8 +291,8 @@ def rung(step: Step) -> dict[str, Any]:
         "chance_text": "…" if error is None else _percent(error.chance_rms_percent),
         "predictive": None if error is None else error.predictive_score,
         "predictive_text": "…" if error is None else _nats(error.predictive_score),
-        "adequate": None if step.check is None else step.check.adequate,
-        "checked": step.check is not None,
+        "adequate": None if step.study is None else step.study.adequate,
+        "checked": step.study is not None,
     }
 
 

@@ -215,13 +215,12 @@ def _missing(tab: Tab) -> str:
     """Which axes a file is without."""
     columns = tab.work.recording.columns
     gone = [c for c, one in zip(columns, tab.board.ladders, strict=True) if not one.steps]
-    return f"Without {', '.join(gone)}: not looked at yet" if gone else ""
+    return f"Without {', '.join(gone)}: not yet checked" if gone else ""
 
 
 def _report(tab: Tab) -> Made:
     """The ladders up to the step that is looked at, as a report."""
     from allanite.report import Entry, Report
-    from allanite.study import Study
 
     entries, open_ = [], []
     columns = tab.work.recording.columns
@@ -229,13 +228,13 @@ def _report(tab: Tab) -> Made:
         steps = ladder.steps[: ladder.at + 1]
         if not steps:
             continue
-        first, last = steps[0].check, steps[-1].check
+        first, last = steps[0].check, steps[-1].study
         if first is None or last is None:
             open_.append(columns[column])
             continue
         ending = "adequate" if last.adequate else "stopped by hand"
         log = tab.work.log(column)
-        found = Study(log, tuple(s.rung for s in steps), last, ending)
+        found = replace(last, ladder=tuple(s.rung for s in steps), stopped_because=ending)
         entries.append(Entry(found, first, log.oadev()))
     if not entries:
         raise InputError("The report needs the finished search: wait until it ends")

@@ -9,12 +9,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
-from allanite.fit.curve import FAILS
+from allanite.effects import Periodic
+from allanite.fit.likelihood.peaks import seen_singly
 from allanite.page.shown.beside import two_models
 from allanite.page.shown.deviations import deviation_figure
 from allanite.page.shown.samples import samples_figure
 from allanite.plots.axes import linear_axis, log_axis
-from allanite.plots.curves import allan_panels, parts, spectrum_panels
+from allanite.plots.curves import (
+    SINGLE,
+    allan_panels,
+    missing_lines,
+    ordinates_between,
+    parts,
+    spectrum_panels,
+    spectrum_spans,
+    tau_spans,
+)
 from allanite.plots.deviation import plot_deviation
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Rule, Span
 from allanite.plots.themes import COMPONENTS
@@ -30,14 +40,14 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.statespace.filtering import Innovations
 
-__all__ = ["VIEWS", "colors_of", "failing", "figure_of", "fit_of"]
+__all__ = ["VIEWS", "colors_of", "figure_of", "fit_of"]
 
 #: Curves that can be told apart on one pair of axes: each has a colour of its own.
 MOST_CURVES = len(COMPONENTS)
+#: Points of single ordinates of a range that is looked at closely.
+MOST_CLOSE = 1500
 #: Samples that a filter runs over at once; of a longer record the first.
 MOST_FILTERED = 1_000_000
-#: |z| within which a failing range goes on beside its largest.
-BESIDE = 2.0
 
 
 def figure_of(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Figure:
@@ -77,25 +87,6 @@ def colors_of(work: Work, fit: Fit) -> list[str]:
     return out
 
 
-def failing(fit: Fit) -> list[tuple[float, float, float]]:
-    """Ranges of τ in which the curve leaves the model, with measured over model where that is furthest off."""
-    curve = fit.curve
-    z = np.where(np.isfinite(curve.z), curve.z, 0.0)
-    out, start = [], 0
-    sign = np.where(np.abs(z) > BESIDE, np.sign(z), 0.0)
-    for i in range(1, z.size + 1):
-        if i < z.size and sign[i] == sign[start]:
-            continue
-        inside = np.abs(z[start:i])
-        if sign[start] and inside.max() >= FAILS:
-            # The factor that the verdict says of this range.
-            apart = np.log(curve.measured[start:i] / curve.model[start:i])
-            ratio = float(np.exp(apart[np.abs(apart).argmax()]))
-            out.append((float(curve.tau[start]), float(curve.tau[i - 1]), ratio))
-        start = i
-    return out
-
-
 def _allan(tab: Tab, options: Mapping[str, str]) -> Figure:
     fit = fit_of(tab)
     other = deviation_figure(tab.log, fit, options, tab.work.deviations)
@@ -104,19 +95,17 @@ def _allan(tab: Tab, options: Mapping[str, str]) -> Figure:
     if fit is None:
         # Before the first fit there is the measured curve alone.
         return plot_deviation(tab.log.oadev())
-    panels = allan_panels(fit, 0, None)
-    spans = [
-        Span(low / 1.06, high * 1.06, "fail", "" if i else "where the model fails")
-        for i, (low, high, _) in enumerate(failing(fit))
-    ]
-    panels = tuple(replace(p, marks=(*spans, *p.marks)) for p in panels)
+    panels = allan_panels(fit, 0, tau_spans(fit))
     return Figure("Allan deviation", f"model {fit.model.name}", panels, (3.0, 1.0), kind="fit")
 
 
-def _psd(tab: Tab, _: Mapping[str, str]) -> Figure:
+def _psd(tab: Tab, options: Mapping[str, str]) -> Figure:
     fit = fit_of(tab) or tab.step.fit
     check = tab.step.check if tab.preview is None else None
-    panels = spectrum_panels(fit, 0, None if check is None else check.where.worst_frequency)
+    spans = spectrum_spans(fit, None if check is None else check.where.worst_frequency)
+    panels = spectrum_panels(fit, 0, spans, missing_lines(check))
+    if options.get("from") and options.get("to"):
+        panels = (_closely(fit, panels[0], options), panels[1])
     return Figure(
         "Power spectral density, two-sided",
         f"model {fit.model.name}",
@@ -124,6 +113,15 @@ def _psd(tab: Tab, _: Mapping[str, str]) -> Figure:
         (3.0, 1.0),
         kind="fit",
     )
+
+
+def _closely(fit: Fit, panel: Panel, options: Mapping[str, str]) -> Panel:
+    """The spectrum with every single ordinate of a range that is looked at closely, Hz."""
+    low, high = _positive(options, "from", 1.0), _positive(options, "to", 1.0)
+    f, power = ordinates_between(fit, low, high, most=MOST_CLOSE)
+    marks = [m for m in panel.marks if not (isinstance(m, Line) and m.label == SINGLE)]
+    at = next(i for i, m in enumerate(marks) if not isinstance(m, Span))
+    return replace(panel, marks=(*marks[:at], Line(f, power, "raw", SINGLE, 1.0), *marks[at:]))
 
 
 def _map(tab: Tab, _: Mapping[str, str]) -> Figure:
@@ -143,7 +141,21 @@ def _samples(tab: Tab, options: Mapping[str, str]) -> Figure:
     span, out = tab.work.part
     begin = 0.0 if span is None else span[0]
     shifted = [(a - begin, b - begin) for a, b in out]
-    return samples_figure(tab.log, options, worst, moments, shifted)
+    known = (
+        [] if fit is None else [e for e in fit.model.deterministic if not isinstance(e, Periodic)]
+    )
+    check = None if step is None or tab.preview is not None else step.check
+    follows = [s.effect for s in check.significant[:1] if s.effect.follows] if check else []
+    drift = None
+    if fit is not None and (known or follows) and seen_singly(fit.data):
+        drift = (
+            fit.data.signal([*known, *follows]),
+            ", ".join(
+                fit.display_name(e) + (f" {e.follows}" if e.follows else "")
+                for e in (*known, *follows)
+            ),
+        )
+    return samples_figure(tab.log, options, worst, moments, shifted, drift)
 
 
 def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
@@ -179,8 +191,8 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
 
     fit = tab.step.fit
     span = tab.log.duration
-    aided = _seconds(options, "aided", min(60.0, span / 40.0))
-    until = _seconds(options, "until", min(600.0, span / 10.0))
+    aided = _positive(options, "aided", min(60.0, span / 40.0))
+    until = _positive(options, "until", min(600.0, span / 10.0))
     rate = tab.log.rate
     tau = np.geomspace(max(1.0 / rate, until / 300.0), until, 13)
     known = dict(zip((e.short for e in fit.model), colors_of(tab.work, fit), strict=True))
@@ -210,13 +222,13 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
     return Figure("Error since the last fix", told, tuple(panels), (1.0,), widths, kind="error")
 
 
-def _seconds(options: Mapping[str, str], name: str, otherwise: float) -> float:
+def _positive(options: Mapping[str, str], name: str, otherwise: float) -> float:
     try:
         value = float(options.get(name) or otherwise)
     except ValueError:
         value = -1.0
     if not 0.0 < value < 1e9:
-        raise InputError(f"{options.get(name, '')[:20]!r} is no number of seconds")
+        raise InputError(f"{options.get(name, '')[:20]!r} is not a positive number")
     return value
 
 

@@ -10,7 +10,7 @@ from allanite.common.numbers import number
 from allanite.common.parameters import Estimate
 from allanite.fit.solution import Process
 from allanite.page.edits import shown_unit
-from allanite.page.shown.figures import colors_of, failing
+from allanite.page.shown.figures import colors_of
 from allanite.plots.words import unit_text
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from allanite.page.ladder import Work
     from allanite.plots.themes import Theme
 
-__all__ = ["hover", "live", "ranges", "readings"]
+__all__ = ["hover", "live", "readings"]
 
 
 def hover(data: list[dict[str, Any]], fit: Fit | None, name: str, unit: str) -> None:
@@ -64,24 +64,6 @@ def _told(fit: Fit, unit: str) -> list[str]:
             f"model {number(float(d))}: {abs(off):.2g} % too {way}{beyond}"
         )
     return out
-
-
-def ranges(fit: Fit, look: Theme) -> list[dict[str, Any]]:
-    """The factor by which the model is off, at the top of each failing range."""
-    return [
-        {
-            "text": f"×{number(max(ratio, 1 / ratio), 3)} too {'low' if ratio > 1 else 'high'}",
-            "x": float(np.log10(np.sqrt(low * high))),
-            "y": 0.995,
-            "xref": "x",
-            "yref": "y domain",
-            "yanchor": "top",
-            "showarrow": False,
-            "textangle": -90 if high / low < 4 else 0,
-            "font": {"size": 11, "color": look.text},
-        }
-        for low, high, ratio in failing(fit)
-    ]
 
 
 def readings(

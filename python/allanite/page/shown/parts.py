@@ -141,31 +141,10 @@ def _shared(fits: tuple[tuple[str, Fit], ...]) -> Common:
     return common_of({name: study(fit) for name, fit in fits})
 
 
-def _undecided(tab: Tab) -> str:
-    """Which models explain the record as well as the one that is looked at, and the intervals over all of them."""
-    if tab.busy:
-        raise InputError("Wait until the work in hand is done")
-    return _told(tab.step.fit)
-
-
-@lru_cache(maxsize=8)
-def _told(fit: Fit) -> str:
-    from allanite.common.numbers import tidy
-    from allanite.fit.rivals.undecided import undecided
-    from allanite.fit.table import undecided_sentence
-
-    found = undecided(fit)
-    if found is None:
-        return "No other model of the catalogue explains this record as well."
-    said = tidy(undecided_sentence(fit, found))
-    return f"{said[0].upper()}{said[1:]}."
-
-
 _PARTS: dict[str, Callable[[Any], Any]] = {
     "strip": _strip,
     "common": _common,
     "catalogue": _catalogue,
     "inspect": _inspect,
     "saved": _saved,
-    "undecided": _undecided,
 }

@@ -35,6 +35,7 @@ def samples_figure(
     worst: tuple[float, float] | None,
     moments: Sequence[tuple[float, str]] = (),
     out: Sequence[tuple[float, float]] = (),
+    drift: tuple[np.ndarray, str] | None = None,
 ) -> Figure:
     """Samples from ``options["from"]`` to ``options["to"]``, s; `moments` are marked.
 
@@ -47,6 +48,8 @@ def samples_figure(
     moments : sequence of (s, str)
     out : sequence of (start, end)
         Stretches that are left out, s.
+    drift : (ndarray of shape (n,), str), optional
+        What known functions of time add to the samples, and their names.
     """
     start, end = _range(log, options)
     first, last = int(start * log.rate), min(log.n, int(np.ceil(end * log.rate)) + 1)
@@ -69,6 +72,8 @@ def samples_figure(
     if part.n <= DOTS:
         line = next(m for m in marks if isinstance(m, Line))
         marks.append(Points(line.x, line.y, "c1", "single samples", size=3.5))
+    if drift is not None:
+        marks.append(_drift(log, part, *drift, first, size))
     marks += [Rule(t / size, "x", "model", "dash", n) for t, n in moments if start <= t <= end]
     limits = (begin, begin + part.duration / size)
     x = linear_axis(f"time ({name})", *limits, 8)
@@ -95,6 +100,15 @@ def _range(log: Recording, options: Mapping[str, str]) -> tuple[float, float]:
     if not end > start:
         raise InputError("Nothing lies in this range of time")
     return start, end
+
+
+def _drift(
+    log: Recording, part: Recording, signal: np.ndarray, name: str, first: int, size: float
+) -> Line:
+    """A known function of time through the middle of the samples."""
+    middle = float(np.nanmean(np.asarray(log.samples, dtype=float)) - np.mean(signal))
+    at = first + np.unique(np.linspace(0, part.n - 1, min(part.n, STRETCHES)).round().astype(int))
+    return Line(at / log.rate / size, middle + signal[at], "model", name, 2.0)
 
 
 def _moved(mark: Mark, by: float) -> Mark:

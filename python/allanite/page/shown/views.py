@@ -10,8 +10,9 @@ from allanite.common.units import conversion, parse_unit
 from allanite.page.shown import overlays
 from allanite.page.shown.figures import VIEWS, figure_of, fit_of
 from allanite.page.shown.offers import sentence
-from allanite.plots.curves import parts
+from allanite.plots.curves import SINGLE, parts
 from allanite.plots.plotly_painter import words
+from allanite.plots.spec import Line, Span
 from allanite.plots.themes import theme_of
 from allanite.plots.words import unit_text
 
@@ -59,6 +60,17 @@ def view(
         trace["name"] = str(trace.get("name") or "").removesuffix(" (recording)")
     found: dict[str, Any] = {"name": name, "kind": figure.kind, "title": figure.title}
     found["subtitle"] = figure.subtitle
+    marks = [mark for panel in figure.panels for mark in panel.marks]
+    found["fails"] = any(isinstance(m, Span) and m.color == "fail" for m in marks)
+    found["singles"] = any(isinstance(m, Line) and m.label == SINGLE for m in marks)
+    found["drift"] = next(
+        (
+            m.label
+            for m in marks
+            if name == "samples" and isinstance(m, Line) and m.color == "model"
+        ),
+        "",
+    )
     layout.pop("title", None)
     # The title stands above the plot in the page's own type.
     if len([p for p in figure.panels if p.row == 0]) == 1:
@@ -69,7 +81,6 @@ def view(
         _mark_components(data, shown)
         found["live"] = overlays.live(shown)
     if shown is not None and fitted and name == "allan":
-        layout["annotations"] += overlays.ranges(shown, look)
         points, labels = overlays.readings(shown, tab.work, tab.unit, look, layout)
         data += points
         layout["annotations"] += labels
@@ -130,10 +141,13 @@ def _mark_components(data: list[dict[str, Any]], fit: Fit) -> None:
     for part in parts(fit):
         for trace in data:
             if trace.get("name") == words(part.label):
-                trace["meta"] = f"effect-{part.place}"
+                kind = "effect" if part.limit is None else "limit"
+                trace["meta"] = f"{kind}-{part.place}"
     for trace in data:
         own = str(trace.get("yaxis")) in ("y", "y1")
-        if trace.get("name") == "model" and own:
+        if trace.get("name") == SINGLE:
+            trace["meta"] = "single"
+        elif trace.get("name") == "model" and own:
             trace["meta"] = "model"
         elif str(trace.get("name", "")).startswith("measured") and own:
             trace["meta"] = "measured"

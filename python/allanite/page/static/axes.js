@@ -1,7 +1,7 @@
 // The axes of the log: a strip of small curves, and a table of what each is.
 import { $, S, act, busy, el, refill, speak, svg } from "./core.js";
 
-const WORDS = { new: "Not looked at", fitted: "Fitted", fails: "Fails", within: "Within tolerance", adequate: "Adequate" };
+const WORDS = { new: "Not yet checked", fitted: "Fitted", fails: "Fails", within: "Within tolerance", adequate: "Adequate" };
 const SIGNS = { new: "○", fitted: "◔", fails: "✗", within: "≈", adequate: "✓" };
 const DONE = ["within", "adequate"];
 // By what a log is known again: a path an axis.

@@ -1,6 +1,6 @@
 // A component's line is taken near the pointer and moved: the sum, the residual and the misfit follow at once.
 import { $, S, short } from "./core.js";
-import { show, shown } from "./draw.js";
+import { at as height, show, shown } from "./draw.js";
 
 const plot = () => $("plot");
 let grip = null;
@@ -63,7 +63,8 @@ function follow() {
     y.push(model); at.push(sum);
     if (rest >= 0 && view.name === "allan") {
       const live = view.live, places = view.data[rest].x.map(x => live.tau.findIndex(t => Math.abs(t / x - 1) < 1e-5));
-      y.push(places.map(k => k < 0 ? null : score((live.measured[k] / model[k]) ** 2, live.edf[k]))); at.push(rest);
+      const sumNow = { x: view.data[sum].x, y: model };
+      y.push(places.map(k => k < 0 ? null : score((live.measured[k] / height(sumNow, live.tau[k])) ** 2, live.edf[k]))); at.push(rest);
     }
   }
   Plotly.restyle(plot(), { y }, at);

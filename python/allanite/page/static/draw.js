@@ -29,7 +29,7 @@ function narrow(layout) {
   if (!small) return;
   layout.margin = { ...layout.margin, l: 58, r: 8 };
   layout.font = { ...layout.font, size: 11 };
-  layout.annotations = (layout.annotations || []).filter(a => !String(a.text).startsWith("×"));
+  layout.annotations = (layout.annotations || []).filter(a => a.name !== "span");
   // Of a reading the letter: its number stands below.
   if (shown.view.name === "allan") for (const a of layout.annotations) if (a.xref === "x") a.text = a.text.split(" ")[0];
   for (const [key, axis] of Object.entries(layout)) if (/^[xy]axis/.test(key) && axis.title) axis.title.standoff = 4;
@@ -73,7 +73,35 @@ function listen() {
 }
 export function restore() {
   if (!shown.view) return;
-  if (shown.view.name === "samples" && (S.options.from || S.options.to)) { S.options = {}; S.hooks.redraw(); } else show(shown.view);
+  if (["samples", "psd"].includes(shown.view.name) && (S.options.from || S.options.to)) { S.options = {}; S.hooks.redraw(); } else show(shown.view);
+}
+// Widths of a place that are shown at each of its sides, and decades at least.
+const BESIDE = 1.5, DECADES = 0.15;
+export const about = ([low, high]) => [Math.max(low - BESIDE * (high - low), low / 10), high + BESIDE * (high - low)];
+// Show a range of the view's own axis with what lies beside it; of single frequencies those that were asked for.
+export function zoom([low, high]) {
+  const { name, layout } = shown.view, axis = layout.xaxis, unit = ["map", "samples"].includes(name) ? timeUnit() : 1;
+  const log = axis.type === "log", ends = [low, high].map(v => log ? Math.log10(v) : v / unit);
+  const room = Math.max(BESIDE * (ends[1] - ends[0]), log ? DECADES : 0), whole = [...axis.range];
+  const [first, last] = name === "psd" && S.options.from ? [S.options.from, S.options.to].map(v => Math.log10(Number(v))) : [ends[0] - room, ends[1] + room];
+  const range = [Math.max(first, whole[0]), Math.min(last, whole[1])];
+  if (!(range[1] > range[0])) return;
+  const change = { "xaxis.range[0]": range[0], "xaxis.range[1]": range[1] }, height = heights(range);
+  if (log && layout.yaxis.type === "log" && height) Object.assign(change, { "yaxis.range[0]": height[0], "yaxis.range[1]": height[1] });
+  Plotly.relayout(plot(), change);
+}
+// What is measured and modelled in a range, with the tops of single frequencies: their depths would be most of the figure.
+function heights([low, high]) {
+  let bottom = Infinity, top = -Infinity;
+  for (const trace of shown.view.data) {
+    const kind = trace.meta === "measured" || trace.meta === "model" ? 2 : trace.meta === "single" ? 1 : 0;
+    if (kind) trace.x.forEach((x, i) => {
+      const at = Math.log10(x), y = Math.log10(trace.y[i]);
+      if (!(at >= low && at <= high) || !Number.isFinite(y)) return;
+      top = Math.max(top, y); if (kind === 2) bottom = Math.min(bottom, y);
+    });
+  }
+  return top > bottom ? [bottom - 0.3, top + 0.15] : null;
 }
 // Seconds in a unit of the time axis.
 export function timeUnit() {
@@ -90,19 +118,36 @@ function zoomed(change) {
     S.hooks.redraw();
     return;
   }
-  // Ticks of the whole view would be one or none on a part of it.
-  const more = {};
-  for (const axis of new Set(keys.map(k => k.split(".")[0]))) if (plot().layout[axis].tickmode !== "auto") Object.assign(more, { [`${axis}.tickmode`]: "auto", [`${axis}.nticks`]: 8, [`${axis}.exponentformat`]: "power" });
-  if (Object.keys(more).length) Plotly.relayout(plot(), more);
+  // Ticks of the whole view would be one or none on a part of it; axes that move together get the same.
+  const more = {}, layout = plot()._fullLayout, own = new Set(keys.map(k => k.split(".")[0]));
+  for (const name of Object.keys(layout).filter(k => /^[xy]axis/.test(k))) {
+    const matched = layout[name].matches, leader = matched ? matched.replace(/^[xy]/, "$&axis") : null;
+    if (!own.has(name) && !own.has(leader)) continue;
+    const { range, type, _length } = layout[name], found = ticks(range, type === "log", name[0] === "x" ? _length / 80 : _length / 36);
+    Object.assign(more, { [`${name}.tickmode`]: "array", [`${name}.tickvals`]: found, [`${name}.ticktext`]: found.map(v => label(v)) });
+  }
+  Plotly.relayout(plot(), more);
 }
+// Round places of a part of an axis, at most so many: evenly where it is less than a decade, else 1, 2, 5 or whole decades.
+function ticks([a, b], log, most) {
+  const [low, high] = [Math.min(a, b), Math.max(a, b)].map(v => log ? 10 ** v : v);
+  if (log && high / low > 10) {
+    const out = m => { const all = []; for (let k = Math.floor(Math.log10(low)); k <= Math.log10(high); k++) for (const f of m) if (f * 10 ** k >= low && f * 10 ** k <= high) all.push(Number((f * 10 ** k).toPrecision(3))); return all; };
+    return [[1, 2, 5], [1, 3], [1]].map(out).find(v => v.length <= most) || out([1]).filter((_, i, all) => i % Math.ceil(all.length / most) === 0);
+  }
+  const raw = (high - low) / Math.max(2, most), size = 10 ** Math.floor(Math.log10(raw)), step = [1, 2, 5, 10].map(m => m * size).find(s => s >= raw), out = [];
+  for (let k = Math.ceil(low / step); k * step <= high; k++) out.push(Number((k * step).toPrecision(8)));
+  return out;
+}
+const label = v => Math.abs(v) >= 1e4 || (v !== 0 && Math.abs(v) < 1e-3) ? short(v) : String(Number(v.toPrecision(6))).replace("-", "−");
 
-const effects = () => shown.view.data.map((trace, i) => ({ trace, i })).filter(({ trace }) => String(trace.meta || "").startsWith("effect-"));
+const effects = () => shown.view.data.map((trace, i) => ({ trace, i })).filter(({ trace }) => /^(effect|limit)-/.test(trace.meta || ""));
 export function light(place) {
   if (!shown.view || !plot().data) return;
-  const found = effects(), meta = `effect-${place}`;
+  const found = effects(), meta = [`effect-${place}`, `limit-${place}`];
   if (found.length) Plotly.restyle(plot(), {
-    "line.width": found.map(({ trace }) => place !== null && trace.meta === meta ? 3.6 : (trace.line && trace.line.width) || 1.2),
-    opacity: found.map(({ trace }) => place === null || trace.meta === meta ? 1 : 0.25) }, found.map(({ i }) => i));
+    "line.width": found.map(({ trace }) => place !== null && meta.includes(trace.meta) ? 3.6 : (trace.line && trace.line.width) || 1.2),
+    opacity: found.map(({ trace }) => place === null || meta.includes(trace.meta) ? 1 : 0.25) }, found.map(({ i }) => i));
 }
 // Where an effect acts: a range of the view's own axis; on the map the frequencies, the times or both.
 export function shade(acts) {
@@ -126,23 +171,25 @@ export function cursor(event) {
   if (x < 0 || x > axes.xaxis._length) return point(null);
   const measured = view.data.find(t => t.meta === "measured") || view.data.find(t => t.mode === "markers" && t.x.length > 3);
   if (!measured) return;
-  const at = Math.log10(axes.xaxis.p2d(x));
+  const here = Math.log10(axes.xaxis.p2d(x));
   let best = 0;
-  measured.x.forEach((v, i) => { if (Math.abs(Math.log10(v) - at) < Math.abs(Math.log10(measured.x[best]) - at)) best = i; });
+  measured.x.forEach((v, i) => { if (Math.abs(Math.log10(v) - here) < Math.abs(Math.log10(measured.x[best]) - here)) best = i; });
   point(best, measured);
 }
+// Height of a line at a place of its own: model and effects are drawn at more places than were measured.
+export const at = (trace, x) => { const k = trace.x.findIndex(v => Math.abs(v / x - 1) < 1e-5); return k < 0 ? null : trace.y[k]; };
 function point(i, measured) {
   const view = shown.view;
   if (i === null) return;
   const units = view.units || [{ text: "", factor: 1 }], unit = units[Math.min(S.cursorUnit || 0, units.length - 1)];
   const size = v => short(v * unit.factor);
-  const model = view.data.find(t => t.meta === "model");
-  const parts = effects().filter(({ trace }) => trace.x.length === measured.x.length && trace.y[i] > 0).map(({ trace }) => {
-    const chip = S.state.chips.find(c => `effect-${c.place}` === trace.meta);
-    return el("span", {}, el("i", { style: `border-color:var(--${chip ? chip.color : "c1"})` }), `${chip ? chip.short : ""} ${size(trace.y[i])}`);
+  const x = measured.x[i], model = view.data.find(t => t.meta === "model");
+  const parts = effects().filter(({ trace }) => at(trace, x) > 0).map(({ trace }) => {
+    const [kind, place] = trace.meta.split("-"), chip = S.state.chips.find(c => String(c.place) === place);
+    return el("span", {}, el("i", { style: `border-color:var(--${chip ? chip.color : "c1"})` }), `${chip ? chip.short : ""} ${kind === "limit" ? "< " : ""}${size(at(trace, x))}`);
   });
   const change = el("button", { title: "Another unit", "aria-label": "Unit of the cursor", onclick: () => { S.cursorUnit = ((S.cursorUnit || 0) + 1) % units.length; point(i, measured); } }, unit.text || "1");
-  $("readout").replaceChildren(el("b", {}, `τ = ${short(measured.x[i])} s`), el("span", {}, `measured ${size(measured.y[i])}`), ...(model ? [el("span", {}, `model ${size(model.y[i])}`)] : []), ...parts, change);
+  $("readout").replaceChildren(el("b", {}, `τ = ${short(measured.x[i])} s`), el("span", {}, `measured ${size(measured.y[i])}`), ...(model ? [el("span", {}, `model ${size(at(model, x))}`)] : []), ...parts, change);
   mark(measured.x[i]);
 }
 function mark(x) {

@@ -1,5 +1,5 @@
 // What is missing, the verdict, the ladder of models.
-import { $, S, act, busy, capital, el, fill, icon, refill, say, short, speak } from "./core.js";
+import { $, S, act, busy, capital, el, fill, icon, refill, short } from "./core.js";
 import { shade } from "./draw.js";
 
 // How far "improve" goes, in % of model discrepancy.
@@ -20,32 +20,24 @@ export function verdict() {
   else if (!state.ladder.length && state.log) out.push(line("", "Cancelled:", "nothing is fitted"), offer("Read it again", () => act({ do: "open", log: state.log_number })));
   else if (!state.ladder.length) out.push(line("", "", "Open a log first"), offer("Open a log …", () => S.hooks.pick("log")));
   else if (!state.checked) out.push(line("", "Cancelled:", "not searched for what is missing"), offer("Search", () => act({ do: "check" })));
-  else if (state.adequate) out.push(line("good", state.verdict === "adequate" ? "✓ Adequate:" : "≈ Limited by quantization:", "no significant effect remains"));
-  else if (state.within) out.push(line("good", "≈ Within tolerance:", `model discrepancy ${short(state.discrepancy)} %, below ${state.tolerance} %`));
-  else if (state.where.length) out.push(line("bad", "✗ Fails", state.where[0], { title: state.where.join("\n") }));
-  else out.push(line("bad", "✗ Incomplete:", state.cards.some(c => c.significant) ? "a significant effect is missing" : "the misfit is larger than chance allows"));
+  else if (state.adequate) out.push(line("good", state.verdict === "adequate" ? "✓ Adequate:" : "≈ Limited by quantization:", `${unexplained()} unexplained ✓`));
+  else {
+    if (state.within) out.push(line("good", "≈ Within tolerance:", `model discrepancy ${short(state.discrepancy)} %, below ${state.tolerance} %`));
+    else out.push(line("bad", "✗ Fails:", `unexplained misfit ${unexplained()}`));
+    out.push(el("ul", {}, ...state.where.map(failure)));
+  }
   refill($("verdict"), ...out);
 }
-// What explains the record as well as an adequate model: asked for once for each.
-const others = { of: null, text: null };
-function rivals() {
-  const of = S.state.model;
-  if (others.of !== of) Object.assign(others, { of, text: null });
-  const ask = async () => {
-    others.text = "Looking for other models …";
-    cards();
-    let told = null;
-    try { told = await speak(`tabs/${S.tab}/part/undecided`); } catch (error) { say(error.message); }
-    if (others.of !== of) return; // another model is looked at
-    others.text = told;
-    cards();
-  };
-  return el("article", { class: "card", "aria-label": "Other models" },
-    others.text === null ? el("button", { "data-work": true, onclick: ask }, "What else explains it?") : el("p", { role: "status" }, others.text));
+const unexplained = () => S.state.ladder[S.state.at].left_text;
+// A sentence leads to the place that it speaks of, if there is one.
+function failure(f) {
+  const text = capital(f.text);
+  return el("li", {}, f.view ? el("button", { class: "link", title: "Show the place", onclick: () => S.hooks.visit(f.view, f.place) }, text) : text);
 }
 export function cards() {
-  if (S.state.adequate) { refill($("cards"), rivals()); return; }
-  refill($("cards"), ...S.state.cards.map((c, i) => {
+  const { alternatives } = S.state;
+  const beside = alternatives ? [el("article", { class: "card", "aria-label": "Alternative explanations" }, el("h3", {}, "Alternative explanations"), el("p", {}, alternatives))] : [];
+  refill($("cards"), ...beside, ...(S.state.adequate ? [] : S.state.cards).map((c, i) => {
     const percent = x => `width:${Math.max(1, Math.round(100 * x))}%`;
     const mark = on => () => shade(on ? c.acts : null);
     const bar = (name, share, text, kind = "", more = text) => el("span", { class: "measure", title: `${name}: ${more}` }, el("span", { class: "track" }, el("i", { class: kind, style: percent(share) })), text);
@@ -55,7 +47,7 @@ export function cards() {
         el("button", { class: i === 0 ? "main add" : "add", "data-work": true, "aria-label": `Add ${c.name}`, onclick: () => act({ do: "add", number: c.number }) }, "Add")),
       el("p", { class: "why", title: c.sentence }, capital(c.sentence)),
       el("div", { class: "bars" }, bar("Evidence", c.evidence, c.evidence_text), bar("Size", c.size, c.size_text, "size", c.size_title)),
-      el("details", {}, el("summary", {}, c.rivals.length ? `Rivals: ${c.rivals.join(", ")} · how to confirm` : "How to confirm"),
+      el("details", {}, el("summary", {}, c.rivals.length ? `Alternatives: ${c.rivals.join(", ")} · how to confirm` : "How to confirm"),
         el("p", {}, capital(c.confirm), "."), el("p", { class: "tag" }, capital(c.physics), ".")));
   }));
 }
@@ -65,11 +57,11 @@ export function ladder() {
     const [what, ...gone] = (r.label === "start" ? r.model : r.label).split(/(?<=.) (?=−)/);
     return el("li", {},
       el("button", { "aria-current": i === state.at ? "step" : null, class: i > state.at ? "later" : "", "data-rung": i, "aria-label": `Step ${i}: ${r.label}`,
-        title: `${r.model}\nχ²/dof ${r.chi2_text}, p ${r.p_text}\nLargest error ${r.max_text}; predictive score (unseen data) ${r.predictive_text}`,
+        title: `${r.model}\nχ²/dof ${r.chi2_text}, p ${r.p_text}; model discrepancy ${r.discrepancy_text}\nLargest error ${r.max_text}; predictive score (unseen data) ${r.predictive_text}`,
         onclick: () => act({ do: "go", rung: i }) },
-        el("span", { class: "what" }, `${i}  ${what}`, r.adequate ? el("span", { class: "ok" }, "  ✓") : null),
+        el("span", { class: "what" }, `${i}  ${what}`),
         gone.length ? el("small", {}, gone.join(" ")) : null,
-        el("span", { class: "error" }, r.left_text, el("small", {}, ` misfit left · χ²/dof ${r.chi2_text}`)),
+        el("span", { class: "error" }, r.left_text, el("small", {}, " unexplained"), r.adequate ? el("span", { class: "ok" }, " ✓") : null),
         el("small", {}, `Allan error ${r.error_text} rms (expected scatter ${r.chance_text})`)),
       i === state.at ? null : el("button", { class: "icon beside-step", "data-beside": i, "aria-label": `Compare step ${state.at} with step ${i}`, title: `What differs between step ${state.at} and step ${i}`,
         onclick: async () => { if (await act({ do: "beside", rung: i })) S.hooks.go("compare"); } }, icon("beside")));

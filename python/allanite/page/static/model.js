@@ -30,7 +30,7 @@ function value(c, v) {
   const what = `${v.name} of ${c.name}`, limits = between(v), spread = v.kept || v.spread;
   row.append(
     el("button", { class: "text", title: `Try another value of ${what}${v.limits ? ", or set limits on it" : ""}`, "aria-label": `${what}: ${v.text}. Try another value`, "data-work": true, onclick: () => edit(row, c, v) }, v.text),
-    el("span", { class: "spread", title: v.kept ? capital(v.kept) : `95 % interval ${v.spread}` }, spread, limits ? el("small", { class: "limits" }, limits) : null),
+    el("span", { class: "spread", title: v.kept ? capital(v.kept) : `95 % interval ${v.spread}` }, spread, v.over_all ? el("small", { class: "over-all", title: "95 % interval over all models that this record cannot tell apart" }, v.over_all) : null, limits ? el("small", { class: "limits" }, limits) : null),
     el("button", { class: "icon lock", title: v.held ? `Held: let ${what} free` : `Hold ${what} at this value`, "aria-pressed": String(v.held), "data-work": true,
       "aria-label": `Hold ${what}`, onclick: () => drop(c, v) }, icon(v.held ? "locked" : "open")));
   return row;

@@ -8,7 +8,7 @@ import { cards, enough, ladder, verdict } from "./ladder.js";
 import { chips, listenModel, mainValue, openCatalogue, typeModel } from "./model.js";
 import { ask, doubtful, listenReading } from "./reading.js";
 import { listenTour } from "./tour.js";
-import { controls, figure, get, go, listenViews, redraw } from "./views.js";
+import { controls, figure, get, go, listenViews, redraw, visit } from "./views.js";
 
 const KEYS = [["I", "Improve this axis"], ["A", "Improve all axes"], ["E", "Add an effect"], ["M", "Type a model"], ["[  ]", "Axis before, axis after"], ["1 … 8", "Views"], ["N", "Numbers behind the figure"], ["F", "Full screen"],
   ["T", "Light or dark"], ["Ctrl Z, Ctrl Shift Z", "Undo, redo"], ["Esc", "Close, restore the view"], ["?", "These keys"]];
@@ -40,7 +40,16 @@ function take(next) {
     if (doubtful() && !S.asked) { S.asked = true; ask(); }
   }
   if (fresh || before !== busy()) verdict();
+  if (fresh) follow_verdict();
   work();
+}
+// Of a step that was checked the view that says most is opened, unless somebody chose another for this log.
+let followed = "";
+function follow_verdict() {
+  const { recording, checked, view, model, preview } = S.state, of = recording && `${recording.digest} ${recording.column} ${model}`;
+  if (!checked || preview || of === followed) return;
+  followed = of;
+  if (S.chosen !== recording.home && S.view !== view) go(view);
 }
 function work() {
   const job = S.state.job, hands_off = ordered();
@@ -175,7 +184,7 @@ function listen() {
     if (main) act({ do: "what-if", place: S.state.chips.find(c => c.place === place).place, name: main.name, value: main.number * factor });
   });
 }
-Object.assign(S.hooks, { take, work, ask, pick, go, redraw: () => { controls(); redraw(); } });
+Object.assign(S.hooks, { take, work, ask, pick, go, visit, redraw: () => { controls(); redraw(); } });
 paint(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 new ResizeObserver(Draw.fit).observe($("figure"));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", event => paint(event.matches ? "dark" : "light"));

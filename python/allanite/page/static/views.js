@@ -7,7 +7,12 @@ import { tour } from "./tour.js";
 let drawn = "";
 export const query = () => new URLSearchParams({ theme: theme(), ...S.options }).toString();
 
-export async function figure() {
+let drawing = null;
+export function figure() {
+  const mine = Promise.all([drawing, draw()]).finally(() => { if (drawing === mine) drawing = null; });
+  drawing = mine;
+}
+async function draw() {
   const state = S.state, want = `${state.version} ${S.view} ${query()}`;
   if (want === drawn) return;
   Draw.away();
@@ -47,15 +52,26 @@ function key(got) {
   const state = S.state, item = (style, text, kind = "", title = null) => el("span", { title }, el("i", { class: kind, style }), text);
   const allan = [item("", "Measured ± 95 %", "dot"), item("border-color:var(--c-model)", state.preview ? "Tried" : "Model"),
     item("background:var(--c-model)", "Expected scatter (95 %)", "box", "Where the measured curve lies if the model is true: dark at each τ by itself, pale at all together")];
-  const other = got && got.kind === "deviation";
-  if (!state.preview && !state.adequate && state.where.length) allan.push(item("background:var(--fail);opacity:.6", "Fails", "box"));
-  const samples = [item("border-color:var(--c1)", "Mean"), item("background:var(--c1)", "Minimum–maximum", "box")];
-  $("key").replaceChildren(...(other ? [] : { allan, psd: allan, samples }[S.view] || []));
+  const other = got && got.kind === "deviation", psd = [];
+  if (state.chips.some(c => c.values.some(v => v.role === "coefficient" && !v.detected))) allan.push(item("border-top-style:dashed", "Not detected: 95 % limit"));
+  if (got && got.fails) allan.push(item("background:var(--fail);opacity:.6", "Fails", "box"));
+  if (got && got.singles) psd.push(item("border-color:var(--raw)", "Single frequencies"));
+  const samples = [item("border-color:var(--c1)", "Mean"), item("background:var(--c1)", "Minimum–maximum", "box"), ...(got && got.drift ? [item("border-color:var(--c-model)", capital(got.drift))] : [])];
+  $("key").replaceChildren(...(other ? [] : { allan, psd: [...allan, ...psd], samples }[S.view] || []));
   $("readout").textContent = other ? "The model is fitted to the spectrum, whichever deviation is shown" : got && !["allan", "psd"].includes(S.view) ? capital(got.subtitle) : S.view === "allan" || S.view === "psd" ? "Drag a thin line to try a value" : "";
 }
+// Open a view at a place of its own axis: s, Hz or s of the record.
+export async function visit(name, place) {
+  if (S.view !== name) go(name);
+  // Of a spectrum all single frequencies about the place are asked for.
+  if (name === "psd" && place) { const [from, to] = Draw.about(place).map(String); S.options = { from, to }; redraw(); }
+  await settled();
+  if (place && Draw.shown.view?.name === name) Draw.zoom(place);
+}
+const settled = async () => { while (drawing) await drawing; };
 export function redraw() { drawn = ""; figure(); }
 export function go(name) {
-  if (name !== S.view) S.options = {};
+  if (name !== S.view || (name === "psd" && S.options.from)) S.options = {};
   S.view = name;
   for (const button of document.querySelectorAll("[role=tab]")) {
     const on = button.dataset.tab === name;
@@ -161,12 +177,13 @@ export async function get(name) {
 }
 export function listenViews() {
   for (const button of document.querySelectorAll("[role=tab]")) {
-    button.onclick = () => go(button.dataset.tab);
+    // Until somebody chooses a view the page opens the one that says most.
+    button.onclick = () => { S.chosen = S.state.recording?.home; go(button.dataset.tab); };
     button.onkeydown = event => {
       const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
       if (!step) return;
       const all = [...document.querySelectorAll("[role=tab]")], next = all[(all.indexOf(button) + step + all.length) % all.length];
-      next.focus(); go(next.dataset.tab);
+      next.focus(); next.click();
     };
   }
   $("numbers").onclick = () => {

@@ -1,0 +1,149 @@
+"""What the page says of a model: its verdict, the places where it fails, what else explains the record."""
+
+import re
+
+import numpy as np
+import pytest
+
+from allanite import Recording
+from allanite.fit import fit_model
+from allanite.fit.rivals.undecided import Undecided
+from allanite.page.ladder import Ladder, Step, Work
+from allanite.page.server import Sessions
+from allanite.page.source import Source
+from allanite.page.state import state
+from allanite.page.tab import Tab
+from allanite.study import Rung, Study
+from allanite.suggestion import check_fit
+from generators import sinusoid, walk, white
+from page_sessions import client_of, opened
+
+RATE, N = 100.0, 40_000
+
+
+@pytest.fixture(scope="module")
+def lined():
+    """A client and a checked tab on white noise and a line at 38 Hz that no bin of the spectrum shows."""
+    rng = np.random.default_rng(11)
+    x = white(rng, N, RATE, 0.01) + sinusoid(N, RATE, 38.0, 0.02)
+    sessions = Sessions([Source("lined.npz", recording=Recording(x, RATE, unit="deg/s"))])
+    client = client_of(sessions)
+    yield client, *opened(client)
+    sessions.uploads.close()
+
+
+@pytest.fixture
+def white_only():
+    """A tab at the step of white noise, which is what the record is."""
+    x = white(np.random.default_rng(2), 4000, 1.0, 1.0)
+    log = Recording(x, 1.0, unit="deg/s", columns=["gyro"])
+    tab = Tab([Source("white.npz", recording=log)], 1)
+    tab.place_of_source, tab.works[0] = 0, Work(log)
+    step = Step("start", Rung(fit_model(log, "N+K")))
+    tab.push(Ladder((step,), 0))
+    step.error = step.fit.error
+    step.study = Study(log, (step.rung,), check_fit(step.fit), "nothing helps")
+    assert step.study.check.adequate
+    return tab
+
+
+def test_a_model_is_adequate_only_if_its_study_says_so(white_only, monkeypatch):
+    why = "the Allan deviation differs by 30 % rms from the model, where 5 % are expected"
+    monkeypatch.setattr(Study, "doubts", (why,))
+    said = state(white_only)
+    assert said["adequate"] is False
+    assert said["verdict"] == "unexplained"
+    assert [one["text"] for one in said["where"]] == [why]
+    assert said["axes"][0]["state"] == "fails"
+    assert said["ladder"][0]["left_text"] == "100 %"
+
+
+def test_an_adequate_model_leaves_nothing_unexplained(white_only):
+    said = state(white_only)
+    assert said["adequate"] is True
+    assert said["where"] == []
+    assert said["view"] == "allan"
+    assert said["ladder"][0]["left_text"] == "0 %"
+    assert re.match(r"This record cannot tell N\+K|No other model", said["alternatives"])
+
+
+def test_alternatives_stand_beside_the_numbers_that_they_change(white_only, monkeypatch):
+    own = white_only.step.fit.estimates[0]["N"]
+    low, high = own.interval
+    wide = {"N": (low - 2 * (high - low), high)}
+    monkeypatch.setattr(Study, "undecided", Undecided((("N+K", 0.6), ("N+B", 0.4)), (wide, {})))
+    said = state(white_only)
+    beside = [v["over_all"] for chip in said["chips"] for v in chip["values"]]
+    assert beside[0].endswith("over all alternatives")
+    assert float(beside[0].split()[0]) == pytest.approx(wide["N"][0], rel=5e-3)
+    assert beside[1] == ""
+    assert said["alternatives"].startswith("This record cannot tell N+K (60 %) from N+B (40 %)")
+
+
+def test_each_sentence_has_the_view_and_the_place_that_it_speaks_of(lined):
+    _, _, said = lined
+    place = next(one for one in said["where"] if one["view"] == "psd")
+    assert place["place"][0] < 38.0 < place["place"][1]
+    assert "Hz" in place["text"]
+    assert said["view"] == "psd"
+
+
+def test_a_line_that_no_bin_shows_is_drawn_among_single_ordinates(lined):
+    client, tab, said = lined
+    view = client.get(f"tabs/{tab}/view/psd").json()
+    single = next(t for t in view["data"] if t.get("meta") == "single")
+    measured = next(t for t in view["data"] if t.get("meta") == "measured")
+    top = max(range(len(single["y"])), key=lambda i: single["y"][i])
+    assert single["x"][top] == pytest.approx(38.0, abs=0.01)
+    # In the bins the line is lost; the single ordinate holds A²/4 of it over 1/(2T) Hz.
+    near = [y for x, y in zip(measured["x"], measured["y"], strict=True) if 30 < x < 50]
+    assert single["y"][top] > 30 * max(near)
+    # The shaded range says by how much the model is wrong there.
+    texts = [a["text"] for a in view["layout"]["annotations"]]
+    assert any("× the model" in text for text in texts)
+    low, high = said["where"][0]["place"]
+    close = client.get(f"tabs/{tab}/view/psd?from={low}&to={high}").json()
+    fine = next(t for t in close["data"] if t.get("meta") == "single")
+    assert len(fine["x"]) == pytest.approx((high - low) * 2 * N / RATE, abs=1)
+    assert min(fine["x"]) >= low
+    assert max(fine["x"]) <= high
+
+
+def test_what_is_not_detected_is_drawn_dashed_at_its_limit(lined):
+    client, tab, said = lined
+    chip = next(c for c in said["chips"] if c["kind"] == "rate_random_walk")
+    assert "95 % limit" in chip["values"][0]["spread"]
+    view = client.get(f"tabs/{tab}/view/allan").json()
+    line = next(t for t in view["data"] if t.get("meta") == f"limit-{chip['place']}")
+    assert line["line"]["dash"] == "dash"
+    assert line["name"].endswith("(95 % limit)")
+    # σ² = K² τ / 3 at the limit of K, °/s/√s.
+    limit = float(re.search(r"[\d.]+(e-?\d+)?", chip["values"][0]["text"])[0])
+    k = len(line["x"]) - 1
+    assert line["y"][k] == pytest.approx(limit * np.sqrt(line["x"][k] / 3), rel=0.06)
+
+
+def test_lines_are_smooth_and_a_logged_temperature_is_seen_in_the_first_figure():
+    rng = np.random.default_rng(3)
+    n = 5000
+    t = 20 + 5 * np.tanh((np.arange(n) - 3000) / 500)
+    x = white(rng, n, 1.0, 1.0) + walk(rng, n, 1.0, 1e-4) + 0.4 * t
+    log = Recording(
+        x,
+        1.0,
+        unit="mrad/s",
+        covariates={"temperature": t},
+        covariate_units={"temperature": "degC"},
+    )
+    sessions = Sessions([Source("warm.npz", recording=log)])
+    client = client_of(sessions)
+    tab, said = opened(client)
+    view = client.get(f"tabs/{tab}/view/allan").json()
+    for trace in view["data"]:
+        if str(trace.get("meta")).startswith("effect-"):
+            # 32 places a decade from where they are whole numbers of samples.
+            assert len(trace["x"]) > 40
+    assert said["view"] == "samples"
+    drawn = client.get(f"tabs/{tab}/view/samples").json()
+    assert "temperature" in drawn["drift"]
+    sessions.uploads.close()
