@@ -33,6 +33,12 @@ def launched(name):
         browser.close()
 
 
+def on_allan(tab):
+    """The Allan curve, whichever view the page opened by itself."""
+    tab.locator("[data-tab=allan]").click()
+    tab.wait_for_selector("body[data-drawn*=' allan ']")
+
+
 @dataclass(frozen=True)
 class Saved:
     """A file that the page hands out: its name and what is in it."""
@@ -45,6 +51,11 @@ def saved(tab, button):
     """The file of a button of the menu."""
     tab.locator(".menu summary").click()
     press = tab.locator(f"#files {button}").click
+    if button == "#export":
+        # Whether to use the file is said before it is saved.
+        press()
+        tab.wait_for_selector("#exporting-save:enabled")
+        press = tab.locator("#exporting-save").click
     if tab.context.browser.browser_type.name == "chromium":
         with tab.expect_download() as download:
             press()

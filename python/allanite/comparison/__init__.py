@@ -5,7 +5,7 @@ In go recordings, models and a data sheet; out come tables of ratios and verdict
 
 from __future__ import annotations
 
-from allanite.comparison.acceptance import Acceptance, accept
+from allanite.comparison.acceptance import Acceptance, accept, accept_study, limit_line
 from allanite.comparison.curves import Curves, Drawn, compare
 from allanite.comparison.datasheet import (
     DataSheet,
@@ -21,7 +21,9 @@ __all__ = [
     "Drawn",
     "Quoted",
     "accept",
+    "accept_study",
     "compare",
     "compare_datasheet",
+    "limit_line",
     "read_datasheet",
 ]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from allanite.sources.datasheet import DataSheet, Quoted
     from allanite.study import Study
 
-__all__ = ["Acceptance", "FigureVerdict", "accept"]
+__all__ = ["Acceptance", "FigureVerdict", "accept", "accept_study", "limit_line"]
 
 MEETS, DOES_NOT_MEET, UNDECIDED = "meets", "does not meet", "undecided"
 #: Degrees of freedom of a point of the Allan curve that decides about a minimum: its 95 % interval then reaches to
@@ -181,20 +181,20 @@ class Acceptance:
         limits = [
             Drawn(f"limit: {f.figure.name}", "model", recording.unit, *line)
             for f in self.figures
-            if (line := _limit_line(f, recording.unit, tau)) is not None
+            if (line := limit_line(f.figure, recording.unit, tau, f.limit / f.figure.value))
         ]
         return plot_compare(Curves((*curves.curves, *limits)), path, title=f"{self.sheet.name}")
 
 
-def _limit_line(tested: FigureVerdict, unit: str, tau: Any) -> tuple[Any, Any] | None:
-    """Averaging times and Allan deviation of an effect as large as its limit."""
-    limit = tested.figure.in_unit(unit) * tested.limit / tested.figure.value
-    if tested.figure.coefficient == MINIMUM:
+def limit_line(figure: Quoted, unit: str, tau: Any, margin: float = 1.0) -> tuple[Any, Any] | None:
+    """Averaging times and Allan deviation of an effect as large as a figure of a data sheet, times a margin."""
+    limit = figure.in_unit(unit) * margin
+    if figure.coefficient == MINIMUM:
         return tau, np.full(tau.shape, limit)
-    effect = find(tested.figure.coefficient)
+    effect = find(figure.coefficient)
     if effect is None:
         return None
-    values: dict[str, Any] = {tested.figure.coefficient: limit}
+    values: dict[str, Any] = {figure.coefficient: limit}
     one = effect(**values)
     return tau, np.sqrt(as_model(one).allan_variance(tau, rate=1.0 / float(tau[0])))
 
@@ -247,6 +247,11 @@ def accept(
             f"{sheet.name}: no figure for {parse_unit(recording.unit).kind} (column {recording.columns[0]})"
         )
     study = improve(recording, with_figures(as_model("N+B+K"), own), on_progress=on_progress)
+    return accept_study(study, own, margin)
+
+
+def accept_study(study: Study, own: DataSheet, margin: float = 0.0) -> Acceptance:
+    """The acceptance test of the last model of a study by a sheet of its kind of sensor."""
     fit = study.fit
     tested = []
     for figure in own.figures:

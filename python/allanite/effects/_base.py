@@ -70,6 +70,8 @@ class Effect:
     screened: ClassVar[str] = "spectral"
     #: Effects tried together share one correction for trials.
     family: ClassVar[str] = "spectral"
+    #: Whether most logs may show it: listed before rare effects.
+    common: ClassVar[bool] = False
     #: Whether two of them equal one larger one.
     single: ClassVar[bool] = False
     #: What comes where one that describes several things takes the place of one with fewer; empty of others.

@@ -29,6 +29,7 @@ class AngleRandomWalk(Stochastic):
     kind: ClassVar[str] = "angle_random_walk"
     short: ClassVar[str] = "N"
     on_sheets: ClassVar[str] = "N is two-sided, a data sheet's one-sided density is √2·N"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "angle random walk"
     titles: ClassVar[dict[str, str]] = {
         "acceleration": "velocity random walk",

@@ -52,6 +52,7 @@ class Bandwidth(Modifier):
 
     kind: ClassVar[str] = "bandwidth"
     short: ClassVar[str] = "BW"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "low-pass filter"
     family: ClassVar[str] = "filter"
     parameters: ClassVar[tuple[Parameter, ...]] = (

@@ -34,6 +34,7 @@ class BiasStep(Event):
 
     kind: ClassVar[str] = "bias_step"
     short: ClassVar[str] = "STEP"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "bias step"
     family: ClassVar[str] = "step"
     parameters: ClassVar[tuple[Parameter, ...]] = (

@@ -45,6 +45,7 @@ class Covariate(Follower):
 
     kind: ClassVar[str] = "covariate"
     short: ClassVar[str] = "COV"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "covariate"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         COLUMN,

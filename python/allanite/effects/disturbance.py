@@ -36,6 +36,7 @@ class Disturbance(Modifier):
 
     kind: ClassVar[str] = "disturbance"
     short: ClassVar[str] = "DIST"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "disturbance"
     screened: ClassVar[str] = "stretch"
     family: ClassVar[str] = "stretch"

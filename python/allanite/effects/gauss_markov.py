@@ -34,6 +34,7 @@ class GaussMarkov(Stochastic):
 
     kind: ClassVar[str] = "gauss_markov"
     short: ClassVar[str] = "GM"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "Gauss-Markov process"
     coefficient: ClassVar[str] = "q_c"
     parameters: ClassVar[tuple[Parameter, ...]] = (

@@ -35,6 +35,7 @@ class NoiseLevelChange(Level):
 
     kind: ClassVar[str] = "noise_level_change"
     short: ClassVar[str] = "LEVEL"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "noise level change"
     legend: ClassVar[tuple[str, ...]] = ("factor",)
     parameters: ClassVar[tuple[Parameter, ...]] = INTERVAL

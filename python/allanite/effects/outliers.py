@@ -35,6 +35,7 @@ class Outliers(Modifier):
 
     kind: ClassVar[str] = "outliers"
     short: ClassVar[str] = "OUT"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "outliers"
     screened: ClassVar[str] = "outlier"
     family: ClassVar[str] = "outlier"

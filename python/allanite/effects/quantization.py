@@ -29,6 +29,7 @@ class Quantization(Stochastic):
 
     kind: ClassVar[str] = "quantization"
     short: ClassVar[str] = "Q"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "quantization noise"
     titles: ClassVar[dict[str, str]] = {"fractional frequency": "white PM"}
     family: ClassVar[str] = "coefficient"

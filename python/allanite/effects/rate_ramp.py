@@ -31,6 +31,7 @@ class RateRamp(Deterministic):
 
     kind: ClassVar[str] = "rate_ramp"
     short: ClassVar[str] = "R"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "rate ramp"
     titles: ClassVar[dict[str, str]] = {
         "acceleration": "acceleration ramp",

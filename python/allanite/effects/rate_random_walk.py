@@ -27,6 +27,7 @@ class RateRandomWalk(Stochastic):
 
     kind: ClassVar[str] = "rate_random_walk"
     short: ClassVar[str] = "K"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "rate random walk"
     titles: ClassVar[dict[str, str]] = {
         "acceleration": "acceleration random walk",

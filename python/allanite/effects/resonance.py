@@ -46,6 +46,7 @@ class Resonance(Stochastic):
 
     kind: ClassVar[str] = "resonance"
     short: ClassVar[str] = "RES"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "resonance"
     family: ClassVar[str] = "band"
     coefficient: ClassVar[str] = "rms"

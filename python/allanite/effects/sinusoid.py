@@ -39,6 +39,7 @@ class Sinusoid(Periodic):
 
     kind: ClassVar[str] = "sinusoid"
     short: ClassVar[str] = "SIN"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "sinusoid"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(

@@ -32,6 +32,7 @@ class WarmUp(Deterministic):
 
     kind: ClassVar[str] = "warm_up"
     short: ClassVar[str] = "WARM"
+    common: ClassVar[bool] = True
     title: ClassVar[str] = "warm-up"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(

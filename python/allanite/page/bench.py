@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from allanite.common.errors import AllaniteError, InputError
 from allanite.fit import fit_model
-from allanite.page.edits import parse_model_string
+from allanite.page.edits import SHEET, parse_model_string
 from allanite.page.jobs import Job
 from allanite.page.ladder import Board, Ladder, Step, Work
 from allanite.page.source import kept, part_of
@@ -46,8 +46,8 @@ class Bench:
         self.preview: Fit | None = None
         #: Model discrepancy, %, below which a model is good enough; None to ask that it is adequate.
         self.tolerance: float | None = None
-        #: Unit in which the values are shown; None for the log's own.
-        self.unit: str | None = None
+        #: Unit in which the values are shown: that of data sheets, a chosen one, or None for the log's own.
+        self.unit: str | None = SHEET
         #: Recordings of other logs and a data sheet, only compared with.
         self.others: list[tuple[str, Recording]] = []
         self.sheet: DataSheet | None = None
@@ -228,7 +228,7 @@ class Bench:
             with self.change(job):
                 self.place_of_source, self.problem, self.preview = place, None, None
                 self.moving = False
-                self.unit = None
+                self.unit = SHEET
                 if known is None:
                     self.works.pop(place, None)
                 elif column is not None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.common.errors import InputError
 from allanite.common.parameters import Estimate
 from allanite.common.units import parse_unit
+from allanite.effects import standard
 
 if TYPE_CHECKING:
     from allanite.effects import Model, Parameter
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "SHEET",
+    "deviation_unit",
     "effect",
     "factor_of",
     "freed",
@@ -27,6 +29,18 @@ __all__ = [
 
 #: The choice of the units that data sheets use: °/√h, °/h, …
 SHEET = "data sheet"
+#: The coefficient whose unit on data sheets is that of an Allan deviation.
+DEVIATION = "B"
+
+
+def deviation_unit(sample_unit: str, chosen: str | None) -> str:
+    """Unit in which an Allan deviation of samples is given: theirs, one of the same kind, or a data sheet's."""
+    kind = parse_unit(sample_unit).kind
+    if chosen == SHEET:
+        return standard()[DEVIATION].parameter(DEVIATION).sheet.get(kind, sample_unit)
+    if chosen is None or parse_unit(chosen).kind != kind:
+        return sample_unit
+    return chosen
 
 
 def shown_unit(parameter: Parameter, value: Estimate, sample_unit: str, chosen: str | None) -> str:

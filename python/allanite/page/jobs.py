@@ -38,6 +38,9 @@ class Job:
         self.error: str | None = None
         #: May be pre-empted: the user did not request it.
         self.gives_way = False
+        #: Columns of the log that are worked on, and the one in hand.
+        self.columns: tuple[int, ...] = ()
+        self.column: int | None = None
         self._since = time.monotonic()
         self._stop = threading.Event()
         self._gate = threading.Lock()
@@ -123,6 +126,8 @@ class Job:
             "seconds": round(time.monotonic() - self._since, 1),
             "busy": self.busy,
             "gives_way": self.gives_way,
+            "columns": self.columns,
+            "column": self.column,
             "error": self.error,
         }
 

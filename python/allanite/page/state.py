@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = ["chip_units", "state", "work"]
 
+SI = ("rad/s", "m/s^2")
 #: Units offered; any other can be typed on the command line.
 UNITS = ("rad/s", "deg/s", "deg/h", "mrad/s", "m/s^2", "g", "mg", "ug", "1")
 
@@ -88,7 +89,9 @@ def state(tab: Tab) -> dict[str, Any]:
         },
         "checked": check is not None,
         "adequate": None if study is None else study.adequate,
-        "verdict": None if study is None else study.verdict,
+        "verdict": None
+        if study is None or check is None
+        else (study if check.adequate else check).verdict,
         "discrepancy": None if step is None else step.fit.discrepancy.percent,
         "within": step is not None and check is not None and tab.within(step),
         "where": [] if study is None else failures(study),
@@ -181,7 +184,7 @@ def _axes(tab: Tab, work: Work) -> list[dict[str, Any]]:
                 if step is None
                 else {
                     v["symbol"]: f"{v['text']}"
-                    for c in chips(step.fit)
+                    for c in chips(step.fit, tab.unit)
                     for v in c["values"]
                     if v["name"] in ("N", "B", "K")
                 },
@@ -209,7 +212,7 @@ def work(tab: Tab) -> dict[str, Any]:
 
 
 def chip_units(unit: str) -> list[dict[str, str]]:
-    """Units in which the values of a model can be shown, the recording's first."""
+    """Units in which the values of a model can be shown: those of data sheets, SI, the recording's, others."""
     kind = parse_unit(unit).kind
     sheet = [
         e.parameter(name).sheet[kind]
@@ -218,11 +221,13 @@ def chip_units(unit: str) -> list[dict[str, str]]:
     ]
     if not sheet:
         return []
-    other = [u for u in UNITS if u != unit and parse_unit(u).kind == kind]
+    si = next(u for u in SI if parse_unit(u).kind == kind)
+    other = [u for u in (unit, *UNITS) if u != si and parse_unit(u).kind == kind]
     texts = [unit_text(u) for u in sheet]
     return [
-        *({"value": u, "text": unit_text(u)} for u in (unit, *other)),
         {"value": SHEET, "text": f"{texts[1]}, {texts[2]}, …"},
+        {"value": si, "text": f"SI: {unit_text(si)}"},
+        *({"value": u, "text": unit_text(u)} for u in dict.fromkeys(other)),
     ]
 
 

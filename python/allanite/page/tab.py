@@ -153,6 +153,7 @@ class Tab(Bench):
 
         def work(job: Job) -> None:
             for i, column in enumerate(work_on):
+                job.columns, job.column = tuple(work_on[i:]), column
                 before = "" if columns is None else f"{names[column]} ({i + 1} of {len(work_on)}): "
                 job.take_turn()
                 self.start(job, column)

@@ -9,8 +9,8 @@ import numpy as np
 from allanite.common.units import conversion, parse_unit
 from allanite.plots.axes import log_axis
 from allanite.plots.curves import TAU
-from allanite.plots.spec import Figure, Line, Mark, Panel, Points
-from allanite.plots.themes import COMPONENTS
+from allanite.plots.spec import Axis, Figure, Line, Mark, Panel, Points
+from allanite.plots.themes import LOGS
 from allanite.plots.words import in_unit, unit_text
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def plot_compare(
     ----------
     curves : Curves or sequence of Curve
         Of `allanite.compare`; anything with ``name, kind, unit, tau, deviation, low, high``. All are drawn in
-        the first one's unit; other kinds of sensor get an axis of their own beside it.
+        the first one's unit; other kinds of sensor get an axis of their own below it, over the same τ.
     path : str or Path, optional
         SVG, PNG or PDF, written if given.
     theme : {"light", "dark"}
@@ -42,36 +42,33 @@ def plot_compare(
     items = tuple(getattr(curves, "curves", curves))
     named = list(dict.fromkeys(c.name for c in items))
     kinds = tuple(dict.fromkeys(parse_unit(c.unit).kind for c in items))
+    # Over the time of what was measured: a line of a data sheet has none of its own.
+    measured = [c.tau for c in items if c.low is not None] or [c.tau for c in items]
+    x = log_axis(TAU, *measured)
     panels = tuple(
         _panel(
             [(named.index(c.name), c) for c in items if parse_unit(c.unit).kind == kind],
+            x,
             place,
-            kind,
+            last=place == len(kinds) - 1,
+            title=kind if len(kinds) > 1 else "",
         )
         for place, kind in enumerate(kinds)
     )
-    if len(panels) == 1:
-        panels = (_plain(panels[0]),)
     names = " · ".join(named[:3]) + (" · …" if len(named) > 3 else "")
-    figure = Figure(title, names, panels, widths=(1.0,) * len(panels), kind="compare")
+    figure = Figure(title, names, panels, (1.0,) * len(panels), kind="compare")
     if path is not None:
         figure.save(path, theme)
     return figure
 
 
-def _plain(panel: Panel) -> Panel:
-    from dataclasses import replace
-
-    return replace(panel, title="")
-
-
-def _panel(items: list[tuple[int, Any]], column: int, kind: str) -> Panel:
+def _panel(items: list[tuple[int, Any]], x: Axis, row: int, *, last: bool, title: str) -> Panel:
     unit = items[0][1].unit
     marks: list[Mark] = []
     shown: list[Any] = []
     for i, curve in items:
         factor = conversion(curve.unit, unit)
-        color = COMPONENTS[i % len(COMPONENTS)]
+        color = LOGS[i % len(LOGS)]
         values = np.asarray(curve.deviation) * factor
         shown.append(values)
         converted = "" if factor == 1.0 else f", from {unit_text(curve.unit)}"
@@ -84,6 +81,5 @@ def _panel(items: list[tuple[int, Any]], column: int, kind: str) -> Panel:
         shown += [low, np.minimum(high, 4.0 * values)]
         marks.append(Line(curve.tau, values, color, width=1.0))
         marks.append(Points(curve.tau, values, color, label, low, high))
-    x = log_axis(TAU, *(c.tau for _, c in items))
     y = log_axis(in_unit("Allan deviation", unit), *shown)
-    return Panel(x, y, tuple(marks), column=column, title=kind)
+    return Panel(x, y, tuple(marks), row, title=title, show_x=last)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from allanite.common.numbers import number
 from allanite.plots.spec import (
     Axis,
     Band,
@@ -62,8 +63,8 @@ def paint(figure: Figure, theme: str = "light") -> dict[str, Any]:
     data: list[dict[str, Any]] = []
     named: set[str] = set()
     bare = _bare_columns(figure)
-    for number, panel in enumerate(figure.panels, 1):
-        suffix = "" if number == 1 else str(number)
+    for count, panel in enumerate(figure.panels, 1):
+        suffix = "" if count == 1 else str(count)
         across = _domain(figure.widths, panel.column, 1, GAP_X, bare)
         down = _domain(figure.heights, panel.row, panel.rows, GAP_Y)
         upright = [1.0 - down[1], 1.0 - down[0]]
@@ -124,9 +125,9 @@ def _domain(
 
 def _partner(figure: Figure, panel: Panel) -> str | None:
     """The panel above whose x axis this one shares: they zoom together."""
-    for number, other in enumerate(figure.panels, 1):
+    for count, other in enumerate(figure.panels, 1):
         if other is not panel and other.column == panel.column and other.x == panel.x:
-            return None if other.row > panel.row else ("x" if number == 1 else f"x{number}")
+            return None if other.row > panel.row else ("x" if count == 1 else f"x{count}")
     return None
 
 
@@ -340,6 +341,7 @@ def _heat(
             "x": _numbers(mark.x_edges),
             "y": _numbers(mark.y_edges),
             "z": [_numbers(row) for row in mark.values],
+            "text": [[_ratio_text(v) for v in row] for row in mark.values],
             "zmin": -mark.limit,
             "zmax": mark.limit,
             "colorscale": [[0, low], [0.5, middle], [1, high]],
@@ -349,7 +351,7 @@ def _heat(
                 "ticktext": [words(t) for _, t in mark.ticks],
                 "outlinewidth": 0,
             },
-            "hovertemplate": "2^%{z:.2f} × expected<extra></extra>",
+            "hovertemplate": "%{text} × the expected power<extra></extra>",
             **axes,
         }
     )
@@ -363,6 +365,10 @@ def _heat(
         refs = {"xref": f"x{suffix}", "yref": f"y{suffix}"}
         line = {"color": look.text, "width": 1}
         layout["shapes"].append({"type": "rect", "line": line, **box, **refs})
+
+
+def _ratio_text(log2: float) -> str:
+    return number(2.0**log2, 2) if math.isfinite(log2) else "–"
 
 
 def _name_once(data: list[dict[str, Any]], named: set[str]) -> None:

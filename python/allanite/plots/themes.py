@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 from allanite.common.errors import InputError
 
-__all__ = ["COMPONENTS", "Theme", "theme_of"]
+__all__ = ["COMPONENTS", "LOGS", "Theme", "theme_of"]
 
 #: Roles of the effects of a model, in its order.
 COMPONENTS = ("c1", "c2", "c3", "c4", "c5", "c6")
+#: Roles of logs that are compared: none is the color of an effect.
+LOGS = ("measured", "l2", "l3", "l4", "l5", "l6")
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +55,11 @@ _LIGHT = Theme(
         "c4": "#B58900",
         "c5": "#56B4E9",
         "c6": "#7A5195",
+        "l2": "#9E2A2B",
+        "l3": "#3D348B",
+        "l4": "#5F6B2D",
+        "l5": "#00707A",
+        "l6": "#7F4F24",
     },
     diverging=("#0072B2", "#f7f7f7", "#D55E00"),
 )
@@ -76,6 +83,11 @@ _DARK = Theme(
         "c4": "#F0E442",
         "c5": "#3B8FD4",
         "c6": "#B39DDB",
+        "l2": "#FF8A80",
+        "l3": "#8E9BFF",
+        "l4": "#C5D86D",
+        "l5": "#66D9C8",
+        "l6": "#E0B080",
     },
     diverging=("#3B9BD9", "#232937", "#F28E2B"),
 )

@@ -16,6 +16,7 @@ from allanite.page.server import Sessions
 from allanite.page.shown.views import finite, view
 from allanite.page.source import Source
 from allanite.page.tab import Tab
+from allanite.plots.themes import COMPONENTS, theme_of
 from allanite.study import Rung
 from page_sessions import act, client_of, opened, send, until, wait
 
@@ -61,7 +62,7 @@ def test_views_are_small_and_plain(looked, theme):
         assert "NaN" not in answer.text
         assert answer.json()["data"]
     effects = [t.get("meta") for t in client.get(f"tabs/{tab}/view/allan").json()["data"]]
-    assert {"effect-0", "effect-1", "effect-2"} <= set(effects)
+    assert {"effect-0", "effect-1", "limit-2"} <= set(effects)
 
 
 @pytest.mark.long
@@ -275,8 +276,11 @@ def test_a_closed_tab_is_forgotten(client, sessions):
 
 def test_values_are_shown_and_typed_in_the_unit_chosen(client):
     tab, before = opened(client, checked=False)
-    own = before["chips"][0]["values"][0]
-    assert before["chip_units"][0]["value"] == "rad/s"
+    assert before["chips"][0]["values"][0]["unit"] == "°/√h"
+    assert before["chip_unit"] == "data sheet"
+    si = act(client, tab, checked=False, do="unit", unit="rad/s")
+    own = si["chips"][0]["values"][0]
+    assert [u["value"] for u in before["chip_units"]][:2] == ["data sheet", "rad/s"]
     small = act(client, tab, checked=False, do="unit", unit="deg/h")["chips"][0]["values"][0]
     assert small["number"] == pytest.approx(own["number"] * 180 / np.pi * 3600, rel=1e-5)
     sheet = act(client, tab, checked=False, do="unit", unit="data sheet")["chips"][0]["values"][0]
@@ -396,6 +400,10 @@ def test_compared_curves_have_each_a_colour_of_its_own(client):
     send(client, tab, "nine.npz", file.getvalue())
     wait(client, tab, checked=False)
     shown = client.get(f"tabs/{tab}/view/compare").json()
-    colors = [t["marker"]["color"] for t in shown["data"] if t.get("showlegend")]
+    traces = [t for t in shown["data"] if t.get("showlegend")]
+    colors = [t.get("marker", t.get("line"))["color"] for t in traces]
     assert len(set(colors)) == len(colors) >= 6
-    assert shown["subtitle"].count(",") >= 3
+    # None is the color of an effect, and what is not drawn is named.
+    effects = {theme_of("light").color(role) for role in COMPONENTS}
+    assert not effects & set(colors)
+    assert "left out: x6, x7, x8" in shown["subtitle"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from allanite.page import explore
-from page_browser import READY, give, saved
+from page_browser import READY, give, on_allan, saved
 
 pytestmark = pytest.mark.browser
 
@@ -32,6 +32,7 @@ def tab(browser, page):
     tab.on("pageerror", lambda error: said.append(str(error)))
     tab.goto(page.url)
     tab.wait_for_selector(READY)
+    on_allan(tab)
     yield tab
     tab.close()
     # That a request was refused is said by the browser; the page says why.
@@ -55,8 +56,6 @@ def add_first(tab):
 
 
 def test_the_loop(tab):
-    tab.locator("[data-tab=allan]").click()
-    tab.wait_for_selector("body[data-drawn*=' allan ']")
     # Measured points, model and its band, and a shaded range where the model fails, with titles that have units.
     traces = tab.locator("#plot .scatterlayer .trace").count()
     assert traces >= 5

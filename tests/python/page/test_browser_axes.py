@@ -8,7 +8,7 @@ import pytest
 from allanite import Recording
 from allanite.page import explore
 from generators import gauss_markov, sinusoid, walk, white
-from page_browser import READY, saved
+from page_browser import READY, on_allan, saved
 
 RATE, N = 20.0, 24_000
 WIDTHS = [(390, 844), (820, 1180), (1280, 720), (1920, 1080)]
@@ -43,6 +43,7 @@ def opened(context, server):
     tab = context.new_page()
     tab.goto(server.url)
     tab.wait_for_selector(READY)
+    on_allan(tab)
     return tab
 
 
@@ -54,6 +55,7 @@ def tab(context, server):
     tab.on("pageerror", lambda error: said.append(str(error)))
     tab.goto(server.url)
     tab.wait_for_selector(READY)
+    on_allan(tab)
     yield tab
     tab.close()
     assert [text for text in said if "status of 400" not in text] == []
@@ -318,12 +320,76 @@ def test_a_stretch_is_left_out_by_a_brush_and_the_model_is_fitted_again(tab):
     assert tab.locator(".chip .text").first.inner_text() == white
 
 
+@pytest.mark.long
+def test_the_catalogue_is_searched_and_closed(tab):
+    tab.keyboard.press("e")
+    tab.wait_for_selector("#catalogue[open] .effect")
+    groups = tab.locator("#effects section h3").all_inner_texts()
+    assert groups[0] == "Noise and drift"
+    assert {"Lines and bands", "Filters", "Events", "Noise level"} <= set(groups)
+    # Common effects at once, rare ones behind "more".
+    assert tab.locator("#effects [data-kind=sinusoid]").is_visible()
+    assert not tab.locator("#effects [data-kind=drifting_line]").is_visible()
+    assert "over τ" in tab.locator("#effects [data-kind=sinusoid] figcaption").first.inner_text()
+    tab.get_by_label("Search the effects").fill("vibration")
+    shown = tab.locator("#effects .effect:visible").evaluate_all(
+        "all => all.map(e => e.dataset.kind)"
+    )
+    assert "modulated_vibration" in shown
+    assert "quantization" not in shown
+    tab.get_by_label("Search the effects").fill("no such thing")
+    assert tab.locator("#no-effects").is_visible()
+    tab.keyboard.press("Escape")
+    tab.keyboard.press("Escape")
+    tab.wait_for_selector("#catalogue:not([open])", state="attached")
+    tab.keyboard.press("e")
+    box = tab.locator("#catalogue-close").bounding_box()
+    assert box["y"] < tab.locator("#effects").bounding_box()["y"]
+    tab.locator("#catalogue-close").click()
+    tab.wait_for_selector("#catalogue:not([open])", state="attached")
+
+
+def test_a_file_says_whether_to_use_it_before_it_is_saved(tab, tmp_path):
+    tab.locator(".menu summary").click()
+    tab.locator("#export").click()
+    tab.wait_for_selector("#exporting-save:enabled")
+    said = tab.inner_text("#exporting-text")
+    assert re.match(r"Use: (yes|no)\.", said)
+    assert "Without gyro_y, acc_x: not yet checked" in said
+    assert tab.get_by_role("button", name="Improve all first").is_visible()
+    tab.get_by_role("button", name="Cancel", exact=True).last.click()
+    # The data sheet is a line on the compared curves, and each of its figures is judged.
+    sheet = tmp_path / "part.toml"
+    sheet.write_text('name = "ACME"\n[figures]\nangle_random_walk = "60 deg/sqrt(h)"\n')
+    tab.keyboard.press("9")
+    tab.get_by_role("button", name="Open a data sheet …").click()
+    tab.set_input_files("#pick", sheet)
+    tab.wait_for_selector("body[data-drawn*=' compare ']")
+    tab.wait_for_function(
+        "() => document.getElementById('plot').data.some(t => t.name === 'ACME: angle random walk')"
+    )
+    tab.locator("[data-tab=accept]").click()
+    tab.locator("#acceptance tbody tr", has_text="angle random walk").wait_for()
+    assert "✓ Meets" in tab.inner_text("#acceptance")
+
+
 def test_numbers_hover_and_copies(tab):
     tab.keyboard.press("n")
     tab.wait_for_selector("#table table")
-    head = tab.locator("#table thead").first.inner_text()
-    assert "Averaging time τ (s)" in head
-    assert "Angle random walk" in head
+    head = tab.locator("#table thead th").all_inner_texts()
+    columns = [
+        "τ (s)",
+        "Measured (°/h)",
+        "Low (95 %)",
+        "High (95 %)",
+        "Edf",
+        "Model (°/h)",
+        "Residual (σ)",
+    ]
+    assert head[:8] == [*columns, "Angle random walk"]
+    # One switch to SI.
+    tab.locator("#unit").select_option(label="SI: rad/s", force=True)
+    tab.locator("#table thead >> text=Measured (rad/s)").wait_for()
     tab.keyboard.press("n")
     labels = tab.locator("#plot .annotation-text").all_text_contents()
     assert any(text.startswith("N 0.0") and "rad/√s" in text for text in labels)

@@ -72,6 +72,7 @@ def test_alternatives_stand_beside_the_numbers_that_they_change(white_only, monk
     low, high = own.interval
     wide = {"N": (low - 2 * (high - low), high)}
     monkeypatch.setattr(Study, "undecided", Undecided((("N+K", 0.6), ("N+B", 0.4)), (wide, {})))
+    white_only.unit = None
     said = state(white_only)
     beside = [v["over_all"] for chip in said["chips"] for v in chip["values"]]
     assert beside[0].endswith("over all alternatives")

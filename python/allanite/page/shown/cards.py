@@ -81,9 +81,11 @@ def failures(study: Study) -> list[dict[str, Any]]:
     """What the model of a study does not explain: a sentence each, the view that shows it, and the place there."""
     if study.adequate:
         return []
-    placed = {sentence: (view, place) for view, place, sentence in study.check.where.places()}
+    check = study.check
+    placed = {sentence: (view, place) for view, place, sentence in check.where.places()}
     out = []
-    for text in study.left:
+    # What else explains the record is asked only of models that nothing else speaks against.
+    for text in study.doubts if check.adequate else check.left or [check.nowhere]:
         view, place = placed.get(text, (None, None))
         out.append({"text": text, "view": view and SHOWS[view], "place": place})
     return out
@@ -113,7 +115,7 @@ def _scores(study: Study) -> dict[str, float]:
     if where.worst_frequency is not None:
         low, high = fit.data.bins.limits(fit.data.rate)
         inside = (low >= where.worst_frequency[0]) & (high <= where.worst_frequency[1])
-        total = abs(float(fit.z[inside].sum())) / np.sqrt(max(1, np.count_nonzero(inside)))
+        total = abs(float(fit.z[inside].sum())) / np.sqrt(max(1.0, float(inside.sum())))
         out["psd"] = total / over_frequency.THRESHOLD
     if where.worst_time is not None:
         out["map"] = max(abs(r["z"]) for r in where.time) / over_time.THRESHOLD

@@ -48,18 +48,37 @@ SHAPES: dict[str, Any] = {
 ABOVE = 300.0
 
 
+#: Groups in the order of the page, and the families of effects in each.
+GROUPS = (
+    ("Noise and drift", ("coefficient", "spectral", "drift")),
+    ("Lines and bands", ("line", "band", "course")),
+    ("Filters", ("filter",)),
+    ("Events", ("step", "event", "stretch", "outlier")),
+    ("Temperature and other columns", ("covariate",)),
+    ("Noise level", ("level",)),
+)
+
+
+def _group(cls: type[Effect]) -> str:
+    """The group of an effect; the first one for families of effects from elsewhere."""
+    return next((name for name, families in GROUPS if cls.family in families), GROUPS[0][0])
+
+
 def catalogue(kind: str) -> list[dict[str, Any]]:
-    """One record an effect, in the order in which models are written.
+    """One record an effect: by group, in each the common ones first.
 
     Parameters
     ----------
     kind : str
         Of the sensor, which names some effects.
     """
+    places = {name: place for place, (name, _) in enumerate(GROUPS)}
     return [
         {
             "kind": cls.kind,
             "short": cls.short,
+            "group": _group(cls),
+            "common": cls.common,
             "name": cls.titles.get(kind, cls.title),
             "physics": cls.physics,
             "looks_like": cls.looks_like,
@@ -68,7 +87,7 @@ def catalogue(kind: str) -> list[dict[str, Any]]:
             "needs": [p.name for p in cls.parameters if p.role == "choice" and p.name == "column"],
             "pictures": _pictures(cls),  # type: ignore[arg-type]
         }
-        for cls in tuple(CATALOGUE)
+        for cls in sorted(CATALOGUE, key=lambda c: (places[_group(c)], not c.common))
     ]
 
 

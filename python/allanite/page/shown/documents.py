@@ -12,7 +12,9 @@ from allanite.common.errors import AllaniteError, InputError, about
 from allanite.common.files import OwnedFolder
 from allanite.common.numbers import number
 from allanite.common.units import parse_unit
-from allanite.page.shown.tables import csv_of
+from allanite.page.edits import deviation_unit
+from allanite.page.shown.figures import fit_of
+from allanite.page.shown.tables import csv_of, tables_of
 from allanite.page.shown.views import VIEWS, figure_of
 from allanite.page.source import Reading, Uploads
 from allanite.page.studies import study
@@ -150,7 +152,7 @@ def _measured(row: Row) -> str:
     if row.measured.detected:
         return f"{number(row.measured.value * factor)} {unit}"
     limit = row.measured.interval
-    return "not seen" if limit is None else f"< {number(limit[1] * factor, 2)} {unit}"
+    return "not detected" if limit is None else f"< {number(limit[1] * factor, 2)} {unit}"
 
 
 def _interval(ratio: Estimate) -> str:
@@ -171,7 +173,8 @@ def make(tab: Tab, name: str, theme: str, options: Mapping[str, str] | None = No
     if path.suffix in KINDS and path.stem in VIEWS:
         figure = figure_of(tab, path.stem, options)
         if path.suffix == ".csv":
-            body = csv_of(figure).encode()
+            unit = deviation_unit(tab.log.unit, tab.unit)
+            body = csv_of(tables_of(figure, fit_of(tab), unit)).encode()
         else:
             with OwnedFolder(Uploads.KIND) as folder:
                 target = folder / f"figure{path.suffix}"

@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.common.errors import InputError, TooShortError
-from allanite.effects import Periodic
+from allanite.common.numbers import number
+from allanite.common.units import parse_unit
+from allanite.comparison import limit_line
+from allanite.effects import Deterministic, Periodic
 from allanite.fit.likelihood.peaks import seen_singly
 from allanite.page.shown.beside import two_models
 from allanite.page.shown.deviations import deviation_figure
@@ -18,6 +21,7 @@ from allanite.plots.axes import linear_axis, log_axis
 from allanite.plots.curves import (
     SINGLE,
     allan_panels,
+    interval,
     missing_lines,
     ordinates_between,
     parts,
@@ -27,12 +31,15 @@ from allanite.plots.curves import (
 )
 from allanite.plots.deviation import plot_deviation
 from allanite.plots.spec import Axis, Band, Figure, Line, Mark, Panel, Points, Rule, Span
-from allanite.plots.themes import COMPONENTS
+from allanite.plots.themes import COMPONENTS, LOGS
 from allanite.plots.time import plot_time
+from allanite.plots.words import duration_text, effect_text, unit_text
 from allanite.report.words import many
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from numpy.typing import NDArray
 
     from allanite.fit import Fit
     from allanite.page.ladder import Work
@@ -42,8 +49,6 @@ if TYPE_CHECKING:
 
 __all__ = ["VIEWS", "colors_of", "figure_of", "fit_of"]
 
-#: Curves that can be told apart on one pair of axes: each has a colour of its own.
-MOST_CURVES = len(COMPONENTS)
 #: Points of single ordinates of a range that is looked at closely.
 MOST_CLOSE = 1500
 #: Samples that a filter runs over at once; of a longer record the first.
@@ -128,7 +133,12 @@ def _map(tab: Tab, _: Mapping[str, str]) -> Figure:
     check = tab.step.check
     if check is None:
         raise InputError("The map is being made …")
-    return plot_time(check)
+    figure = plot_time(check)
+    said = [text for view, _, text in check.where.places() if view == "time"]
+    if not check.where.time:
+        return figure
+    calm = "the noise is the same throughout the record: no cell differs beyond chance"
+    return replace(figure, subtitle="\n".join([*(said or [calm]), figure.subtitle]))
 
 
 def _samples(tab: Tab, options: Mapping[str, str]) -> Figure:
@@ -145,39 +155,68 @@ def _samples(tab: Tab, options: Mapping[str, str]) -> Figure:
         [] if fit is None else [e for e in fit.model.deterministic if not isinstance(e, Periodic)]
     )
     check = None if step is None or tab.preview is not None else step.check
-    follows = [s.effect for s in check.significant[:1] if s.effect.follows] if check else []
+    known += [
+        s.effect
+        for s in (() if check is None else check.significant[:1])
+        if s.effect.follows and isinstance(s.effect, Deterministic)
+    ]
     drift = None
-    if fit is not None and (known or follows) and seen_singly(fit.data):
-        drift = (
-            fit.data.signal([*known, *follows]),
-            ", ".join(
-                fit.display_name(e) + (f" {e.follows}" if e.follows else "")
-                for e in (*known, *follows)
-            ),
-        )
+    if fit is not None and known and seen_singly(fit.data):
+        drift = fit.data.signal(known), ", ".join(effect_text(fit, e) for e in known)
     return samples_figure(tab.log, options, worst, moments, shifted, drift)
 
 
 def _compare(tab: Tab, _: Mapping[str, str]) -> Figure:
-    """Two steps if one is put beside the other; else the log, its simulated twin, other logs or columns of its kind."""
-    from allanite.comparison import compare
+    """Two steps if one is put beside the other; else the log, its simulated twin, other logs or columns, data sheets."""
+    from allanite.comparison import Drawn, compare
     from allanite.plots import plot_compare
 
     if tab.other_step is not None:
         return two_models(tab.ladder, tab.other_step)
     log, whole = tab.log, tab.work.recording
     items: list[Any] = [(f"{log.columns[0]}, measured", log, None)]
-    if tab.ladder.steps:
-        items.append(("Simulated twin", _twin(tab.step.fit), None))
-    items += [(name, other, None) for name, other in tab.others if other.unit == log.unit]
+    items += [(name, other, None) for name, other in tab.others]
     if not tab.others:
         same = [i for i, u in enumerate(whole.units) if u == log.unit and i != tab.column]
         items += [(whole.columns[i], tab.work.log(i), None) for i in same]
-    figure = plot_compare(compare(items[:MOST_CURVES]))
-    more = [name for name, _, _ in items[MOST_CURVES:]]
-    return replace(
-        figure, subtitle=f"not drawn, for want of colours: {', '.join(more)}" if more else ""
-    )
+    drawn, more = items[: len(LOGS)], [name for name, _, _ in items[len(LOGS) :]]
+    found = compare(drawn)
+    curves = list(found.curves)
+    if tab.ladder.steps:
+        twin = compare([("Simulated twin", _twin(tab.step.fit), None)]).curves[0]
+        curves.append(replace(twin, kind="twin", low=None, high=None))
+    missing = []
+    for figure in () if tab.sheet is None else tab.sheet.figures:
+        kind = parse_unit(log.unit).kind
+        try:
+            line = limit_line(figure, log.unit, curves[0].tau)
+        except InputError:
+            line = None
+        name = f"{tab.sheet.name}: {figure.name.replace('_', ' ')}" if tab.sheet else ""
+        if line is None:
+            missing.append(f"{figure.name.replace('_', ' ')} (no figure of {kind})")
+        else:
+            curves.append(Drawn(name, "datasheet", log.unit, *line))
+    plain = plot_compare(tuple(curves))
+    left = ([f"{', '.join(more)} (no color is left)"] if more else []) + missing
+    return replace(_compared(plain), subtitle=f"left out: {'; '.join(left)}" if left else "")
+
+
+def _compared(figure: Figure) -> Figure:
+    """Logs in their own colors, the twin in that of the model, figures of a data sheet in grey."""
+
+    def painted(mark: Mark) -> Mark:
+        if not isinstance(mark, Line | Points):
+            return mark
+        label = mark.label.removesuffix(" (recording)")
+        if label.endswith(" (twin)"):
+            return replace(mark, color="model", label=label.removesuffix(" (twin)"))
+        if label.endswith(" (datasheet)"):
+            return replace(mark, color="guide", label=label.removesuffix(" (datasheet)"))
+        return replace(mark, label=label)
+
+    panels = tuple(replace(p, marks=tuple(map(painted, p.marks))) for p in figure.panels)
+    return replace(figure, panels=panels)
 
 
 def _twin(fit: Fit) -> Recording:
@@ -196,30 +235,73 @@ def _error(tab: Tab, options: Mapping[str, str]) -> Figure:
     rate = tab.log.rate
     tau = np.geomspace(max(1.0 / rate, until / 300.0), until, 13)
     known = dict(zip((e.short for e in fit.model), colors_of(tab.work, fit), strict=True))
-    panels = []
+    panels, said, apart = [], [], []
     found = error_growth(fit, aided=aided, tau=tau)
     for i, growth in enumerate(found):
+        unit, factor = growth.shown
+        total = factor * growth.total
         marks: list[Mark] = []
         for label, size in growth.budget.items():
             color = known.get(label.rstrip("0123456789"), "raw")
-            marks.append(Line(growth.tau, size, color, "" if i else label, 1.2))
-        marks.append(Line(growth.tau, growth.total, "model", "" if i else "Model, in all", 2.2))
+            marks.append(Line(growth.tau, factor * size, color, "" if i else label, 1.2))
+        marks.append(Line(growth.tau, total, "model", "" if i else "Model, in all", 2.2))
         try:
             seen = measured_growth(tab.log, growth)
+        except TooShortError:
+            seen = None
+        if seen is not None:
             fewest, most = int(seen.segments.min()), int(seen.segments.max())
             count = f"{fewest} to {most} segments" if fewest < most else f"{most} segments"
-            words = f"Measured, {count if most > 1 else '1 segment'}"
-            marks.append(Points(seen.tau, seen.rms, "measured", "" if i else words))
-        except TooShortError:
-            pass
+            words = f"Measured ± 95 %, {count if most > 1 else '1 segment'}"
+            rms = factor * seen.rms
+            low, high = interval(rms, seen.segments.astype(float))
+            marks.append(Points(seen.tau, rms, "measured", "" if i else words, low, high))
+            apart.append(_apart(seen.tau, total, low, high))
+        name = unit_text(unit)
+        noun, _, cause = growth.quantity.partition(" ")
+        shown = f"{number(float(total[-1]), 2)}{'' if name == '°' else ' '}{name}"
+        said.append(f"the {noun} error {cause}{' ' if cause else ''}{'' if i else 'is '}{shown}")
         x = log_axis("time since the last fix (s)", growth.tau)
-        y = log_axis(f"error, {growth.quantity} ({growth.unit})", growth.total, 0.1 * growth.total)
+        y = log_axis(f"error, {growth.quantity} ({name})", total, 0.1 * total)
         panels.append(Panel(x, y, tuple(marks), 0, i, title=growth.quantity.capitalize()))
     left = {name for g in found for name in g.left_out}
     without = f"; without {', '.join(sorted(left))}" if left else ""
-    told = f"the bias was averaged over {aided:.3g} s before the fix{without}"
+    told = f"standard deviations; the bias was averaged over {aided:.3g} s before the fix{without}"
     widths = (1.0,) * len(panels)
-    return Figure("Error since the last fix", told, tuple(panels), (1.0,), widths, kind="error")
+    after = f"after {duration_text(until)} without a fix, {', '.join(said)}"
+    verdict = next((v for v in apart if v), "the measured errors agree" if apart else "")
+    headline = f"{after}: {verdict}" if verdict else after
+    return Figure(
+        "Error since the last fix",
+        f"{headline}\n{told}",
+        tuple(panels),
+        (1.0,),
+        widths,
+        kind="error",
+    )
+
+
+def _apart(
+    tau: NDArray[np.float64],
+    total: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> str:
+    """From when on measured errors differ from those of a model, in words; empty where they agree."""
+    over, under = low > total, high < total
+    out = over | under
+    if np.count_nonzero(out) <= chance_outside(int(np.isfinite(low).sum())):
+        return ""
+    first = int(np.flatnonzero(out)[0])
+    way = "larger" if over[first] else "smaller"
+    return f"the measured errors are {way} from {number(float(tau[first]), 2)} s on"
+
+
+def chance_outside(points: int) -> int:
+    """Points that may lie outside their 95 % intervals: more have a probability below 1 % if they are independent."""
+    from scipy.stats import binom
+
+    return int(binom.ppf(0.99, points, 0.05))
 
 
 def _positive(options: Mapping[str, str], name: str, otherwise: float) -> float:
@@ -263,8 +345,30 @@ def _nis(tab: Tab, _: Mapping[str, str]) -> Figure:
         f"{first}{many(found.n)} innovations, {states}: mean NIS {found.mean_nis:.4g},"
         f" {100 * found.coverage:.3g} % below the 95 % point, whiteness p {found.whiteness:.2g}"
     )
+    told = f"{_consistency(by_tau.tau, by_tau.nis, by_tau.low, by_tau.high)}\n{told}"
     panel = Panel(x, y, marks, title="NIS")
     return Figure("Normalised innovation squared (NIS)", told, (panel,), kind="nis")
+
+
+def _consistency(
+    tau: NDArray[np.float64],
+    nis: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> str:
+    """Whether the errors of a filter are as large as it takes them for, in words."""
+    over, under = nis > high, nis < low
+    count, points = int(np.count_nonzero(over | under)), nis.size
+    outside = f"{count} of {points} points lie outside the 95 % interval"
+    if count <= chance_outside(points):
+        return f"the filter is consistent with the record: {outside}"
+    kind, which = ("overconfident", over) if over.sum() >= under.sum() else ("too careful", under)
+    at = np.flatnonzero(which)
+    worst = at[np.abs(np.log(nis[at])).argmax()]
+    return (
+        f"the filter is {kind}: at τ = {number(float(tau[worst]), 2)} s its squared errors are"
+        f" {number(float(nis[worst]), 2)} × what it expects; {outside}"
+    )
 
 
 VIEWS = {

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from allanite.common.errors import AllaniteError, InputError
+from allanite.common.numbers import number
 from allanite.common.units import parse_unit
+from allanite.comparison import accept_study
+from allanite.page.edits import deviation_unit
+from allanite.page.shown import documents
 from allanite.page.shown.catalogue import catalogue
-from allanite.page.shown.tables import table_of
+from allanite.page.shown.figures import fit_of
+from allanite.page.shown.tables import tables_of
 from allanite.page.shown.views import VIEWS, figure_of
 from allanite.page.source import Reading
+from allanite.plots.words import duration_text, unit_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from allanite.axes import Common
+    from allanite.comparison.acceptance import Acceptance, FigureVerdict
     from allanite.fit import Fit
     from allanite.page.ladder import Work
     from allanite.page.tab import Tab
@@ -41,13 +49,14 @@ def part(tab: Tab, name: str, options: Mapping[str, str] | None = None) -> Any:
         view = name.removeprefix("table-")
         if view not in VIEWS:
             raise InputError(f"No view {view[:40]!r}")
-        return table_of(figure_of(tab, view, options))
+        unit = deviation_unit(tab.log.unit, tab.unit)
+        return tables_of(figure_of(tab, view, options), fit_of(tab), unit)
     if name not in _PARTS:
         raise InputError(f"Nothing is called {name[:40]!r}")
-    return _PARTS[name](tab)
+    return _PARTS[name](tab, options or {})
 
 
-def _strip(tab: Tab) -> dict[str, Any]:
+def _strip(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
     """The small curves of every log that was opened, by what the log is known again."""
     return {work.digest: _paths(work) for work in list(tab.works.values())}
 
@@ -89,12 +98,12 @@ def _path(curve: Any, alike: list[Any]) -> str:
     return "M" + "L".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down, strict=True))
 
 
-def _catalogue(tab: Tab) -> list[dict[str, Any]]:
+def _catalogue(tab: Tab, _: Mapping[str, str]) -> list[dict[str, Any]]:
     kind = "" if tab.now is None else parse_unit(tab.log.unit).kind
     return catalogue(kind)
 
 
-def _inspect(tab: Tab) -> dict[str, Any]:
+def _inspect(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
     source = tab.source
     if source is None:
         raise InputError("No log is open: drop a file or choose one")
@@ -103,13 +112,13 @@ def _inspect(tab: Tab) -> dict[str, Any]:
     return source.inspect(Reading(rate=reading.rate, time_column=reading.time_column))
 
 
-def _saved(tab: Tab) -> dict[str, Any]:
+def _saved(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
     from allanite.page.studies import study
 
     return study(tab)
 
 
-def _common(tab: Tab) -> dict[str, Any]:
+def _common(tab: Tab, _: Mapping[str, str]) -> dict[str, Any]:
     """What the axes share: agreement of their models, shared noise, lines seen by several."""
     from allanite.axes.words import in_common, seen_by_several
 
@@ -141,10 +150,67 @@ def _shared(fits: tuple[tuple[str, Fit], ...]) -> Common:
     return common_of({name: study(fit) for name, fit in fits})
 
 
-_PARTS: dict[str, Callable[[Any], Any]] = {
+def _export(tab: Tab, options: Mapping[str, str]) -> dict[str, Any]:
+    """What a file of parameters says of itself before it is saved: whether to use it, and which axes it lacks."""
+    made = documents.make(tab, options.get("target", ""), "light")
+    found = re.search(r"Use: (yes|no)\b[^\n\"]*", made.body.decode())
+    return {"verdict": found[0].strip() if found else "", "missing": made.note}
+
+
+def _acceptance(tab: Tab, _: Mapping[str, str]) -> dict[str, Any] | None:
+    """The figures of the data sheet against every axis that was checked; None without a sheet."""
+    if tab.sheet is None:
+        return None
+    axes, remarks = [], dict[str, None]()
+    for name, ladder in zip(tab.work.recording.columns, tab.board.ladders, strict=True):
+        study = None if ladder.step is None else ladder.step.study
+        if study is None:
+            continue
+        own = tab.sheet.of_kind(parse_unit(study.recording.unit).kind)
+        if own.figures:
+            found = accept_study(study, own)
+            axes.append(_accepted(name, found))
+            remarks |= dict.fromkeys(found.remarks)
+    if not axes:
+        raise InputError("The data sheet has no figures for the axes that were checked")
+    return {"sheet": tab.sheet.name, "axes": axes, "remarks": list(remarks)}
+
+
+def _accepted(name: str, found: Acceptance) -> dict[str, Any]:
+    def interval(f: FigureVerdict) -> str:
+        unit = unit_text(f.unit)
+        if not np.isfinite(f.high):
+            return "–"
+        return (
+            f"{number(f.low, 3)} … {number(f.high, 3)} {unit}"
+            if f.low > 0.0
+            else f"< {number(f.high, 3)} {unit}"
+        )
+
+    return {
+        "name": name,
+        "verdict": found.verdict,
+        "needs": "" if found.needs is None else duration_text(found.needs),
+        "figures": [
+            {
+                "name": f.figure.name.replace("_", " "),
+                "limit": f"{number(f.limit, 3)} {unit_text(f.unit)}",
+                "measured": "not detected" if f.measured is None else number(f.measured, 3),
+                "interval": interval(f),
+                "verdict": f.verdict,
+                "remark": f.remark,
+            }
+            for f in found.figures
+        ],
+    }
+
+
+_PARTS: dict[str, Callable[[Any, Mapping[str, str]], Any]] = {
     "strip": _strip,
     "common": _common,
     "catalogue": _catalogue,
     "inspect": _inspect,
     "saved": _saved,
+    "export": _export,
+    "acceptance": _acceptance,
 }

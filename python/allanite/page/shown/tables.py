@@ -7,28 +7,62 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.common.units import conversion
+from allanite.plots.curves import interval, parts
 from allanite.plots.spec import Band, HeatMap, Line, Points
+from allanite.plots.words import in_unit
 
 if TYPE_CHECKING:
-    from allanite.plots.spec import Figure, Panel
+    from allanite.fit import Fit
+    from allanite.plots.spec import Figure, Mark, Panel
 
-__all__ = ["csv_of", "table_of"]
+__all__ = ["csv_of", "tables_of"]
 
 #: Rows of one table.
 MOST = 4000
 
 
-def table_of(figure: Figure) -> list[dict[str, Any]]:
-    """Tables with a title, a head and rows; marks over the same places share one.
+def tables_of(figure: Figure, fit: Fit | None, unit: str) -> list[dict[str, Any]]:
+    """Tables with a title, a head and rows.
 
     Parameters
     ----------
     figure : Figure
+    fit : Fit or None
+        What is shown; its Allan curve is one table.
+    unit : str
+        In which deviations of that curve are given.
     """
+    if fit is not None and figure.kind == "fit" and figure.panels[0].title == "Allan deviation":
+        return [_curve(fit, unit)]
+    return _marks(figure)
+
+
+def _curve(fit: Fit, unit: str) -> dict[str, Any]:
+    """τ, measured, low, high, edf, model, residual, then each effect."""
+    curve, factor = fit.curve, conversion(fit.recording.unit, unit)
+    low, high = interval(curve.measured, curve.edf)
+    effects = [part.label.split(":")[0] for part in parts(fit)]
+    columns = [
+        ("τ (s)", curve.tau),
+        (in_unit("measured", unit), factor * curve.measured),
+        ("low (95 %)", factor * low),
+        ("high (95 %)", factor * high),
+        ("edf", curve.edf),
+        (in_unit("model", unit), factor * curve.model),
+        ("residual (σ)", curve.z),
+        *((n, factor * v) for n, v in zip(effects, curve.components.values(), strict=True)),
+    ]
+    rows = [[_plain(v) for v in row] for row in zip(*(v for _, v in columns), strict=True)]
+    return {"title": "Allan deviation", "head": [name for name, _ in columns], "rows": rows}
+
+
+def _marks(figure: Figure) -> list[dict[str, Any]]:
+    """Marks over the same places share a table: what was measured, lines, then bands."""
     tables: list[dict[str, Any]] = []
     for panel in figure.panels:
         known: dict[bytes, dict[str, Any]] = {}
-        for mark in panel.marks:
+        for mark in sorted(panel.marks, key=_order):
             if isinstance(mark, HeatMap):
                 tables.append(_map(panel, mark))
             elif isinstance(mark, Points | Line | Band):
@@ -44,14 +78,18 @@ def table_of(figure: Figure) -> list[dict[str, Any]]:
     return [t for t in tables if len(t["head"]) > 1]
 
 
-def csv_of(figure: Figure) -> str:
+def _order(mark: Mark) -> int:
+    return 0 if isinstance(mark, Points) else 2 if isinstance(mark, Band) else 1
+
+
+def csv_of(tables: list[dict[str, Any]]) -> str:
     """The same as text: tables one below the other, numbers in full."""
     import csv
     import io
 
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    for i, table in enumerate(table_of(figure)):
+    for i, table in enumerate(tables):
         if i:
             out.write("\n")
         writer.writerow(table["head"])
@@ -71,7 +109,7 @@ def _columns(panel: Panel, mark: Line | Points | Band) -> list[tuple[str, list[A
     else:
         found = [(name.removesuffix(" ± 95 %"), mark.y)]
         if isinstance(mark, Points) and mark.low is not None and mark.high is not None:
-            found += [("95 % from", mark.low), ("95 % to", mark.high)]
+            found += [("low (95 %)", mark.low), ("high (95 %)", mark.high)]
     return [(n, [_plain(v) for v in values[:MOST]]) for n, values in found]
 
 

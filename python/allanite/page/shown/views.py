@@ -59,7 +59,8 @@ def view(
         # Nothing else is compared here.
         trace["name"] = str(trace.get("name") or "").removesuffix(" (recording)")
     found: dict[str, Any] = {"name": name, "kind": figure.kind, "title": figure.title}
-    found["subtitle"] = figure.subtitle
+    found["headline"], _, rest = figure.subtitle.rpartition("\n")
+    found["subtitle"] = rest
     marks = [mark for panel in figure.panels for mark in panel.marks]
     found["fails"] = any(isinstance(m, Span) and m.color == "fail" for m in marks)
     found["singles"] = any(isinstance(m, Line) and m.label == SINGLE for m in marks)

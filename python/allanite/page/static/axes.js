@@ -20,14 +20,20 @@ export async function strip() {
   try { curves = await speak(`tabs/${S.tab}/part/strip`); if (S.state.recording) draw(); }
   catch { asked = ""; }
 }
+// What is being done to an axis of the open log; null of one that rests.
+export function working(i) {
+  const job = busy() ? S.state.job : null;
+  return !job || !job.columns.includes(i) ? null : job.column === i ? "Improving …" : "Waiting";
+}
 function small(a, path, more, onclick) {
+  const doing = "data-axis" in more ? working(more["data-axis"]) : null;
   const told = `${a.name}${a.unit ? ` (${a.unit})` : ""}: ${WORDS[a.state]}${a.model ? `, ${a.model}` : ""}${a.missing ? `; missing: ${a.missing}` : ""}`;
   return el("button", { class: `axis ${a.state}`, "aria-label": `${a.name}: ${WORDS[a.state]}`, title: told, ...more, onclick },
     svg("0 0 100 40", path ? [{ d: path }] : [], { preserveAspectRatio: "none" }),
-    el("span", { class: "label" }, a.name), el("span", { class: "state" }, SIGNS[a.state], el("span", {}, WORDS[a.state])));
+    el("span", { class: "label" }, a.name), el("span", { class: "state" }, doing ? "…" : SIGNS[a.state], el("span", {}, doing || WORDS[a.state])));
 }
 // Every log that was opened, each under its name, in the order of the list: an axis of another log opens that at it.
-function draw() {
+export function draw() {
   const { recording, axes, elsewhere, log, log_number } = S.state;
   const paths = digest => curves[digest] || [];
   const own = axes.map((a, i) => small(a, paths(recording.digest)[i], { "aria-current": i === recording.column ? "true" : null, "data-axis": i }, () => act({ do: "column", column: i })));

@@ -73,4 +73,5 @@ function exponent(x) {
   return `${Number(m)}·10${[...String(Number(e))].map(c => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻").join("")}`;
 }
 export const theme = () => document.documentElement.dataset.theme;
-export const capital = text => text.slice(0, 1).toUpperCase() + text.slice(1);
+// With a capital letter, but for a symbol such as τ or σ.
+export const capital = text => /^[a-z]/.test(text) ? text[0].toUpperCase() + text.slice(1) : text;

@@ -91,16 +91,36 @@ export async function openCatalogue() {
   const there = new Set(S.state.chips.map(c => c.kind)), columns = S.state.covariates || [];
   const picture = (title, paths) => paths && svg("0 0 100 60", [
     { d: paths[1], class: "base" }, { d: paths[0], class: "own" }], { class: "picture", role: "img", "aria-label": title, "aria-hidden": "false" });
-  $("effects").replaceChildren(...found.map(e => {
+  const card = e => {
     const has = there.has(e.kind) && e.single, lacks = e.needs.length && !columns.length;
-    return el("article", { "data-kind": e.kind, class: "effect" },
-      el("div", { class: "pictures" }, picture(`${e.name}: Allan curve`, e.pictures.curve), picture(`${e.name}: spectrum`, e.pictures.spectrum)),
+    const drawn = (title, paths, down, across) => paths && el("figure", {}, picture(title, paths), el("figcaption", {}, `${down} over ${across}`));
+    return el("article", { "data-kind": e.kind, class: "effect", "data-words": `${e.name} ${e.short} ${e.group} ${e.physics} ${e.looks_like}`.toLowerCase() },
+      el("div", { class: "pictures" }, drawn(`${e.name}: Allan curve`, e.pictures.curve, "Allan deviation σ", "τ"), drawn(`${e.name}: spectrum`, e.pictures.spectrum, "Density S", "f")),
       el("div", {}, el("h3", {}, capital(e.name), el("code", {}, e.short)), el("p", {}, capital(e.physics), "."),
         el("p", { class: "look" }, el("b", {}, "Looks like "), e.looks_like, ".")),
       el("button", { class: "main", disabled: has || Boolean(lacks), title: lacks ? "The log has no other column that could be the cause" : null,
         "aria-label": `Add ${e.name}`, onclick: () => { $("catalogue").close(); act({ do: "put", effect: e.needs.length ? `${e.short}(column=${columns[0]})` : e.short }); } }, has ? "In the model" : "Add"));
+  };
+  // In each group the common effects, then the rare ones under "more".
+  $("effects").replaceChildren(...[...new Set(found.map(e => e.group))].map(name => {
+    const own = found.filter(e => e.group === name), common = own.filter(e => e.common), rare = own.filter(e => !e.common);
+    return el("section", { "aria-label": name }, el("h3", {}, name), el("div", { class: "effects" }, ...common.map(card)),
+      rare.length ? el("details", { open: !common.length }, el("summary", {}, `More: ${rare.map(e => e.name).join(", ")}`), el("div", { class: "effects" }, ...rare.map(card))) : null);
   }));
+  $("catalogue-search").value = "";
+  search();
   $("catalogue").showModal();
+}
+// Of the effects those whose description has every word; what is rare is opened where it is found.
+function search() {
+  const words = $("catalogue-search").value.toLowerCase().split(/\s+/).filter(Boolean);
+  for (const node of document.querySelectorAll("#effects .effect")) node.hidden = !words.every(w => node.dataset.words.includes(w));
+  for (const node of document.querySelectorAll("#effects :is(section, details)")) {
+    const found = node.querySelectorAll(".effect:not([hidden])").length > 0;
+    node.hidden = !found;
+    if (node.matches("details") && words.length) node.open = found;
+  }
+  $("no-effects").hidden = document.querySelectorAll("#effects .effect:not([hidden])").length > 0;
 }
 export function typeModel() {
   $("catalogue").close();
@@ -112,6 +132,7 @@ export function listenModel() {
   $("add-effect").onclick = openCatalogue;
   $("catalogue-close").onclick = () => $("catalogue").close();
   $("catalogue-type").onclick = typeModel;
+  $("catalogue-search").oninput = search;
   $("unit").onchange = event => act({ do: "unit", unit: S.state.chip_units[event.target.value].value });
   $("typed").onsubmit = async event => {
     event.preventDefault();

@@ -1,6 +1,7 @@
 // The page: what the server tells is shown, what a person does is told to it.
 import { $, S, act, busy, el, fill, icon, ordered, refill, say, speak, theme } from "./core.js";
-import { done, step, strip } from "./axes.js";
+import { exportAfter, offerExport } from "./accept.js";
+import { done, draw as drawStrip, step, strip } from "./axes.js";
 import * as Draw from "./draw.js";
 import { drag } from "./drag.js";
 import { again, leaving, offer, openTab, save } from "./keep.js";
@@ -10,7 +11,7 @@ import { ask, doubtful, listenReading } from "./reading.js";
 import { listenTour } from "./tour.js";
 import { controls, figure, get, go, listenViews, redraw, visit } from "./views.js";
 
-const KEYS = [["I", "Improve this axis"], ["A", "Improve all axes"], ["E", "Add an effect"], ["M", "Type a model"], ["[  ]", "Axis before, axis after"], ["1 … 8", "Views"], ["N", "Numbers behind the figure"], ["F", "Full screen"],
+const KEYS = [["I", "Improve this axis"], ["A", "Improve all axes"], ["E", "Add an effect"], ["M", "Type a model"], ["[  ]", "Axis before, axis after"], ["1 … 9", "Views"], ["N", "Numbers behind the figure"], ["F", "Full screen"],
   ["T", "Light or dark"], ["Ctrl Z, Ctrl Shift Z", "Undo, redo"], ["Esc", "Close, restore the view"], ["?", "These keys"]];
 
 async function follow() {
@@ -40,6 +41,7 @@ function take(next) {
     if (doubtful() && !S.asked) { S.asked = true; ask(); }
   }
   if (fresh || before !== busy()) verdict();
+  if (before && !busy()) exportAfter();
   if (fresh) follow_verdict();
   work();
 }
@@ -51,7 +53,10 @@ function follow_verdict() {
   followed = of;
   if (S.chosen !== recording.home && S.view !== view) go(view);
 }
+let hand = "";
 function work() {
+  const inHand = busy() ? `${S.state.job.column} ${S.state.job.columns}` : "";
+  if (inHand !== hand) { hand = inHand; if (!$("strip").hidden) drawStrip(); }
   const job = S.state.job, hands_off = ordered();
   $("work").hidden = !busy();
   document.body.dataset.busy = busy();
@@ -134,7 +139,7 @@ function keys(event) {
   const does = { t: () => $("theme").click(), i: () => $("improve").click(), a: () => !$("improve-all").hidden && $("improve-all").click(), e: openCatalogue, m: () => S.state.chips.length && typeModel(), n: () => $("numbers").click(), f: () => $("full").click(),
     "[": () => step(-1), "]": () => step(1), "?": () => $("help").showModal(), escape: () => { if (menu.open || !$("message").hidden) { say(""); menu.open = false; } else Draw.restore(); } }[key];
   if (does) { event.preventDefault(); does(); }
-  else if (/^[1-8]$/.test(key)) document.querySelectorAll("[role=tab]")[Number(key) - 1].click();
+  else if (/^[1-9]$/.test(key)) document.querySelectorAll("[role=tab]")[Number(key) - 1].click();
 }
 function dropping() {
   let inside = 0;
@@ -169,7 +174,8 @@ function listen() {
   $("as-python").onclick = () => script("python");
   $("as-command").onclick = () => script("command");
   $("target").onchange = () => { S.target = $("target").value; };
-  $("export").onclick = () => get($("target").value);
+  $("export").onclick = () => offerExport($("target").value);
+  $("exporting-close").onclick = () => $("exporting").close();
   for (const button of document.querySelectorAll("[data-pick]")) button.onclick = () => pick(button.dataset.pick);
   for (const button of document.querySelectorAll("[data-file]")) button.onclick = () => get(button.dataset.file);
   for (const button of document.querySelectorAll("[data-view]")) button.onclick = () => get(`${S.view}.${button.dataset.view}`);

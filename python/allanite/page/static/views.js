@@ -1,10 +1,13 @@
 // The views: which is shown, its controls, its numbers, its files.
 import { $, S, act, capital, el, fill, refill, say, speak, theme } from "./core.js";
+import { acceptance } from "./accept.js";
 import { axesTable } from "./axes.js";
 import * as Draw from "./draw.js";
 import { tour } from "./tour.js";
 
 let drawn = "";
+// Views that are tables and no figures.
+const TABLES = { axes: axesTable, accept: acceptance };
 export const query = () => new URLSearchParams({ theme: theme(), ...S.options }).toString();
 
 let drawing = null;
@@ -16,8 +19,9 @@ async function draw() {
   const state = S.state, want = `${state.version} ${S.view} ${query()}`;
   if (want === drawn) return;
   Draw.away();
-  $("numbers").hidden = S.view === "axes";
-  if (S.view === "axes") { drawn = want; Draw.clear(); key(); $("empty").textContent = ""; refill($("table"), state.recording ? axesTable() : ""); $("table").hidden = false; document.body.dataset.drawn = want; return; }
+  if (!S.view.startsWith(Draw.shown.view?.name || " ")) headline("");
+  $("numbers").hidden = S.view in TABLES;
+  if (S.view in TABLES) { drawn = want; Draw.clear(); key(); $("empty").textContent = ""; refill($("table"), state.recording ? TABLES[S.view]() : ""); $("table").hidden = false; document.body.dataset.drawn = want; return; }
   $("table").hidden = $("numbers").getAttribute("aria-pressed") !== "true";
   // The measured curve and the samples are there before the first fit.
   if (!state.recording || (!state.ladder.length && !["allan", "samples"].includes(S.view))) {
@@ -32,9 +36,10 @@ async function draw() {
     const got = await speak(`tabs/${S.tab}/view/${S.view}?${query()}`);
     if (want !== drawn) return;
     $("empty").textContent = "";
+    headline(got.headline);
     key(got);
     await Draw.show(got);
-    $("plot").setAttribute("aria-label", `${got.title}: ${got.subtitle}`);
+    $("plot").setAttribute("aria-label", [got.title, got.headline, got.subtitle].filter(Boolean).join(": "));
     if (!$("table").hidden) numbers();
     document.body.dataset.drawn = want;
   } catch (error) {
@@ -47,6 +52,11 @@ function welcome() {
     el("p", {}, "Drop a log of a sensor at rest here: CSV, NPZ, NPY, MATLAB, ROS bag, ULog, HDF5, Parquet."),
     el("div", {}, el("button", { class: "main", onclick: () => S.hooks.pick("log") }, "Open a log …"), el("button", { onclick: () => act({ do: "example" }) }, "Try an example"), el("button", { onclick: event => tour(event.currentTarget) }, "Take a one-minute tour")),
     el("ol", {}, ...["The curve is measured, and a first model fitted to it.", "Where it fails is shaded, and what is missing stands beside it, with the evidence.", "Add an effect, or let all be added: each step is kept.", "Export the parameters of all axes for your filter."].map(t => el("li", {}, t)))));
+}
+// What the figure says, in a sentence.
+function headline(text) {
+  $("headline").hidden = !text;
+  $("headline").textContent = text ? `${capital(text)}.` : "";
 }
 function key(got) {
   const state = S.state, item = (style, text, kind = "", title = null) => el("span", { title }, el("i", { class: kind, style }), text);

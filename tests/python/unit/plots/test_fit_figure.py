@@ -5,6 +5,7 @@ import pytest
 
 import allanite as al
 from allanite.plots import plot_fit
+from allanite.plots.curves import parts
 from allanite.plots.spec import Band, Line, Points, Rule, label_of
 from allanite.plots.themes import COMPONENTS
 from allanite.plots.words import values_text
@@ -25,7 +26,11 @@ def test_fit_shows_measured_model_band_and_every_effect(fits):
     assert np.all(measured.low < measured.y)
     assert np.all(measured.y < measured.high)
     (model,) = marks(allan, Line, "model")
-    np.testing.assert_array_equal(model.y, fit.curve.model)
+    at_curve = np.searchsorted(model.x, fit.curve.tau)
+    np.testing.assert_allclose(model.x[at_curve], fit.curve.tau)
+    np.testing.assert_allclose(model.y[at_curve], fit.curve.model)
+    # Lines of any shape are smooth: up to 32 averaging times a decade.
+    assert model.x.size > 2 * fit.curve.tau.size
     everywhere, band = allan.find(Band)
     np.testing.assert_array_equal(band.low, fit.band.low)
     assert np.all(everywhere.low < band.low)
@@ -76,7 +81,11 @@ def test_a_spectrum_has_a_point_a_cell_not_a_bin(fits):
 def test_spectrum_components_add_up_to_the_model(fits):
     spectrum = plot_fit(fits[1]).panels[2]
     (model,) = marks(spectrum, Line, "model")
-    total = sum(m.y for m in spectrum.find(Line) if m.color in COMPONENTS)
+    effects = [m for m in spectrum.find(Line) if m.color in COMPONENTS]
+    # What is not detected is drawn, dashed, at the 95 % limit of its coefficient.
+    limits = [part.limit for part in parts(fits[1])]
+    assert [m.dash == "dash" for m in effects] == [limit is not None for limit in limits]
+    total = sum(m.y / (limit or 1.0) ** 2 for m, limit in zip(effects, limits, strict=True))
     np.testing.assert_allclose(total, model.y, rtol=1e-9)
 
 
