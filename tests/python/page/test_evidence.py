@@ -16,7 +16,7 @@ from allanite.page.tab import Tab
 from allanite.study import Rung, Study
 from allanite.suggestion import check_fit
 from generators import sinusoid, walk, white
-from page_sessions import client_of, opened
+from page_sessions import act, client_of, opened
 
 RATE, N = 100.0, 40_000
 
@@ -112,6 +112,7 @@ def test_a_line_that_no_bin_shows_is_drawn_among_single_ordinates(lined):
 
 def test_what_is_not_detected_is_drawn_dashed_at_its_limit(lined):
     client, tab, said = lined
+    said = act(client, tab, checked=False, do="unit", unit="deg/s")
     chip = next(c for c in said["chips"] if c["kind"] == "rate_random_walk")
     assert "95 % limit" in chip["values"][0]["spread"]
     view = client.get(f"tabs/{tab}/view/allan").json()
