@@ -48,7 +48,7 @@ def judged(sensor):
     curve = axis.curve
     true = sensor.bias(curve.temperature) - sensor.bias(curve.reference)
     inside = float(np.mean((true >= curve.low - 1e-12) & (true <= curve.high + 1e-12)))
-    low, high = axis.fit["K"].interval
+    low, high = axis.random["K"].interval
     right = [t.log_likelihood for t in axis.tried if is_right(t.form, sensor.law)]
     simpler = [
         t.log_likelihood

@@ -130,6 +130,8 @@ class AxisLaw:
         Bias of each run at the reference temperature.
     noise : NoiseLaw or None
         None where the white noise cannot be followed over time.
+    walk_of_steps : float
+        K that the steps of a coarse thermometer make at most.
     loop : Loop or None
         None where the logs pass no temperature in both directions.
     remainder : Remainder
@@ -144,6 +146,7 @@ class AxisLaw:
     curve: Curve
     offsets: tuple[float, ...]
     noise: NoiseLaw | None
+    walk_of_steps: float
     loop: Loop | None
     remainder: Remainder
     growth_before: tuple[Growth, ...]
@@ -196,6 +199,24 @@ class AxisLaw:
         u = np.clip(np.asarray(temperature, dtype=float), low, high) - self.curve.reference
         c1, c2, c3 = self.curve.coefficients
         return np.asarray(self.offset + u * (c1 + u * (c2 + u * c3)))
+
+    @property
+    def random(self) -> dict[str, Estimate]:
+        """Fitted numbers of the noise; K's interval reaches down by what a coarse thermometer may have made of it."""
+        out: dict[str, Estimate] = {}
+        for effect, values in zip(self.fit.model, self.fit.estimates, strict=True):
+            for name, value in values.items():
+                if not isinstance(effect, Stochastic) or not isinstance(value, Estimate):
+                    continue
+                out[name if name == effect.short else f"{effect.short}.{name}"] = value
+        walk = out.get("K")
+        if walk is not None and walk.interval is not None and self.walk_of_steps > 0.0:
+            low = max(walk.interval[0] ** 2 - self.walk_of_steps**2, 0.0) ** 0.5
+            ends = (low, walk.interval[1])
+            out["K"] = Estimate(
+                walk.value, walk.std_error, ends, walk.unit, walk.detected and low > 0.0, "K"
+            )
+        return out
 
     @property
     def numbers(self) -> dict[str, Estimate]:
@@ -283,13 +304,7 @@ class AxisLaw:
                 "high": curve.high.tolist(),
             },
             "measured": measured,
-            "noise": {
-                name: value.to_dict()
-                for effect, values in zip(self.fit.model, self.fit.estimates, strict=True)
-                if isinstance(effect, Stochastic)
-                for name, value in values.items()
-                if isinstance(value, Estimate)
-            },
+            "noise": {name: value.to_dict() for name, value in self.random.items()},
             "noise_over_temperature": None if self.noise is None else self.noise.to_dict(),
             "hysteresis": None if self.loop is None else self.loop.to_dict(),
             "tried": [

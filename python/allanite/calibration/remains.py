@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from allanite.fit import Fit
     from allanite.statespace.growth import Growth
 
-__all__ = ["growths", "loop_of", "noise_law", "offsets_of", "remainder"]
+__all__ = ["growths", "loop_of", "noise_law", "offsets_of", "remainder", "walk_of_steps"]
 
 #: Averages of the longest run at the longest averaging time: with fewer a deviation is known to a factor.
 MIN_AVERAGES = 4
@@ -82,6 +82,23 @@ def law_signal(fit: Fit) -> NDArray[np.float64]:
     """What the law adds to the samples, zero on average, shape (n,)."""
     effects = law_of(fit)
     return fit.data.signal(effects) if effects else np.zeros(fit.data.n)
+
+
+def walk_of_steps(fit: Fit, runs: Runs) -> float:
+    """The K that the steps of a coarse thermometer make at most: what the law makes of the rounding itself.
+
+    The curve behind the steps is off by less than the rounding, over as long a time; to the law this is one more random walk.
+    """
+    walk = next((p for p in fit.solution.processes if p.effect.short == "K"), None)
+    if walk is None or runs.step == 0.0 or not law_of(fit):
+        return 0.0
+    data, spectrum = fit.data, fit.solution.spectrum
+    logged = {runs.column: runs.temperature + runs.rounding}
+    effects = law_of(fit)
+    made = sum(e.signal(data.time, logged) for e in effects) - data.signal(effects)
+    power = data.bins.power(data.transform(made))
+    weight = fit.solution.count * walk.column / spectrum**2
+    return float(np.sqrt(max(float(weight @ power / (weight @ walk.column)), 0.0)))
 
 
 def offsets_of(fit: Fit, runs: Runs) -> tuple[float, ...]:

@@ -50,12 +50,15 @@ class Runs:
         Name of the thermometer.
     step : float
         Step of a coarse thermometer, °C; 0 for a fine one.
+    rounding : ndarray, shape (n,)
+        The temperature as it was logged less that without steps, °C.
     """
 
     recording: Recording
     starts: tuple[int, ...]
     column: str
     step: float
+    rounding: NDArray[np.float64]
 
     __repr__ = brief
 
@@ -86,7 +89,7 @@ class Runs:
             covariates={self.column: np.concatenate([r.covariates[self.column] for r in runs])},
         )
         starts = np.cumsum([run.n for run in runs])[:-1]
-        return Runs(joined, tuple(starts.tolist()), self.column, self.step)
+        return Runs(joined, tuple(starts.tolist()), self.column, self.step, np.zeros(joined.n))
 
     @property
     def parts(self) -> list[slice]:
@@ -159,7 +162,7 @@ def join(columns: Sequence[Recording], thermometer: str) -> Runs:
         A temperature that never changes.
     """
     first = columns[0]
-    samples, temperatures, steps = [], [], []
+    samples, temperatures, logged, steps = [], [], [], []
     for own in columns:
         if abs(own.rate / first.rate - 1.0) > SAME_RATE:
             raise InputError(
@@ -179,6 +182,7 @@ def join(columns: Sequence[Recording], thermometer: str) -> Runs:
         samples.append(np.asarray(own.to(first.unit).rate_samples(), dtype=np.float64))
         # Angles have one rate fewer than samples.
         temperatures[-1] = temperatures[-1][-samples[-1].size :]
+        logged.append(values[-samples[-1].size :])
     temperature = np.concatenate(temperatures)
     if not float(np.ptp(temperature)) > 0.0:
         raise TooShortError(
@@ -194,4 +198,5 @@ def join(columns: Sequence[Recording], thermometer: str) -> Runs:
         covariate_units={thermometer: "degC"},
         path=first.path,
     )
-    return Runs(joined, tuple(starts.tolist()), thermometer, max(steps))
+    rounding = np.concatenate(logged) - temperature
+    return Runs(joined, tuple(starts.tolist()), thermometer, max(steps), rounding)

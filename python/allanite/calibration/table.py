@@ -46,6 +46,9 @@ def _axis(axis: AxisLaw) -> list[str]:
             if axis.noise.detected
             else f"  white noise: no change detected, {shown}"
         )
+    walk = axis.random.get("K")
+    if axis.walk_of_steps > 0.0 and walk is not None and not walk.detected:
+        lines.append(f"  K {walk}: the steps of the thermometer may make all of it")
     if len(axis.offsets) > 1:
         each = ", ".join(number(v) for v in axis.offsets)
         lines.append(f"  bias of each run at {number(axis.curve.reference, 4)} °C: {each} {unit}")

@@ -9,7 +9,14 @@ from allanite import _kernels
 from allanite.calibration.band import curve_of
 from allanite.calibration.forms import chosen, fitted, law_of, tried_forms
 from allanite.calibration.law import AxisLaw
-from allanite.calibration.remains import growths, loop_of, noise_law, offsets_of, remainder
+from allanite.calibration.remains import (
+    growths,
+    loop_of,
+    noise_law,
+    offsets_of,
+    remainder,
+    walk_of_steps,
+)
 from allanite.calibration.runs import join, thermometers
 from allanite.common.errors import InputError
 from allanite.common.showing import brief
@@ -85,7 +92,14 @@ class ThermalCalibration:
         return render(self, target)
 
     def plot(self, path: str | Path | None = None, theme: str = "light") -> Figure:
-        """b(T) with its band in both directions, and the Allan deviation before and after, a row for each axis."""
+        """b(T) with its band in both directions, and the Allan deviation before and after, a row for each axis.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            SVG, PNG or PDF, written if given.
+        theme : {"light", "dark"}
+        """
         from allanite.calibration.figure import plot_thermal
 
         return plot_thermal(self, path, theme)
@@ -216,6 +230,7 @@ def _axis(runs: Runs, tried: tuple[Tried, ...], noise: Model) -> AxisLaw:
         curve,
         offsets_of(fit, runs),
         noise_law(fit, runs),
+        walk_of_steps(fit, runs),
         loop_of(fit, runs, best.form),
         remainder(fit, runs),
         growths(before, runs),

@@ -260,7 +260,7 @@ def test_the_band_holds_the_law_and_the_form_is_found():
             t, curve = axis.curve.temperature, axis.curve
             true = sensor.bias(t) - sensor.bias(curve.reference)
             band.append(np.mean((curve.low <= true + 1e-12) & (true <= curve.high + 1e-12)) >= 0.95)
-            low, high = axis.fit["K"].interval
+            low, high = axis.random["K"].interval
             walk.append(low <= ts.K <= high)
             memory = axis.form.memory
             right.append(memory == law if law in ("lag", "hysteresis") else axis.form.name == law)
