@@ -26,7 +26,7 @@ TITLE, LINES = 92, 31
 
 
 def plot_study(study: Study, path: str | Path | None = None, theme: str = "light") -> Figure:
-    """The error of each rung (misfit left, Allan deviation, discrepancy) beside the first and the last model.
+    """The error of each rung (unexplained misfit, Allan deviation, model discrepancy) beside the first and the last model.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
     fits = [rung.fit for rung in ladder]
     chance = fits[-1].error.chance_rms_percent
     panels = (
-        _bars("misfit left (%)", names, list(study.misfit_left), None, 0),
+        _bars("unexplained misfit (%)", names, list(study.misfit_left), None, 0),
         _bars(
             "Allan error (% rms)",
             names,
@@ -53,7 +53,7 @@ def plot_study(study: Study, path: str | Path | None = None, theme: str = "light
             chance,
             1,
         ),
-        _bars("discrepancy (%)", names, [f.discrepancy.percent for f in fits], None, 2),
+        _bars("model discrepancy (%)", names, [f.discrepancy.percent for f in fits], None, 2),
         _before_after(study, 3),
     )
     title = f"{recording_text(study.recording)} · from {fits[0].model.name} to "

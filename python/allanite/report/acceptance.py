@@ -87,7 +87,7 @@ def acceptance_page(found: Sequence[Acceptance], serial: str = "", date: str = "
     )
     figure = replace(worst.plot(), title="", subtitle="")
     blocks.append(Picture(figure, caption, "acceptance", PLOT_HEIGHT))
-    content = f"<header>\n<h1>{escape(title)}</h1>\n</header>\n" + blocks_html(blocks, "accept-")
+    content = f"<header>\n<h1>{escape(title)}</h1>\n</header>\n" + blocks_html(blocks)
     return skeleton(title, content)
 
 

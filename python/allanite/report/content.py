@@ -353,7 +353,7 @@ def _ladder(entry: Entry, document: dict[str, Any], at: str) -> list[Block]:
     head = (
         "step",
         "model",
-        "misfit left, %",
+        "unexplained misfit, %",
         "χ²/dof",
         "p",
         "Allan error, % rms",

@@ -22,7 +22,8 @@ from allanite.report.content import column_title, parts
 from allanite.report.ending import computed, curve_table
 from allanite.report.interactive import PlotlyFigures
 from allanite.report.overview import overview
-from allanite.report.svg import inline
+from allanite.report.summary import summary
+from allanite.report.svg import colors, inline
 from allanite.report.words import many
 
 if TYPE_CHECKING:
@@ -70,9 +71,9 @@ def skeleton(title: str, content: str, scripts: str = "", sources: str = "'none'
     )
 
 
-def blocks_html(blocks: Sequence[Block], prefix: str) -> str:
-    """HTML of some blocks; `prefix` keeps the names inside figures apart."""
-    return "\n".join(_block(block, f"{prefix}{k}-", None) for k, block in enumerate(blocks))
+def blocks_html(blocks: Sequence[Block]) -> str:
+    """HTML of some blocks."""
+    return "\n".join(_block(block, None) for block in blocks)
 
 
 def body(report: Report) -> str:
@@ -81,7 +82,8 @@ def body(report: Report) -> str:
 
 
 def _style() -> str:
-    return f"<style>\n{files(__package__).joinpath('style.css').read_text('utf-8')}</style>"
+    own = files(__package__).joinpath("style.css").read_text("utf-8")
+    return f"<style>\n{own}{colors()}\n</style>"
 
 
 def _content(report: Report, plots: PlotlyFigures | None) -> str:
@@ -94,6 +96,7 @@ def _content(report: Report, plots: PlotlyFigures | None) -> str:
     line = f"{many(first.n)} samples at {first.rate:.6g} Hz · allanite {_kernels.version()}"
     title = names[0] if not several else column_title(entry).rsplit(" · ", 1)[0]
     out = [f"<header>\n<h1>{escape(title)}</h1>\n<p>Noise report · {escape(line)}</p>\n</header>"]
+    out += [_block(b, plots) for b in summary(report)]
     if several:
         items = "".join(
             f'<li><a href="#column-{i}">{escape(e.recording.columns[0])}</a>: {escape(e.study.fit.model.name)}</li>'
@@ -101,24 +104,21 @@ def _content(report: Report, plots: PlotlyFigures | None) -> str:
         )
         out.append(f"<nav><ol>{items}</ol></nav>")
     if several and report.axes is not None:
-        out += [_block(b, f"all-{k}-", plots) for k, b in enumerate(overview(report.axes))]
+        out += [_block(b, plots) for b in overview(report.axes)]
     for i, (entry, document, place) in enumerate(
         zip(report.entries, documents, places, strict=True)
     ):
         blocks = parts(entry, document, place)
         if several:
             out.append(f'<h2 id="column-{i}">{escape(entry.recording.columns[0])}</h2>')
-        out += [
-            _block(block, f"c{i}-{k}-", plots)
-            for k, block in enumerate(blocks + curve_table(document, place))
-        ]
+        out += [_block(block, plots) for block in blocks + curve_table(document, place)]
     if several:
         out.append("<h2>All columns</h2>")
-    out += [_block(block, f"end-{k}-", plots) for k, block in enumerate(computed(report))]
+    out += [_block(block, plots) for block in computed(report)]
     return "\n".join(out)
 
 
-def _block(block: Block, prefix: str, plots: PlotlyFigures | None) -> str:
+def _block(block: Block, plots: PlotlyFigures | None) -> str:
     match block:
         case Heading():
             return f"<h{block.level}>{escape(block.text)}</h{block.level}>"
@@ -144,7 +144,7 @@ def _block(block: Block, prefix: str, plots: PlotlyFigures | None) -> str:
                 drawing = plots.place(block.figure, block.height / block.width)
             else:
                 size = (block.width, block.height)
-                drawing = inline(block.figure, size, prefix, escape(block.caption, True))
+                drawing = inline(block.figure, size, escape(block.caption, True))
             return f"<figure>{drawing}<figcaption>{escape(block.caption)}</figcaption></figure>"
 
 

@@ -23,6 +23,7 @@ from allanite.report.blocks import (
 from allanite.report.content import column_title, parts
 from allanite.report.ending import computed, curve_table
 from allanite.report.overview import overview
+from allanite.report.summary import summary
 
 if TYPE_CHECKING:
     from allanite.report.document import Report
@@ -35,6 +36,7 @@ def text(report: Report, figures: str | None = None) -> str:
     one = len(report.entries) == 1
     out = [f"# {_escape(column_title(report.entries[0]))}" if one else "# Noise report"]
     out.append(f"Noise report · allanite {_kernels.version()}")
+    out += [_block(block, "", figures) for block in summary(report)]
     for name, blocks in _columns(report):
         if not one and name:
             out.append(f"## {_escape(name)}")

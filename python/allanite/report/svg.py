@@ -1,85 +1,399 @@
-"""A figure as SVG inside a page: both themes in one drawing, names that do not meet those of other figures."""
+"""A figure as SVG inside a page: small, quickly drawn, in colors of the page's style for light and dark.
+
+Every mark has the class of its role, whose color the style sheet gives (`colors`). A hundred pixels are an inch.
+"""
 
 from __future__ import annotations
 
-import re
-from functools import lru_cache
+import math
+from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.plots.themes import Theme, theme_of
+from allanite.plots.spec import (
+    Axis,
+    Band,
+    Bars,
+    Figure,
+    HeatMap,
+    Line,
+    Mark,
+    Note,
+    Panel,
+    Points,
+    Rule,
+    Span,
+    label_of,
+)
+from allanite.plots.themes import theme_of
 
 if TYPE_CHECKING:
-    from allanite.plots.spec import Figure
+    from numpy.typing import NDArray
 
-__all__ = ["inline"]
+    Array = NDArray[np.float64]
 
-_COLOR = re.compile(r"(fill|stroke|stop-color): (#[0-9a-f]{6})")
-_NAME = re.compile(r'(\bid="|href="#|url\(#)([^")]+)')
+__all__ = ["colors", "inline"]
 
-
-def inline(figure: Figure, size: tuple[float, float], prefix: str, label: str) -> str:
-    """The ``<svg>`` element of a figure of `size` inches, which the page scales; ids begin with `prefix`.
-
-    Every colour is written twice, plain and as CSS ``light-dark()``: where a browser does not know the latter, or on
-    paper, the light one holds.
-    """
-    from allanite.plots.matplotlib_painter import render
-
-    text = render(figure, "svg", "light", size).decode("utf-8")
-    text = text[text.index("<svg") :]
-    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
-    head, rest = text.split(">", 1)
-    head = re.sub(r'\s(width|height|xmlns:xlink)="[^"]*"', "", head)
-    rest = rest.replace("xlink:href", "href")
-    names: dict[str, str] = {}
-
-    def rename(match: re.Match[str]) -> str:
-        name = names.setdefault(match[2], f"{prefix}{len(names)}")
-        return match[1] + name
-
-    rest = _NAME.sub(rename, rest)
-    rest = _COLOR.sub(lambda m: f"{m[1]}: {m[2]}; {m[1]}: light-dark({m[2]}, {_dark(m[2])})", rest)
-    rest = re.sub(r"\n\s*", "\n", rest).strip()
-    return f'{head} role="img" aria-label="{label}">{rest}'
+#: Pixels of a letter of the labels, on average, and between lines of text.
+LETTER, LINE = 6.3, 14
+#: Room left of a panel for ticks and the name of an axis, between rows and above a panel with a title, px.
+LEFT, GAP, TITLE, BELOW = 66, 14, 24, 42
+#: Room at the right of a map for the bar of its colors, px.
+BAR = 84
+DASHES = {"solid": "", "dash": ' stroke-dasharray="6 4"', "dot": ' stroke-dasharray="1.5 3"'}
+#: Pixels by which a line may miss points that are left out.
+FLAT = 0.2
+#: Shades of each half of a map.
+SHADES = 12
+#: Part of an axis near its ends where the words of a shaded range stand to one side of it.
+EDGE = 0.15
 
 
-@lru_cache(maxsize=4096)
-def _dark(color: str) -> str:
-    """The dark theme's colour for one of the light theme's, shades of the map of ratios included."""
+def colors() -> str:
+    """The rules of a style sheet that give every role its color, for light and dark."""
     light, dark = theme_of("light"), theme_of("dark")
-    known = _table(light, dark)
-    return known[color] if color in known else _shade(color, light, dark)
+    pairs = {role: (light.roles[role], dark.roles[role]) for role in light.roles}
+    pairs |= {"faint": (light.faint, dark.faint), "grid": (light.grid, dark.grid)}
+    pairs |= {"text": (light.text, dark.text), "panel": (light.panel, dark.panel)}
+    pairs |= {
+        "low": (light.diverging[0], dark.diverging[0]),
+        "high": (light.diverging[2], dark.diverging[2]),
+    }
+    return "\n".join(
+        f".allanite .k-{role} {{ color: {a}; color: light-dark({a}, {b}); }}"
+        for role, (a, b) in pairs.items()
+    )
 
 
-def _table(light: Theme, dark: Theme) -> dict[str, str]:
-    pairs = {light.roles[role]: dark.roles[role] for role in light.roles}
-    pairs |= {light.text: dark.text, light.faint: dark.faint, light.grid: dark.grid}
-    pairs |= {light.panel: dark.panel, "#000000": dark.text}
-    pairs |= dict(zip(light.diverging, dark.diverging, strict=True))
-    # A role's colour wins over the same colour at an end of the map.
-    pairs |= {light.roles[role]: dark.roles[role] for role in light.roles}
-    return {a.lower(): b for a, b in pairs.items()}
+def inline(figure: Figure, size: tuple[float, float], label: str) -> str:
+    """The ``<svg>`` element of a figure of `size` inches, which the page scales."""
+    width, height = (100.0 * inches for inches in size)
+    legend, used = _legend(figure, width)
+    parts = []
+    for panel, box in _boxes(figure, width, height - used):
+        parts.append(_panel(panel, *box))
+    parts.append(f'<g transform="translate(0 {height - used:.0f})">{legend}</g>')
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" role="img" aria-label="{label}" '
+        f'class="k-text" font-size="11" fill="currentColor">{"".join(parts)}</svg>'
+    )
 
 
-def _shade(color: str, light: Theme, dark: Theme) -> str:
-    """The place of a colour between the ends and the middle of the light map, on the dark one."""
-    here = _rgb(color)
-    best = (np.inf, 0.0, 0)
-    low, middle, high = (_rgb(c) for c in light.diverging)
-    for side, end in enumerate((low, high)):
-        along = end - middle
-        part = float(np.clip((here - middle) @ along / (along @ along), 0.0, 1.0))
-        off = float(np.abs(middle + part * along - here).sum())
-        best = min(best, (off, part, side))
-    _, part, side = best
-    known = _table(light, dark)
-    ends = [_rgb(known[light.diverging[i].lower()]) for i in (0, 2)]
-    centre = _rgb(dark.diverging[1])
-    red, green, blue = (round(float(v)) for v in centre + part * (ends[side] - centre))
-    return f"#{red:02x}{green:02x}{blue:02x}"
+def _left(panel: Panel) -> float:
+    """Room for the texts left of a panel."""
+    texts = [line for _, text in panel.y.ticks for line in text.split("\n")]
+    longest = max(map(len, texts), default=0) if panel.show_y else 0
+    return max(LEFT if panel.y.label else 0.0, 10 + LETTER * longest) if panel.show_y else 12.0
 
 
-def _rgb(color: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    return np.array([int(color[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.float64)
+def _boxes(
+    figure: Figure, width: float, height: float
+) -> list[tuple[Panel, tuple[float, float, float, float]]]:
+    """Each panel with its left, top, width and height."""
+    columns, rows = len(figure.widths), len(figure.heights)
+    left = [
+        max((_left(p) for p in figure.panels if p.column == i), default=0) for i in range(columns)
+    ]
+    right = [
+        BAR if any(p.find(HeatMap) for p in figure.panels if p.column == i) else 14
+        for i in range(columns)
+    ]
+    top = [
+        max((TITLE if p.title else GAP for p in figure.panels if p.row == i), default=0)
+        for i in range(rows)
+    ]
+    below = [
+        max((BELOW if p.show_x else 0 for p in figure.panels if p.row + p.rows - 1 == i), default=0)
+        for i in range(rows)
+    ]
+    across = (width - sum(left) - sum(right)) / sum(figure.widths)
+    down = (height - sum(top) - sum(below)) / sum(figure.heights)
+    x = [
+        sum(left[: i + 1]) + sum(right[:i]) + across * sum(figure.widths[:i])
+        for i in range(columns)
+    ]
+    y = [sum(top[: i + 1]) + sum(below[:i]) + down * sum(figure.heights[:i]) for i in range(rows)]
+    out = []
+    for p in figure.panels:
+        last = p.row + p.rows - 1
+        end = y[last] + down * figure.heights[last]
+        out.append((p, (x[p.column], y[p.row], across * figure.widths[p.column], end - y[p.row])))
+    return out
+
+
+class _Scale:
+    """From values of an axis to pixels."""
+
+    def __init__(self, axis: Axis, size: float, upright: bool) -> None:
+        self.log, self.size = axis.log, size
+        ends = (axis.low, axis.high)
+        self.low, self.high = (math.log10(v) for v in ends) if axis.log else ends
+        self.flip = upright != axis.reverse
+
+    def __call__(self, values: float | Array) -> Array:
+        v = np.asarray(values, dtype=float)
+        if self.log:
+            v = np.log10(np.maximum(v, 1e-300))
+        part = (v - self.low) / (self.high - self.low)
+        # What lies far outside would only make long numbers.
+        part = np.clip(part, -3.0, 4.0)
+        return self.size * (1.0 - part if self.flip else part)
+
+
+def _n(value: float) -> str:
+    return f"{value:.1f}".removesuffix(".0")
+
+
+def _text(x: float, y: float, words: str, anchor: str = "start", more: str = "") -> str:
+    side = "" if anchor == "start" else f' text-anchor="{anchor}"'
+    return f'<text x="{_n(x)}" y="{_n(y)}"{side}{more}>{escape(words, quote=False)}</text>'
+
+
+def _panel(panel: Panel, left: float, top: float, width: float, height: float) -> str:
+    x, y = _Scale(panel.x, width, upright=False), _Scale(panel.y, height, upright=True)
+    grid = _grid(panel, x, y, width, height)
+    marks = "".join(_mark(mark, x, y, width, height) for mark in sorted(panel.marks, key=_depth))
+    return (
+        f'<g transform="translate({_n(left)} {_n(top)})">{grid}<svg width="{_n(width)}" height="{_n(height)}">{marks}</svg>'
+        f'<path class="k-faint" stroke="currentColor" fill="none" d="M0 0V{_n(height)}H{_n(width)}"/>'
+        f"{_axes(panel, x, y, width, height)}{_bar(panel, width, height)}</g>"
+    )
+
+
+def _grid(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
+    if not panel.grid:
+        return ""
+    lines = [f"M{_n(float(x(v)))} 0V{_n(height)}" for v, _ in panel.x.ticks]
+    if not panel.find(Bars):
+        lines += [f"M0 {_n(float(y(v)))}H{_n(width)}" for v, _ in panel.y.ticks]
+    return f'<path class="k-grid" stroke="currentColor" fill="none" d="{"".join(lines)}"/>'
+
+
+def _axes(panel: Panel, x: _Scale, y: _Scale, width: float, height: float) -> str:
+    out = []
+    ticks = "".join(f"M{_n(float(x(v)))} {_n(height)}v4" for v, _ in panel.x.ticks)
+    if not panel.find(Bars):
+        ticks += "".join(f"M0 {_n(float(y(v)))}h-4" for v, _ in panel.y.ticks)
+    out.append(f'<path class="k-faint" stroke="currentColor" fill="none" d="{ticks}"/>')
+    if panel.show_x:
+        out += [_text(float(x(v)), height + 17, text, "middle") for v, text in panel.x.ticks]
+        out.append(_text(width / 2, height + 35, panel.x.label, "middle", ' font-size="12"'))
+    if panel.show_y:
+        for v, text in panel.y.ticks:
+            lines = text.split("\n")
+            start = float(y(v)) + 4 - LINE * (len(lines) - 1) / 2
+            out += [_text(-7, start + LINE * i, line, "end") for i, line in enumerate(lines)]
+        if panel.y.label:
+            turn = f' font-size="12" transform="translate({_n(14 - _left(panel))} {_n(height / 2)}) rotate(-90)"'
+            out.append(_text(0, 0, panel.y.label, "middle", turn))
+    if panel.title:
+        out.append(_text(0, -8, panel.title, more=' font-size="13" font-weight="600"'))
+    return "".join(out)
+
+
+def _bar(panel: Panel, width: float, height: float) -> str:
+    """The bar beside a map that says what its colors mean."""
+    found = panel.find(HeatMap)
+    if not found:
+        return ""
+    heat: HeatMap = found[0]
+    scale = _Scale(Axis("", -heat.limit, heat.limit), height, upright=True)
+    out, step = [], 2.0 * heat.limit / (2 * SHADES)
+    for i in range(2 * SHADES):
+        value = -heat.limit + (i + 0.5) * step
+        top = float(scale(value + step / 2))
+        role, shade = ("low", -value) if value < 0 else ("high", value)
+        out.append(
+            f'<rect class="k-{role}" x="{_n(width + 12)}" y="{_n(top)}" width="12" '
+            f'height="{_n(height / (2 * SHADES) + 0.3)}" fill="currentColor" fill-opacity="{shade / heat.limit:.2f}"/>'
+        )
+    out += [_text(width + 29, float(scale(v)) + 4, text) for v, text in heat.ticks]
+    turn = f' transform="translate({_n(width + BAR - 6)} {_n(height / 2)}) rotate(-90)"'
+    return "".join(out) + _text(0, 0, heat.label, "middle", turn)
+
+
+def _depth(mark: Mark) -> int:
+    order = (HeatMap, Span, Band, Rule, Line, Bars, Points, Note)
+    return next(i for i, kind in enumerate(order) if isinstance(mark, kind))
+
+
+def _mark(mark: Mark, x: _Scale, y: _Scale, width: float, height: float) -> str:
+    match mark:
+        case Line():
+            return _stroke(mark.color, _path(*_simple(x(mark.x), y(mark.y))), mark.width, mark.dash)
+        case Points():
+            return _points(mark, x, y)
+        case Band():
+            return f'<path class="k-{mark.color}" fill="currentColor" fill-opacity=".2" d="{_area(mark, x, y)}"/>'
+        case Span():
+            return _span(mark, x, width, height)
+        case Rule():
+            at = float((x if mark.axis == "x" else y)(mark.value))
+            way = f"M{_n(at)} 0V{_n(height)}" if mark.axis == "x" else f"M0 {_n(at)}H{_n(width)}"
+            return _stroke(mark.color, way, mark.width, mark.dash)
+        case Bars():
+            return _bars(mark, x, y)
+        case HeatMap():
+            return _heat(mark, x, y)
+        case Note():
+            more = f' font-size="12" class="k-{mark.color}"'
+            return _text(mark.x * width, (1 - mark.y) * height, mark.text, "middle", more)
+
+
+def _stroke(role: str, way: str, width: float, dash: str = "solid", more: str = "") -> str:
+    style = f'stroke="currentColor" stroke-width="{width:g}" fill="none"{DASHES[dash]}{more}'
+    return f'<path class="k-{role}" {style} d="{way}"/>'
+
+
+def _simple(x: Array, y: Array) -> tuple[Array, Array]:
+    """A line without the points that lie within `FLAT` pixels of it (Ramer 1972; Douglas and Peucker 1973)."""
+    if x.size < 3 or not (np.isfinite(x).all() and np.isfinite(y).all()):
+        return x, y
+    kept = np.zeros(x.size, dtype=bool)
+    kept[[0, -1]] = True
+    open_ = [(0, x.size - 1)]
+    while open_:
+        first, last = open_.pop()
+        if last - first < 2:
+            continue
+        inside = slice(first + 1, last)
+        dx, dy = x[last] - x[first], y[last] - y[first]
+        apart = np.abs(dx * (y[inside] - y[first]) - dy * (x[inside] - x[first]))
+        apart /= max(math.hypot(dx, dy), 1e-9)
+        top = int(apart.argmax())
+        if apart[top] > FLAT:
+            middle = first + 1 + top
+            kept[middle] = True
+            open_ += [(first, middle), (middle, last)]
+    return x[kept], y[kept]
+
+
+def _path(x: Array, y: Array, unit: float = 0.1) -> str:
+    """A line through points in steps of `unit` pixels, broken where there is none."""
+    out: list[str] = []
+    last = None
+    for a, b in zip(x, y, strict=True):
+        if not (math.isfinite(a) and math.isfinite(b)):
+            last = None
+            continue
+        here = round(a / unit), round(b / unit)
+        if last is None:
+            out.append(f"M{_n(here[0] * unit)} {_n(here[1] * unit)}l")
+        elif here != last:
+            steps = (f"{unit * (p - q):.1f}" for p, q in zip(here, last, strict=True))
+            out += [s if s[0] == "-" else f" {s}" for s in map(_short, steps)]
+        last = here
+    return "".join(out).replace("l ", "l").removesuffix("l")
+
+
+def _short(text: str) -> str:
+    """0.5 as .5, −0.5 as -.5 and 2.0 as 2."""
+    return (text[:-2] if text.endswith(".0") else text).replace("0.", ".") or "0"
+
+
+def _area(band: Band, x: _Scale, y: _Scale) -> str:
+    there = np.isfinite(band.low) & np.isfinite(band.high)
+    out = []
+    for piece in np.split(np.arange(there.size), np.flatnonzero(np.diff(there)) + 1):
+        if not piece.size or not there[piece[0]]:
+            continue
+        across = x(band.x[piece])
+        top, bottom = (_simple(across, y(edge[piece])) for edge in (band.high, band.low))
+        way = _path(*(np.concatenate([a, b[::-1]]) for a, b in zip(top, bottom, strict=True)), 0.5)
+        out.append(f"{way}Z")
+    return "".join(out)
+
+
+def _points(mark: Points, x: _Scale, y: _Scale) -> str:
+    a, b = x(mark.x), y(mark.y)
+    kept = np.isfinite(a) & np.isfinite(b) & np.isfinite(mark.y)
+    out = ""
+    if mark.low is not None and mark.high is not None:
+        known = kept & np.isfinite(mark.low) & np.isfinite(mark.high)
+        ends = zip(a[known], y(mark.low[known]), y(mark.high[known]), strict=True)
+        way = "".join(f"M{_n(p)} {_n(q)}V{_n(r)}" for p, q, r in ends)
+        out = _stroke(mark.color, way, 0.9, more=' stroke-opacity=".75"')
+    dots = "".join(f"M{_n(p)} {_n(q)}h0" for p, q in zip(a[kept], b[kept], strict=True))
+    size, cap = 1.4 * mark.size, ' stroke-linecap="round"'
+    out += _stroke(mark.color, dots, size, more=cap)
+    return out + (_stroke("panel", dots, size - 1.8, more=cap) if mark.hollow else "")
+
+
+def _span(mark: Span, x: _Scale, width: float, height: float) -> str:
+    low, high = sorted(float(x(v)) for v in (mark.low, mark.high))
+    out = (
+        f'<rect class="k-{mark.color}" x="{_n(low)}" width="{_n(max(high - low, 1.0))}" height="{_n(height)}" '
+        'fill="currentColor" fill-opacity=".25"/>'
+    )
+    if not mark.text:
+        return out
+    middle = 0.5 * (max(low, 0.0) + min(high, width))
+    place = middle / width
+    anchor = "start" if place < EDGE else "end" if place > 1 - EDGE else "middle"
+    return out + _text(middle, 13, mark.text, anchor, ' font-weight="600"')
+
+
+def _bars(mark: Bars, x: _Scale, y: _Scale) -> str:
+    out, zero = [], float(x(0.0))
+    half = abs(float(y(1.0)) - float(y(0.0))) / 4
+    for i, (value, text, role) in enumerate(
+        zip(np.nan_to_num(mark.values), mark.texts, mark.colors, strict=True)
+    ):
+        end, at = float(x(value)), float(y(float(i)))
+        out.append(
+            f'<rect class="k-{role}" x="{_n(min(zero, end))}" y="{_n(at - half)}" width="{_n(abs(end - zero))}" '
+            f'height="{_n(2 * half)}" fill="currentColor"/>'
+        )
+        out.append(_text(end + 5, at + 4, text))
+    return "".join(out)
+
+
+def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
+    """The cells of each shade as one path, and a frame around marked ones."""
+    across, down = x(mark.x_edges), y(mark.y_edges)
+    shades: dict[tuple[str, int], list[str]] = {}
+    frames = []
+    for (row, column), value in np.ndenumerate(mark.values):
+        left, right = across[column], across[column + 1]
+        high, low = sorted(float(v) for v in down[row : row + 2])
+        cell = f"M{_n(left)} {_n(high)}H{_n(right)}V{_n(low)}H{_n(left)}Z"
+        if math.isfinite(value):
+            shade = round(SHADES * min(abs(value) / mark.limit, 1.0))
+            shades.setdefault(("low" if value < 0 else "high", shade), []).append(cell)
+        else:
+            shades.setdefault(("grid", SHADES), []).append(cell)
+        if mark.marked[row, column]:
+            frames.append(cell)
+    out = "".join(
+        f'<path class="k-{role}" fill="currentColor" fill-opacity="{shade / SHADES:.2f}" d="{"".join(cells)}"/>'
+        for (role, shade), cells in shades.items()
+    )
+    return out + (_stroke("text", "".join(frames), 1.0) if frames else "")
+
+
+def _legend(figure: Figure, width: float) -> tuple[str, float]:
+    """One legend for all panels, in lines that fit, and the height that it takes."""
+    out, x, y = [], 14.0, 14.0
+    for mark in figure.legend():
+        label = label_of(mark)
+        size = 36 + LETTER * len(label)
+        if x > 14.0 and x + size > width:
+            x, y = 14.0, y + 18.0
+        out.append(
+            f'<g transform="translate({_n(x)} {_n(y)})">{_handle(mark)}{_text(24, 4, label)}</g>'
+        )
+        x += size + 8
+    return "".join(out), y + 12 if out else 4.0
+
+
+def _handle(mark: Mark) -> str:
+    if isinstance(mark, Band | Span):
+        return f'<rect class="k-{mark.color}" y="-5" width="18" height="10" fill="currentColor" fill-opacity=".3"/>'
+    if isinstance(mark, Points):
+        dot = _stroke(mark.color, "M9 0h0", 7, more=' stroke-linecap="round"')
+        return dot + (
+            _stroke("panel", "M9 0h0", 4, more=' stroke-linecap="round"') if mark.hollow else ""
+        )
+    assert isinstance(mark, Line | Rule)
+    return _stroke(mark.color, "M0 0h18", mark.width, mark.dash)

@@ -16,7 +16,7 @@ import allanite as al
 from allanite.cli import main
 from allanite.common.numbers import tidy, with_interval
 from allanite.report import make_report
-from allanite.report.svg import _dark, inline
+from allanite.report.svg import inline
 from allanite.report.words import COMPLETED, data_sheet_value, resolved
 
 pytest.importorskip("matplotlib")
@@ -153,7 +153,7 @@ def test_page_stands_by_itself(page):
     (policy,) = [g["content"] for tag, g in seen.tags if "http-equiv" in g]
     assert "default-src 'none'" in policy
     assert "script-src 'none'" in policy
-    drawings = [g for tag, g in seen.tags if tag == "svg"]
+    drawings = [g for tag, g in seen.tags if tag == "svg" and "viewbox" in g]
     assert len(drawings) >= 5
     assert all(g["role"] == "img" and g["aria-label"] for g in drawings)
     for words in ("@media print", "color-scheme: light dark", "light-dark("):
@@ -280,13 +280,27 @@ def test_words():
     assert data_sheet_value(al.BiasInstability.parameter("B"), limit, "m/s^2") == "< 204 µg"
 
 
-def test_dark_colours_of_a_drawing(report):
-    assert _dark("#ffffff") == "#181d28"
-    # Half-way up the map of ratios stays half-way up.
-    assert _dark("#e6ac7c") not in ("#e6ac7c", "#232937", "#f28e2b")
-    drawing = inline(report.entries[0].first.plot(), (10.0, 5.0), "x", "label")
-    plain = re.findall(r"(?:fill|stroke): (#[0-9a-f]{6})(?!; (?:fill|stroke): light-dark)", drawing)
-    assert not plain
+def test_a_drawing_is_small_and_in_the_colors_of_the_page(report, page):
+    drawing = inline(report.entries[0].first.plot(), (10.0, 5.0), "label")
+    assert "#" not in drawing
+    used = set(re.findall(r'class="(k-[\w]+)"', page))
+    assert {"k-measured", "k-model", "k-c1", "k-fail", "k-raw", "k-low"} <= used
+    for role in used:
+        assert re.search(rf"\.allanite \.{role} \{{ color: #\w+; color: light-dark\(", page), role
+    # Six axes take less than 600 kB: a sixth of that each.
+    assert len(page.encode()) < 100_000
+
+
+def test_the_first_page_says_what_who_and_what_next(log, run, tmp_path):
+    target = tmp_path / "r.html"
+    told = ["--sensor", "ACME-3", "--serial", "0042", "--date", "2026-11-28"]
+    code, _, err = run("report", log, "--model", "N+K", "--trim", ":200", *told, "-o", target)
+    assert code == 0, err
+    first = target.read_text(encoding="utf-8").split("What was recorded")[0]
+    shown = re.sub(r"<[^>]*>", " ", first.split("</style>")[-1])
+    for words in ("ACME-3", "0042", "2026-11-28", "not logged", "3.33 min", "Verdict and filter values",
+                  "gyro_x", "°/√h", "Next step", "--export"):  # fmt: skip
+        assert words in shown, words
 
 
 @pytest.mark.long

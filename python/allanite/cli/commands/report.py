@@ -21,12 +21,18 @@ from allanite.common.plain import file_name, plain
     metavar="FILE",
     help="Ends in .html (default: the log's name and -report.html, here) or .md.",
 )
+@click.option("--sensor", metavar="TEXT", help="Name of the sensor, for the first page.")
+@click.option("--serial", metavar="TEXT", help="Serial number, for the first page.")
+@click.option("--date", metavar="TEXT", help="Date of the record, for the first page.")
 @click.option("--interactive", is_flag=True, help="Embed plotly, so that figures can be zoomed.")
 @log_options
 def command(
     logs: tuple[str, ...],
     model: str,
     output: str | None,
+    sensor: str | None,
+    serial: str | None,
+    date: str | None,
     interactive: bool,
     options: LogOptions,
 ) -> None:
@@ -55,7 +61,9 @@ def command(
             reports.append(make_report(recording, parsed, on_progress))
     entries = tuple(entry for one in reports for entry in one.entries)
     axes = reports[0].axes if len(reports) == 1 else None
-    report = Report(entries, _asked(logs, model, options), axes)
+    told = {"sensor": sensor, "serial number": serial, "date": date}
+    given = {name: plain(text) for name, text in told.items() if text is not None}
+    report = Report(entries, {**given, **_asked(logs, model, options)}, axes)
     if target is not None:
         report.save(target, interactive)
     if options.as_json:

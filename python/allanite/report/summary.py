@@ -1,0 +1,112 @@
+"""The first page of a report: what was recorded, the verdict and the filter values of every axis, and the next step."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from allanite.common.numbers import number, tidy
+from allanite.common.parameters import Estimate
+from allanite.common.printing import in_sheet
+from allanite.effects import standard
+from allanite.plots.words import unit_text
+from allanite.report.blocks import Block, Bullets, Cell, Heading, Table
+from allanite.report.words import seconds
+
+if TYPE_CHECKING:
+    from allanite.recording import Recording
+    from allanite.report.document import Entry, Report
+
+__all__ = ["GIVEN", "summary"]
+
+#: What a log rarely says: told by whoever makes the report.
+GIVEN = ("sensor", "serial number", "date")
+#: Units of temperatures, as they are printed.
+TEMPERATURE = {"degC": "°C", "degF": "°F", "K": "K"}
+#: Coefficients that filters take.
+COEFFICIENTS = ("N", "B", "K")
+
+
+def summary(report: Report) -> list[Block]:
+    """Sensor, serial number, date, temperature and duration; verdict and filter values of every axis; the next step."""
+    first = report.entries[0].recording
+    rows: list[tuple[Cell, ...]] = [
+        (name, report.options.get(name, "not stated")) for name in GIVEN
+    ]
+    rows += [
+        ("temperature", _temperature(first)),
+        ("duration", f"{seconds(first.duration)} at {first.rate:.6g} Hz"),
+    ]
+    told = [_axis(entry) for entry in report.entries]
+    shown = [i for i in range(len(COEFFICIENTS)) if any(cells[2 + i] != "–" for cells in told)]
+    head = ("axis", "verdict", *(COEFFICIENTS[i] for i in shown))
+    body = tuple((*cells[:2], *(cells[2 + i] for i in shown)) for cells in told)
+    return [
+        Table((), tuple(rows)),
+        Heading("Verdict and filter values"),
+        Table(head, body),
+        Heading("Next step"),
+        Bullets(_next(report)),
+    ]
+
+
+def _temperature(recording: Recording) -> str:
+    """Mean and range of the logged temperature."""
+    for name, column in recording.covariates.items():
+        unit = recording.covariate_units.get(name, "")
+        values = np.asarray(column, dtype=float)
+        values = values[np.isfinite(values)]
+        if values.size and (unit in TEMPERATURE or "temp" in name.lower()):
+            middle, low, high = (number(float(f(values)), 3) for f in (np.mean, np.min, np.max))
+            written = f" {TEMPERATURE[unit]}" if unit in TEMPERATURE else ""
+            return f"{middle}{written} on average, {low} to {high}{written}"
+    return "not logged"
+
+
+def _axis(entry: Entry) -> tuple[str, ...]:
+    """Name, verdict, N, B and K of an axis in the units of data sheets; – where the model has none."""
+    fit, found = entry.study.fit, {}
+    known = {effect.kind: name for name, effect in standard().items()}
+    for effect, values in zip(fit.model.effects, fit.estimates, strict=True):
+        name = known.get(effect.kind, "")
+        value = values.get(name)
+        if name in COEFFICIENTS and isinstance(value, Estimate):
+            shown = in_sheet(value, effect.parameter(name).sheet)
+            unit = "" if shown.unit in ("", "1") else f" {unit_text(shown.unit)}"
+            limit = not shown.detected and shown.interval is not None
+            text = number(shown.value)
+            if limit and shown.interval:
+                text = f"< {number(shown.interval[1], 2)}"
+            found[name] = f"{text}{unit}"
+    name = entry.recording.columns[0]
+    return (name, entry.study.verdict, *(found.get(c, "–") for c in COEFFICIENTS))
+
+
+def _next(report: Report) -> tuple[str, ...]:
+    """What to do now: use the values, or how to settle what is left on each axis."""
+    out = []
+    for entry in report.entries:
+        study, name = entry.study, entry.recording.columns[0]
+        if study.adequate or study.verdict == "within tolerance":
+            continue
+        if study.check.significant:
+            s = study.check.significant[0]
+            out.append(
+                f"{name}: {study.fit.display_name(s.effect)} may be missing. {_sentence(s.check_by)}"
+            )
+        else:
+            left = study.left[0] if study.left else "the misfit has no known cause"
+            out.append(f"{name}: {tidy(left)}. Repeat the record, or look at this part of it.")
+    if len(out) < len(report.entries):
+        log = Path(report.entries[0].recording.path or "LOG").name
+        which = "the adequate axes" if out else "every axis"
+        out.append(
+            f"Use the values of {which}: allanite characterize {log} --export TARGET writes them for a filter."
+        )
+    return tuple(out)
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:].rstrip('.')}."
