@@ -300,7 +300,8 @@ def _area(band: Band, x: _Scale, y: _Scale) -> str:
             continue
         across = x(band.x[piece])
         top, bottom = (_simple(across, y(edge[piece])) for edge in (band.high, band.low))
-        way = _path(*(np.concatenate([a, b[::-1]]) for a, b in zip(top, bottom, strict=True)), 0.5)
+        around = [np.concatenate([a, b[::-1]]) for a, b in zip(top, bottom, strict=True)]
+        way = _path(around[0], around[1], 0.5)
         out.append(f"{way}Z")
     return "".join(out)
 
@@ -355,7 +356,7 @@ def _heat(mark: HeatMap, x: _Scale, y: _Scale) -> str:
     shades: dict[tuple[str, int], list[str]] = {}
     frames = []
     for (row, column), value in np.ndenumerate(mark.values):
-        left, right = across[column], across[column + 1]
+        left, right = (float(v) for v in across[column : column + 2])
         high, low = sorted(float(v) for v in down[row : row + 2])
         cell = f"M{_n(left)} {_n(high)}H{_n(right)}V{_n(low)}H{_n(left)}Z"
         if math.isfinite(value):
